@@ -1,0 +1,2 @@
+//! The command `bvm`.
+fn main() {}
