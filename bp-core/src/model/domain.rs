@@ -1,0 +1,124 @@
+//! Domains: what values a variable can take.
+//!
+//! In: labels, bounds. Out: a [`Domain`]. Invariant: the values of a finite domain are numbered from 0 (their
+//! *ordinal*); as a number in an expression a value is `ordinal + base`, so an integer is itself, `true` is 1,
+//! and the labels that precede a range take the integers just below it.
+
+use crate::ids::{ParameterId, SetId};
+use serde::{Deserialize, Serialize};
+
+/// An integer bound, perhaps known only at run time: `offset`, or `size + offset`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Bound {
+    /// A parameter of kind size, if the bound depends on one.
+    pub size: Option<ParameterId>,
+    /// What is added to it.
+    pub offset: i64,
+}
+
+impl Bound {
+    /// A bound that is known.
+    pub fn constant(offset: i64) -> Self {
+        Self { size: None, offset }
+    }
+
+    /// A bound that is a size parameter.
+    pub fn size(parameter: ParameterId) -> Self {
+        Self { size: Some(parameter), offset: 0 }
+    }
+}
+
+/// The integers from `low` to `high`, both included.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Range {
+    /// The first integer. Always a constant.
+    pub low: i64,
+    /// The last.
+    pub high: Bound,
+}
+
+/// What values a variable can take.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub enum Domain {
+    /// `bool`: false (ordinal 0), true (ordinal 1).
+    Boolean,
+    /// Labels, then integers; at least one of both. `{ NoDetection } or 1..=N`.
+    Finite {
+        /// Names of the first values.
+        labels: Vec<String>,
+        /// The integers that follow.
+        range: Option<Range>,
+    },
+    /// The elements of a set that is bound from outside.
+    Set(SetId),
+    /// A real number.
+    Real,
+    /// A vector of real numbers: `real[3]`.
+    Vector(usize),
+}
+
+impl Domain {
+    /// A domain of labels.
+    pub fn labels<'a>(labels: impl IntoIterator<Item = &'a str>) -> Self {
+        Domain::Finite { labels: labels.into_iter().map(str::to_owned).collect(), range: None }
+    }
+
+    /// The integers from `low` to `high`, both included.
+    pub fn integers(low: i64, high: i64) -> Self {
+        Domain::Finite { labels: Vec::new(), range: Some(Range { low, high: Bound::constant(high) }) }
+    }
+
+    /// What is added to a value's ordinal to give the number that it is in an expression.
+    pub fn base(&self) -> i64 {
+        match self {
+            Domain::Finite { labels, range: Some(range) } => range.low - labels.len() as i64,
+            _ => 0,
+        }
+    }
+
+    /// How many values there are, where that is known without any size: `None` for sizes, sets and reals.
+    pub fn count(&self) -> Option<usize> {
+        match self {
+            Domain::Boolean => Some(2),
+            Domain::Finite { labels, range: None } => Some(labels.len()),
+            Domain::Finite { labels, range: Some(Range { low, high: Bound { size: None, offset } }) } => {
+                Some(labels.len() + usize::try_from(offset - low + 1).unwrap_or(0))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the values can be listed, once sizes and sets are known.
+    pub fn is_finite(&self) -> bool {
+        !matches!(self, Domain::Real | Domain::Vector(_))
+    }
+
+    /// The name of the value with this ordinal.
+    pub fn value_name(&self, ordinal: usize) -> String {
+        match self {
+            Domain::Boolean => (if ordinal == 0 { "false" } else { "true" }).to_owned(),
+            Domain::Finite { labels, .. } if ordinal < labels.len() => labels[ordinal].clone(),
+            _ => (self.base() + ordinal as i64).to_string(),
+        }
+    }
+
+    /// The ordinal of the value with this name, if it is one of a domain whose bounds are known.
+    pub fn ordinal_of(&self, name: &str) -> Option<usize> {
+        match self {
+            Domain::Boolean => match name {
+                "false" => Some(0),
+                "true" => Some(1),
+                _ => None,
+            },
+            Domain::Finite { labels, .. } => {
+                if let Some(position) = labels.iter().position(|label| label == name) {
+                    return Some(position);
+                }
+                let ordinal = usize::try_from(name.parse::<i64>().ok()?.checked_sub(self.base())?).ok()?;
+                let known = self.count().is_none_or(|count| ordinal < count);
+                (ordinal >= labels.len() && known).then_some(ordinal)
+            }
+            _ => None,
+        }
+    }
+}

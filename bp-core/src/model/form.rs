@@ -1,0 +1,117 @@
+//! Forms: the distribution that a factor of the decomposition has.
+//!
+//! In: expressions over the factor's right-hand variables. Out: a [`Form`]. Invariant: a form says what was
+//! meant, not how it is computed; its density is written in one place, `lower/density.rs`.
+
+use crate::ids::{ExpressionId, VariableId};
+use serde::{Deserialize, Serialize};
+
+/// The distribution of a factor's left-hand variable, given its right-hand ones.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub enum Form {
+    /// Every value alike.
+    Uniform,
+    /// A real between two bounds.
+    UniformInterval {
+        /// Lower bound.
+        low: ExpressionId,
+        /// Upper bound.
+        high: ExpressionId,
+    },
+    /// True with this probability.
+    Bernoulli(ExpressionId),
+    /// One probability for each value, in the domain's order.
+    Categorical(Vec<ExpressionId>),
+    /// Probabilities in rows: one row for each combination of right-hand values (in the factor's order, last
+    /// one fastest), one entry for each left-hand value.
+    Table(Vec<Vec<ExpressionId>>),
+    /// A real with this mean and standard deviation.
+    Normal {
+        /// Mean.
+        mean: ExpressionId,
+        /// Standard deviation, > 0.
+        deviation: ExpressionId,
+    },
+    /// A normal law read on an axis of unit bins ]j−1; j], j = 1..=N, the first of which takes all that lies
+    /// below it, preceded by one label that takes all that lies beyond N (paper, Eq. 4). A mean beyond N + ½
+    /// stands for "nothing there" and gives the label for sure.
+    NormalBins {
+        /// Mean, in bins from the inner edge.
+        mean: ExpressionId,
+        /// Standard deviation, in bins, > 0.
+        deviation: ExpressionId,
+    },
+    /// This value, for sure. A value outside the domain has probability 0.
+    Dirac(ExpressionId),
+    /// What the last step's answer said of `of` (at cell `at`): its marginal. `otherwise` holds before the
+    /// first step and outside the grid; without it, uniform.
+    Previous {
+        /// The variable, now; its marginal of a step ago is meant.
+        of: VariableId,
+        /// The cell at which it was kept.
+        at: Option<VariableId>,
+        /// What holds where nothing was kept.
+        otherwise: Box<Form>,
+    },
+    /// The answer of another program, bound from outside under `path`: for an observed variable, its
+    /// likelihood; it depends on the right-hand variables `given` (and on the plate).
+    Ask {
+        /// What was written, in normal spacing.
+        path: String,
+        /// The right-hand variables on which the answer depends.
+        given: Vec<VariableId>,
+    },
+    /// Proportional to this, over the left variable's set. An index of the plate in it, where the plate runs
+    /// over that same set, means the left variable's value.
+    Weights(ExpressionId),
+    /// One form or the other; a `match` is a chain of these.
+    If {
+        /// A truth value.
+        condition: ExpressionId,
+        /// Where it is true.
+        then: Box<Form>,
+        /// Where it is false.
+        otherwise: Box<Form>,
+    },
+}
+
+impl Form {
+    /// The name under which the language knows the form.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Form::Uniform | Form::UniformInterval { .. } => "uniform",
+            Form::Bernoulli(_) => "bernoulli",
+            Form::Categorical(_) => "categorical",
+            Form::Table(_) => "table",
+            Form::Normal { .. } => "normal",
+            Form::NormalBins { .. } => "normal_bins",
+            Form::Dirac(_) => "dirac",
+            Form::Previous { .. } => "previous",
+            Form::Ask { .. } => "ask",
+            Form::Weights(_) => "weights",
+            Form::If { .. } => "if",
+        }
+    }
+
+    /// Calls `visit` with each expression that stands directly in the form, those of its branches included.
+    pub fn each_expression(&self, visit: &mut impl FnMut(ExpressionId)) {
+        match self {
+            Form::Uniform | Form::Ask { .. } => {}
+            Form::UniformInterval { low: first, high: second }
+            | Form::Normal { mean: first, deviation: second }
+            | Form::NormalBins { mean: first, deviation: second } => {
+                visit(*first);
+                visit(*second);
+            }
+            Form::Bernoulli(argument) | Form::Dirac(argument) | Form::Weights(argument) => visit(*argument),
+            Form::Categorical(entries) => entries.iter().for_each(|entry| visit(*entry)),
+            Form::Table(rows) => rows.iter().flatten().for_each(|entry| visit(*entry)),
+            Form::Previous { otherwise, .. } => otherwise.each_expression(visit),
+            Form::If { condition, then, otherwise } => {
+                visit(*condition);
+                then.each_expression(visit);
+                otherwise.each_expression(visit);
+            }
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! How a model's parts are written: names, heads of factors, expressions, questions.
+//!
+//! In: ids. Out: text in the language's own spelling. Invariant: what is written here parses back to the same
+//! part of the model.
+
+use super::{Ask, Domain, Evidence, Expression, Factor, IndexSpace, Model, Reduction, Value, VariableUse};
+use crate::ids::{ExpressionId, VariableId};
+use crate::operators::{Binary, Unary};
+
+impl Model {
+    /// A variable's name as written: `O`, `O^-1`.
+    pub fn variable_name(&self, id: VariableId) -> String {
+        let variable = &self.variables[id];
+        match variable.previous_of {
+            Some(_) => format!("{}^-1", variable.name),
+            None => variable.name.clone(),
+        }
+    }
+
+    /// A use of a variable in a factor: `O`, `Z[i]`.
+    pub fn use_name(&self, use_: &VariableUse, products: &[(String, IndexSpace)]) -> String {
+        let name = self.variable_name(use_.variable);
+        match use_.element {
+            Some(element) => format!("{name}[{}]", self.expression_text(element, products)),
+            None => name,
+        }
+    }
+
+    /// A factor's head: `P(Z[i] | V O C)`.
+    pub fn head(&self, factor: &Factor) -> String {
+        let list = |uses: &[VariableUse]| {
+            uses.iter().map(|use_| self.use_name(use_, &factor.products)).collect::<Vec<_>>().join(" ")
+        };
+        match factor.right.is_empty() {
+            true => format!("P({})", list(&factor.left)),
+            false => format!("P({} | {})", list(&factor.left), list(&factor.right)),
+        }
+    }
+
+    /// One thing asked, as a user would type it.
+    pub fn ask_text(&self, ask: &Ask) -> String {
+        let value = |variable: VariableId, value: &Value| match value {
+            Value::Ordinal(ordinal) => self.variables[variable].domain.value_name(*ordinal),
+            Value::Real(number) => number.to_string(),
+            Value::Given(name) => name.clone(),
+        };
+        let item = |variable: VariableId, at: Option<&Value>| match at {
+            Some(at) => format!("{} = {}", self.variable_name(variable), value(variable, at)),
+            None => self.variable_name(variable),
+        };
+        let searched: Vec<_> = ask.searched.iter().map(|s| item(s.variable, s.at.as_ref())).collect();
+        let known: Vec<_> = (ask.known.iter())
+            .map(|known| match &known.evidence {
+                Evidence::Hard(value) => item(known.variable, Some(value)),
+                Evidence::Each => self.variable_name(known.variable),
+                Evidence::Virtual(weights) => {
+                    let weights: Vec<_> = weights.iter().map(f64::to_string).collect();
+                    format!("{} virtual [{}]", self.variable_name(known.variable), weights.join(", "))
+                }
+            })
+            .collect();
+        let join = |items: Vec<String>| {
+            let separator = if items.iter().any(|item| item.contains(' ')) { ", " } else { " " };
+            items.join(separator)
+        };
+        let bar = if known.is_empty() { "" } else { " | " };
+        let distribution = format!("P({}{bar}{})", join(searched), join(known));
+        match &ask.reduction {
+            Reduction::Probability => distribution,
+            Reduction::Maximum => format!("max {distribution}"),
+            Reduction::Entropy => format!("entropy {distribution}"),
+            Reduction::Argmax { nearest: None } => format!("argmax {distribution}"),
+            Reduction::Argmax { nearest: Some(field) } => format!("argmax {distribution} nearest {field}"),
+        }
+    }
+
+    /// An expression, as written in a form under these `prod`s.
+    pub fn expression_text(&self, id: ExpressionId, products: &[(String, IndexSpace)]) -> String {
+        self.expression_at(id, products, 0)
+    }
+
+    fn expression_at(&self, id: ExpressionId, products: &[(String, IndexSpace)], loosest: u8) -> String {
+        let text = |id, loosest| self.expression_at(id, products, loosest);
+        let list = |ids: &[ExpressionId]| ids.iter().map(|id| text(*id, 0)).collect::<Vec<_>>().join(", ");
+        match &self.expressions[id] {
+            Expression::Number(number) => number.to_string(),
+            Expression::Parameter { parameter, indices } if indices.is_empty() => {
+                self.parameters[*parameter].name.clone()
+            }
+            Expression::Parameter { parameter, indices } => {
+                format!("{}[{}]", self.parameters[*parameter].name, list(indices))
+            }
+            Expression::Variable(use_) => self.use_name(use_, products),
+            Expression::Index(depth) => {
+                products.get(*depth).map_or_else(|| format!("index{depth}"), |(name, _)| name.clone())
+            }
+            Expression::Unary(Unary::Negate, operand) => format!("-{}", text(*operand, 6)),
+            Expression::Unary(Unary::Not, operand) => format!("not {}", text(*operand, 6)),
+            Expression::Unary(operator, operand) => {
+                let name = match operator {
+                    Unary::Absolute => "abs",
+                    Unary::Exponential => "exp",
+                    Unary::NaturalLogarithm => "ln",
+                    Unary::SquareRoot => "sqrt",
+                    Unary::Floor => "floor",
+                    _ => "normal_cumulative",
+                };
+                format!("{name}({})", text(*operand, 0))
+            }
+            Expression::Binary(operator @ (Binary::Minimum | Binary::Maximum), left, right) => {
+                format!("{}({}, {})", operator.notation().1, text(*left, 0), text(*right, 0))
+            }
+            Expression::Binary(operator, left, right) => {
+                let (tightness, sign) = operator.notation();
+                let inner = format!("{} {sign} {}", text(*left, tightness), text(*right, tightness + 1));
+                if tightness < loosest { format!("({inner})") } else { inner }
+            }
+            Expression::If { condition, then, otherwise } => {
+                format!(
+                    "if {} {{ {} }} else {{ {} }}",
+                    text(*condition, 0),
+                    text(*then, 0),
+                    text(*otherwise, 0)
+                )
+            }
+            Expression::First { family, with } => {
+                let name = self.variable_name(*family);
+                match with {
+                    Some((value, at)) => {
+                        format!("first({name} with {} at {})", text(*value, 0), text(*at, 0))
+                    }
+                    None => format!("first({name})"),
+                }
+            }
+            Expression::Foreign { path, .. } => path.clone(),
+            Expression::GradientNorm { field, at } => {
+                let field = match &self.expressions[*field] {
+                    Expression::Foreign { path, .. } => path.clone(),
+                    _ => text(*field, 0),
+                };
+                format!("norm(gradient({field}, {}))", text(*at, 0))
+            }
+            Expression::Frontier { condition, at } => {
+                format!("frontier({}, {})", text(*condition, 0), text(*at, 0))
+            }
+            Expression::Vector(name, parts) => format!("{name}({})", list(parts)),
+        }
+    }
+
+    /// The name of a value of a variable, given its ordinal.
+    pub fn value_name(&self, variable: VariableId, ordinal: usize) -> String {
+        self.variables[variable].domain.value_name(ordinal)
+    }
+
+    /// A domain, as written.
+    pub fn domain_text(&self, domain: &Domain) -> String {
+        match domain {
+            Domain::Boolean => "bool".to_owned(),
+            Domain::Real => "real".to_owned(),
+            Domain::Vector(length) => format!("real[{length}]"),
+            Domain::Set(set) => self.sets[*set].name.clone(),
+            Domain::Finite { labels, range } => {
+                let mut parts = Vec::new();
+                if !labels.is_empty() {
+                    parts.push(format!("{{ {} }}", labels.join(", ")));
+                }
+                if let Some(range) = range {
+                    let high = match (range.high.size, range.high.offset) {
+                        (None, offset) => offset.to_string(),
+                        (Some(size), 0) => self.parameters[size].name.clone(),
+                        (Some(size), offset) => format!("{} {offset:+}", self.parameters[size].name),
+                    };
+                    parts.push(format!("{}..={high}", range.low));
+                }
+                parts.join(" or ")
+            }
+        }
+    }
+}
