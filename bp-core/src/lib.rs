@@ -6,3 +6,9 @@
 pub mod ids;
 pub mod model;
 pub mod operators;
+pub mod error;
+pub mod exec;
+pub mod kernel;
+pub mod lower;
+pub mod plan;
+pub mod space;
