@@ -1,1 +1,2 @@
 //! The Bayesian Volumetric Map.
+pub mod grid;
