@@ -1,2 +1,3 @@
 //! The Bayesian Volumetric Map.
 pub mod grid;
+pub mod world;
