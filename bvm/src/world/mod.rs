@@ -17,7 +17,7 @@ mod truth;
 
 pub use random::{Random, seeded};
 pub use shape::Shape;
-pub use truth::CellTruth;
+pub use truth::{CellTruth, WALL_M};
 
 use crate::grid::{Spherical, unit_vector};
 use rand_distr::{Distribution, Uniform};

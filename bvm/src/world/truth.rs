@@ -6,7 +6,10 @@
 //! surface, hidden ... hidden.
 
 use super::World;
-use crate::grid::Grid;
+use crate::grid::{Grid, Spherical};
+
+/// Thickness in metres at which [`World::plan`] draws the walls.
+pub const WALL_M: f64 = 0.12;
 
 /// What a cell truly is, seen from the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -49,5 +52,24 @@ impl World {
             .filter_map(|index| grid.cell(index))
             .map(|cell| self.occupied(grid.centre(cell).to_cartesian(), time_s))
             .collect()
+    }
+
+    /// The floor plan that a person would draw, at the point `[x, y, z]` (metres) and time (seconds): 1 in something
+    /// solid, 0 where it is empty and in view of the head, 1/2 where it is empty but hidden, and deeper than
+    /// [`WALL_M`] in the walls.
+    pub fn plan(&self, point: [f64; 3], time_s: f64) -> f64 {
+        let depth = (0..3)
+            .map(|axis| (self.room[0][axis] - point[axis]).max(point[axis] - self.room[1][axis]))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let seen = Spherical::from_cartesian(point);
+        if depth > WALL_M {
+            0.5
+        } else if self.occupied(point, time_s) {
+            1.0
+        } else if self.range((seen.azimuth, seen.elevation), time_s) < seen.rho_m {
+            0.5
+        } else {
+            0.0
+        }
     }
 }
