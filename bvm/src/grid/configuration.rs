@@ -1,7 +1,8 @@
 //! What a user may choose about the grid, and the errors of a choice that cannot be.
 //!
-//! In: counts of cells and two distances in metres. Out: the same, or one [`GridError`] that names the key and its
-//! value. Invariant: a configuration that passes [`GridConfiguration::check`] makes a grid of at most [`MAX_CELLS`].
+//! In: counts of cells and two distances in metres. Out: the same, or one [`GridError`] that names the key
+//! and its value. Invariant: a configuration that passes [`GridConfiguration::check`] makes a grid of at most
+//! [`MAX_CELLS`].
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -37,8 +38,8 @@ impl GridConfiguration {
         }
     }
 
-    /// A room: N = 16 from 0.5 to 6 m, 4 x 4 degrees, 64 800 cells. The cells grow from 8 cm deep at 0.5 m to 86 cm at
-    /// 6 m, as the error of stereo does.
+    /// A room: N = 16 from 0.5 to 6 m, 4 x 4 degrees, 64 800 cells. The cells grow from 8 cm deep at 0.5 m to
+    /// 86 cm at 6 m, as the error of stereo does.
     pub fn default_exploration() -> GridConfiguration {
         GridConfiguration {
             cells_rho: 16,

@@ -1,8 +1,8 @@
 //! Angles and spherical coordinates of the head.
 //!
-//! In and out: radians and metres. Axes: x to the right, y up, z ahead; azimuth `theta = atan2(x, z)` grows to the
-//! right, elevation `phi = atan2(y, sqrt(x^2 + z^2))` grows upwards. Invariant: an azimuth that leaves this file is
-//! in `]-pi; pi]`.
+//! In and out: radians and metres. Axes: x to the right, y up, z ahead; azimuth `theta = atan2(x, z)` grows
+//! to the right, elevation `phi = atan2(y, sqrt(x^2 + z^2))` grows upwards. Invariant: an azimuth that leaves
+//! this file is in `]-pi; pi]`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -50,8 +50,8 @@ pub fn wrap_angle(angle: f64) -> f64 {
     if turned > PI { turned - TAU } else { turned }
 }
 
-/// Great-circle angle in `[0; pi]` between two directions `(azimuth, elevation)` in radians; exact for small and for
-/// nearly opposite directions alike (`atan2` of the sine and the cosine).
+/// Great-circle angle in `[0; pi]` between two directions `(azimuth, elevation)` in radians; exact for small
+/// and for nearly opposite directions alike (`atan2` of the sine and the cosine).
 pub fn great_circle(from: (f64, f64), to: (f64, f64)) -> f64 {
     let [ax, ay, az] = unit_vector(from.0, from.1);
     let [bx, by, bz] = unit_vector(to.0, to.1);

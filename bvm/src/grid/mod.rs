@@ -1,14 +1,16 @@
 //! The egocentric log-spherical grid of the Bayesian Volumetric Map.
 //!
-//! In: a [`GridConfiguration`] (how many cells, which distances). Out: a checked [`Grid`] that turns points into
-//! cells and cells into intervals, centres and storage indices.
+//! In: a [`GridConfiguration`] (how many cells, which distances). Out: a checked [`Grid`] that turns points
+//! into cells and cells into intervals, centres and storage indices.
 //!
 //! Equations 1 and 2 (Ferreira, Pinho and Dias, "Active exploration using Bayesian models for multimodal
 //! perception", ICIAR 2008), with the base that makes N unit partitions:
-//! `b = (rho_max / rho_min)^(1/N)`, `u = log_b(rho / rho_min)`, `u` in `[0; N]`.
-//! A cell is indexed by its far corner: cell k covers `]k - 1; k]` along every axis, so that its index is `ceil(u)`;
-//! `u = 0` belongs to cell 1. Azimuth covers `]-180 deg; 180 deg]` and wraps; elevation covers
-//! `]-90 deg; 90 deg]` (with -90 deg itself in the lowest row), and its rows stay distinct cells at the poles.
+//!
+//! - `b = (rho_max / rho_min)^(1/N)` and `u = log_b(rho / rho_min)`, `u` in `[0; N]`;
+//! - a cell is indexed by its far corner: cell k covers `]k - 1; k]` along every axis, so that its index is
+//!   `ceil(u)`, and `u = 0` belongs to cell 1;
+//! - azimuth covers `]-180°; 180°]` and wraps; elevation covers `]-90°; 90°]` (with -90° itself in the lowest
+//!   row), and its rows stay distinct cells at the poles.
 //!
 //! The paper counts cells from 1; storage here counts from 0, so that paper index = storage index + 1.
 //! Invariant (memory layout): `index = (rho * elevation_cells + elevation) * azimuth_cells + azimuth`.
@@ -183,8 +185,8 @@ impl Grid {
         Some(edges.partition_point(|&edge| edge < rho_m).saturating_sub(1))
     }
 
-    /// The direction that holds the angles (radians; azimuth wraps); `None` where an angle is not finite or the
-    /// elevation is steeper than vertical.
+    /// The direction that holds the angles (radians; azimuth wraps); `None` where an angle is not finite or
+    /// the elevation is steeper than vertical.
     pub fn direction_of(&self, azimuth: f64, elevation: f64) -> Option<Direction> {
         if !azimuth.is_finite() || !(-FRAC_PI_2..=FRAC_PI_2).contains(&elevation) {
             return None;
@@ -201,7 +203,8 @@ impl Grid {
         Some(self.direction_of(point.azimuth, point.elevation)?.at(rho))
     }
 
-    /// The cell that holds a point given as `[x, y, z]` in metres (right, up, ahead); `None` outside the grid.
+    /// The cell that holds a point given as `[x, y, z]` in metres (right, up, ahead); `None` outside the
+    /// grid.
     pub fn cell_of_point(&self, point: [f64; 3]) -> Option<Cell> {
         self.cell_of(Spherical::from_cartesian(point))
     }
@@ -214,7 +217,8 @@ impl Grid {
         )
     }
 
-    /// The centre of a cell: the middle in log-distance (the geometric mean of its edges) and the two bisectors.
+    /// The centre of a cell: the middle in log-distance (the geometric mean of its edges) and the two
+    /// bisectors.
     pub fn centre(&self, cell: Cell) -> Spherical {
         let (azimuth, elevation) = self.direction_centre(cell.direction());
         let rho_m = (self.edges_m[cell.rho] * self.edges_m[cell.rho + 1]).sqrt();
@@ -239,8 +243,9 @@ impl Grid {
         }
     }
 
-    /// The cell `(rho, azimuth, elevation)` whole cells further. Azimuth wraps; over a pole the walk comes down on
-    /// the other side (azimuth + 180 deg); `None` in the egocentric gap, beyond reach, or past two poles.
+    /// The cell `(rho, azimuth, elevation)` whole cells further. Azimuth wraps; over a pole the walk comes
+    /// down on the other side (azimuth + 180 deg); `None` in the egocentric gap, beyond reach, or past two
+    /// poles.
     pub fn neighbour(&self, cell: Cell, rho: isize, azimuth: isize, elevation: isize) -> Option<Cell> {
         let shell = cell.rho.checked_add_signed(rho).filter(|&shell| shell < self.cells_rho())?;
         let (rows, columns) = (self.elevation_cells() as isize, self.azimuth_cells() as isize);
@@ -269,8 +274,8 @@ impl Grid {
     }
 }
 
-/// The 0-based number of the interval `]edge(k); edge(k + 1)]` that holds `value`, among `count` equal ones; the
-/// guess by division is corrected against the edges themselves, so that rounding never contradicts them.
+/// The 0-based number of the interval `]edge(k); edge(k + 1)]` that holds `value`, among `count` equal ones;
+/// the guess by division is corrected against the edges themselves, so that rounding never contradicts them.
 fn interval(value: f64, count: usize, edge: impl Fn(usize) -> f64) -> usize {
     let step = (edge(count) - edge(0)) / count as f64;
     let guess = ((value - edge(0)) / step).ceil() as usize;

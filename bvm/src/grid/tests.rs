@@ -147,7 +147,9 @@ fn storage_is_azimuth_first() {
 
 proptest! {
     #[test]
-    fn a_point_is_inside_its_cell(rho in 0.5_f64..=6.0, azimuth in -720.0_f64..720.0, elevation in -90.0_f64..=90.0) {
+    fn a_point_is_inside_its_cell(
+        rho in 0.5_f64..=6.0, azimuth in -720.0_f64..720.0, elevation in -90.0_f64..=90.0,
+    ) {
         let grid = exploration();
         let point = at(rho, azimuth, elevation);
         let cell = grid.cell_of(point).unwrap();
@@ -155,7 +157,8 @@ proptest! {
         let wrapped = wrap_angle(point.azimuth);
         prop_assert!((near.rho_m < rho || rho == 0.5) && rho <= far.rho_m);
         prop_assert!(near.azimuth < wrapped && wrapped <= far.azimuth);
-        prop_assert!((near.elevation < point.elevation || elevation == -90.0) && point.elevation <= far.elevation);
+        prop_assert!(near.elevation < point.elevation || elevation == -90.0);
+        prop_assert!(point.elevation <= far.elevation);
     }
 
     #[test]

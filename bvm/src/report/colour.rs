@@ -1,7 +1,8 @@
 //! Colour maps.
 //!
-//! In: a number in `[0; 1]` (outside it is clamped, NaN is "no data"). Out: a colour. Invariant: lightness rises steadily
-//! along the sequential map and falls steadily along the occupancy map, so that both survive grey printing.
+//! In: a number in `[0; 1]` (outside it is clamped, NaN is "no data"). Out: a colour. Invariant: lightness
+//! rises steadily along the sequential map and falls steadily along the occupancy map, so that both survive
+//! grey printing.
 
 use plotters::style::RGBColor;
 

@@ -1,11 +1,12 @@
 //! The entropy of the map over time, one curve for each way of looking.
 //!
-//! In: named series of map entropies, one value per step (any unit: each is divided by its first value), with or without
-//! a band around them. Out: a line plot. Invariant: every curve starts at 1.
+//! In: named series of map entropies, one value per step (any unit: each is divided by its first value), with
+//! or without a band around them. Out: a line plot. Invariant: every curve starts at 1.
 
-use super::colour::{CURVES, FAINT, INK};
-use super::frame::{Frame, TEXT, style, ticks};
+use super::colour::{CURVES, FAINT};
+use super::frame::{Frame, ticks};
 use super::picture::{Canvas, Drawn};
+use super::text::{TEXT, Text};
 use super::{Picture, ReportError, expect_length};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -24,7 +25,8 @@ pub struct Series {
 /// The curves together, normalised by their first values: 1000 x 600 pixels.
 ///
 /// # Errors
-/// [`ReportError`] names a series whose band has another length, that is empty, not finite, or starts at zero.
+/// [`ReportError`] names a series whose band has another length, that is empty, not finite, or starts at
+/// zero.
 pub fn entropy_curves(title: &str, series: &[Series]) -> Result<Picture, ReportError> {
     let curves = series.iter().map(normalised).collect::<Result<Vec<_>, _>>()?;
     let everything = || {
@@ -38,7 +40,7 @@ pub fn entropy_curves(title: &str, series: &[Series]) -> Result<Picture, ReportE
     let room = 0.06 * (highest - lowest).max(0.05);
     let steps = curves.iter().map(|curve| curve.values.len()).max().unwrap_or(2).max(2) - 1;
     let frame = Frame {
-        pixels: [190, 110, 1940, 1040],
+        pixels: [190, 110, 1940, 1050],
         across: [0.0, steps as f64],
         upwards: [(lowest - room).max(0.0), highest + room],
     };
@@ -95,13 +97,12 @@ fn draw_curve(canvas: &Canvas, frame: &Frame, curve: &Series, colour: RGBColor) 
 
 /// Names and colours of the curves on a white ground in the upper right corner, where falling curves are not.
 fn legend(canvas: &Canvas, frame: &Frame, curves: &[Series]) -> Drawn {
-    let [_, top, right, _] = frame.pixels;
-    let text = style(TEXT, HPos::Left, VPos::Center);
-    let mut widest = 0;
-    for curve in curves {
-        let (width, _) = canvas.estimate_text_size(&curve.name, &text)?;
-        widest = widest.max(width as i32);
+    if curves.is_empty() {
+        return Ok(());
     }
+    let [_, top, right, _] = frame.pixels;
+    let text = Text::new(TEXT, HPos::Left, VPos::Center);
+    let widest = curves.iter().map(|curve| text.width(canvas, &curve.name)).max().unwrap_or(0);
     let left = right - widest - 160;
     let corners = [(left, top + 24), (right - 24, top + 48 + 44 * curves.len() as i32)];
     canvas.draw(&Rectangle::new(corners, WHITE.mix(0.9).filled()))?;
@@ -109,7 +110,7 @@ fn legend(canvas: &Canvas, frame: &Frame, curves: &[Series]) -> Drawn {
     for (row, (curve, colour)) in curves.iter().zip(CURVES.iter().cycle()).enumerate() {
         let y = top + 58 + 44 * row as i32;
         canvas.draw(&PathElement::new([(left + 24, y), (left + 84, y)], colour.stroke_width(6)))?;
-        canvas.draw_text(&curve.name, &text.clone().color(&INK), (left + 104, y))?;
+        text.write(canvas, &curve.name, (left + 104, y))?;
     }
     Ok(())
 }

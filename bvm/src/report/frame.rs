@@ -1,24 +1,16 @@
 //! A rectangle with axes, into which a picture maps its own coordinates.
 //!
-//! In: where the rectangle is on the canvas, what its sides mean, where the ticks are. Out: pixels for coordinates, and
-//! the drawn axes, titles and colour bars. Lengths are canvas pixels (twice those of the finished picture).
-//! Invariant: the first coordinate grows to the right, the second upwards.
+//! In: where the rectangle is on the canvas, what its sides mean, where the ticks are. Out: pixels for
+//! coordinates, and the drawn axes, titles and colour bars. Lengths are canvas pixels (twice those of the
+//! finished picture). Invariant: the first coordinate grows to the right, the second upwards.
 
 use super::colour::{ColourMap, INK};
-use super::picture::{Canvas, Drawn, FONT};
+use super::picture::{Canvas, Drawn};
+use super::text::{TEXT, TITLE, Text};
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::{HPos, VPos};
 
-/// Size of the text of ticks and legends.
-pub(super) const TEXT: i32 = 26;
-/// Size of the text of titles.
-pub(super) const TITLE: i32 = 34;
 const TICK: i32 = 10;
-
-/// Where text goes: which of its points is put at the given pixel.
-pub(super) fn style(size: i32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
-    TextStyle::from((FONT, size).into_font()).color(&INK).pos(Pos::new(horizontal, vertical))
-}
 
 /// The rectangle and what its sides mean.
 #[derive(Clone, Copy, Debug)]
@@ -75,74 +67,89 @@ impl Frame {
         let [left, top, right, bottom] = self.pixels;
         let line = INK.stroke_width(2);
         canvas.draw(&Rectangle::new([(left - 1, top - 1), (right, bottom)], line))?;
-        let below = style(TEXT, HPos::Center, VPos::Top);
-        for &value in across {
+        let below = Text::new(TEXT, HPos::Center, VPos::Top);
+        for (&value, label) in across.iter().zip(labels(across, unit)) {
             let (x, _) = self.pixel(value, 0.0);
             canvas.draw(&PathElement::new([(x, bottom), (x, bottom + TICK)], line))?;
-            canvas.draw_text(&label(value, unit), &below, (x, bottom + TICK + 6))?;
+            below.write(canvas, &label, (x, bottom + TICK + 10))?;
         }
-        let beside = style(TEXT, HPos::Right, VPos::Center);
-        for &value in upwards {
+        let beside = Text::new(TEXT, HPos::Right, VPos::Center);
+        let mut widest = 0;
+        for (&value, label) in upwards.iter().zip(labels(upwards, unit)) {
             let (_, y) = self.pixel(0.0, value);
             canvas.draw(&PathElement::new([(left - TICK, y), (left, y)], line))?;
-            canvas.draw_text(&label(value, unit), &beside, (left - TICK - 8, y))?;
+            beside.write(canvas, &label, (left - TICK - 8, y))?;
+            widest = widest.max(beside.width(canvas, &label));
         }
-        canvas.draw_text(names[0], &below, ((left + right) / 2, bottom + TICK + 46))?;
-        let turned = TextStyle::from((FONT, TEXT).into_font().transform(FontTransform::Rotate270))
-            .color(&INK)
-            .pos(Pos::new(HPos::Center, VPos::Top));
-        canvas.draw_text(names[1], &turned, (left - TICK - 120, (top + bottom) / 2))
+        below.write(canvas, names[0], ((left + right) / 2, bottom + TICK + 60))?;
+        let name = Text::new(TEXT, HPos::Center, VPos::Bottom).turned();
+        name.write(canvas, names[1], (left - TICK - 8 - widest - 26, (top + bottom) / 2))
     }
 
     /// A title above, in bold, at the left edge.
     pub(super) fn title(&self, canvas: &Canvas, text: &str) -> Drawn {
         let [left, top, ..] = self.pixels;
-        let bold = TextStyle::from((FONT, TITLE).into_font().style(FontStyle::Bold))
-            .color(&INK)
-            .pos(Pos::new(HPos::Left, VPos::Bottom));
-        canvas.draw_text(text, &bold, (left, top - 22))
+        Text::new(TITLE, HPos::Left, VPos::Bottom).bold().write(canvas, text, (left, top - 30))
     }
 
     /// A colour bar to the right of the frame, with a few ticks and the name of what it measures.
     pub(super) fn colour_bar(&self, canvas: &Canvas, map: ColourMap, limits: [f64; 2], name: &str) -> Drawn {
         let [_, top, right, bottom] = self.pixels;
         let bar =
-            Frame { pixels: [right + 40, top, right + 80, bottom], across: [0.0, 1.0], upwards: limits };
+            Frame { pixels: [right + 44, top, right + 84, bottom], across: [0.0, 1.0], upwards: limits };
         bar.paint(canvas, |_, value| map.on_scale(value, limits))?;
         let line = INK.stroke_width(2);
-        canvas.draw(&Rectangle::new([(right + 39, top - 1), (right + 80, bottom)], line))?;
-        let text = style(TEXT, HPos::Left, VPos::Center);
-        for value in ticks(limits) {
+        canvas.draw(&Rectangle::new([(right + 43, top - 1), (right + 84, bottom)], line))?;
+        let beside = Text::new(TEXT, HPos::Left, VPos::Center);
+        let values = ticks(limits);
+        let mut widest = 0;
+        for (&value, label) in values.iter().zip(labels(&values, "")) {
             let (_, y) = bar.pixel(0.0, value);
-            canvas.draw(&PathElement::new([(right + 80, y), (right + 80 + TICK, y)], line))?;
-            canvas.draw_text(&label(value, ""), &text, (right + 80 + TICK + 8, y))?;
+            canvas.draw(&PathElement::new([(right + 84, y), (right + 84 + TICK, y)], line))?;
+            beside.write(canvas, &label, (right + 84 + TICK + 8, y))?;
+            widest = widest.max(beside.width(canvas, &label));
         }
-        let turned = TextStyle::from((FONT, TEXT).into_font().transform(FontTransform::Rotate270))
-            .color(&INK)
-            .pos(Pos::new(HPos::Center, VPos::Top));
-        canvas.draw_text(name, &turned, (right + 80 + TICK + 90, (top + bottom) / 2))
+        let turned = Text::new(TEXT, HPos::Center, VPos::Top).turned();
+        turned.write(canvas, name, (right + 84 + TICK + 8 + widest + 22, (top + bottom) / 2))
     }
 }
 
-/// Four to ten round values within limits (in either order).
+/// A row of coloured squares with their names, from left to right, the first square's left middle at a pixel.
+pub(super) fn swatches(canvas: &Canvas, (mut x, y): (i32, i32), names: &[(RGBColor, &str)]) -> Drawn {
+    let text = Text::new(TEXT, HPos::Left, VPos::Center);
+    for (colour, name) in names {
+        let corners = [(x, y - 14), (x + 28, y + 14)];
+        canvas.draw(&Rectangle::new(corners, colour.filled()))?;
+        canvas.draw(&Rectangle::new(corners, INK.stroke_width(2)))?;
+        text.write(canvas, name, (x + 42, y))?;
+        x += 42 + text.width(canvas, name) + 48;
+    }
+    Ok(())
+}
+
+/// Five to eleven round values within limits (in either order).
 pub(super) fn ticks(limits: [f64; 2]) -> Vec<f64> {
     let (low, high) = (limits[0].min(limits[1]), limits[0].max(limits[1]));
-    let rough = (high - low) / 5.0;
-    if !(rough.is_finite() && rough > 0.0) {
+    let coarsest = (high - low) / 4.5;
+    if !(coarsest.is_finite() && coarsest > 0.0) {
         return vec![low];
     }
-    let power = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|round| round * power)
-        .find(|&step| step >= rough * 0.999)
-        .unwrap_or(10.0 * power);
+    let power = 10_f64.powf(coarsest.log10().floor());
+    let round = [5.0, 2.0].into_iter().find(|round| round * power <= coarsest).unwrap_or(1.0);
+    let step = round * power;
     let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
     (first..=last).map(|i| i as f64 * step).collect()
 }
 
-/// A tick's text: no trailing zeros, a proper minus sign, and the unit.
-fn label(value: f64, unit: &str) -> String {
-    let rounded = (value * 1e4).round() / 1e4;
-    format!("{}{unit}", if rounded == 0.0 { 0.0 } else { rounded }).replace('-', "\u{2212}")
+/// The texts of ticks: all with the same number of decimals (as few as tell them apart), a proper minus sign,
+/// the unit.
+fn labels(values: &[f64], unit: &str) -> Vec<String> {
+    let exact = |decimals: i32| {
+        let scale = 10_f64.powi(decimals);
+        values
+            .iter()
+            .all(|value| ((value * scale).round() / scale - value).abs() < 1e-9 * (1.0 + value.abs()))
+    };
+    let decimals = (0..6).find(|&decimals| exact(decimals)).unwrap_or(6) as usize;
+    values.iter().map(|value| format!("{:.decimals$}{unit}", value + 0.0).replace('-', "\u{2212}")).collect()
 }

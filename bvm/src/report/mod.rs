@@ -1,8 +1,9 @@
 //! The pictures of a run.
 //!
-//! In: numbers (entropies over time, values per direction, occupancies per cell) in the grid's storage order. Out: a
-//! [`Picture`], which can be put beside another and written as PNG. Nothing here computes a probability. Invariant: a file
-//! appears whole or not at all, and every error names the file or the quantity.
+//! In: numbers (entropies over time, values per direction, occupancies per cell) in the grid's storage order.
+//! Out: a [`Picture`], which can be put beside another and written as PNG. Nothing here computes a
+//! probability. Invariant: a file appears whole or not at all, and every error names the file or the
+//! quantity.
 
 mod colour;
 mod curves;
@@ -12,11 +13,12 @@ mod picture;
 mod reduction;
 #[cfg(test)]
 mod tests;
+mod text;
 mod top_view;
 
 pub use colour::ColourMap;
 pub use curves::{Series, entropy_curves};
-pub use panorama::{Panorama, panorama};
+pub use panorama::{Panorama, Window, panorama};
 pub use picture::{Picture, write_atomically};
 pub use reduction::{first_occupied_range, maximum, mean, slice_around_horizon, strongest};
 pub use top_view::{TopView, top_view};

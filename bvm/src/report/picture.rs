@@ -1,8 +1,8 @@
 //! A picture in memory, and how it becomes a file.
 //!
-//! In: a drawing (plotters, at twice the size, averaged down so that lines are smooth) or two pictures. Out: pixels, or a
-//! PNG file written beside its place and moved into it. Invariant: `pixels.len() = 3 * width * height`; text needs no
-//! font on the machine (DejaVu Sans is carried along).
+//! In: a drawing (plotters, at twice the size, averaged down so that lines are smooth) or two pictures. Out:
+//! pixels, or a PNG file written beside its place and moved into it. Invariant: `pixels.len() = 3 * width *
+//! height`; text needs no font on the machine (DejaVu Sans is carried along).
 
 use super::ReportError;
 use plotters::coord::Shift;
@@ -123,7 +123,8 @@ impl Picture {
     }
 }
 
-/// Writes `bytes` to a file beside `path` and moves it into place: nothing half-written is ever seen under `path`.
+/// Writes `bytes` to a file beside `path` and moves it into place: nothing half-written is ever seen under
+/// `path`.
 ///
 /// # Errors
 /// [`ReportError::Write`] names `path`; the file beside it is removed.

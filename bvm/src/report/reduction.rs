@@ -19,8 +19,8 @@ fn along_rays(
     Ok((0..rays).map(|ray| fold(&mut cells[ray..].iter().step_by(rays).copied())).collect())
 }
 
-/// Distance in metres of the centre of the first cell whose occupancy is at least 1/2 + `margin`; NaN ("no data") where
-/// there is none.
+/// Distance in metres of the centre of the first cell whose occupancy is at least 1/2 + `margin`; NaN ("no
+/// data") where there is none.
 ///
 /// # Errors
 /// [`ReportError::Length`] unless there is one occupancy per cell.
@@ -49,8 +49,8 @@ pub fn mean(grid: &Grid, values: &[f32]) -> Result<Vec<f64>, ReportError> {
     along_rays(grid, "values", values, |ray| ray.map(f64::from).sum::<f64>() / count)
 }
 
-/// What to show of several occupancies in one place: the largest if it speaks for something solid (above 0.6), else
-/// their mean.
+/// What to show of several occupancies in one place: the largest if it speaks for something solid (above
+/// 0.6), else their mean.
 pub fn strongest(occupancies: impl IntoIterator<Item = f64>) -> f64 {
     let (mut largest, mut sum, mut count) = (f64::NEG_INFINITY, 0.0, 0.0);
     for occupancy in occupancies {
@@ -61,8 +61,8 @@ pub fn strongest(occupancies: impl IntoIterator<Item = f64>) -> f64 {
     if largest > 0.6 { largest } else { sum / count }
 }
 
-/// The map seen from above: the [`strongest`] occupancy among the rows whose centres lie within `band` radians of the
-/// horizon (at least the row that holds the horizon). Shape: `[cells_rho][azimuth_cells]`.
+/// The map seen from above: the [`strongest`] occupancy among the rows whose centres lie within `band`
+/// radians of the horizon (at least the row that holds the horizon). Shape: `[cells_rho][azimuth_cells]`.
 ///
 /// # Errors
 /// [`ReportError::Length`] unless there is one occupancy per cell.

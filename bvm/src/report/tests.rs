@@ -1,4 +1,5 @@
-//! Pictures against what can be known of them: colours, reductions by hand, pixels where they belong, files whole or absent.
+//! Pictures against what can be known of them: colours, reductions by hand, pixels where they belong, files
+//! whole or absent.
 
 use super::*;
 use crate::grid::{Cell, Grid, GridConfiguration};
@@ -62,12 +63,13 @@ fn right_is_right_and_up_is_up() {
         values: &values,
         colours: ColourMap::Occupancy,
         limits: Some([0.0, 1.0]),
+        window: Window::default(),
         gaze_path: &[],
     };
     let picture = panorama(&grid, &what).unwrap();
     let (width, _) = picture.size();
     let pixel = |azimuth: f64, elevation: f64| {
-        let (x, y) = (85.0 + 3.0 * (azimuth + 180.0), 50.0 + 3.0 * (90.0 - elevation));
+        let (x, y) = (90.0 + 3.0 * (azimuth + 180.0), 50.0 + 3.0 * (90.0 - elevation));
         let at = 3 * (y as usize * width as usize + x as usize);
         [picture.pixels()[at], picture.pixels()[at + 1], picture.pixels()[at + 2]]
     };
@@ -75,8 +77,13 @@ fn right_is_right_and_up_is_up() {
     for (azimuth, elevation) in [(-57.0, 57.0), (57.0, -57.0), (100.0, 57.0), (57.0, 40.0)] {
         assert_eq!(pixel(azimuth, elevation), [255, 255, 255]);
     }
-    let wrong = Panorama { values: &values[1..], ..what };
+    let wrong = Panorama { values: &values[1..], ..what.clone() };
     assert!(panorama(&grid, &wrong).is_err());
+    for azimuth_degrees in [[10.0, 10.0], [f64::NAN, 10.0], [0.0, 200.0]] {
+        let window = Window { azimuth_degrees, ..Window::default() };
+        let message = panorama(&grid, &Panorama { window, ..what.clone() }).err().unwrap().to_string();
+        assert!(message.contains("`occupancy`") && message.contains("window"), "{message}");
+    }
 }
 
 #[test]
@@ -146,6 +153,6 @@ fn ticks_are_round() {
     assert!(
         found.iter().zip([0.0, 0.2, 0.4, 0.6, 0.8, 1.0]).all(|(tick, round)| (tick - round).abs() < 1e-12)
     );
-    assert_eq!(super::frame::ticks([6.24, -6.24]), [-5.0, 0.0, 5.0]);
+    assert_eq!(super::frame::ticks([6.24, -6.24]), [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0]);
     assert_eq!(super::frame::ticks([2.0, 2.0]), [2.0]);
 }

@@ -1,22 +1,24 @@
 //! The map from above, beside the truth.
 //!
-//! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and what is truly there. Out:
-//! two plans of the same slice around the horizon at the same scale, x to the right and z (ahead) upwards, in metres.
-//! Invariant: both plans go through the same reduction, [`strongest`].
+//! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and what is truly
+//! there. Out: two plans of the same slice around the horizon at the same scale, x to the right and z (ahead)
+//! upwards, in metres. Invariant: both plans go through the same reduction, [`strongest`].
 
 use super::colour::{ColourMap, GAZE, INK, NO_DATA};
-use super::frame::{Frame, ticks};
+use super::frame::{Frame, swatches, ticks};
 use super::picture::{Canvas, Drawn};
 use super::{Picture, ReportError, slice_around_horizon, strongest};
 use crate::grid::{Grid, unit_vector};
 use plotters::prelude::*;
 
-/// What to draw from above. Everything is in the frame of the map: for a map fixed to the world, `heading` is the yaw.
+/// What to draw from above. Everything is in the frame of the map: for a map fixed to the world, `heading` is
+/// the yaw.
 #[derive(Clone, Copy)]
 pub struct TopView<'a> {
     /// Occupancy of every cell, `[cells_rho][elevation_cells][azimuth_cells]`.
     pub occupancy: &'a [f32],
-    /// What is truly at `[x, y, z]` (metres): 0 empty, 1 solid, 1/2 out of sight. Without it, the map is drawn alone.
+    /// What is truly at `[x, y, z]` (metres): 0 empty, 1 solid, 1/2 out of sight. Without it, the map is
+    /// drawn alone.
     pub truth: Option<&'a dyn Fn([f64; 3]) -> f64>,
     /// Where the head points, an azimuth in radians.
     pub heading: f64,
@@ -70,7 +72,11 @@ fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f6
         head(canvas, &frame, what, reach)?;
         let metres = ticks(side);
         frame.axes(canvas, ["x, to the right (m)", "z, ahead (m)"], &metres, &metres, "")?;
-        frame.title(canvas, title)
+        frame.title(canvas, title)?;
+        let named = [(0.0, "empty"), (0.5, "unknown, out of sight"), (1.0, "occupied")];
+        let named = named.map(|(value, name)| (ColourMap::Occupancy.on_scale(value, [0.0, 1.0]), name));
+        let [left, _, _, bottom] = frame.pixels;
+        swatches(canvas, (left, bottom + 134), &named)
     })
 }
 

@@ -1,12 +1,12 @@
 //! The embedded world: a furnished room around a head that turns but does not travel.
 //!
-//! In: a seed. Out: for any direction and time, how far the nearest surface is; for any point and time, whether it
-//! is inside something; where the sound comes from. The world knows nothing of the map; [`truth`](World::truth_state)
-//! only labels a grid's cells so that a map can be compared.
+//! In: a seed. Out: for any direction and time, how far the nearest surface is; for any point and time,
+//! whether it is inside something; where the sound comes from. The world knows nothing of the map;
+//! [`truth`](World::truth_state) only labels a grid's cells so that a map can be compared.
 //!
-//! Axes and angles are those of [`crate::grid`], with the head at the origin and yaw 0 looking along z; lengths are
-//! in metres, times in seconds. Invariant: the head is inside the room and outside every thing at all times, and
-//! the same seed gives the same world.
+//! Axes and angles are those of [`crate::grid`], with the head at the origin and yaw 0 looking along z;
+//! lengths are in metres, times in seconds. Invariant: the head is inside the room and outside every thing at
+//! all times, and the same seed gives the same world.
 
 mod random;
 pub mod sensors;
@@ -69,13 +69,14 @@ pub struct World {
     pub things: Vec<Thing>,
     /// The one who moves.
     pub walker: Walker,
-    /// Where the sound comes from, `[x, y, z]` in metres: just inside the face of the loudspeaker that the head sees.
+    /// Where the sound comes from, `[x, y, z]` in metres: just inside the face of the loudspeaker that the
+    /// head sees.
     pub sound_source: [f64; 3],
 }
 
 impl World {
-    /// The room of the built-in experiment. The seed moves the walls by up to 20 cm, the furniture by up to 25 cm, and
-    /// chooses where the walker starts.
+    /// The room of the built-in experiment. The seed moves the walls by up to 20 cm, the furniture by up to
+    /// 25 cm, and chooses where the walker starts.
     pub fn embedded(seed: u64) -> World {
         let mut random = seeded(seed, "world");
         let mut jitter = |reach: f64| match Uniform::new_inclusive(-reach, reach) {
@@ -120,8 +121,8 @@ impl World {
         World { room, things, walker, sound_source }
     }
 
-    /// Distance in metres from the head to the first surface along `(azimuth, elevation)` in radians, at a time in
-    /// seconds: pure ray casting, no noise.
+    /// Distance in metres from the head to the first surface along `(azimuth, elevation)` in radians, at a
+    /// time in seconds: pure ray casting, no noise.
     pub fn range(&self, direction: (f64, f64), time_s: f64) -> f64 {
         let ray = unit_vector(direction.0, direction.1);
         let wall = (0..3)
@@ -135,7 +136,8 @@ impl World {
             .fold(wall, f64::min)
     }
 
-    /// Whether the point `[x, y, z]` (metres) is inside something solid, or outside the room, at a time in seconds.
+    /// Whether the point `[x, y, z]` (metres) is inside something solid, or outside the room, at a time in
+    /// seconds.
     pub fn occupied(&self, point: [f64; 3], time_s: f64) -> bool {
         let inside = (0..3).all(|axis| (self.room[0][axis]..self.room[1][axis]).contains(&point[axis]));
         !inside

@@ -1,8 +1,8 @@
 //! The solids that furnish the room, seen from the head at the origin.
 //!
-//! In: a unit direction, or a point `[x, y, z]` in metres. Out: the distance at which a ray from the origin enters the
-//! solid, or whether the point is inside. Invariant: a ray that enters at distance d finds the points just beyond d
-//! inside and the points just before d outside.
+//! In: a unit direction, or a point `[x, y, z]` in metres. Out: the distance at which a ray from the origin
+//! enters the solid, or whether the point is inside. Invariant: a ray that enters at distance d finds the
+//! points just beyond d inside and the points just before d outside.
 
 /// A solid; upright, axis-aligned, lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +62,8 @@ impl Shape {
         }
     }
 
-    /// Distance in metres at which a ray from the origin along the unit vector `ray` enters the solid; `None` when it
-    /// misses. The origin is expected outside.
+    /// Distance in metres at which a ray from the origin along the unit vector `ray` enters the solid; `None`
+    /// when it misses. The origin is expected outside.
     pub fn first_hit(&self, ray: [f64; 3]) -> Option<f64> {
         let (enters, leaves) = match *self {
             Shape::Block { min, max } => overlap((0..3).map(|i| slab(min[i], max[i], ray[i])))?,
@@ -82,7 +82,8 @@ impl Shape {
         (leaves > 0.0 && enters > 0.0).then_some(enters)
     }
 
-    /// A point of the solid 1 cm behind the middle of what the head sees of it: on the ray towards its centre.
+    /// A point of the solid 1 cm behind the middle of what the head sees of it: on the ray towards its
+    /// centre.
     pub fn sounding_point(&self) -> [f64; 3] {
         let centre = match *self {
             Shape::Block { min, max } => [0, 1, 2].map(|i| 0.5 * (min[i] + max[i])),
@@ -115,7 +116,8 @@ fn overlap(intervals: impl Iterator<Item = Option<(f64, f64)>>) -> Option<(f64, 
     (common.0 <= common.1).then_some(common)
 }
 
-/// The two solutions of `a t^2 - 2 b t + c = 0`; with `a = 0` (a vertical ray), all distances or none, by the sign of c.
+/// The two solutions of `a t^2 - 2 b t + c = 0`; with `a = 0` (a vertical ray), all distances or none, by the
+/// sign of c.
 fn roots(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
     if a < 1e-24 {
         return (c <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));

@@ -1,4 +1,5 @@
-//! The world and its senses against geometry: hand-computed hits, labels, cues, and noise that has the promised size.
+//! The world and its senses against geometry: hand-computed hits, labels, cues, and noise that has the
+//! promised size.
 
 use super::sensors::*;
 use super::*;

@@ -1,9 +1,9 @@
 //! What a perfect map of the world would say, in the cells of a grid.
 //!
-//! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage order,
-//! with azimuth 0 along the world's z (head yaw 0). Each direction is judged by the one ray through its centre, which
-//! is the ray that the simulated depth camera senses. Invariant: the labels along a line of sight read free ... free,
-//! surface, hidden ... hidden.
+//! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage
+//! order, with azimuth 0 along the world's z (head yaw 0). Each direction is judged by the one ray through
+//! its centre, which is the ray that the simulated depth camera senses. Invariant: the labels along a line of
+//! sight read free ... free, surface, hidden ... hidden.
 
 use super::World;
 use crate::grid::{Grid, Spherical};
@@ -23,9 +23,9 @@ pub enum CellTruth {
 }
 
 impl World {
-    /// The shell (0-based) of the first surface along every direction; `None` where it is beyond the grid's reach. A
-    /// surface inside the egocentric gap counts for the first shell, as in equation 4 (`z` in `[0; 1]`).
-    /// Shape: `[elevation_cells][azimuth_cells]`.
+    /// The shell (0-based) of the first surface along every direction; `None` where it is beyond the grid's
+    /// reach. A surface inside the egocentric gap counts for the first shell, as in equation 4 (`z` in `[0;
+    /// 1]`). Shape: `[elevation_cells][azimuth_cells]`.
     pub fn truth_first_hit(&self, grid: &Grid, time_s: f64) -> Vec<Option<usize>> {
         let gap = grid.edges_m()[0];
         grid.all_directions()
@@ -54,9 +54,9 @@ impl World {
             .collect()
     }
 
-    /// The floor plan that a person would draw, at the point `[x, y, z]` (metres) and time (seconds): 1 in something
-    /// solid, 0 where it is empty and in view of the head, 1/2 where it is empty but hidden, and deeper than
-    /// [`WALL_M`] in the walls.
+    /// The floor plan that a person would draw, at the point `[x, y, z]` (metres) and time (seconds): 1 in
+    /// something solid, 0 where it is empty and in view of the head, 1/2 where it is empty but hidden, and
+    /// deeper than [`WALL_M`] in the walls.
     pub fn plan(&self, point: [f64; 3], time_s: f64) -> f64 {
         let depth = (0..3)
             .map(|axis| (self.room[0][axis] - point[axis]).max(point[axis] - self.room[1][axis]))

@@ -1,10 +1,10 @@
 //! A depth camera with the error of a stereo pair.
 //!
-//! In: the world, the grid, where the camera points. Out: for every direction of the grid, relative to the head's
-//! yaw, one reading or none. For rectified parallel cameras `Z = f B / delta`, so that a disparity error
-//! `sigma_delta` gives `sigma_Z = Z^2 sigma_delta / (f B)`, and along the ray `sigma_rho = sigma_Z rho / Z`. The
-//! confidence is `lambda = sigma_min / sigma_rho`, so that equation 3's `sigma_rho = sigma_min / lambda` gives the
-//! error back. Invariant: a confidence is in `]0; 1]`.
+//! In: the world, the grid, where the camera points. Out: for every direction of the grid, relative to the
+//! head's yaw, one reading or none. For rectified parallel cameras `Z = f B / delta`, so that a disparity
+//! error `sigma_delta` gives `sigma_Z = Z^2 sigma_delta / (f B)`, and along the ray `sigma_rho = sigma_Z rho
+//! / Z`. The confidence is `lambda = sigma_min / sigma_rho`, so that equation 3's `sigma_rho = sigma_min /
+//! lambda` gives the error back. Invariant: a confidence is in `]0; 1]`.
 
 use crate::grid::{Grid, unit_vector};
 use crate::world::World;
@@ -38,7 +38,8 @@ pub struct DepthCamera {
 }
 
 impl Default for DepthCamera {
-    /// 80 x 60 degrees, f = 500 px, B = 12 cm, a quarter of a pixel, 1 cm at best, 3 % lost: 1 cm at 1.5 m, 10 cm at 5 m.
+    /// 80 x 60 degrees, f = 500 px, B = 12 cm, a quarter of a pixel, 1 cm at best, 3 % lost: 1 cm at 1.5 m,
+    /// 10 cm at 5 m.
     fn default() -> DepthCamera {
         DepthCamera {
             field_degrees: [80.0, 60.0],
@@ -52,16 +53,17 @@ impl Default for DepthCamera {
 }
 
 impl DepthCamera {
-    /// Standard deviation in metres of a reading of `range_m` metres on a ray whose angle to the optical axis has the
-    /// cosine `cosine`; never less than `sigma_min_m`.
+    /// Standard deviation in metres of a reading of `range_m` metres on a ray whose angle to the optical axis
+    /// has the cosine `cosine`; never less than `sigma_min_m`.
     pub fn sigma_m(&self, range_m: f64, cosine: f64) -> f64 {
         let depth = range_m * cosine;
         let sigma_depth = depth * depth * self.disparity_sigma_px / (self.focal_px * self.baseline_m);
         (sigma_depth / cosine).max(self.sigma_min_m)
     }
 
-    /// Whether a camera pitched up by `pitch` radians sees the direction `(azimuth, elevation)` relative to the head's
-    /// yaw, and if so the cosine of the angle to its optical axis. The field of view is a pyramid, as a sensor's is.
+    /// Whether a camera pitched up by `pitch` radians sees the direction `(azimuth, elevation)` relative to
+    /// the head's yaw, and if so the cosine of the angle to its optical axis. The field of view is a pyramid,
+    /// as a sensor's is.
     pub fn sees(&self, direction: (f64, f64), pitch: f64) -> Option<f64> {
         let [x, y, z] = unit_vector(direction.0, direction.1);
         let (sine, cosine) = pitch.sin_cos();
@@ -71,9 +73,9 @@ impl DepthCamera {
         (ahead > 0.0 && x.abs() <= reach[0] && up.abs() <= reach[1]).then_some(ahead)
     }
 
-    /// One look. Angles in radians, time in seconds. Out: one entry for each direction of the grid relative to the head's
-    /// yaw, `[elevation_cells][azimuth_cells]`; `None` outside the field of view and where the reading was lost. A
-    /// surface beyond the grid's reach is reported at its distance, not dropped.
+    /// One look. Angles in radians, time in seconds. Out: one entry for each direction of the grid relative
+    /// to the head's yaw, `[elevation_cells][azimuth_cells]`; `None` outside the field of view and where the
+    /// reading was lost. A surface beyond the grid's reach is reported at its distance, not dropped.
     pub fn look(
         &self,
         world: &World,

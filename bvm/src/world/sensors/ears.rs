@@ -1,12 +1,14 @@
 //! Two ears on a rigid sphere.
 //!
-//! In: where a sound is, seen from the head. Out: how much earlier (ITD, seconds) and how much louder (ILD, decibels, one
-//! for each frequency channel) it is at the right ear. With the lateral angle `theta_l = asin(sin(azimuth)
-//! cos(elevation))`, positive to the right:
+//! In: where a sound is, seen from the head. Out: how much earlier (ITD, seconds) and how much louder (ILD,
+//! decibels, one for each frequency channel) it is at the right ear. With the lateral angle `theta_l =
+//! asin(sin(azimuth) cos(elevation))`, positive to the right:
 //!
-//! - `ITD = (a / c) (theta_l + sin theta_l)` (Woodworth 1938): 0.656 ms at most; the same in front and behind;
-//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_left / r_right)`: a head shadow that grows with frequency
-//!   (Van Opstal 2016), and spherical spreading from the two ears, which tells near from far (Shinn-Cunningham 2000).
+//! - `ITD = (a / c) (theta_l + sin theta_l)` (Woodworth 1938): 0.656 ms at most; the same in front and
+//!   behind;
+//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_left / r_right)`: a head shadow that grows with
+//!   frequency (Van Opstal 2016), and spherical spreading from the two ears, which tells near from far
+//!   (Shinn-Cunningham 2000).
 //!
 //! Invariant: mirroring the source left to right changes the sign of every cue.
 
@@ -33,7 +35,8 @@ pub struct Cues {
     pub ild_db: [f64; CHANNELS],
 }
 
-/// The cues of a source seen from the head, without noise. A source inside the head is heard as if on its surface.
+/// The cues of a source seen from the head, without noise. A source inside the head is heard as if on its
+/// surface.
 pub fn cues_of(source: Spherical) -> Cues {
     let sine = (source.azimuth.sin() * source.elevation.cos()).clamp(-1.0, 1.0);
     let lateral = sine.asin();
@@ -68,8 +71,8 @@ impl Default for Ears {
 }
 
 impl Ears {
-    /// What a head turned by `yaw` radians hears of the world's loudspeaker; `None` when it is silent. The loudspeaker
-    /// stands still, so that time only matters through the generator.
+    /// What a head turned by `yaw` radians hears of the world's loudspeaker; `None` when it is silent. The
+    /// loudspeaker stands still, so that time only matters through the generator.
     pub fn hear(&self, world: &World, yaw: f64, random: &mut impl Rng) -> Option<Cues> {
         let silent: f64 = StandardUniform.sample(random);
         let exact = cues_of(world.source_from(yaw));

@@ -1,8 +1,9 @@
 //! A gyroscope about the vertical, and the turns that it measures.
 //!
-//! In: an angle to turn by (radians) and a sampling time (seconds). Out: yaw rates (radians per second) along a raised
-//! cosine, `rate(t) = (angle / T) (1 - cos(2 pi t / T))`, which starts and ends at rest; the gyroscope adds white
-//! noise and a constant bias. Invariant: the rates of a turn times the sampling time add up to the angle.
+//! In: an angle to turn by (radians) and a sampling time (seconds). Out: yaw rates (radians per second) along
+//! a raised cosine, `rate(t) = (angle / T) (1 - cos(2 pi t / T))`, which starts and ends at rest; the
+//! gyroscope adds white noise and a constant bias. Invariant: the rates of a turn times the sampling time add
+//! up to the angle.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -15,8 +16,9 @@ const SHORTEST_S: f64 = 0.2;
 /// Most samples in one turn; a finer sampling time than this allows is a mistake, and gives no turn.
 const MOST_SAMPLES: f64 = 1e7;
 
-/// The yaw rates in radians per second of a turn by `angle` radians, one for each `dt` seconds (0.01 for 100 Hz), each
-/// at the middle of its interval. At rest (an angle of 0), or where either argument is not usable: none.
+/// The yaw rates in radians per second of a turn by `angle` radians, one for each `dt` seconds (0.01 for 100
+/// Hz), each at the middle of its interval. At rest (an angle of 0), or where either argument is not usable:
+/// none.
 pub fn turn_profile(angle: f64, dt: f64) -> Vec<f64> {
     if angle == 0.0 || !angle.is_finite() || !dt.is_finite() || dt <= 0.0 {
         return Vec::new();

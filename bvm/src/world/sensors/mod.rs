@@ -1,11 +1,12 @@
-//! The senses of the simulated head: sight (a stereo-like depth camera), hearing (two ears on a sphere) and balance
-//! (a gyroscope).
+//! The senses of the simulated head: sight (a stereo-like depth camera), hearing (two ears on a sphere) and
+//! balance (a gyroscope).
 //!
-//! In: the world, where the head points, a time and a seeded generator. Out: readings with noise, as the real organs would
-//! give them and never the truth. Invariant: the same seed and the same calls give the same readings.
+//! In: the world, where the head points, a time and a seeded generator. Out: readings with noise, as the real
+//! organs would give them and never the truth. Invariant: the same seed and the same calls give the same
+//! readings.
 //!
-//! Frame: azimuth relative to the head is world azimuth minus yaw, wrapped; yaw leaves elevation alone. The camera's
-//! pitch moves what the camera sees, not the frame of what it reports.
+//! Frame: azimuth relative to the head is world azimuth minus yaw, wrapped; yaw leaves elevation alone. The
+//! camera's pitch moves what the camera sees, not the frame of what it reports.
 
 mod camera;
 mod ears;
