@@ -1,1 +1,4 @@
 //! The Bayesian Volumetric Map.
+pub mod grid;
+pub mod report;
+pub mod world;
