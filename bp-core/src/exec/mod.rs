@@ -9,9 +9,12 @@ mod interpreter;
 
 
 
+mod lanes;
+pub mod scalar;
+
 pub use gaussian::{Belief, Filter};
 pub use inputs::{Inputs, Outputs};
 pub use interpreter::interpret;
+pub use lanes::Lanes;
 
 
-pub(crate) use inputs::Bound;

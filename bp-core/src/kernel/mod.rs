@@ -11,6 +11,8 @@
 mod build;
 
 
+pub mod schedule;
+
 pub use build::KernelBuilder;
 
 use crate::ids::{Arena, AxisId, BufferId, ValueId};

@@ -205,7 +205,9 @@ impl<'m> Lowering<'m> {
             });
             !scanned && !kernel.nodes.values().any(|node| reaches_across(kernel, node, *axis))
         };
-        let parallel: Vec<AxisId> = self.plate.iter().copied().filter(independent).collect();
+        // What is parallel must be contiguous in every buffer: the last axes of the plate.
+        let first = self.plate.iter().rposition(|axis| !independent(axis)).map_or(0, |position| position + 1);
+        let parallel: Vec<AxisId> = self.plate[first..].to_vec();
         self.builder.parallel(&parallel);
         self.builder.build()
     }
