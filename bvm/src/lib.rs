@@ -1,1 +1,3 @@
 //! The Bayesian Volumetric Map.
+
+pub mod vision;
