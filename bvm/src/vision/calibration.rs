@@ -119,3 +119,97 @@ impl Calibration {
         ((x_px - self.cx_px) / self.focal_px, (y_px - self.cy_px) / self.focal_px)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::FRAC_PI_4;
+
+    const GOOD: &str = "focal_px = 100.0\ncx_px = 50\ncy_px = 40.0\nbaseline_m = 0.5\ndoffs_px = 10.0\nmax_disparity_px = 64\n";
+
+    fn parse(text: &str) -> Result<Calibration, VisionError> {
+        Calibration::parse(text, Path::new("rig.toml"))
+    }
+
+    #[test]
+    fn hand_geometry() {
+        let rig = parse(GOOD).unwrap();
+        assert_eq!(rig.max_disparity_px(), 64);
+        // 100 px · 0.5 m / (15 + 10) px = 2 m.
+        assert_eq!(rig.depth_m(15.0), Some(2.0));
+        assert_eq!(rig.direction(50.0, 40.0), (0.0, 0.0));
+        // Slope 3/4 makes a 3-4-5 triangle: range 2 · 5/4.
+        assert_eq!(rig.range_m(125.0, 40.0, 15.0), Some(2.5));
+        let right = 0.75f64.atan();
+        assert!((rig.direction(125.0, 40.0).0 - right).abs() < 1e-15);
+        assert!((rig.direction(-25.0, 40.0).0 + right).abs() < 1e-15);
+        assert!((rig.direction(50.0, -35.0).1 - right).abs() < 1e-15);
+        // Slopes 3/4 right and 5/4 up: √(1 + 9/16) = 5/4, so 45° up.
+        assert!((rig.direction(125.0, -85.0).1 - FRAC_PI_4).abs() < 1e-15);
+        assert!((rig.range_m(125.0, -85.0, 15.0).unwrap() - 2.0 * 3.125f64.sqrt()).abs() < 1e-12);
+        // 2² m² · 0.5 px / 50 px·m.
+        assert!((rig.range_sigma_m(2.0, 0.5) - 0.04).abs() < 1e-15);
+    }
+
+    #[test]
+    fn depth_noise_is_the_slope_of_depth() {
+        let rig = parse(GOOD).unwrap();
+        let slope = (rig.depth_m(14.999).unwrap() - rig.depth_m(15.001).unwrap()) / 0.002;
+        assert!((rig.range_sigma_m(2.0, 1.0) - slope).abs() < 1e-6);
+    }
+
+    #[test]
+    fn no_depth_at_infinity_or_behind() {
+        let rig = parse(GOOD).unwrap();
+        for disparity in [-10.0, -11.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(rig.depth_m(disparity), None, "{disparity}");
+        }
+    }
+
+    #[test]
+    fn each_fault_names_the_file_the_key_and_the_value() {
+        let cases = [
+            ("focal_px = 100.0", "focal_px = 0", "`focal_px`: is 0, expected a finite number above 0"),
+            ("focal_px = 100.0", "focal_px = inf", "`focal_px`: is inf"),
+            ("cx_px = 50", "cx_px = nan", "`cx_px`: is nan, expected a finite number"),
+            ("cy_px = 40.0", "cy_px = 'middle'", "`cy_px`: is \"middle\""),
+            ("baseline_m = 0.5", "baseline_m = -0.5", "`baseline_m`: is -0.5"),
+            ("doffs_px = 10.0", "", "`doffs_px`: missing"),
+            ("doffs_px = 10.0", "doffs = 10.0", "`doffs`: unknown; expected focal_px"),
+            ("max_disparity_px = 64", "max_disparity_px = 0", "`max_disparity_px`: is 0, expected a whole"),
+            ("max_disparity_px = 64", "max_disparity_px = 6.5", "`max_disparity_px`: is 6.5"),
+            ("cx_px = 50", "cx_px = 50 50", "not valid TOML: line 2"),
+        ];
+        for (good, bad, expected) in cases {
+            let message = parse(&GOOD.replace(good, bad)).unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains("rig.toml"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let message = Calibration::read(Path::new("nowhere/rig.toml")).unwrap_err().to_string();
+        assert!(message.contains("cannot read `nowhere/rig.toml`"), "{message}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_answered(text in "(?s).{0,200}") {
+            let _ = parse(&text);
+        }
+
+        #[test]
+        fn range_and_direction_lead_back_to_the_point(
+            x in -200.0..300.0f64, y in -200.0..300.0f64, disparity in 0.0..64.0f64,
+        ) {
+            let rig = parse(GOOD).unwrap();
+            let (depth, range) = (rig.depth_m(disparity).unwrap(), rig.range_m(x, y, disparity).unwrap());
+            let (azimuth, elevation) = rig.direction(x, y);
+            let flat = range * elevation.cos();
+            prop_assert!((flat * azimuth.cos() - depth).abs() < 1e-9);
+            prop_assert!((flat * azimuth.sin() - (x - 50.0) / 100.0 * depth).abs() < 1e-9);
+            prop_assert!((range * elevation.sin() + (y - 40.0) / 100.0 * depth).abs() < 1e-9);
+        }
+    }
+}

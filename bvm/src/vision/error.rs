@@ -90,7 +90,10 @@ pub enum VisionError {
         limit: usize,
     },
     /// A grid of directions that does not fit the sphere.
-    #[error("directions: {axis} has {cells} cells of {step_rad} rad; expected positive steps that cover at most {} rad", full_rad)]
+    #[error(
+        "directions: {axis} has {cells} cells of {step_rad} rad; expected positive steps that cover at most {} rad",
+        full_rad
+    )]
     Directions {
         /// `azimuth` or `elevation`.
         axis: &'static str,

@@ -63,9 +63,12 @@ fn beats(reading: RangeReading, held: RangeReading) -> bool {
         || (reading.confidence == held.confidence && reading.range_m < held.range_m)
 }
 
-/// The cell ]k·step, (k+1)·step] of an angle measured from the lower end of its axis.
+/// The cell ]k·step, (k+1)·step] of an angle measured from the lower end of its axis; an angle that misses an
+/// edge by rounding alone lies on it.
 fn cell_of(angle_rad: f64, step_rad: f64, cells: usize) -> Option<usize> {
-    let index = (angle_rad / step_rad).ceil() - 1.0;
+    let place = angle_rad / step_rad;
+    let edge = place.round();
+    let index = if (place - edge).abs() < 1e-9 { edge - 1.0 } else { place.ceil() - 1.0 };
     (index >= 0.0 && index < cells as f64).then_some(index as usize)
 }
 
@@ -75,5 +78,88 @@ fn check_axis(axis: &'static str, cells: usize, step_rad: f64, full_rad: f64) ->
         Ok(())
     } else {
         Err(VisionError::Directions { axis, cells, step_rad, full_rad })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// Focal length 100 px, centre (2, 1), f·B = 50 px·m, no offset: disparity 25 is 2 m deep.
+    fn calibration() -> Calibration {
+        let text =
+            "focal_px = 100\ncx_px = 2\ncy_px = 1\nbaseline_m = 0.5\ndoffs_px = 0\nmax_disparity_px = 30";
+        Calibration::parse(text, Path::new("hand.toml")).unwrap()
+    }
+
+    /// A map 5×3 with the claims given as (x, y, disparity, confidence).
+    fn map(claims: &[(usize, usize, f32, f32)]) -> DisparityMap {
+        let mut map = DisparityMap {
+            width: 5,
+            height: 3,
+            disparity: vec![f32::INFINITY; 15],
+            confidence: vec![0.0; 15],
+        };
+        for &(x, y, disparity, confidence) in claims {
+            map.disparity[y * 5 + x] = disparity;
+            map.confidence[y * 5 + x] = confidence;
+        }
+        map
+    }
+
+    fn quadrants(map: &DisparityMap) -> Vec<Option<RangeReading>> {
+        readings(map, &calibration(), 4, 2, FRAC_PI_2, FRAC_PI_2).unwrap()
+    }
+
+    #[test]
+    fn the_upper_edge_belongs_to_a_cell() {
+        // Straight ahead: azimuth 0 ends column 1, elevation 0 ends row 0.
+        let found = quadrants(&map(&[(2, 1, 25.0, 0.5)]));
+        let expected = RangeReading { range_m: 2.0, confidence: 0.5 };
+        assert_eq!(found[1], Some(expected));
+        assert_eq!(found.iter().flatten().count(), 1);
+    }
+
+    #[test]
+    fn right_and_up_are_positive() {
+        let found = quadrants(&map(&[(4, 0, 25.0, 0.5)]));
+        // Slopes 0.02 and −0.01: ρ = 2·√(1 + 0.0004 + 0.0001).
+        let reading = found[4 + 2].unwrap();
+        assert!((f64::from(reading.range_m) - 2.0 * 1.0005f64.sqrt()).abs() < 1e-6);
+        assert_eq!(found.iter().flatten().count(), 1);
+    }
+
+    #[test]
+    fn the_most_confident_pixel_speaks_then_the_nearest() {
+        let found = quadrants(&map(&[(0, 1, 25.0, 0.5), (1, 1, 10.0, 0.9), (2, 1, 20.0, 0.9)]));
+        assert_eq!(found[1], Some(RangeReading { range_m: 2.5, confidence: 0.9 }));
+    }
+
+    #[test]
+    fn no_claim_no_reading() {
+        // Nothing at all; a disparity of zero is at infinity.
+        assert!(quadrants(&map(&[])).iter().all(Option::is_none));
+        assert!(quadrants(&map(&[(2, 1, 0.0, 0.9)])).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn one_degree_edges_survive_rounding() {
+        let degree = 1f64.to_radians();
+        for cell in 0..360 {
+            assert_eq!(cell_of(f64::from(cell + 1) * degree, degree, 360), Some(cell as usize));
+        }
+        assert_eq!(cell_of(0.0, degree, 360), None);
+        assert_eq!(cell_of(361.0 * degree, degree, 360), None);
+    }
+
+    #[test]
+    fn impossible_grids_are_refused() {
+        let (map, calibration) = (map(&[]), calibration());
+        for (cells, step) in [(0, 0.1), (4, 0.0), (4, -1.0), (4, f64::NAN), (5, FRAC_PI_2)] {
+            let error = readings(&map, &calibration, cells, 2, step, FRAC_PI_2).unwrap_err();
+            assert!(error.to_string().contains("azimuth"), "{error}");
+        }
+        assert!(readings(&map, &calibration, 4, 3, FRAC_PI_2, FRAC_PI_2).is_err());
     }
 }

@@ -29,8 +29,7 @@ const FAR: i16 = 8_000;
 
 /// Sum of the eight path costs of every candidate.
 pub(super) fn aggregate(volume: &CostVolume, guide: &[f32]) -> Vec<i16> {
-    let (mut sums, backward) =
-        rayon::join(|| sweep(volume, guide, false), || sweep(volume, guide, true));
+    let (mut sums, backward) = rayon::join(|| sweep(volume, guide, false), || sweep(volume, guide, true));
     for (sum, other) in sums.iter_mut().zip(&backward) {
         *sum += other;
     }

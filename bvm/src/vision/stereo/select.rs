@@ -16,8 +16,9 @@ use rayon::prelude::*;
 
 use super::volume::CostVolume;
 
-/// Temperature T of the confidence, in units of summed path cost.
-const TEMPERATURE: f32 = 40.0;
+/// Temperature T of the confidence, in units of summed path cost; at this value about λ of the claims with
+/// confidence λ were within one pixel of the truth on both pairs that were measured.
+const TEMPERATURE: f32 = 100.0;
 /// Costs beyond this many temperatures weigh nothing.
 const COLD: f32 = 12.0;
 /// Most disparities, in pixels, by which left and right view may differ.
@@ -32,13 +33,14 @@ pub(super) struct Claim {
     pub(super) confidence: f32,
     /// Matching cost of the pixel itself at the disparity claimed.
     pub(super) cost: u8,
-    /// Matching cost of the pixel itself, averaged over all disparities.
+    /// Matching cost of the pixel itself, averaged over all disparities that the right image shows.
     pub(super) mean_cost: f32,
 }
 
 /// The claims of all pixels.
 pub(super) fn claims(volume: &CostVolume, sums: &[i16]) -> Vec<Option<Claim>> {
-    let weights: Vec<f32> = (0..(COLD * TEMPERATURE) as usize).map(|s| (-(s as f32) / TEMPERATURE).exp()).collect();
+    let weights: Vec<f32> =
+        (0..(COLD * TEMPERATURE) as usize).map(|s| (-(s as f32) / TEMPERATURE).exp()).collect();
     let mut claims = vec![None; volume.width * volume.height];
     claims
         .par_chunks_mut(volume.width)
@@ -57,12 +59,13 @@ fn claim_row(volume: &CostVolume, y: usize, sums: &[i16], weights: &[f32], row: 
             continue;
         }
         let costs = volume.at(y * volume.width + x);
-        let total: u32 = costs.iter().map(|&cost| u32::from(cost)).sum();
+        let seen = &costs[..costs.len().min(x + 1)];
+        let total: u32 = seen.iter().map(|&cost| u32::from(cost)).sum();
         *place = Some(Claim {
             disparity: winner as f32 + finer(sums, winner),
             confidence: confidence(sums, winner, weights),
             cost: costs[winner],
-            mean_cost: total as f32 / costs.len() as f32,
+            mean_cost: total as f32 / seen.len() as f32,
         });
     }
 }

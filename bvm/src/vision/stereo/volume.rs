@@ -1,6 +1,6 @@
 //! The matching cost of every pixel at every disparity.
 //!
-//! In: a rectified pair. Out: [`CostVolume`], costs in 0..=[`WORST_COST`], index `(y * width + x) * stride + d`.
+//! In: a rectified pair. Out: [`CostVolume`], costs in 0..=139, index `(y * width + x) * stride + d`.
 //! Each pixel becomes a census word: one bit for each neighbour in a 9×7 window, set where the neighbour is
 //! darker than the centre. The cost of disparity d at (x, y) is the Hamming distance between the left word at
 //! x and the right word at x − d, summed over a 3×3 window and divided by 4. The census looks at the order of
@@ -13,9 +13,6 @@
 use rayon::prelude::*;
 
 use crate::vision::image::GreyImage;
-
-/// The largest cost of a real candidate: 62 bits over nine pixels, divided by 4.
-pub(super) const WORST_COST: u8 = 139;
 
 /// Bits that a candidate outside the right image costs.
 const UNSEEN_BITS: u8 = 20;
@@ -100,7 +97,8 @@ fn sum_windows(bits: &[u8], width: usize, height: usize, levels: usize, stride: 
         || vec![0u16; row_length],
         |column_sums, (y, row)| {
             let row_of = |y: usize| &bits[y * row_length..][..row_length];
-            let (above, here, below) = (row_of(y.saturating_sub(1)), row_of(y), row_of((y + 1).min(height - 1)));
+            let (above, here, below) =
+                (row_of(y.saturating_sub(1)), row_of(y), row_of((y + 1).min(height - 1)));
             for (((sum, a), b), c) in column_sums.iter_mut().zip(above).zip(here).zip(below) {
                 *sum = u16::from(*a) + u16::from(*b) + u16::from(*c);
             }
