@@ -1,9 +1,10 @@
 //! The claims that their neighbourhood does not support are withdrawn.
 //!
 //! In: the claims of all pixels. Out: the same, fewer.
-//! - *Support*: over a small window, the matching costs at the disparities claimed must be clearly below the
-//!   costs of disparities at large. Where the picture is flat, saturated or mere noise they are not: there the
-//!   aggregation only carried the surroundings inwards, and nothing was measured.
+//! - *Support*: over a small window, the disparities claimed must match clearly better than disparities at
+//!   large: their cost is below the mean, and most others are worse. Where the picture is flat, saturated or
+//!   mere noise they do not: there the aggregation only carried the surroundings inwards, and nothing was
+//!   measured.
 //! - *Speckles*: a patch of claims that hang together (neighbours differ by at most one pixel) and is small is
 //!   a chance match.
 //!
@@ -15,6 +16,8 @@ use super::select::Claim;
 const SUPPORT_RADIUS: usize = 3;
 /// Least part of the mean matching cost that the claims must save.
 const LEAST_SAVING: f32 = 0.25;
+/// Least part of the disparities that must match clearly worse than the one claimed.
+const LEAST_WORSE: f32 = 0.7;
 /// Least mean matching cost of a window; below, there is nothing to match.
 const LEAST_COST: f32 = 4.0;
 /// Smallest patch that stays, pixels.
@@ -30,10 +33,14 @@ pub(super) fn drop_unsupported(claims: &mut [Option<Claim>], width: usize) {
     };
     let paid = part(|claim| f32::from(claim.cost));
     let usual = part(|claim| claim.mean_cost);
+    let worse = part(|claim| claim.worse);
     let counts = part(|_| 1.0);
     for (at, claim) in claims.iter_mut().enumerate() {
         let saved = 1.0 - paid[at] / usual[at];
-        if !(saved >= LEAST_SAVING && usual[at] >= LEAST_COST * counts[at]) {
+        if !(saved >= LEAST_SAVING
+            && worse[at] >= LEAST_WORSE * counts[at]
+            && usual[at] >= LEAST_COST * counts[at])
+        {
             *claim = None;
         }
     }

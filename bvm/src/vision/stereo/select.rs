@@ -23,6 +23,8 @@ const TEMPERATURE: f32 = 100.0;
 const COLD: f32 = 12.0;
 /// Most disparities, in pixels, by which left and right view may differ.
 const MOST_DISAGREEMENT: usize = 1;
+/// Difference of matching costs that is no accident: nearly two bits for each pixel of the window.
+const CLEARLY: u8 = 4;
 
 /// What a pixel says before its neighbours have been asked.
 #[derive(Clone, Copy)]
@@ -35,6 +37,8 @@ pub(super) struct Claim {
     pub(super) cost: u8,
     /// Matching cost of the pixel itself, averaged over all disparities that the right image shows.
     pub(super) mean_cost: f32,
+    /// Part of these disparities that match clearly worse than the one claimed.
+    pub(super) worse: f32,
 }
 
 /// The claims of all pixels.
@@ -59,13 +63,16 @@ fn claim_row(volume: &CostVolume, y: usize, sums: &[i16], weights: &[f32], row: 
             continue;
         }
         let costs = volume.at(y * volume.width + x);
-        let seen = &costs[..costs.len().min(x + 1)];
+        let seen = &costs[..costs.len().min(x.max(1))];
         let total: u32 = seen.iter().map(|&cost| u32::from(cost)).sum();
+        let clearly = costs[winner].saturating_add(CLEARLY);
+        let worse = seen.iter().filter(|&&cost| cost > clearly).count();
         *place = Some(Claim {
             disparity: winner as f32 + finer(sums, winner),
             confidence: confidence(sums, winner, weights),
             cost: costs[winner],
             mean_cost: total as f32 / seen.len() as f32,
+            worse: worse as f32 / seen.len() as f32,
         });
     }
 }
