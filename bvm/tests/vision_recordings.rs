@@ -71,5 +71,5 @@ fn motorcycle() {
     assert!(row(330) < row(410) && row(410) < row(490));
     let swapped = match_pair(&right, &left, 64).unwrap();
     println!("swapped: density {:.4}", swapped.density());
-    assert!(swapped.density() < 0.15, "{}", swapped.density());
+    assert!(swapped.density() < 0.05, "{}", swapped.density());
 }

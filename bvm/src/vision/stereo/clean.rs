@@ -15,13 +15,13 @@ use super::select::Claim;
 /// Half the side of the window of support, pixels.
 const SUPPORT_RADIUS: usize = 3;
 /// Least part of the mean matching cost that the claims must save.
-const LEAST_SAVING: f32 = 0.25;
+const LEAST_SAVING: f32 = 0.45;
 /// Least part of the disparities that must match clearly worse than the one claimed.
 const LEAST_WORSE: f32 = 0.7;
 /// Least mean matching cost of a window; below, there is nothing to match.
 const LEAST_COST: f32 = 4.0;
 /// Smallest patch that stays, pixels.
-const LEAST_PATCH: usize = 80;
+const LEAST_PATCH: usize = 150;
 /// Most disparity between neighbours of one patch, pixels.
 const PATCH_STEP: f32 = 1.0;
 

@@ -18,7 +18,7 @@ use super::image::GreyImage;
 pub const MAX_CANDIDATES: usize = 1 << 30;
 
 /// Least confidence of a claim.
-const LEAST_CONFIDENCE: f32 = 0.1;
+const LEAST_CONFIDENCE: f32 = 0.3;
 
 /// Disparities of a left view.
 #[derive(Debug, Clone, PartialEq)]
