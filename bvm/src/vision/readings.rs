@@ -39,7 +39,7 @@ pub fn readings(
     check_axis("elevation", elevation_cells, elevation_step_rad, PI)?;
     let mut best: Vec<Option<RangeReading>> = vec![None; azimuth_cells * elevation_cells];
     for (at, (&disparity, &confidence)) in map.disparity.iter().zip(&map.confidence).enumerate() {
-        if !(confidence > 0.0) {
+        if confidence.is_nan() || confidence <= 0.0 {
             continue;
         }
         let (x, y) = ((at % map.width) as f64, (at / map.width) as f64);

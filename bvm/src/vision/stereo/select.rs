@@ -10,7 +10,7 @@
 //! near 1 for one sharp minimum and 1/n for n equal ones. A claim is dropped when its match lies outside the
 //! right image, or when the right pixel that it names prefers another disparity (half-occlusion, a wrong
 //! match).
-//! Invariant: rows are independent; λ lies in ]0, 1].
+//! Invariant: rows are independent; λ lies in ]0, 1]; there are at most 2^16 disparities.
 
 use rayon::prelude::*;
 
@@ -21,6 +21,8 @@ use super::volume::CostVolume;
 const TEMPERATURE: f32 = 100.0;
 /// Costs beyond this many temperatures weigh nothing.
 const COLD: f32 = 12.0;
+/// g(winner) in whole numbers; 2^16 disparities of this weight fit 32 bits.
+const WEIGHT_OF_WINNER: f32 = 65_535.0;
 /// Most disparities, in pixels, by which left and right view may differ.
 const MOST_DISAGREEMENT: usize = 1;
 /// Difference of matching costs that is no accident: nearly two bits for each pixel of the window.
@@ -43,8 +45,8 @@ pub(super) struct Claim {
 
 /// The claims of all pixels.
 pub(super) fn claims(volume: &CostVolume, sums: &[i16]) -> Vec<Option<Claim>> {
-    let weights: Vec<f32> =
-        (0..(COLD * TEMPERATURE) as usize).map(|s| (-(s as f32) / TEMPERATURE).exp()).collect();
+    let weight = |sum: usize| ((-(sum as f32) / TEMPERATURE).exp() * WEIGHT_OF_WINNER).round() as u32;
+    let weights: Vec<u32> = (0..=(COLD * TEMPERATURE) as usize).map(weight).collect();
     let mut claims = vec![None; volume.width * volume.height];
     claims
         .par_chunks_mut(volume.width)
@@ -54,7 +56,7 @@ pub(super) fn claims(volume: &CostVolume, sums: &[i16]) -> Vec<Option<Claim>> {
     claims
 }
 
-fn claim_row(volume: &CostVolume, y: usize, sums: &[i16], weights: &[f32], row: &mut [Option<Claim>]) {
+fn claim_row(volume: &CostVolume, y: usize, sums: &[i16], weights: &[u32], row: &mut [Option<Claim>]) {
     let from_right = right_winners(volume, sums);
     for (x, place) in row.iter_mut().enumerate() {
         let sums = &sums[x * volume.stride..][..volume.levels];
@@ -79,17 +81,16 @@ fn claim_row(volume: &CostVolume, y: usize, sums: &[i16], weights: &[f32], row: 
 
 /// For each pixel of the right view, the best disparity among the left pixels that name it.
 fn right_winners(volume: &CostVolume, sums: &[i16]) -> Vec<usize> {
-    let mut best = vec![(i16::MAX, 0); volume.width];
+    // Sum in the upper half, disparity in the lower: one minimum finds the least sum and its first disparity.
+    let mut best = vec![i32::MAX; volume.width];
     for (x, sums) in sums.chunks_exact(volume.stride).enumerate() {
         let seen = volume.levels.min(x + 1);
-        for (d, &sum) in sums[..seen].iter().enumerate() {
-            let held = &mut best[x - d];
-            if sum < held.0 {
-                *held = (sum, d);
-            }
+        let named = best[x + 1 - seen..=x].iter_mut().rev();
+        for ((held, &sum), d) in named.zip(&sums[..seen]).zip(0..) {
+            *held = (*held).min(i32::from(sum) << 16 | d);
         }
     }
-    best.into_iter().map(|(_, winner)| winner).collect()
+    best.into_iter().map(|key| (key & 0xffff) as usize).collect()
 }
 
 /// The first index of the least value.
@@ -109,9 +110,12 @@ fn finer(sums: &[i16], winner: usize) -> f32 {
     if steeper > 0.0 { 0.5 * (before - after) / steeper } else { 0.0 }
 }
 
-fn confidence(sums: &[i16], winner: usize, weights: &[f32]) -> f32 {
-    let weight = |d: usize| weights.get((sums[d] - sums[winner]) as usize).copied().unwrap_or(0.0);
-    let total: f32 = (0..sums.len()).map(weight).sum();
-    let near: f32 = (winner.saturating_sub(1)..=(winner + 1).min(sums.len() - 1)).map(weight).sum();
-    (near / total).min(1.0)
+fn confidence(sums: &[i16], winner: usize, weights: &[u32]) -> f32 {
+    let coldest = weights.len() - 1;
+    let least = sums[winner];
+    let mass = |sums: &[i16]| -> u32 {
+        sums.iter().map(|&sum| weights[usize::from(sum.abs_diff(least)).min(coldest)]).sum()
+    };
+    let near = &sums[winner.saturating_sub(1)..(winner + 2).min(sums.len())];
+    mass(near) as f32 / mass(sums) as f32
 }
