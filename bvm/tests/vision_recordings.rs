@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bvm::vision::{DisparityMap, GreyImage, image, match_pair};
+use bvm::vision::{Calibration, DisparityMap, GreyImage, image, match_pair, readings};
 
 /// A folder of the recordings, if it is there.
 fn recordings(folder: &str) -> Option<PathBuf> {
@@ -69,6 +69,18 @@ fn motorcycle() {
     // The floor, bare at the right border, comes nearer towards the lower one.
     let row = |y: usize| median(&map.disparity, |at| at / map.width == y && at % map.width >= 695);
     assert!(row(330) < row(410) && row(410) < row(490));
+    // The published calibration puts the truth, 7.2 to 59.9 px, between 2.1 and 5.0 m in depth.
+    let text = "focal_px = 994.978\ncx_px = 311.193\ncy_px = 254.877\nbaseline_m = 0.193001\n\
+                doffs_px = 31.086\nmax_disparity_px = 64";
+    let rig = Calibration::parse(text, Path::new("motorcycle.toml")).unwrap();
+    let degree = 1f64.to_radians();
+    let found = readings(&map, &rig, 360, 90, degree, 2.0 * degree).unwrap();
+    let ranges: Vec<f32> = found.iter().flatten().map(|reading| reading.range_m).collect();
+    let (least, most) = ranges.iter().fold((f32::MAX, 0f32), |(a, b), &range| (a.min(range), b.max(range)));
+    println!("motorcycle: {} directions, {least:.3} to {most:.3} m", ranges.len());
+    // 41° by 28° are about 41 columns and 14 rows.
+    assert!((450..=680).contains(&ranges.len()), "{}", ranges.len());
+    assert!(least > 2.0 && most < 5.6, "{least} to {most} m");
     let swapped = match_pair(&right, &left, 64).unwrap();
     println!("swapped: density {:.4}", swapped.density());
     assert!(swapped.density() < 0.05, "{}", swapped.density());

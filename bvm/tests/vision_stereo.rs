@@ -3,7 +3,9 @@
 //! In: seeded random textures on planes and steps with known disparity. Out: the part of the visible pixels
 //! that is right. Invariant: where nothing can be seen, nothing is claimed.
 
-use bvm::vision::{DisparityMap, GreyImage, VisionError, match_pair};
+use std::path::Path;
+
+use bvm::vision::{Calibration, DisparityMap, GreyImage, VisionError, match_pair, readings};
 
 const WIDTH: usize = 180;
 const HEIGHT: usize = 90;
@@ -147,6 +149,40 @@ fn a_bare_wall_between_textures_stays_unclaimed() {
         }
     }
     assert!(right_part(&map, |x, _| (!(62..128).contains(&x)).then_some(6.0)) >= 0.95);
+}
+
+#[test]
+fn a_wall_across_the_view_becomes_ranges() {
+    // 100 px · 0.1 m / (8 + 2) px: a wall 1 m deep, seen over atan(±0.9) and atan(±0.45).
+    let text =
+        "focal_px = 100\ncx_px = 90\ncy_px = 45\nbaseline_m = 0.1\ndoffs_px = 2\nmax_disparity_px = 32";
+    let rig = Calibration::parse(text, Path::new("wall.toml")).unwrap();
+    let (left, right) = plane(8.0, 0.0, 0.0);
+    let map = match_pair(&left, &right, rig.max_disparity_px()).unwrap();
+    let (azimuths, elevations) = (90, 45);
+    let step = 4f64.to_radians();
+    let found = readings(&map, &rig, azimuths, elevations, step, step).unwrap();
+    assert_eq!(found.len(), azimuths * elevations);
+    let mut count = 0;
+    for (at, reading) in found.iter().enumerate() {
+        let Some(reading) = reading else { continue };
+        count += 1;
+        let azimuth = (at % azimuths) as f64 * step - 178f64.to_radians();
+        let elevation = (at / azimuths) as f64 * step - 88f64.to_radians();
+        // The wall is Z = 1 m = ρ cos θ cos φ; the pixel that speaks may lie anywhere in a cell of ±2°.
+        let depth = f64::from(reading.range_m) * azimuth.cos() * elevation.cos();
+        assert!((depth - 1.0).abs() < 0.08, "{depth} m at {azimuth} {elevation}");
+        assert!(reading.confidence > 0.0 && reading.confidence <= 1.0);
+    }
+    // 84° by 48° make 21 by 12 whole columns and rows at most, with a border cut by the picture.
+    assert!((180..=23 * 14).contains(&count), "{count} readings");
+    // Nothing is said behind the head.
+    assert!(
+        found
+            .iter()
+            .enumerate()
+            .all(|(at, reading)| (33..57).contains(&(at % azimuths)) || reading.is_none())
+    );
 }
 
 #[test]

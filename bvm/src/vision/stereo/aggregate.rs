@@ -17,9 +17,9 @@
 use super::volume::CostVolume;
 
 /// Price of a step of one disparity along a path.
-const SMALL_STEP: i16 = 14;
+const SMALL_STEP: i16 = 24;
 /// Price of a jump where the intensity does not change.
-const JUMP: f32 = 110.0;
+const JUMP: f32 = 130.0;
 /// Least price of a jump.
 const JUMP_LEAST: f32 = 34.0;
 /// Change of intensity that halves the price of a jump.
