@@ -94,7 +94,7 @@ pub(crate) fn check_size(width: usize, height: usize) -> Result<(), String> {
 }
 
 /// The luma of one colour, in the unit of its parts.
-pub(crate) fn luma(red: f32, green: f32, blue: f32) -> f32 {
+fn luma(red: f32, green: f32, blue: f32) -> f32 {
     0.299 * red + 0.587 * green + 0.114 * blue
 }
 
@@ -115,33 +115,36 @@ fn decode_png(bytes: &[u8]) -> Result<GreyImage, String> {
     let mut data = vec![0; size];
     let frame = reader.next_frame(&mut data).map_err(wrong)?;
     let channels = frame.color_type.samples();
-    let samples: Vec<f32> = match frame.bit_depth {
-        png::BitDepth::Sixteen => data
-            .chunks_exact(2)
-            .map(|pair| f32::from(u16::from_be_bytes([pair[0], pair[1]])) / 257.0)
-            .collect(),
-        _ => data.iter().map(|&byte| f32::from(byte)).collect(),
-    };
-    if samples.len() < width * height * channels {
+    let wide = frame.bit_depth == png::BitDepth::Sixteen;
+    if data.len() < width * height * channels * if wide { 2 } else { 1 } {
         return Err("the PNG holds fewer pixels than it announces".into());
     }
-    grey(width, height, channels, &samples)
+    if wide {
+        let sample = |at: usize| f32::from(u16::from_be_bytes([data[2 * at], data[2 * at + 1]])) / 257.0;
+        grey(width, height, channels, sample)
+    } else {
+        grey(width, height, channels, |at| f32::from(data[at]))
+    }
 }
 
-/// Makes one intensity of each group of `channels` samples in 0..=255 (1: grey, 2: grey and alpha, 3: RGB,
-/// 4: RGB and alpha).
+/// Makes an image of samples in 0..=255, found by their index; each pixel has `channels` of them (1: grey,
+/// 2: grey and alpha, 3: RGB, 4: RGB and alpha).
 pub(crate) fn grey(
     width: usize,
     height: usize,
     channels: usize,
-    samples: &[f32],
+    sample: impl Fn(usize) -> f32,
 ) -> Result<GreyImage, String> {
-    let one = |sample: &[f32]| match sample {
-        [red, green, blue, ..] => luma(*red, *green, *blue).clamp(0.0, 255.0),
-        [grey, ..] => *grey,
-        [] => 0.0,
+    let pixel = |at: usize| {
+        let first = at * channels;
+        let value = if channels < 3 {
+            sample(first)
+        } else {
+            luma(sample(first), sample(first + 1), sample(first + 2))
+        };
+        value.clamp(0.0, 255.0)
     };
-    let pixels = samples.chunks_exact(channels).take(width * height).map(one).collect();
+    let pixels = (0..width * height).map(pixel).collect();
     GreyImage::new(width, height, pixels).map_err(|error| error.to_string())
 }
 

@@ -30,12 +30,11 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<GreyImage, String> {
         return Err(format!("the {name} is truncated: {width}x{height} needs {needed} bytes, found {found}"));
     };
     let scale = 255.0 / largest as f32;
-    let value = |sample: &[u8]| {
-        let whole = sample.iter().fold(0u16, |sum, &byte| sum << 8 | u16::from(byte));
-        (f32::from(whole) * scale).min(255.0)
+    let whole = |at: usize| match sample_bytes {
+        1 => u16::from(data[at]),
+        _ => u16::from_be_bytes([data[2 * at], data[2 * at + 1]]),
     };
-    let samples: Vec<f32> = data.chunks_exact(sample_bytes).map(value).collect();
-    grey(width, height, channels, &samples)
+    grey(width, height, channels, |at| f32::from(whole(at)) * scale)
 }
 
 /// The next decimal number of the header; `at` moves behind it.
