@@ -16,8 +16,9 @@ use rayon::prelude::*;
 
 use super::volume::CostVolume;
 
-/// Temperature T of the confidence, in units of summed path cost; at this value about λ of the claims with
-/// confidence λ were within one pixel of the truth on both pairs that were measured.
+/// Temperature T of the confidence, in units of summed path cost. At this value, on the two recorded pairs of
+/// the tests (on which it was chosen), 99 % of the claims with λ >= 0.9 lay within one pixel of the truth,
+/// 87–90 % of those with λ in 0.8..0.9 and some 60–70 % of those with λ in 0.3..0.6.
 const TEMPERATURE: f32 = 100.0;
 /// Costs beyond this many temperatures weigh nothing.
 const COLD: f32 = 12.0;
