@@ -3,6 +3,9 @@
 //! Six values, six verbs: `Source` → parse → `ast::Program` → check → [`model::Model`] → plan → `Plan` → lower →
 //! `Kernel` → run → `Answer`.
 
+pub mod diagnostic;
 pub mod ids;
 pub mod model;
 pub mod operators;
+pub mod source;
+pub mod syntax;
