@@ -36,13 +36,13 @@ fn programs_print_to_text_that_parses_to_an_equal_tree() {
 
 #[test]
 fn comments_survive_printing() {
-    let text = "// head\n/// says\nprogram A { // open\n variables { A : bool; /* x */ // one\n // two\n B : bool; }\n\
+    let text = "// head\n/// says\nprogram A { // open\n variables { A : bool; /* star */ // one\n // two\n B : bool; }\n\
                 decomposition { P(A) // three\n P(B /* four */ | A) }\n forms { P(A) = table { // five\n 0.5, 0.5; // six\n };\n\
                 P(B | A) = uniform; } question q { P(A) // seven\n } // eight\n } // nine\n // ten";
     let source = Source::new("comments", text);
     round_trip(&source);
     let printed = parse_file(&source).unwrap().to_string();
-    for word in "head says open x one two three four five six seven eight nine ten".split(' ') {
+    for word in "head says open star one two three four five six seven eight nine ten".split(' ') {
         assert_eq!(printed.matches(word).count(), 1, "{word} in\n{printed}");
     }
     assert_eq!(parse(&source).unwrap().comments.documentation(), "says");

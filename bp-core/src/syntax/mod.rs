@@ -4,7 +4,9 @@
 //! the right of the model knows this folder.
 
 pub mod ast;
+mod check;
 mod parse;
 mod print;
 
+pub use check::{check, compile, parse_question};
 pub use parse::{parse, parse_file};

@@ -257,7 +257,7 @@ fn section() -> impl Strategy<Value = Section> {
 }
 
 /// A file of one or two programs.
-pub fn file() -> impl Strategy<Value = File> {
+pub(crate) fn file() -> impl Strategy<Value = File> {
     let plate = prop::option::of((name(), name()).prop_map(|(index, set)| Plate { index, set }));
     let program = (comments(), name(), plate, prop::collection::vec(section(), 0..4)).prop_map(
         |(comments, name, plate, sections)| Program { at: At::default(), comments, name, plate, sections },
