@@ -33,8 +33,6 @@ pub(super) const FORMS: [&str; 10] = [
 
 /// What a form is written for.
 pub(super) struct Target {
-    /// The factor.
-    pub(super) factor: FactorId,
     /// The domain of its first variable on the left.
     pub(super) domain: Domain,
     /// The variables on the right.
@@ -117,7 +115,7 @@ impl Checker<'_> {
         if matches!(&definition.form.kind, FormKind::Named { name, .. } if name.text == "weights") {
             scope.visible.push(left);
         }
-        self.form(&definition.form, &Target { factor, domain, right }, &mut scope)
+        self.form(&definition.form, &Target { domain, right }, &mut scope)
     }
 
     fn form(&mut self, form: &ast::Form, target: &Target, scope: &mut Scope) -> Option<Form> {

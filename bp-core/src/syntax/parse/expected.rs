@@ -81,16 +81,14 @@ fn expected(rules: &[Rule]) -> String {
     let has = |rule| rules.contains(&rule);
     let mut words: Vec<&str> = Vec::new();
     let ends = [Rule::semicolon, Rule::close_paren, Rule::close_bracket, Rule::close_brace];
-    let operand = has(Rule::name) || has(Rule::expression) || has(Rule::prefix);
-    if let Some(end) = ends.into_iter().find(|end| has(*end) && (!operand || *end == Rule::semicolon)) {
-        // An operator, a bracket or a comma would do as well nearly everywhere; what is missing is the end.
+    // After an element of a list or an expression, an operator or another element would do as well; what is missing is
+    // the end.
+    let follows = [Rule::comma, Rule::infix, Rule::bar, Rule::semicolon].into_iter().any(has);
+    if let Some(end) = ends.into_iter().find(|end| has(*end)).filter(|_| follows) {
+        if has(Rule::comma) && !has(Rule::name) && end != Rule::semicolon {
+            words.push("`,`");
+        }
         words.push(describe(end));
-        if has(Rule::comma) && end != Rule::semicolon {
-            words.insert(0, "`,`");
-        }
-        if has(Rule::kw_parameters) {
-            words.insert(0, "a section");
-        }
     } else {
         for rule in rules {
             let word = describe(*rule);
