@@ -1,0 +1,144 @@
+//! What is wrong with a program: values, collected, and rendered in this one place.
+//!
+//! In: spans and words from the parser and the checker. Out: [`Diagnostics`], which a macro maps onto its tokens, and
+//! which [`Diagnostics::render`] shows as source lines with carets. Invariant: a message is lower case, puts names in
+//! backticks, and says what was found and what was expected; `help` is there only when there is an evident way out.
+
+use crate::source::{Source, Span};
+use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind};
+use std::fmt;
+
+/// One mistake, and where it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// The words that are wrong.
+    pub span: Span,
+    /// What is wrong, in one sentence.
+    pub message: String,
+    /// Other places that explain it, each with a remark; a label may also stand on the main span.
+    pub labels: Vec<(Span, String)>,
+    /// The evident way out, if there is one.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// A mistake at a place.
+    pub fn new(span: Span, message: impl Into<String>) -> Self {
+        Self { span, message: message.into(), labels: Vec::new(), help: None }
+    }
+
+    /// With a remark at another place.
+    #[must_use]
+    pub fn with_label(mut self, span: Span, remark: impl Into<String>) -> Self {
+        self.labels.push((span, remark.into()));
+        self
+    }
+
+    /// With a way out.
+    #[must_use]
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// Everything that is wrong with a program, in the order of its text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Diagnostics(pub Vec<Diagnostic>);
+
+impl Diagnostics {
+    /// Adds a mistake.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        self.0.push(diagnostic);
+    }
+
+    /// True when nothing is wrong.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The mistakes, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.0.iter()
+    }
+
+    /// Puts the mistakes in the order of the text, and keeps one of those that are the same.
+    pub fn sort(&mut self) {
+        self.0.sort_by(|a, b| a.span.cmp(&b.span).then_with(|| a.message.cmp(&b.message)));
+        self.0.dedup();
+    }
+
+    /// The value when nothing is wrong, else the mistakes in order.
+    pub fn or<T>(mut self, value: T) -> Result<T, Diagnostics> {
+        if self.is_empty() {
+            return Ok(value);
+        }
+        self.sort();
+        Err(self)
+    }
+
+    /// The mistakes as a person reads them: each with its source lines and carets, in colour or not.
+    pub fn render(&self, source: &Source, colour: bool) -> String {
+        let mut text = String::new();
+        for diagnostic in &self.0 {
+            text.push_str(&render_one(diagnostic, source, colour));
+        }
+        text
+    }
+}
+
+impl From<Diagnostic> for Diagnostics {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self(vec![diagnostic])
+    }
+}
+
+/// The bare messages, one to a line, for places that have no source at hand.
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, diagnostic) in self.0.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{}", diagnostic.message)?;
+            if let Some(help) = &diagnostic.help {
+                write!(f, " (help: {help})")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String {
+    let name = source.name.as_str();
+    let fit = |span: Span| {
+        let end = span.end.min(source.text.len());
+        (name, span.start.min(end)..end)
+    };
+    let config =
+        Config::new().with_color(colour).with_index_type(IndexType::Byte).with_char_set(CharSet::Unicode);
+    let mut report = Report::build(ReportKind::Error, fit(diagnostic.span))
+        .with_config(config)
+        .with_message(&diagnostic.message);
+    if !diagnostic.labels.iter().any(|(span, _)| *span == diagnostic.span) {
+        report.add_label(Label::new(fit(diagnostic.span)).with_message("here").with_color(Color::Red));
+    }
+    for (span, remark) in &diagnostic.labels {
+        let tone = if *span == diagnostic.span { Color::Red } else { Color::Blue };
+        report.add_label(Label::new(fit(*span)).with_message(remark).with_color(tone));
+    }
+    if let Some(help) = &diagnostic.help {
+        report.set_help(help);
+    }
+    let mut bytes = Vec::new();
+    let written = report.finish().write((name, ariadne::Source::from(source.text.as_str())), &mut bytes);
+    match written {
+        // Trailing blanks would make the golden pages hard to keep.
+        Ok(()) => {
+            String::from_utf8_lossy(&bytes).lines().map(|line| format!("{}\n", line.trim_end())).collect()
+        }
+        Err(error) => format!("error: {} ({error})\n", diagnostic.message),
+    }
+}

@@ -1,0 +1,204 @@
+//! Expressions as written.
+//!
+//! In: the flat expressions of the grammar, given their precedence. Out: a tree that keeps brackets as nodes, so that
+//! it prints as it was written. Invariant: an operand that binds less tightly than its operator stands in a
+//! [`ExprKind::Group`].
+
+use super::{At, Name, Occurrence, Value};
+use crate::source::Span;
+
+/// An expression and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expr {
+    /// Where it stands.
+    pub at: At,
+    /// Which.
+    pub kind: ExprKind,
+}
+
+impl Expr {
+    /// The span of the expression.
+    pub fn span(&self) -> Span {
+        self.at.0
+    }
+}
+
+/// The ways to write an expression.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExprKind {
+    /// A number, as written.
+    Number(String),
+    /// `true` or `false`.
+    Boolean(bool),
+    /// A variable, a parameter, an index, a label.
+    Name(Name),
+    /// `min(a, b)`
+    Call(Name, Vec<Expr>),
+    /// `sigma[ray]`
+    Index(Box<Expr>, Vec<Expr>),
+    /// `X^-1`: at the previous instant.
+    Before(Box<Expr>),
+    /// `map.H`
+    Field(Box<Expr>, Name),
+    /// `map.P(O | C)`: the answer of another program.
+    Answer {
+        /// The other program.
+        of: Box<Expr>,
+        /// What is asked of it.
+        searched: Vec<Occurrence>,
+        /// Given what.
+        known: Vec<Occurrence>,
+    },
+    /// `first(G with O at C)`: the index of the first true element of a family, with another variable put in at an
+    /// index that the family leaves out.
+    First {
+        /// The family.
+        family: Occurrence,
+        /// The variable put in.
+        with: Occurrence,
+        /// Where it is put in.
+        index: Box<Expr>,
+    },
+    /// `-a`, `not a`
+    Unary(UnaryOp, Box<Expr>),
+    /// `a + b`
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    /// `(a)`
+    Group(Box<Expr>),
+    /// `[a, b, c]`
+    Vector(Vec<Expr>),
+    /// `if c { a } else { b }`
+    If(If<Expr>),
+    /// `match e { v => a, _ => b }`
+    Match(Match<Expr>),
+}
+
+/// Operators before an operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnaryOp {
+    /// `-`
+    Minus,
+    /// `not`
+    Not,
+}
+
+impl UnaryOp {
+    /// How it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            UnaryOp::Minus => "-",
+            UnaryOp::Not => "not",
+        }
+    }
+
+    /// How tightly it binds; more is tighter.
+    pub fn precedence(self) -> u8 {
+        match self {
+            UnaryOp::Not => 3,
+            UnaryOp::Minus => 7,
+        }
+    }
+}
+
+/// Operators between two operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // Each is what its name says.
+pub enum BinaryOp {
+    Or,
+    And,
+    Equal,
+    Different,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Plus,
+    Minus,
+    Times,
+    Over,
+}
+
+impl BinaryOp {
+    /// Every operator.
+    pub const ALL: [BinaryOp; 12] = [
+        BinaryOp::Or,
+        BinaryOp::And,
+        BinaryOp::Equal,
+        BinaryOp::Different,
+        BinaryOp::Less,
+        BinaryOp::LessOrEqual,
+        BinaryOp::Greater,
+        BinaryOp::GreaterOrEqual,
+        BinaryOp::Plus,
+        BinaryOp::Minus,
+        BinaryOp::Times,
+        BinaryOp::Over,
+    ];
+
+    /// How it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            BinaryOp::Or => "or",
+            BinaryOp::And => "and",
+            BinaryOp::Equal => "==",
+            BinaryOp::Different => "!=",
+            BinaryOp::Less => "<",
+            BinaryOp::LessOrEqual => "<=",
+            BinaryOp::Greater => ">",
+            BinaryOp::GreaterOrEqual => ">=",
+            BinaryOp::Plus => "+",
+            BinaryOp::Minus => "-",
+            BinaryOp::Times => "*",
+            BinaryOp::Over => "/",
+        }
+    }
+
+    /// How tightly it binds; more is tighter. All associate to the left.
+    pub fn precedence(self) -> u8 {
+        match self {
+            BinaryOp::Or => 1,
+            BinaryOp::And => 2,
+            BinaryOp::Plus | BinaryOp::Minus => 5,
+            BinaryOp::Times | BinaryOp::Over => 6,
+            _ => 4,
+        }
+    }
+}
+
+/// `if c { a } else if d { b } else { e }`, of expressions or of forms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct If<T> {
+    /// Conditions and what each chooses, in order; at least one.
+    pub branches: Vec<(Expr, T)>,
+    /// What is left.
+    pub otherwise: Box<T>,
+}
+
+/// `match e { v => a, _ => b }`, of expressions or of forms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Match<T> {
+    /// What is looked at.
+    pub on: Box<Expr>,
+    /// Patterns and what each chooses, in order.
+    pub arms: Vec<(Pattern, T)>,
+}
+
+/// A pattern and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pattern {
+    /// Where it stands.
+    pub at: At,
+    /// Which.
+    pub kind: PatternKind,
+}
+
+/// The ways to write a pattern.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PatternKind {
+    /// `_`
+    Any,
+    /// One value.
+    Value(Value),
+    /// `lo..=hi`
+    Range(Value, Value),
+}

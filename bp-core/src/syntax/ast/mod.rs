@@ -1,0 +1,364 @@
+//! A program exactly as it was written: sections, declarations and lists, each node with its place.
+//!
+//! In: pairs from the grammar. Out: the tree that the printer prints and the checker reads; nothing else may know it.
+//! Invariant: printing a tree and parsing the text gives an equal tree. Two trees are equal when they say the same,
+//! wherever they stand: [`At`] never tells two nodes apart.
+
+mod expression;
+mod form;
+
+pub use expression::*;
+pub use form::*;
+
+use crate::source::Span;
+
+/// Where a node stands. All places compare equal, so that trees compare by what they say.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct At(pub Span);
+
+impl PartialEq for At {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// A name and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Name {
+    /// Where it stands.
+    pub at: At,
+    /// The name.
+    pub text: String,
+}
+
+impl Name {
+    /// The span of the name.
+    pub fn span(&self) -> Span {
+        self.at.0
+    }
+}
+
+/// The comments that belong to an item, with their slashes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Comments {
+    /// Comments on lines of their own before the item; `///` among them are its documentation.
+    pub before: Vec<String>,
+    /// Comments behind the item, on its last line.
+    pub after: Vec<String>,
+}
+
+impl Comments {
+    /// The text of the `///` lines.
+    pub fn documentation(&self) -> String {
+        let lines = self.before.iter().filter_map(|line| line.strip_prefix("///"));
+        lines.map(str::trim).collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// All the programs of a text.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct File {
+    /// The programs, in order.
+    pub programs: Vec<Program>,
+    /// Comments after the last program.
+    pub closing: Vec<String>,
+}
+
+/// `program Name over i in Set { … }`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program {
+    /// Where it stands, braces included.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// Its name.
+    pub name: Name,
+    /// The plate that the whole program is repeated over.
+    pub plate: Option<Plate>,
+    /// Its sections, in the order written.
+    pub sections: Vec<Section>,
+}
+
+/// `over index in set`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plate {
+    /// The index.
+    pub index: Name,
+    /// The set it runs over.
+    pub set: Name,
+}
+
+/// One section of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Where it stands, braces included.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// What it holds.
+    pub kind: SectionKind,
+}
+
+/// The sections that the formalism has.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SectionKind {
+    /// `parameters { … }`
+    Parameters(Vec<Parameter>),
+    /// `variables { … }`
+    Variables(Vec<Declaration>),
+    /// `decomposition { … }`
+    Decomposition(Vec<Term>),
+    /// `forms { … }`
+    Forms(Vec<Definition>),
+    /// `identification { … }`
+    Identification(Vec<Learnt>),
+    /// `question name { … }`
+    Question {
+        /// What the question is called.
+        name: Name,
+        /// What it asks, in order.
+        asks: Vec<Ask>,
+    },
+}
+
+/// `sigma[Rays], epsilon : real = 0.5;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Where it stands, semicolon included.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// The names, each with the sets it is indexed by.
+    pub names: Vec<(Name, Vec<Space>)>,
+    /// `probability`, `real`, `size` or `integer`.
+    pub kind: Name,
+    /// The value where none is given.
+    pub default: Option<Expr>,
+}
+
+/// What an index runs over: a set or a range.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Space {
+    /// A set by name.
+    Set(Name),
+    /// `lo..=hi`
+    Range(Range),
+}
+
+/// `lo..=hi`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Range {
+    /// Where it stands.
+    pub at: At,
+    /// The first value.
+    pub low: Bound,
+    /// The last value.
+    pub high: Bound,
+}
+
+/// One end of a range: a number, or a parameter with an offset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bound {
+    /// Where it stands.
+    pub at: At,
+    /// The parameter, if there is one.
+    pub name: Option<Name>,
+    /// The number, with its sign, as written.
+    pub offset: Option<(Sign, String)>,
+}
+
+/// The sign before a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// None written.
+    None,
+    /// `+`
+    Plus,
+    /// `-`
+    Minus,
+}
+
+/// `O, O^-1 : bool;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declaration {
+    /// Where it stands, semicolon included.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// The variables.
+    pub variables: Vec<Declared>,
+    /// Their domain.
+    pub domain: Domain,
+}
+
+/// One declared variable, or family of variables.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declared {
+    /// Where it stands.
+    pub at: At,
+    /// Its name.
+    pub name: Name,
+    /// `[i in Sensors]` or `[1..=N except C]`.
+    pub family: Option<Family>,
+    /// True for `X^-1`.
+    pub before: bool,
+}
+
+/// What a family of variables is indexed by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Family {
+    /// Where it stands.
+    pub at: At,
+    /// The name of the index, if it has one.
+    pub index: Option<Name>,
+    /// What it runs over.
+    pub space: Space,
+    /// The variable whose value is left out.
+    pub except: Option<Name>,
+}
+
+/// The values that a variable may take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Domain {
+    /// Where it stands.
+    pub at: At,
+    /// Which.
+    pub kind: DomainKind,
+}
+
+/// The ways to write a domain.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DomainKind {
+    /// `bool`, `real`, or a set.
+    Named(Name),
+    /// `real[3]`
+    Vector(Name, String),
+    /// `1..=N`
+    Range(Range),
+    /// `{ Paris, Nice }`, perhaps followed by `or 1..=N`.
+    Labels(Vec<Name>, Option<Range>),
+}
+
+/// One term of the decomposition.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Term {
+    /// `P(left | right)`
+    Factor(Factor),
+    /// `prod(i in Sensors) { … }`
+    Product(Product),
+}
+
+/// `P(left | right)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// Where it stands.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// The variables on the left.
+    pub left: Vec<Occurrence>,
+    /// The variables on the right.
+    pub right: Vec<Occurrence>,
+}
+
+/// `prod(i in Sensors) { … }`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Product {
+    /// Where it stands, braces included.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// The index.
+    pub index: Name,
+    /// What it runs over; without it, over the family's own index.
+    pub space: Option<Space>,
+    /// The terms under the product.
+    pub terms: Vec<Term>,
+}
+
+/// A variable where it is used: `X`, `X[i]`, `X^-1`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Occurrence {
+    /// Where it stands.
+    pub at: At,
+    /// Its name.
+    pub name: Name,
+    /// Which of the family.
+    pub index: Vec<Expr>,
+    /// True for `X^-1`.
+    pub before: bool,
+}
+
+/// `mu, sigma from recordings by C;`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Learnt {
+    /// Where it stands, semicolon included.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// The parameters that are learnt.
+    pub names: Vec<Name>,
+    /// The data they are learnt from.
+    pub from: Name,
+    /// What they are learnt separately for.
+    pub by: Vec<Name>,
+}
+
+/// `argmax P(searched | known) nearest name`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ask {
+    /// Where it stands.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// `argmax`, `max`, `entropy`; none for the whole distribution.
+    pub reduction: Option<Name>,
+    /// What is searched.
+    pub searched: Vec<Item>,
+    /// What is known.
+    pub known: Vec<Item>,
+    /// What breaks a tie.
+    pub nearest: Option<Name>,
+}
+
+/// A variable in a question, perhaps with what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Item {
+    /// Where it stands.
+    pub at: At,
+    /// The variable.
+    pub variable: Occurrence,
+    /// What is known of it.
+    pub evidence: Option<Evidence>,
+}
+
+/// What is known of a variable in a question.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Evidence {
+    /// `= value`
+    Hard(Value),
+    /// `virtual [e, e]`: one likelihood for each value.
+    Virtual(Vec<Expr>),
+}
+
+/// A value as it is written in questions, keys and patterns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Value {
+    /// Where it stands.
+    pub at: At,
+    /// Which.
+    pub kind: ValueKind,
+}
+
+/// The ways to write a value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ValueKind {
+    /// A number with its sign.
+    Number(Sign, String),
+    /// `true` or `false`.
+    Boolean(bool),
+    /// A label, or a name bound when the question is asked.
+    Name(Name),
+    /// `[1, 0, 2]`
+    List(Vec<Value>),
+}

@@ -1,0 +1,284 @@
+//! Plate, parameters, variables and their domains.
+//!
+//! In: the first sections of a program. Out: sets, parameters and variables of the model, and the meaning of their
+//! names. Invariant: a capitalised name that nothing declares, used where a set is wanted, is a set bound from outside;
+//! any other name that nothing declares is a mistake.
+
+use super::names::{did_you_mean, listed};
+use super::{Checker, Meaning, constant, integer};
+use crate::diagnostic::Diagnostic;
+use crate::ids::SetId;
+use crate::model::{Bound, Domain, Family, IndexSpace, ParameterKind, Range, SetKind};
+use crate::syntax::ast::{self, DomainKind, Name, Sign};
+
+const KINDS: [&str; 4] = ["probability", "real", "size", "integer"];
+const LONGEST_VECTOR: i64 = 1024;
+
+impl Checker<'_> {
+    pub(super) fn plate(&mut self, plate: &ast::Plate) {
+        let Some(set) = self.set(&plate.set) else { return };
+        let index = self.model.plate(&plate.index.text, set);
+        self.variable_spans.insert(index, plate.index.span());
+        self.declare(&plate.index, Meaning::Variable(index));
+    }
+
+    /// The set of this name: known, or open.
+    fn set(&mut self, name: &Name) -> Option<SetId> {
+        match self.meaning(&name.text) {
+            Some(Meaning::Set(set)) => return Some(set),
+            Some(_) => {
+                let message = format!("a set was expected, but `{}` is something else", name.text);
+                let first = self.names[&name.text].1;
+                self.wrong.push(Diagnostic::new(name.span(), message).with_label(first, "declared here"));
+                return None;
+            }
+            None => {}
+        }
+        let lower = name.text.to_lowercase();
+        if !name.text.starts_with(char::is_uppercase) || ["bool", "real"].contains(&lower.as_str()) {
+            let sets = self.model.so_far().sets.values().map(|set| set.name.as_str());
+            let known: Vec<&str> = ["bool", "real"].into_iter().chain(sets).collect();
+            let help = if ["bool", "real"].contains(&lower.as_str()) {
+                format!("did you mean `{lower}`?")
+            } else {
+                did_you_mean(&name.text, known).unwrap_or_else(|| {
+                    "a domain is `bool`, `real`, `real[3]`, `{ A, B }`, `1..=N`, or a set with a capital"
+                        .to_owned()
+                })
+            };
+            self.complain_and_help(name.span(), format!("`{}` is not a domain or a set", name.text), help);
+            return None;
+        }
+        let set = self.model.set(&name.text, SetKind::Plain);
+        self.names.insert(name.text.clone(), (Meaning::Set(set), name.span()));
+        Some(set)
+    }
+
+    pub(super) fn parameter(&mut self, parameter: &ast::Parameter) {
+        let kind = match parameter.kind.text.as_str() {
+            "probability" => ParameterKind::Probability,
+            "real" => ParameterKind::Real,
+            "size" => ParameterKind::Size,
+            "integer" => ParameterKind::Integer,
+            other => {
+                let message =
+                    format!("`{other}` is not a kind of parameter; the kinds are {}", listed(KINDS, "and"));
+                let mut wrong = Diagnostic::new(parameter.kind.span(), message);
+                wrong.help = did_you_mean(other, KINDS);
+                self.wrong.push(wrong);
+                // The name is known all the same, so that its uses are not mistakes too.
+                ParameterKind::Real
+            }
+        };
+        let default = parameter.default.as_ref().and_then(|written| {
+            let value = constant(written);
+            if value.is_none() {
+                self.complain(written.span(), "the value of a parameter must be a number that is known here");
+            }
+            value
+        });
+        for (name, spaces) in &parameter.names {
+            let over: Vec<IndexSpace> = spaces.iter().filter_map(|space| self.space(space)).collect();
+            let id = self.model.parameter_over(&name.text, kind, default, over);
+            let span = parameter.default.as_ref().map_or(name.span(), ast::Expr::span);
+            self.parameter_spans.insert(id, span);
+            self.declare(name, Meaning::Parameter(id));
+        }
+    }
+
+    pub(super) fn space(&mut self, space: &ast::Space) -> Option<IndexSpace> {
+        match space {
+            ast::Space::Set(name) => self.set(name).map(IndexSpace::Set),
+            ast::Space::Range(range) => self.range(range).map(IndexSpace::Range),
+        }
+    }
+
+    fn range(&mut self, range: &ast::Range) -> Option<Range> {
+        let (low, high) = (self.bound(&range.low), self.bound(&range.high));
+        let (low, high) = (low?, high?);
+        if low.size.is_some() {
+            let message = "the first value of a range must be a number";
+            self.complain_and_help(range.low.at.0, message, "only the last may be a parameter");
+            return None;
+        }
+        if high.size.is_none() && high.offset < low.offset {
+            let message =
+                format!("the range `{range}` is empty: {} is less than {}", high.offset, low.offset);
+            self.complain(range.at.0, message);
+            return None;
+        }
+        Some(Range { low: low.offset, high })
+    }
+
+    fn bound(&mut self, bound: &ast::Bound) -> Option<Bound> {
+        let offset = match &bound.offset {
+            None => 0,
+            Some((sign, text)) => match integer(*sign, text) {
+                Some(offset) => offset,
+                None => {
+                    self.complain(
+                        bound.at.0,
+                        format!("a bound must be a whole number, but this is `{bound}`"),
+                    );
+                    return None;
+                }
+            },
+        };
+        let Some(name) = &bound.name else { return Some(Bound::constant(offset)) };
+        let kind_of = |checker: &Self, id| checker.model.so_far().parameters[id].kind;
+        match self.meaning(&name.text) {
+            Some(Meaning::Parameter(id)) if kind_of(self, id) == ParameterKind::Size => {
+                Some(Bound { size: Some(id), offset })
+            }
+            Some(_) => {
+                let first = self.names[&name.text].1;
+                let message = format!("a bound must be a number or a `size`, but `{}` is neither", name.text);
+                let wrong = Diagnostic::new(name.span(), message).with_label(first, "declared here");
+                self.wrong
+                    .push(wrong.with_help(format!("declare it: `parameters {{ {} : size; }}`", name.text)));
+                None
+            }
+            None => {
+                let known = self.names.keys().map(String::as_str);
+                let help = did_you_mean(&name.text, known)
+                    .unwrap_or_else(|| format!("declare it: `parameters {{ {} : size; }}`", name.text));
+                self.complain_and_help(name.span(), format!("unknown name `{}`", name.text), help);
+                None
+            }
+        }
+    }
+
+    pub(super) fn declaration(&mut self, declaration: &ast::Declaration) {
+        let domain = self.domain(&declaration.domain);
+        for declared in &declaration.variables {
+            self.declared(declared, domain.clone());
+        }
+    }
+
+    fn declared(&mut self, declared: &ast::Declared, domain: Option<Domain>) {
+        let name = &declared.name;
+        let broken = domain.is_none();
+        let domain = domain.unwrap_or(Domain::Boolean);
+        if declared.before {
+            return self.declared_before(declared, &domain, broken);
+        }
+        let family = declared.family.as_ref().map(|family| self.family(family));
+        let id = match family {
+            None => self.model.variable(&name.text, domain),
+            Some(Some(family)) => self.model.family(&name.text, domain, family),
+            Some(None) => {
+                // A family of who knows what: known by name, and not spoken of again.
+                let over = IndexSpace::Range(Range { low: 1, high: Bound::constant(1) });
+                let id = self.model.family(&name.text, domain, Family { over, except: None });
+                self.broken_variables.insert(id);
+                id
+            }
+        };
+        if broken {
+            self.broken_variables.insert(id);
+        }
+        self.variable_spans.insert(id, declared.at.0);
+        if !self.declare(name, Meaning::Variable(id)) {
+            self.broken_variables.insert(id);
+        }
+    }
+
+    fn declared_before(&mut self, declared: &ast::Declared, domain: &Domain, broken: bool) {
+        let name = &declared.name;
+        let Some(Meaning::Variable(of)) = self.meaning(&name.text) else {
+            let message =
+                format!("`{0}^-1` is `{0}` at the previous instant, but there is no `{0}`", name.text);
+            self.complain_and_help(declared.at.0, message, format!("declare `{}` first", name.text));
+            return;
+        };
+        let expected = &self.model.so_far().variables[of].domain;
+        if expected != domain && !broken && !self.broken_variables.contains(&of) {
+            let text = self.model.so_far().domain_text(expected);
+            let message = format!("`{0}^-1` must have the domain of `{0}`, which is `{text}`", name.text);
+            self.complain(declared.at.0, message);
+        }
+        let id = self.model.previous(of);
+        if self.variable_spans.insert(id, declared.at.0).is_some() {
+            self.complain(declared.at.0, format!("`{}^-1` is declared twice", name.text));
+        }
+    }
+
+    fn family(&mut self, family: &ast::Family) -> Option<Family> {
+        let over = self.space(&family.space)?;
+        let except = match &family.except {
+            None => None,
+            Some(name) => match self.meaning(&name.text) {
+                Some(Meaning::Variable(id)) => {
+                    let domain = &self.model.so_far().variables[id].domain;
+                    let same = match (&over, domain) {
+                        (IndexSpace::Set(set), Domain::Set(of)) => set == of,
+                        (IndexSpace::Range(range), Domain::Finite { labels, range: Some(of) }) => {
+                            labels.is_empty() && range == of
+                        }
+                        _ => false,
+                    };
+                    if !same && !self.broken_variables.contains(&id) {
+                        let text = self.model.so_far().domain_text(domain);
+                        let message = format!(
+                            "`except {}` leaves out one element, but `{}` is `{text}` and the family runs over `{}`",
+                            name.text, name.text, family.space
+                        );
+                        self.complain(name.span(), message);
+                        return None;
+                    }
+                    Some(id)
+                }
+                _ => {
+                    let message =
+                        format!("`except` needs a variable declared before, and `{}` is none", name.text);
+                    self.complain(name.span(), message);
+                    return None;
+                }
+            },
+        };
+        Some(Family { over, except })
+    }
+
+    fn domain(&mut self, domain: &ast::Domain) -> Option<Domain> {
+        match &domain.kind {
+            DomainKind::Named(name) => match name.text.as_str() {
+                "bool" => Some(Domain::Boolean),
+                "real" => Some(Domain::Real),
+                _ => self.set(name).map(Domain::Set),
+            },
+            DomainKind::Vector(name, length) => {
+                if name.text != "real" {
+                    let message = format!("only `real` makes vectors, but this is `{}[{length}]`", name.text);
+                    self.complain(domain.at.0, message);
+                    return None;
+                }
+                let length =
+                    integer(Sign::None, length).filter(|length| (1..=LONGEST_VECTOR).contains(length));
+                if length.is_none() {
+                    let message = format!("a vector has between 1 and {LONGEST_VECTOR} components");
+                    self.complain(domain.at.0, message);
+                }
+                length.and_then(|length| usize::try_from(length).ok()).map(Domain::Vector)
+            }
+            DomainKind::Range(range) => {
+                let range = self.range(range)?;
+                Some(Domain::Finite { labels: Vec::new(), range: Some(range) })
+            }
+            DomainKind::Labels(names, range) => {
+                let range = match range {
+                    Some(range) => Some(self.range(range)?),
+                    None => None,
+                };
+                let mut labels: Vec<String> = Vec::new();
+                for name in names {
+                    if labels.contains(&name.text) {
+                        self.complain(name.span(), format!("the value `{}` is listed twice", name.text));
+                    } else {
+                        labels.push(name.text.clone());
+                    }
+                }
+                Some(Domain::Finite { labels, range })
+            }
+        }
+    }
+}

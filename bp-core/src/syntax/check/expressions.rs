@@ -1,0 +1,441 @@
+//! Expressions: names get their meaning, operators their types.
+//!
+//! In: an expression as written, and the [`Scope`] that it stands in. Out: a node of the model and its type. Invariant:
+//! an expression is wrong once: `None` means that the mistake has been told.
+
+use super::names::{did_you_mean, listed};
+use super::types::Type;
+use super::{Checker, Meaning, number};
+use crate::diagnostic::Diagnostic;
+use crate::ids::{ExpressionId, VariableId};
+use crate::model::{Domain, Expression, IndexSpace, SetKind, VariableUse};
+use crate::operators::{Binary, Unary};
+use crate::source::Span;
+use crate::syntax::ast::{self, BinaryOp, Expr, ExprKind, UnaryOp};
+
+/// A node and its type.
+pub(super) type Typed = (ExpressionId, Type);
+
+/// What an expression may speak of.
+pub(super) struct Scope {
+    /// The head of the factor whose form it stands in, as written.
+    pub(super) head: String,
+    /// The variables on the right of the factor, and the plate's index.
+    pub(super) visible: Vec<VariableId>,
+    /// The enclosing products.
+    pub(super) products: Vec<(String, IndexSpace)>,
+    /// What `let` has bound, innermost last.
+    pub(super) bound: Vec<(String, Typed)>,
+}
+
+impl Scope {
+    /// The scope of an index in the decomposition: only the products' indices.
+    pub(super) fn of_indices(products: &[(String, IndexSpace)]) -> Self {
+        Self { head: String::new(), visible: Vec::new(), products: products.to_vec(), bound: Vec::new() }
+    }
+}
+
+impl Checker<'_> {
+    /// Adds a node that stands for the words at a span.
+    pub(super) fn node(&mut self, span: Span, expression: Expression) -> ExpressionId {
+        let id = self.model.expression(expression);
+        self.expression_spans.insert(id, span);
+        id
+    }
+
+    /// An expression; `hint` is the domain that a label in it would belong to.
+    pub(super) fn expression(&mut self, expr: &Expr, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {
+        let span = expr.span();
+        match &expr.kind {
+            ExprKind::Number(text) => match number(text) {
+                Some(number) => Some((self.node(span, Expression::Number(number)), Type::Number)),
+                None => {
+                    self.complain(span, format!("the number `{text}` is too large"));
+                    None
+                }
+            },
+            ExprKind::Boolean(value) => {
+                Some((self.node(span, Expression::Number(f64::from(u8::from(*value)))), Type::Boolean))
+            }
+            ExprKind::Group(inner) => self.expression(inner, scope, hint),
+            ExprKind::Name(name) => self.name(name, scope, hint),
+            ExprKind::Call(name, arguments) => self.call(span, name, arguments, scope),
+            ExprKind::Index(of, indices) => self.indexed(span, of, indices, scope),
+            ExprKind::Before(of) => self.previous_value(span, of, scope),
+            ExprKind::Field(..) | ExprKind::Answer { .. } => self.foreign(expr, None, scope),
+            ExprKind::First { family, with, index } => self.first(span, family, with, index, scope),
+            ExprKind::Unary(op, operand) => self.unary(span, *op, operand, scope),
+            ExprKind::Binary(op, left, right) => self.binary(span, *op, left, right, scope, hint),
+            ExprKind::Vector(entries) => {
+                let parts: Vec<_> = entries.iter().map(|entry| self.number_of(entry, scope)).collect();
+                let parts: Vec<ExpressionId> = parts.into_iter().collect::<Option<_>>()?;
+                let length = parts.len();
+                Some((self.node(span, Expression::Vector("vector".to_owned(), parts)), Type::Vector(length)))
+            }
+            ExprKind::If(choice) => {
+                let mut branches = Vec::new();
+                for (condition, body) in &choice.branches {
+                    let condition = self.truth_of(condition, scope);
+                    branches.push((condition, self.expression(body, scope, hint), body.span()));
+                }
+                let (otherwise, kind) = self.expression(&choice.otherwise, scope, hint)?;
+                self.choose(span, branches, otherwise, kind)
+            }
+            ExprKind::Match(choice) => {
+                let arms: Vec<_> = choice.arms.iter().map(|(pattern, _)| pattern).collect();
+                let conditions = self.conditions(span, &choice.on, &arms, scope);
+                let bodies: Vec<_> = (choice.arms.iter())
+                    .map(|(_, body)| self.expression(body, scope, hint).map(|typed| (typed, body.span())))
+                    .collect();
+                let mut bodies = bodies.into_iter().collect::<Option<Vec<_>>>()?;
+                let conditions = conditions?;
+                let ((otherwise, kind), _) = bodies.pop()?;
+                let pairs = conditions.into_iter().zip(bodies);
+                let branches =
+                    pairs.map(|(condition, (typed, span))| (Some(condition), Some(typed), span)).collect();
+                self.choose(span, branches, otherwise, kind)
+            }
+        }
+    }
+
+    /// A chain of `if`s whose branches all have one type.
+    fn choose(
+        &mut self,
+        span: Span,
+        branches: Vec<(Option<ExpressionId>, Option<Typed>, Span)>,
+        otherwise: ExpressionId,
+        kind: Type,
+    ) -> Option<Typed> {
+        let mut result = otherwise;
+        let mut right = true;
+        for (condition, body, place) in branches.into_iter().rev() {
+            let (Some(condition), Some((then, found))) = (condition, body) else {
+                right = false;
+                continue;
+            };
+            if found != kind {
+                let (found, last) = (found.words(self.model.so_far()), kind.words(self.model.so_far()));
+                self.complain(
+                    place,
+                    format!("all branches must be alike, but this is {found} and the last is {last}"),
+                );
+                right = false;
+            }
+            result = self.node(span, Expression::If { condition, then, otherwise: result });
+        }
+        right.then_some((result, kind))
+    }
+
+    /// An expression that must be a number.
+    pub(super) fn number_of(&mut self, expr: &Expr, scope: &Scope) -> Option<ExpressionId> {
+        let (id, found) = self.expression(expr, scope, None)?;
+        self.expect(expr.span(), &found, &Type::Number).then_some(id)
+    }
+
+    /// An expression that must be a truth value.
+    pub(super) fn truth_of(&mut self, expr: &Expr, scope: &Scope) -> Option<ExpressionId> {
+        let (id, found) = self.expression(expr, scope, None)?;
+        self.expect(expr.span(), &found, &Type::Boolean).then_some(id)
+    }
+
+    pub(super) fn expect(&mut self, span: Span, found: &Type, expected: &Type) -> bool {
+        if found == expected {
+            return true;
+        }
+        let model = self.model.so_far();
+        let message = format!("expected {}, found {}", expected.words(model), found.words(model));
+        match (found, expected) {
+            (Type::Boolean, Type::Number) => {
+                self.complain_and_help(
+                    span,
+                    message,
+                    "`if … { 1 } else { 0 }` turns a truth value into a number",
+                );
+            }
+            _ => self.complain(span, message),
+        }
+        false
+    }
+
+    /// An index of a field or family that runs over a space.
+    pub(super) fn index(&mut self, expr: &Expr, over: &IndexSpace, scope: &Scope) -> Option<ExpressionId> {
+        let (id, found) = self.expression(expr, scope, None)?;
+        let expected = match over {
+            IndexSpace::Set(set) => Type::Element(*set),
+            IndexSpace::Range(_) => Type::Number,
+        };
+        self.expect(expr.span(), &found, &expected).then_some(id)
+    }
+
+    fn name(&mut self, name: &ast::Name, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {
+        let (text, span) = (&name.text, name.span());
+        if let Some((_, (id, kind))) = scope.bound.iter().rev().find(|(bound, _)| bound == text) {
+            return Some((*id, kind.clone()));
+        }
+        if let Some(depth) = scope.products.iter().rposition(|(index, _)| index == text) {
+            let kind = match scope.products[depth].1 {
+                IndexSpace::Set(set) => Type::Element(set),
+                IndexSpace::Range(_) => Type::Number,
+            };
+            return Some((self.node(span, Expression::Index(depth)), kind));
+        }
+        match self.meaning(text) {
+            Some(Meaning::Variable(id)) => self.value_of(id, None, span, scope),
+            Some(Meaning::Parameter(parameter)) => {
+                let over = self.model.so_far().parameters[parameter].over.len();
+                if over > 0 {
+                    self.complain(
+                        span,
+                        format!("`{text}` takes {over} {}, found none", plural(over, "index", "indices")),
+                    );
+                    return None;
+                }
+                Some((
+                    self.node(span, Expression::Parameter { parameter, indices: Vec::new() }),
+                    Type::Number,
+                ))
+            }
+            Some(Meaning::Learnt) => {
+                let parameter = self.implicit(name, Vec::new());
+                Some((
+                    self.node(span, Expression::Parameter { parameter, indices: Vec::new() }),
+                    Type::Number,
+                ))
+            }
+            Some(Meaning::Set(_)) => {
+                self.complain(span, format!("`{text}` is a set, not a value"));
+                None
+            }
+            None => self.label(name, scope, hint),
+        }
+    }
+
+    /// A label, of the domain that is wanted here or else of the only one that has it.
+    fn label(&mut self, name: &ast::Name, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {
+        let (text, span) = (&name.text, name.span());
+        let has = |domain: &&Domain| matches!(domain, Domain::Finite { labels, .. } if labels.contains(text));
+        let model = self.model.so_far();
+        let domain =
+            hint.filter(has).or_else(|| model.variables.values().map(|variable| &variable.domain).find(has));
+        if let Some(domain) = domain.cloned() {
+            let ordinal = domain.ordinal_of(text)? as i64;
+            let value = (ordinal + domain.base()) as f64;
+            return Some((self.node(span, Expression::Number(value)), Type::of(&domain)));
+        }
+        let labels = hint.into_iter().chain(model.variables.values().map(|variable| &variable.domain));
+        let labels = labels.filter_map(|domain| match domain {
+            Domain::Finite { labels, .. } => Some(labels),
+            _ => None,
+        });
+        let bound =
+            scope.bound.iter().map(|(name, _)| name).chain(scope.products.iter().map(|(name, _)| name));
+        let known = self.names.keys().chain(bound).chain(labels.flatten()).map(String::as_str);
+        let mut known: Vec<&str> = known.collect();
+        known.sort_unstable();
+        let help = did_you_mean(text, known).or_else(|| {
+            let lower = text.starts_with(char::is_lowercase);
+            lower.then(|| format!("declare it: `parameters {{ {text} : real; }}`"))
+        });
+        let mut wrong = Diagnostic::new(span, format!("unknown name `{text}`"));
+        wrong.help = help;
+        self.wrong.push(wrong);
+        None
+    }
+
+    /// The value of a variable, or of an element of a family, where it may be spoken of.
+    pub(super) fn value_of(
+        &mut self,
+        id: VariableId,
+        element: Option<ExpressionId>,
+        span: Span,
+        scope: &Scope,
+    ) -> Option<Typed> {
+        let model = self.model.so_far();
+        let name = model.variable_name(id);
+        if scope.head.is_empty() && !scope.visible.contains(&id) {
+            self.complain(
+                span,
+                format!("an index is a number or the index of a product, but `{name}` is a variable"),
+            );
+            return None;
+        }
+        if !scope.visible.contains(&id) {
+            let message = format!("`{name}` is not on the right of `{}`", scope.head);
+            let help = format!(
+                "a form may only speak of the variables that its factor depends on: add `{name}` there"
+            );
+            self.complain_and_help(span, message, help);
+            return None;
+        }
+        let variable = &model.variables[id];
+        if variable.family.is_some() && element.is_none() {
+            let message = format!("`{name}` is a family: one value has to be picked from it");
+            self.complain_and_help(
+                span,
+                message,
+                format!("write `{name}[…]`, or `first({name} with … at …)`"),
+            );
+            return None;
+        }
+        let kind = Type::of(&variable.domain);
+        Some((self.node(span, Expression::Variable(VariableUse { variable: id, element })), kind))
+    }
+
+    /// `X^-1`
+    fn previous_value(&mut self, span: Span, of: &Expr, scope: &Scope) -> Option<Typed> {
+        let (base, index) = match &of.kind {
+            ExprKind::Index(base, indices) => (base.as_ref(), indices.first()),
+            _ => (of, None),
+        };
+        let named = match &base.kind {
+            ExprKind::Name(name) => self.meaning(&name.text),
+            _ => None,
+        };
+        let Some(Meaning::Variable(id)) = named else {
+            let message = format!("only a variable has a previous instant, and `{of}` is not one");
+            self.complain_and_help(span, message, "`^` is not a power; write `exp(n * ln(x))`");
+            return None;
+        };
+        let before = self.before(id, span)?;
+        let family = self.model.so_far().variables[before].family;
+        let element = match (family, index) {
+            (Some(family), Some(index)) => Some(self.index(index, &family.over, scope)?),
+            _ => None,
+        };
+        self.value_of(before, element, span, scope)
+    }
+
+    fn unary(&mut self, span: Span, op: UnaryOp, operand: &Expr, scope: &Scope) -> Option<Typed> {
+        let (id, kind) = self.expression(operand, scope, None)?;
+        match (op, &kind) {
+            (UnaryOp::Minus, Type::Number | Type::Vector(_)) => {
+                Some((self.node(span, Expression::Unary(Unary::Negate, id)), kind))
+            }
+            (UnaryOp::Not, Type::Boolean) => Some((self.node(span, Expression::Unary(Unary::Not, id)), kind)),
+            _ => {
+                let expected = if op == UnaryOp::Minus { Type::Number } else { Type::Boolean };
+                self.expect(operand.span(), &kind, &expected);
+                None
+            }
+        }
+    }
+
+    fn binary(
+        &mut self,
+        span: Span,
+        op: BinaryOp,
+        left: &Expr,
+        right: &Expr,
+        scope: &Scope,
+        hint: Option<&Domain>,
+    ) -> Option<Typed> {
+        // A label is of the domain of what it is compared with.
+        let domains = (self.domain_of(left), self.domain_of(right));
+        let first = self.expression(left, scope, domains.1.as_ref());
+        let second = self.expression(right, scope, domains.0.as_ref());
+        let ((left_id, left_type), (right_id, right_type)) = (first?, second?);
+        use BinaryOp::*;
+        let operator = operator(op);
+        let kind = match (op, &left_type, &right_type) {
+            (Or | And, Type::Boolean, Type::Boolean) => Type::Boolean,
+            (Or | And, found, _) => {
+                let bad =
+                    if *found == Type::Boolean { (right.span(), &right_type) } else { (left.span(), found) };
+                self.expect(bad.0, bad.1, &Type::Boolean);
+                return None;
+            }
+            (Equal | Different, one, other) if one == other && !matches!(one, Type::Vector(_)) => {
+                Type::Boolean
+            }
+            (Less | LessOrEqual | Greater | GreaterOrEqual, Type::Number, Type::Number) => Type::Boolean,
+            (Plus | Minus | Times | Over, Type::Number, Type::Number) => Type::Number,
+            (Plus | Minus, Type::Vector(one), Type::Vector(other)) if one == other => left_type.clone(),
+            (Times | Over, Type::Vector(_), Type::Number) => left_type.clone(),
+            (Times, Type::Number, Type::Vector(_)) => right_type.clone(),
+            (Plus | Minus, Type::Element(one), Type::Element(other)) if one != other => {
+                return self.displaced(span, op, (left_id, *one), (right_id, *other), hint);
+            }
+            _ => {
+                let model = self.model.so_far();
+                let (one, other) = (left_type.words(model), right_type.words(model));
+                let message = format!("`{}` cannot take {one} and {other}", op.text());
+                self.complain(span, message);
+                return None;
+            }
+        };
+        Some((self.node(span, Expression::Binary(operator, left_id, right_id)), kind))
+    }
+
+    /// `A + V`: a cell moved by a displacement. It tells that one set is a grid, and the other its displacements.
+    fn displaced(
+        &mut self,
+        span: Span,
+        op: BinaryOp,
+        left: (ExpressionId, crate::ids::SetId),
+        right: (ExpressionId, crate::ids::SetId),
+        hint: Option<&Domain>,
+    ) -> Option<Typed> {
+        let sets = &self.model.so_far().sets;
+        let is_displacement = |set| matches!(sets[set].kind, SetKind::Displacements(_));
+        let swapped = hint == Some(&Domain::Set(right.1)) || is_displacement(left.1);
+        let (cells, moves) = if swapped { (right.1, left.1) } else { (left.1, right.1) };
+        let fits = sets[cells].kind != SetKind::Displacements(moves)
+            && !is_displacement(cells)
+            && matches!(sets[moves].kind, SetKind::Plain | SetKind::Displacements(_))
+            && !matches!(sets[moves].kind, SetKind::Displacements(of) if of != cells);
+        if !fits {
+            let (cells, moves) = (sets[cells].name.clone(), sets[moves].name.clone());
+            self.complain(span, format!("`{moves}` is not a set of displacements of `{cells}`"));
+            return None;
+        }
+        self.model.set_kind(cells, SetKind::Grid);
+        self.model.set_kind(moves, SetKind::Displacements(cells));
+        Some((self.node(span, Expression::Binary(operator(op), left.0, right.0)), Type::Element(cells)))
+    }
+
+    /// The domain of an expression that is just a variable.
+    pub(super) fn domain_of(&self, expr: &Expr) -> Option<Domain> {
+        let occurrence = match &expr.kind {
+            ExprKind::Group(inner) | ExprKind::Before(inner) | ExprKind::Index(inner, _) => {
+                return self.domain_of(inner);
+            }
+            ExprKind::Name(name) => name,
+            _ => return None,
+        };
+        match self.meaning(&occurrence.text) {
+            Some(Meaning::Variable(id)) => Some(self.model.so_far().variables[id].domain.clone()),
+            _ => None,
+        }
+    }
+
+    /// The names of the values of a domain, for a message.
+    pub(super) fn values_text(&self, domain: &Domain) -> String {
+        match domain {
+            Domain::Boolean => listed(["false", "true"], "and"),
+            Domain::Finite { labels, range: None } => listed(labels.iter().map(String::as_str), "and"),
+            _ => format!("`{}`", self.model.so_far().domain_text(domain)),
+        }
+    }
+}
+
+fn operator(op: BinaryOp) -> Binary {
+    match op {
+        BinaryOp::Or => Binary::Or,
+        BinaryOp::And => Binary::And,
+        BinaryOp::Equal => Binary::Equal,
+        BinaryOp::Different => Binary::NotEqual,
+        BinaryOp::Less => Binary::Less,
+        BinaryOp::LessOrEqual => Binary::LessOrEqual,
+        BinaryOp::Greater => Binary::Greater,
+        BinaryOp::GreaterOrEqual => Binary::GreaterOrEqual,
+        BinaryOp::Plus => Binary::Add,
+        BinaryOp::Minus => Binary::Subtract,
+        BinaryOp::Times => Binary::Multiply,
+        BinaryOp::Over => Binary::Divide,
+    }
+}
+
+/// The singular or the plural of a word.
+pub(super) fn plural<'w>(count: usize, one: &'w str, many: &'w str) -> &'w str {
+    if count == 1 { one } else { many }
+}

@@ -1,0 +1,357 @@
+//! Forms: each factor is given its own.
+//!
+//! In: definitions as written. Out: the forms of the model's factors, and the parameters that `identification` learns.
+//! Invariant: a factor without a form, and a form without a factor, are both mistakes; a form may only speak of what its
+//! factor depends on.
+
+use super::decomposition::key;
+use super::expressions::{Scope, plural};
+use super::functions::{as_name, occurrence};
+use super::names::{did_you_mean, listed};
+use super::types::Type;
+use super::{Checker, Meaning};
+use crate::diagnostic::Diagnostic;
+use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::model::{Domain, Form, Identification};
+use crate::source::Span;
+use crate::syntax::ast::{self, Definition, Expr, FormKind, Learnt, Name, Segment};
+use std::collections::HashMap;
+
+/// The forms that the language knows, under their usual names.
+pub(super) const FORMS: [&str; 10] = [
+    "uniform",
+    "bernoulli",
+    "categorical",
+    "table",
+    "normal",
+    "normal_bins",
+    "dirac",
+    "previous",
+    "ask",
+    "weights",
+];
+
+/// What a form is written for.
+pub(super) struct Target {
+    /// The domain of its first variable on the left.
+    pub(super) domain: Domain,
+    /// The variables on the right.
+    pub(super) right: Vec<VariableId>,
+}
+
+impl Checker<'_> {
+    pub(super) fn definitions(&mut self, definitions: &[&Definition]) {
+        let mut given: HashMap<FactorId, Span> = HashMap::new();
+        for definition in definitions {
+            let key = key(&definition.head);
+            if self.broken_heads.contains(&key) {
+                continue;
+            }
+            let Some(factor) = self.factors.get(&key).copied() else {
+                self.form_without_factor(definition);
+                continue;
+            };
+            if let Some(first) = given.insert(factor, definition.head.at.0) {
+                let message = format!("`{}` has two forms", definition.head);
+                let wrong = Diagnostic::new(definition.head.at.0, message).with_label(first, "first here");
+                self.wrong.push(wrong);
+                continue;
+            }
+            self.form_spans.insert(factor, definition.form.span());
+            match self.definition(factor, definition) {
+                Some(form) => self.model.set_form(factor, form),
+                None => {
+                    self.broken_forms.insert(factor);
+                }
+            }
+        }
+        let missing: Vec<FactorId> =
+            self.model.so_far().factors.ids().filter(|id| !given.contains_key(id)).collect();
+        for factor in missing {
+            self.broken_forms.insert(factor);
+            // The twin of a factor that has one is already told as a variable with two distributions.
+            if self.factors.values().any(|known| *known == factor) {
+                let model = self.model.so_far();
+                let head = model.head(&model.factors[factor]);
+                let span = self.factor_spans[&factor];
+                let help = format!("add `{head} = …;` to `forms`");
+                self.complain_and_help(span, format!("`{head}` has no form"), help);
+            }
+        }
+    }
+
+    fn form_without_factor(&mut self, definition: &Definition) {
+        let head = &definition.head;
+        let left = |key: &str| key.split(" | ").next().unwrap_or("").to_owned();
+        let wanted = left(&key(head));
+        let mut wrong =
+            Diagnostic::new(head.at.0, format!("the decomposition has no factor `{head}` for this form"));
+        let mut same: Vec<FactorId> =
+            self.factors.iter().filter(|(key, _)| left(key) == wanted).map(|(_, id)| *id).collect();
+        same.sort_unstable();
+        if let Some(id) = same.first() {
+            let model = self.model.so_far();
+            let text = model.head(&model.factors[*id]);
+            wrong = wrong.with_label(self.factor_spans[id], format!("here it is `{text}`"));
+            // The factor's form is this one, under a wrong head: it is not missing too.
+            self.factors.retain(|_, known| known != id);
+        }
+        if same.is_empty() {
+            wrong = wrong.with_help(format!("add `{head}` to the decomposition"));
+        }
+        self.wrong.push(wrong);
+    }
+
+    fn definition(&mut self, factor: FactorId, definition: &Definition) -> Option<Form> {
+        let model = self.model.so_far();
+        let meant = &model.factors[factor];
+        let right: Vec<VariableId> = meant.right.iter().map(|use_| use_.variable).collect();
+        let mut visible = right.clone();
+        visible.extend(model.plate_index());
+        let left = meant.left.first()?.variable;
+        let domain = model.variables[left].domain.clone();
+        let products = meant.products.clone();
+        let mut scope = Scope { head: definition.head.to_string(), visible, products, bound: Vec::new() };
+        if matches!(&definition.form.kind, FormKind::Named { name, .. } if name.text == "weights") {
+            scope.visible.push(left);
+        }
+        self.form(&definition.form, &Target { domain, right }, &mut scope)
+    }
+
+    fn form(&mut self, form: &ast::Form, target: &Target, scope: &mut Scope) -> Option<Form> {
+        match &form.kind {
+            FormKind::Named { name, arguments } => {
+                self.named(form.span(), name, arguments.as_deref(), target, scope)
+            }
+            FormKind::Table(rows) => self.table(form.span(), rows, target, scope),
+            FormKind::Previous { variable, of, otherwise } => {
+                let known = self.variable_of(variable);
+                let at = match of {
+                    None => None,
+                    Some(of) => {
+                        let Some(name) = as_name(of) else {
+                            self.complain(
+                                of.span(),
+                                format!("expected the variable of a cell, found `{of}`"),
+                            );
+                            return None;
+                        };
+                        self.element_of(of, scope)?;
+                        self.variable_of(&occurrence(name))
+                    }
+                };
+                let otherwise = match otherwise {
+                    None => Some(Form::Uniform),
+                    Some(form) => self.form(form, target, scope),
+                };
+                if variable.before || !variable.index.is_empty() {
+                    let message = format!("`previous` takes a variable at this instant, found `{variable}`");
+                    self.complain_and_help(
+                        variable.at.0,
+                        message,
+                        format!("write `previous({})`", variable.name),
+                    );
+                    return None;
+                }
+                if of.is_some() && at.is_none() {
+                    return None;
+                }
+                Some(Form::Previous { of: known?, at, otherwise: Box::new(otherwise?) })
+            }
+            FormKind::Ask { path, given } => self.ask_form(path, given.as_deref(), target, scope),
+            FormKind::Let { name, value, body } => {
+                if let Some((_, first)) = self.names.get(&name.text) {
+                    let wrong = Diagnostic::new(name.span(), format!("`{name}` already has a meaning"));
+                    self.wrong
+                        .push(wrong.with_label(*first, "declared here").with_help("give it another name"));
+                    return None;
+                }
+                let typed = self.expression(value, scope, None)?;
+                scope.bound.push((name.text.clone(), typed));
+                let form = self.form(body, target, scope);
+                scope.bound.pop();
+                form
+            }
+            FormKind::If(choice) => {
+                let mut branches = Vec::new();
+                for (condition, body) in &choice.branches {
+                    let condition = self.truth_of(condition, scope);
+                    branches.push(condition.zip(self.form(body, target, scope)));
+                }
+                let otherwise = self.form(&choice.otherwise, target, scope)?;
+                branches.into_iter().rev().try_fold(otherwise, |otherwise, branch| {
+                    branch.map(|(condition, then)| choose(condition, then, otherwise))
+                })
+            }
+            FormKind::Match(choice) => {
+                let patterns: Vec<_> = choice.arms.iter().map(|(pattern, _)| pattern).collect();
+                let conditions = self.conditions(form.span(), &choice.on, &patterns, scope);
+                let bodies: Vec<_> =
+                    choice.arms.iter().map(|(_, body)| self.form(body, target, scope)).collect();
+                let mut bodies = bodies.into_iter().collect::<Option<Vec<_>>>()?;
+                let (conditions, last) = (conditions?, bodies.pop()?);
+                let arms = conditions.into_iter().zip(bodies).rev();
+                Some(arms.fold(last, |otherwise, (condition, then)| choose(condition, then, otherwise)))
+            }
+        }
+    }
+
+    fn named(
+        &mut self,
+        span: Span,
+        name: &Name,
+        arguments: Option<&[Expr]>,
+        target: &Target,
+        scope: &Scope,
+    ) -> Option<Form> {
+        let given = arguments.unwrap_or_default();
+        match name.text.as_str() {
+            "uniform" => match given {
+                [] => Some(Form::Uniform),
+                [low, high] => {
+                    let (low, high) = (self.number_of(low, scope), self.number_of(high, scope));
+                    Some(Form::UniformInterval { low: low?, high: high? })
+                }
+                more => {
+                    let message = format!("`uniform` takes no argument, or two bounds, found {}", more.len());
+                    self.complain(span, message);
+                    None
+                }
+            },
+            "bernoulli" => {
+                let [argument] = self.arguments(span, name, given)?;
+                Some(Form::Bernoulli(self.number_of(argument, scope)?))
+            }
+            "categorical" => {
+                if given.is_empty() {
+                    self.complain(span, "`categorical` takes one probability for each value, found none");
+                    return None;
+                }
+                Some(Form::Categorical(self.numbers(given, scope)?))
+            }
+            "normal" | "normal_bins" => {
+                let [mean, deviation] = self.arguments(span, name, given)?;
+                let (mean, deviation) = (self.mean(mean, target, scope), self.number_of(deviation, scope));
+                let (mean, deviation) = (mean?, deviation?);
+                Some(if name.text == "normal" {
+                    Form::Normal { mean, deviation }
+                } else {
+                    Form::NormalBins { mean, deviation }
+                })
+            }
+            "dirac" => {
+                let [argument] = self.arguments(span, name, given)?;
+                let (id, found) = self.expression(argument, scope, Some(&target.domain))?;
+                let expected = Type::of(&target.domain);
+                let is_zero = found == Type::Number && matches!(expected, Type::Vector(_));
+                (is_zero || self.expect(argument.span(), &found, &expected)).then_some(Form::Dirac(id))
+            }
+            "weights" => {
+                let [argument] = self.arguments(span, name, given)?;
+                Some(Form::Weights(self.number_of(argument, scope)?))
+            }
+            other => {
+                let message =
+                    format!("form `{other}` is not known; known forms are {}", listed(FORMS, "and"));
+                let mut wrong = Diagnostic::new(name.span(), message);
+                wrong.help = did_you_mean(other, FORMS);
+                self.wrong.push(wrong);
+                None
+            }
+        }
+    }
+
+    pub(super) fn numbers(&mut self, expressions: &[Expr], scope: &Scope) -> Option<Vec<ExpressionId>> {
+        let ids: Vec<_> = expressions.iter().map(|entry| self.number_of(entry, scope)).collect();
+        ids.into_iter().collect()
+    }
+
+    /// The mean of a normal law: a number, or for a vector also a vector; a number then stands for all components.
+    fn mean(&mut self, mean: &Expr, target: &Target, scope: &Scope) -> Option<ExpressionId> {
+        let (id, found) = self.expression(mean, scope, None)?;
+        let vector = Type::of(&target.domain);
+        if matches!(vector, Type::Vector(_)) && found == vector {
+            return Some(id);
+        }
+        self.expect(mean.span(), &found, &Type::Number).then_some(id)
+    }
+
+    fn ask_form(
+        &mut self,
+        path: &[Segment],
+        given: Option<&[ast::Occurrence]>,
+        target: &Target,
+        scope: &Scope,
+    ) -> Option<Form> {
+        let mut right = true;
+        for index in path.iter().flat_map(|segment| &segment.index) {
+            right &= self.expression(index, scope, None).is_some();
+        }
+        if let [only] = path {
+            let message =
+                format!("`ask` takes a question of another program, and `{}` names no question", only.name);
+            self.complain_and_help(only.name.span(), message, format!("write `ask({}.question)`", only.name));
+            return None;
+        }
+        let given = match given {
+            None => target.right.clone(),
+            Some(written) => {
+                let mut ids = Vec::new();
+                for occurrence in written {
+                    let id = self.variable_of(occurrence)?;
+                    if !scope.visible.contains(&id) {
+                        let message = format!("`{occurrence}` is not on the right of `{}`", scope.head);
+                        self.complain(occurrence.at.0, message);
+                        right = false;
+                    }
+                    ids.push(id);
+                }
+                ids
+            }
+        };
+        let path: Vec<String> = path.iter().map(Segment::to_string).collect();
+        right.then(|| Form::Ask { path: path.join("."), given })
+    }
+
+    /// Lets forms speak of what will be learnt.
+    pub(super) fn announce(&mut self, learnt: &Learnt) {
+        for name in &learnt.names {
+            match self.meaning(&name.text) {
+                Some(Meaning::Parameter(_)) => {}
+                _ => {
+                    self.declare(name, Meaning::Learnt);
+                }
+            }
+        }
+    }
+
+    /// What is to be learnt, once the forms have shown its shape.
+    pub(super) fn identification(&mut self, learnt: &Learnt) {
+        let mut parameters = Vec::new();
+        for name in &learnt.names {
+            match self.meaning(&name.text) {
+                Some(Meaning::Parameter(id)) => parameters.push(id),
+                Some(Meaning::Learnt) => {
+                    self.complain(name.span(), format!("`{name}` is to be learnt, but no form speaks of it"));
+                }
+                _ => {}
+            }
+        }
+        let by = match learnt.by.as_slice() {
+            [] => None,
+            [name] => self.variable_of(&occurrence(name)),
+            [_, second, ..] => {
+                let count = learnt.by.len();
+                let what = plural(count, "variable", "variables");
+                self.complain(second.span(), format!("`by` takes one variable, found {count} {what}"));
+                None
+            }
+        };
+        let data = learnt.from.text.clone();
+        self.model.identification(Identification { parameters, data, by });
+    }
+}
+
+fn choose(condition: ExpressionId, then: Form, otherwise: Form) -> Form {
+    Form::If { condition, then: Box::new(then), otherwise: Box::new(otherwise) }
+}

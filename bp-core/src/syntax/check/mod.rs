@@ -1,0 +1,261 @@
+//! Tree to model: every name is given its meaning, every expression its type.
+//!
+//! In: an [`ast::Program`]. Out: a [`Model`], or every mistake at once. The checker judges words (names, types, shapes
+//! that the model cannot even hold); the model judges itself, and its faults are put under the words they come from.
+//! Invariant: a mistake is told once: what depends on something wrong is not told again.
+
+mod declarations;
+mod decomposition;
+mod expressions;
+mod faults;
+mod foreign;
+mod forms;
+mod functions;
+mod names;
+mod questions;
+mod tables;
+mod types;
+
+use super::ast::{self, Name, Program, SectionKind};
+use super::parse;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
+use crate::model::{Model, ModelBuilder, Question};
+use crate::source::{Source, Span};
+use std::collections::{HashMap, HashSet};
+
+/// Checks a program, and gives its meaning.
+pub fn check(program: &Program) -> Result<Model, Diagnostics> {
+    let mut checker = Checker::new(program);
+    checker.sections();
+    checker.finish()
+}
+
+/// Parses and checks a text that holds one program.
+pub fn compile(source: &Source) -> Result<Model, Diagnostics> {
+    check(&parse::parse(source)?)
+}
+
+/// Reads a question as a user types it: `P(Rain | Wet = true)`, or the name of one that the model declares.
+pub fn parse_question(source: &Source, model: &Model) -> Result<Question, Diagnostics> {
+    let text = source.text.trim();
+    let is_name =
+        !text.is_empty() && text.chars().all(|character| character.is_alphanumeric() || character == '_');
+    if is_name {
+        return model.question(text).cloned().ok_or_else(|| {
+            let start = source.text.len() - source.text.trim_start().len();
+            let span = Span::new(start, start + text.len());
+            let declared: Vec<&str> =
+                model.questions.values().map(|question| question.name.as_str()).collect();
+            let mut wrong = Diagnostic::new(span, format!("`{}` has no question `{text}`", model.name));
+            wrong.help = names::did_you_mean(text, declared.iter().copied()).or_else(|| {
+                let listed = names::listed(declared, "and");
+                (!listed.is_empty()).then(|| format!("its questions are {listed}"))
+            });
+            wrong.into()
+        });
+    }
+    let written = parse::parse_ask(source)?;
+    let mut wrong = Diagnostics::default();
+    let ask = questions::ask(model, &written, &mut wrong);
+    let question = Question { name: String::new(), asks: vec![ask] };
+    if wrong.is_empty() {
+        for fault in model.question_faults(&question) {
+            wrong.push(faults::diagnostic(&fault, written.at.0));
+        }
+    }
+    wrong.or(question)
+}
+
+/// What a name stands for in the whole program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Meaning {
+    Set(SetId),
+    Parameter(ParameterId),
+    Variable(VariableId),
+    /// A parameter that `identification` names, whose shape its first use will tell.
+    Learnt,
+}
+
+/// A program on its way to a model.
+struct Checker<'p> {
+    program: &'p Program,
+    model: ModelBuilder,
+    wrong: Diagnostics,
+    names: HashMap<String, (Meaning, Span)>,
+    /// Where everything stands that the model may find fault with.
+    parameter_spans: HashMap<ParameterId, Span>,
+    variable_spans: HashMap<VariableId, Span>,
+    factor_spans: HashMap<FactorId, Span>,
+    form_spans: HashMap<FactorId, Span>,
+    expression_spans: HashMap<ExpressionId, Span>,
+    ask_spans: HashMap<(QuestionId, usize), Span>,
+    /// Factors by their heads, as `decomposition::key` writes them.
+    factors: HashMap<String, FactorId>,
+    /// Heads of factors that were wrong, and whose forms are therefore not looked at.
+    broken_heads: HashSet<String>,
+    /// Variables whose declaration or factor is wrong: nothing more is said of them.
+    broken_variables: HashSet<VariableId>,
+    /// Factors whose form is wrong or missing: nothing more is said of them.
+    broken_forms: HashSet<FactorId>,
+}
+
+impl<'p> Checker<'p> {
+    fn new(program: &'p Program) -> Self {
+        Self {
+            program,
+            model: ModelBuilder::new(&program.name.text),
+            wrong: Diagnostics::default(),
+            names: HashMap::new(),
+            parameter_spans: HashMap::new(),
+            variable_spans: HashMap::new(),
+            factor_spans: HashMap::new(),
+            form_spans: HashMap::new(),
+            expression_spans: HashMap::new(),
+            ask_spans: HashMap::new(),
+            factors: HashMap::new(),
+            broken_heads: HashSet::new(),
+            broken_variables: HashSet::new(),
+            broken_forms: HashSet::new(),
+        }
+    }
+
+    /// The stages, in the order in which they need one another, whatever the order of the text.
+    fn sections(&mut self) {
+        self.model.documentation(&self.program.comments.documentation());
+        self.once_each();
+        if let Some(plate) = &self.program.plate {
+            self.plate(plate);
+        }
+        let program = self.program;
+        let each = |visit: &mut dyn FnMut(&'p SectionKind)| {
+            program.sections.iter().for_each(|section| visit(&section.kind));
+        };
+        each(&mut |kind| {
+            if let SectionKind::Parameters(list) = kind {
+                list.iter().for_each(|parameter| self.parameter(parameter));
+            }
+        });
+        each(&mut |kind| {
+            if let SectionKind::Variables(list) = kind {
+                list.iter().for_each(|declaration| self.declaration(declaration));
+            }
+        });
+        each(&mut |kind| {
+            if let SectionKind::Identification(list) = kind {
+                list.iter().for_each(|learnt| self.announce(learnt));
+            }
+        });
+        each(&mut |kind| {
+            if let SectionKind::Decomposition(terms) = kind {
+                self.terms(terms, &mut Vec::new());
+            }
+        });
+        let mut definitions = Vec::new();
+        each(&mut |kind| {
+            if let SectionKind::Forms(list) = kind {
+                definitions.extend(list);
+            }
+        });
+        self.definitions(&definitions);
+        each(&mut |kind| {
+            if let SectionKind::Identification(list) = kind {
+                list.iter().for_each(|learnt| self.identification(learnt));
+            }
+        });
+        each(&mut |kind| {
+            if let SectionKind::Question { name, asks } = kind {
+                self.question(name, asks);
+            }
+        });
+    }
+
+    /// Every section but questions stands once at most.
+    fn once_each(&mut self) {
+        let mut seen: HashMap<&str, Span> = HashMap::new();
+        let mut has_variables = false;
+        for section in &self.program.sections {
+            let title = match &section.kind {
+                SectionKind::Parameters(_) => "parameters",
+                SectionKind::Variables(_) => "variables",
+                SectionKind::Decomposition(_) => "decomposition",
+                SectionKind::Forms(_) => "forms",
+                SectionKind::Identification(_) => "identification",
+                SectionKind::Question { .. } => continue,
+            };
+            has_variables |= title == "variables";
+            let start = section.at.0.start;
+            let span = Span::new(start, start + title.len());
+            if let Some(first) = seen.insert(title, span) {
+                let twice = Diagnostic::new(span, format!("the section `{title}` is written twice"))
+                    .with_label(first, "first here")
+                    .with_help("put both into one section");
+                self.wrong.push(twice);
+            }
+        }
+        if !has_variables {
+            let message = format!("program `{}` has no variables", self.program.name.text);
+            let wrong = Diagnostic::new(self.program.name.span(), message);
+            self.wrong.push(wrong.with_help("declare them: `variables { Rain : bool; }`"));
+        }
+    }
+
+    /// Gives a name its meaning, unless it has one already.
+    fn declare(&mut self, name: &Name, meaning: Meaning) -> bool {
+        if let Some((_, first)) = self.names.get(&name.text) {
+            let twice = Diagnostic::new(name.span(), format!("`{}` is declared twice", name.text))
+                .with_label(*first, "first here");
+            self.wrong.push(twice);
+            return false;
+        }
+        self.names.insert(name.text.clone(), (meaning, name.span()));
+        true
+    }
+
+    fn meaning(&self, name: &str) -> Option<Meaning> {
+        self.names.get(name).map(|(meaning, _)| *meaning)
+    }
+
+    fn complain(&mut self, span: Span, message: impl Into<String>) {
+        self.wrong.push(Diagnostic::new(span, message));
+    }
+
+    fn complain_and_help(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+        self.wrong.push(Diagnostic::new(span, message).with_help(help));
+    }
+}
+
+/// The number that an expression is, if it is one whatever the names in it mean.
+fn constant(expr: &ast::Expr) -> Option<f64> {
+    use ast::{BinaryOp, ExprKind, UnaryOp};
+    Some(match &expr.kind {
+        ExprKind::Number(text) => number(text)?,
+        ExprKind::Group(inner) => constant(inner)?,
+        ExprKind::Unary(UnaryOp::Minus, inner) => -constant(inner)?,
+        ExprKind::Binary(op, left, right) => {
+            let (left, right) = (constant(left)?, constant(right)?);
+            match op {
+                BinaryOp::Plus => left + right,
+                BinaryOp::Minus => left - right,
+                BinaryOp::Times => left * right,
+                BinaryOp::Over => left / right,
+                _ => return None,
+            }
+        }
+        _ => return None,
+    })
+}
+
+/// A number as written, `1_000` and `1e-3` included.
+fn number(text: &str) -> Option<f64> {
+    text.replace('_', "").parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// A whole number with its sign.
+fn integer(sign: ast::Sign, text: &str) -> Option<i64> {
+    let magnitude: i64 = text.replace('_', "").parse().ok()?;
+    // Far beyond any domain that could be listed, and safe to add to.
+    let most = 1 << 40;
+    let value = if sign == ast::Sign::Minus { -magnitude } else { magnitude };
+    (-most..=most).contains(&value).then_some(value)
+}

@@ -1,0 +1,42 @@
+//! What an expression is: a truth value, a number, a label, an element of a set, a vector.
+//!
+//! In: domains. Out: types, and the words for them. Invariant: an integer and a real are both numbers; nothing else
+//! turns into anything else by itself.
+
+use crate::ids::SetId;
+use crate::model::{Domain, Model};
+
+/// The type of an expression.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Type {
+    Boolean,
+    Number,
+    /// A value of an enumeration.
+    Label(Domain),
+    Element(SetId),
+    Vector(usize),
+}
+
+impl Type {
+    /// The type of a variable's value. The labels of a domain that has integers too count as integers.
+    pub(super) fn of(domain: &Domain) -> Type {
+        match domain {
+            Domain::Boolean => Type::Boolean,
+            Domain::Finite { range: None, .. } => Type::Label(domain.clone()),
+            Domain::Finite { .. } | Domain::Real => Type::Number,
+            Domain::Set(set) => Type::Element(*set),
+            Domain::Vector(length) => Type::Vector(*length),
+        }
+    }
+
+    /// What to call a value of the type.
+    pub(super) fn words(&self, model: &Model) -> String {
+        match self {
+            Type::Boolean => "a truth value".to_owned(),
+            Type::Number => "a number".to_owned(),
+            Type::Label(domain) => format!("one of `{}`", model.domain_text(domain)),
+            Type::Element(set) => format!("an element of `{}`", model.sets[*set].name),
+            Type::Vector(length) => format!("a vector of {length} numbers"),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Comments: found in the text, and given to the items that they speak of.
+//!
+//! In: the text, and the tree without comments. Out: the tree with them. Invariant: no comment is lost; one that
+//! follows an item on its line goes with that item, any other with the next item, and what is left closes the file.
+
+use crate::source::Span;
+use crate::syntax::ast::*;
+
+/// The places of all comments of a text, in order.
+pub(super) fn find(text: &str) -> Vec<Span> {
+    let mut found = Vec::new();
+    let mut position = 0;
+    while let Some(offset) = text[position..].find('/') {
+        let start = position + offset;
+        let rest = &text[start..];
+        let length = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest[2..].find("*/").map_or(rest.len(), |end| end + 4)
+        } else {
+            position = start + 1;
+            continue;
+        };
+        found.push(Span::new(start, start + length));
+        position = start + length;
+    }
+    found
+}
+
+/// Gives every comment of the text to an item of the file.
+pub(super) fn attach(text: &str, file: &mut File) {
+    let mut closing = Vec::new();
+    let mut items: Vec<(Span, &mut Comments)> = Vec::new();
+    for program in &mut file.programs {
+        items.push((program.at.0, &mut program.comments));
+        for section in &mut program.sections {
+            items.push((section.at.0, &mut section.comments));
+            of_section(&mut section.kind, &mut items);
+        }
+    }
+    for span in find(text) {
+        let words = text[span.start..span.end].trim_end().to_owned();
+        let line = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
+        let ended =
+            items.iter().enumerate().filter(|(_, (item, _))| item.end > line && item.end <= span.start);
+        // The one that ends last; of those, the outermost.
+        let behind =
+            ended.max_by_key(|(index, (item, _))| (item.end, usize::MAX - index)).map(|(index, _)| index);
+        if let Some(index) = behind {
+            items[index].1.after.push(words);
+        } else if let Some((_, comments)) = items.iter_mut().find(|(item, _)| item.start >= span.end) {
+            comments.before.push(words);
+        } else {
+            closing.push(words);
+        }
+    }
+    drop(items);
+    file.closing = closing;
+}
+
+fn of_section<'t>(kind: &'t mut SectionKind, items: &mut Vec<(Span, &'t mut Comments)>) {
+    match kind {
+        SectionKind::Parameters(list) => {
+            items.extend(list.iter_mut().map(|item| (item.at.0, &mut item.comments)))
+        }
+        SectionKind::Variables(list) => {
+            items.extend(list.iter_mut().map(|item| (item.at.0, &mut item.comments)))
+        }
+        SectionKind::Identification(list) => {
+            items.extend(list.iter_mut().map(|item| (item.at.0, &mut item.comments)));
+        }
+        SectionKind::Question { asks, .. } => {
+            items.extend(asks.iter_mut().map(|item| (item.at.0, &mut item.comments)));
+        }
+        SectionKind::Decomposition(terms) => of_terms(terms, items),
+        SectionKind::Forms(list) => {
+            for definition in list {
+                items.push((definition.at.0, &mut definition.comments));
+                of_form(&mut definition.form, items);
+            }
+        }
+    }
+}
+
+fn of_terms<'t>(terms: &'t mut [Term], items: &mut Vec<(Span, &'t mut Comments)>) {
+    for term in terms {
+        match term {
+            Term::Factor(factor) => items.push((factor.at.0, &mut factor.comments)),
+            Term::Product(product) => {
+                items.push((product.at.0, &mut product.comments));
+                of_terms(&mut product.terms, items);
+            }
+        }
+    }
+}
+
+fn of_form<'t>(form: &'t mut Form, items: &mut Vec<(Span, &'t mut Comments)>) {
+    match &mut form.kind {
+        FormKind::Table(rows) => items.extend(rows.iter_mut().map(|row| (row.at.0, &mut row.comments))),
+        FormKind::Previous { otherwise: Some(body), .. } | FormKind::Let { body, .. } => of_form(body, items),
+        FormKind::If(choice) => {
+            choice.branches.iter_mut().for_each(|(_, body)| of_form(body, items));
+            of_form(&mut choice.otherwise, items);
+        }
+        FormKind::Match(choice) => choice.arms.iter_mut().for_each(|(_, body)| of_form(body, items)),
+        _ => {}
+    }
+}

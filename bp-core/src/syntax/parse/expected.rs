@@ -1,0 +1,176 @@
+//! What was expected and what was found, in words.
+//!
+//! In: the parser's error. Out: one diagnostic under the token that was not expected. Invariant: no rule's name is ever
+//! shown; where the end of a statement or of a list would do, only that is asked for.
+
+use super::grammar::Rule;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use pest::error::{Error, ErrorVariant, InputLocation};
+
+/// The diagnostic of a parse error.
+pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
+    let position = match error.location {
+        InputLocation::Pos(position) | InputLocation::Span((position, _)) => skip_comments(text, position),
+    };
+    let rules: &[Rule] = match &error.variant {
+        ErrorVariant::ParsingError { positives, .. } => positives,
+        ErrorVariant::CustomError { .. } => &[],
+    };
+    let found = token(text, position);
+    let span = Span::new(position, position + found.len());
+    let shown = if found.is_empty() { "the end of the text".to_owned() } else { format!("`{found}`") };
+    let mut diagnostic = Diagnostic::new(span, format!("expected {}, found {shown}", expected(rules)));
+    if rules.contains(&Rule::kw_parameters) {
+        diagnostic = diagnostic.with_help(
+            "a program has the sections `parameters`, `variables`, `decomposition`, `forms`, `identification` and `question`",
+        );
+    } else if found == "∝" {
+        diagnostic = diagnostic.with_help("write `=`: what is proportional is normalised");
+    } else if found.starts_with('\'') || found == "′" {
+        diagnostic = diagnostic.with_help("write `X^-1` for `X` at the previous instant");
+    } else if found == "=" && rules.contains(&Rule::infix) {
+        diagnostic = diagnostic.with_help("write `==` to compare");
+    } else if RESERVED.contains(&found) && rules.contains(&Rule::name) {
+        diagnostic =
+            diagnostic.with_help(format!("`{found}` is a word of the language and cannot be a name"));
+    }
+    diagnostic
+}
+
+const RESERVED: [&str; 13] =
+    ["if", "else", "match", "let", "in", "and", "or", "not", "table", "prod", "true", "false", "P"];
+
+/// The parser's position may be before blanks and comments.
+fn skip_comments(text: &str, mut position: usize) -> usize {
+    loop {
+        let rest = &text[position..];
+        let trimmed = rest.trim_start();
+        position += rest.len() - trimmed.len();
+        let length = if trimmed.starts_with("//") {
+            trimmed.find('\n').unwrap_or(trimmed.len())
+        } else if trimmed.starts_with("/*") {
+            match trimmed.find("*/") {
+                Some(end) => end + 2,
+                None => return position,
+            }
+        } else {
+            return position;
+        };
+        position += length;
+    }
+}
+
+/// The token at a position: a word, a number, or one sign.
+fn token(text: &str, position: usize) -> &str {
+    let rest = &text[position..];
+    let word = |character: char| character.is_alphanumeric() || character == '_';
+    match rest.chars().next() {
+        None => "",
+        Some(character) if word(character) => &rest[..rest.find(|c| !word(c)).unwrap_or(rest.len())],
+        Some(character) => {
+            let pairs = ["..=", "..", "=>", "==", "!=", "<=", ">=", "->", "&&", "||", "/*"];
+            let known = pairs.into_iter().find(|pair| rest.starts_with(pair));
+            &rest[..known.map_or(character.len_utf8(), str::len)]
+        }
+    }
+}
+
+/// What was expected, as an English list.
+fn expected(rules: &[Rule]) -> String {
+    let has = |rule| rules.contains(&rule);
+    let mut words: Vec<&str> = Vec::new();
+    let ends = [Rule::semicolon, Rule::close_paren, Rule::close_bracket, Rule::close_brace];
+    // After an element of a list or an expression, an operator or another element would do as well; what is missing is
+    // the end.
+    let follows = [Rule::comma, Rule::infix, Rule::bar, Rule::semicolon].into_iter().any(has);
+    if let Some(end) = ends.into_iter().find(|end| has(*end)).filter(|_| follows) {
+        if has(Rule::comma) && !has(Rule::name) && end != Rule::semicolon {
+            words.push("`,`");
+        }
+        words.push(describe(end));
+    } else {
+        for rule in rules {
+            let word = describe(*rule);
+            if !words.contains(&word) {
+                words.push(word);
+            }
+        }
+        if words.contains(&"an expression") || words.contains(&"a form") {
+            words.retain(|word| {
+                !["a name", "a number", "`not`", "`-`", "`if`", "`match`", "`(`"].contains(word)
+            });
+        }
+        words.truncate(6);
+    }
+    match words.split_last() {
+        None => "something else".to_owned(),
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+    }
+}
+
+fn describe(rule: Rule) -> &'static str {
+    use Rule::*;
+    match rule {
+        EOI => "the end of the text",
+        file | program | kw_program | lone_ask => "`program`",
+        plate | kw_over => "`over`",
+        kw_in => "`in`",
+        section | parameters | variables | decomposition | forms | identification | question
+        | kw_parameters | kw_variables | kw_decomposition | kw_forms | kw_identification | kw_question => {
+            "a section"
+        }
+        parameter | parameter_name => "a parameter",
+        space => "a set or a range",
+        range | bound => "a range",
+        declaration | declared => "a variable",
+        family | open_bracket | index => "`[`",
+        before | caret => "`^`",
+        except | kw_except => "`except`",
+        kw_or => "`or`",
+        domain | labels => "a domain",
+        product | kw_prod => "`prod`",
+        factor | probability | ask => "`P(`",
+        occurrences | occurrence | searched | item => "a variable",
+        definition => "`P(`",
+        form | plain_form | otherwise | named_form | if_form | match_form | table | ask_form | previous
+        | kw_table | kw_previous | kw_ask => "a form",
+        binding | kw_let => "`let`",
+        form_branch | branch | expression | group | vector | reference | prefix | primary | if_expression
+        | match_expression | first | kw_not | kw_first => "an expression",
+        kw_if => "`if`",
+        kw_match => "`match`",
+        kw_else => "`else`",
+        form_arm | arm | pattern | wildcard => "a pattern",
+        row => "a row of numbers",
+        keys | value => "a value",
+        path | segment | name | reserved => "a name",
+        arguments | open_paren => "`(`",
+        learnt => "the names that are learnt",
+        by | kw_by => "`by`",
+        kw_from => "`from`",
+        reduction => "a reduction",
+        known | bar => "`|`",
+        nearest | kw_nearest => "`nearest`",
+        soft | kw_virtual => "`virtual`",
+        infix => "an operator",
+        suffix | answer | field | dot => "`.`",
+        number | digits | one | sign => "a number",
+        boolean => "`true` or `false`",
+        open_brace => "`{`",
+        close_brace => "`}`",
+        close_paren => "`)`",
+        close_bracket => "`]`",
+        semicolon => "`;`",
+        colon => "`:`",
+        comma => "`,`",
+        equal => "`=`",
+        arrow => "`=>`",
+        dots => "`..=`",
+        minus => "`-`",
+        kw_with => "`with`",
+        kw_at => "`at`",
+        WHITESPACE | COMMENT => "a blank",
+    }
+}

@@ -1,0 +1,59 @@
+//! Text to tree.
+//!
+//! In: a [`Source`]. Out: the [`ast`](super::ast) of its programs, or the first place where the grammar is not obeyed.
+//! Invariant: whatever the text, an answer comes back: no panic and no stack overflow.
+
+mod children;
+mod comments;
+mod depth;
+mod expected;
+mod expressions;
+mod forms;
+mod grammar;
+mod sections;
+
+use super::ast::{Ask, File, Program};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::{Source, Span};
+use grammar::{Grammar, Rule};
+use pest::Parser;
+use pest::iterators::Pair;
+
+/// Parses all the programs of a text.
+pub fn parse_file(source: &Source) -> Result<File, Diagnostics> {
+    let pair = pair_of(Rule::file, source)?;
+    let programs = pair.into_inner().filter(|pair| pair.as_rule() == Rule::program).map(sections::program);
+    let mut file = File { programs: programs.collect(), closing: Vec::new() };
+    comments::attach(&source.text, &mut file);
+    Ok(file)
+}
+
+/// Parses a text that holds one program.
+pub fn parse(source: &Source) -> Result<Program, Diagnostics> {
+    let mut file = parse_file(source)?;
+    if let Some(second) = file.programs.get(1) {
+        let message = format!("one program was expected, and `{}` is another", second.name.text);
+        return Err(Diagnostic::new(second.name.span(), message).into());
+    }
+    let program = file.programs.pop().expect("internal: the grammar promises a program");
+    Ok(program)
+}
+
+/// Parses one ask, as a user types it: `P(Rain | Wet = true)`.
+pub(super) fn parse_ask(source: &Source) -> Result<Ask, Diagnostics> {
+    Ok(sections::ask(children::Children::of(pair_of(Rule::lone_ask, source)?).one()))
+}
+
+fn pair_of(rule: Rule, source: &Source) -> Result<Pair<'_, Rule>, Diagnostics> {
+    let text = source.text.as_str();
+    depth::check(text)?;
+    if text.starts_with('\u{feff}') {
+        return Err(Diagnostic::new(Span::new(0, 3), "the text starts with a byte order mark")
+            .with_help("save the file as UTF-8 without it")
+            .into());
+    }
+    match Grammar::parse(rule, text) {
+        Ok(mut pairs) => Ok(pairs.next().expect("internal: a parse holds its own rule")),
+        Err(error) => Err(expected::diagnostic(&error, text).into()),
+    }
+}

@@ -1,0 +1,54 @@
+//! Golden pages of mistakes: what the author of a wrong program reads.
+//!
+//! In: `tests/errors/*.bp`, each with mistakes. Out: the rendered diagnostics, compared with the `.txt` beside. With
+//! `BLESS=1` in the environment the pages are written instead. Invariant: every program there is wrong, and every page
+//! is wanted.
+
+use bp_core::source::Source;
+use bp_core::syntax::compile;
+use std::path::PathBuf;
+
+fn pages(extension: &str) -> Vec<PathBuf> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/errors");
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> =
+        entries.filter(|path| path.extension().is_some_and(|found| found == extension)).collect();
+    paths.sort();
+    paths
+}
+
+#[test]
+fn wrong_programs_get_the_pages_beside_them() {
+    let bless = std::env::var_os("BLESS").is_some_and(|value| value == "1");
+    let programs = pages("bp");
+    assert!(programs.len() >= 25, "only {} wrong programs", programs.len());
+    let mut different = Vec::new();
+    for path in &programs {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let source = Source::new(name.clone(), std::fs::read_to_string(path).unwrap());
+        let page = match compile(&source) {
+            Ok(_) => panic!("{name} is not wrong"),
+            Err(wrong) => wrong.render(&source, false),
+        };
+        let beside = path.with_extension("txt");
+        if bless {
+            std::fs::write(&beside, &page).unwrap();
+        } else if std::fs::read_to_string(&beside).unwrap_or_default() != page {
+            different.push(format!("{name} now reads\n{page}"));
+        }
+    }
+    assert!(different.is_empty(), "BLESS=1 accepts these pages:\n{}", different.join("\n"));
+    let orphans: Vec<_> =
+        pages("txt").into_iter().filter(|page| !programs.contains(&page.with_extension("bp"))).collect();
+    assert!(orphans.is_empty(), "pages without a program: {orphans:?}");
+}
+
+#[test]
+fn no_page_shows_the_names_of_rules() {
+    for page in pages("txt") {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for rule in ["kw_", "close_", "open_paren", "open_brace", "named_form", "occurrence"] {
+            assert!(!text.contains(rule), "{} says {rule}", page.display());
+        }
+    }
+}
