@@ -4,7 +4,7 @@
 //! Invariant: whatever the text, parsing ends, without a panic.
 
 use bp_core::source::Source;
-use bp_core::syntax::{parse, parse_file};
+use bp_core::syntax::{check, compile, parse, parse_file};
 use proptest::prelude::*;
 
 mod trees;
@@ -82,12 +82,17 @@ proptest! {
         let again = parse_file(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
         prop_assert_eq!(&file, &again, "{}", printed.text);
         prop_assert_eq!(&printed.text, &again.to_string());
+        for program in &again.programs {
+            if let Err(wrong) = check(program) {
+                wrong.render(&printed, false);
+            }
+        }
     }
 
     #[test]
     fn any_text_gets_an_answer(text in "\\PC{0,200}") {
         let source = Source::new("any", text);
-        if let Err(wrong) = parse_file(&source) {
+        if let Err(wrong) = compile(&source) {
             wrong.render(&source, false);
         }
     }
@@ -113,7 +118,7 @@ proptest! {
         let start = place(cut.index(text.len()));
         let end = place((start + length).min(text.len())).max(start);
         let source = Source::new("mutated", format!("{}{piece}{}", &text[..start], &text[end..]));
-        if let Err(wrong) = parse_file(&source) {
+        if let Err(wrong) = compile(&source) {
             wrong.render(&source, false);
         }
     }

@@ -222,6 +222,9 @@ impl Checker<'_> {
             let value = (ordinal + domain.base()) as f64;
             return Some((self.node(span, Expression::Number(value)), Type::of(&domain)));
         }
+        if !self.unknown.insert(text.clone()) {
+            return None;
+        }
         let labels = hint.into_iter().chain(model.variables.values().map(|variable| &variable.domain));
         let labels = labels.filter_map(|domain| match domain {
             Domain::Finite { labels, .. } => Some(labels),

@@ -98,6 +98,8 @@ struct Checker<'p> {
     broken_variables: HashSet<VariableId>,
     /// Factors whose form is wrong or missing: nothing more is said of them.
     broken_forms: HashSet<FactorId>,
+    /// Names that nothing answers to, and that have been told.
+    unknown: HashSet<String>,
 }
 
 impl<'p> Checker<'p> {
@@ -117,6 +119,7 @@ impl<'p> Checker<'p> {
             broken_heads: HashSet::new(),
             broken_variables: HashSet::new(),
             broken_forms: HashSet::new(),
+            unknown: HashSet::new(),
         }
     }
 
