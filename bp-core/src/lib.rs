@@ -4,8 +4,14 @@
 //! `Kernel` → run → `Answer`.
 
 pub mod diagnostic;
+pub mod error;
+pub mod exec;
 pub mod ids;
+pub mod kernel;
+pub mod lower;
 pub mod model;
 pub mod operators;
+pub mod plan;
 pub mod source;
+pub mod space;
 pub mod syntax;

@@ -1,1 +1,6 @@
 //! The Bayesian Volumetric Map.
+
+pub mod grid;
+pub mod report;
+pub mod vision;
+pub mod world;

@@ -1,0 +1,62 @@
+//! What can be wrong with data, and with a question that cannot be answered.
+//!
+//! In: a name and what was found. Out: an [`Error`] that says what to mend. Invariant: a wrong *program* never
+//! comes here: that is a `Diagnostic`.
+
+use std::path::{Path, PathBuf};
+
+/// What can be wrong with data, and with a question that cannot be answered.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file that cannot be read or written.
+    #[error("`{}`: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// An input that was not given, or does not fit.
+    #[error("input `{name}`: {message}")]
+    Input {
+        /// The input.
+        name: String,
+        /// What was found, and what was expected.
+        message: String,
+    },
+    /// Evidence of probability zero.
+    #[error("the evidence of `{0}` has probability zero: the program says that this cannot be observed")]
+    Impossible(String),
+    /// A question that no exact route answers.
+    #[error("`{question}` has no exact answer here: {reason}")]
+    Unplanned {
+        /// The question.
+        question: String,
+        /// Why.
+        reason: String,
+    },
+    /// An answer that would not fit.
+    #[error("`{name}` needs {cells} cells, more than the {most} that are allowed; {help}")]
+    TooLarge {
+        /// What would be too large.
+        name: String,
+        /// How large.
+        cells: f64,
+        /// How large it may be.
+        most: f64,
+        /// The way out.
+        help: String,
+    },
+}
+
+impl Error {
+    /// An input that does not fit.
+    pub fn input(name: impl Into<String>, message: impl Into<String>) -> Self {
+        Error::Input { name: name.into(), message: message.into() }
+    }
+
+    /// A file that cannot be read or written.
+    pub fn file(path: &Path, source: std::io::Error) -> Self {
+        Error::File { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,219 @@
+//! Linear and Gaussian programs, run: a filter over time, or one conditioning.
+//!
+//! In: a [`Gaussian`] plan, numbers for the parameters, observations at each instant. Out: a normal [`Belief`]
+//! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
+//! factor, conditioned once, and only what the next instant needs is carried.
+
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::model::{Domain, Model};
+use crate::plan::{Gaussian, LinearForm};
+use nalgebra::{DMatrix, DVector};
+use std::collections::HashMap;
+
+/// A normal law of named variables.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Belief {
+    /// Names, in the order of the question.
+    pub variables: Vec<String>,
+    /// Means.
+    pub mean: DVector<f64>,
+    /// Covariances.
+    pub covariance: DMatrix<f64>,
+    /// ln of the density of what was observed, given the past.
+    pub ln_evidence: f64,
+}
+
+impl Belief {
+    /// Mean of one variable.
+    pub fn mean_of(&self, name: &str) -> Option<f64> {
+        self.variables.iter().position(|variable| variable == name).map(|row| self.mean[row])
+    }
+
+    /// Standard deviation of one variable.
+    pub fn deviation_of(&self, name: &str) -> Option<f64> {
+        let row = self.variables.iter().position(|variable| variable == name)?;
+        Some(self.covariance[(row, row)].max(0.0).sqrt())
+    }
+}
+
+/// One variable: row in the joint law, mean as a row over earlier rows, variance of its own noise.
+#[derive(Clone, Debug)]
+struct Extension {
+    coefficients: DVector<f64>,
+    constant: f64,
+    variance: f64,
+}
+
+/// A linear and Gaussian program with numbers for its parameters; over time, a Kalman filter.
+#[derive(Clone, Debug)]
+pub struct Filter {
+    searched: Vec<(String, usize)>,
+    /// Rows of the joint law that are observed.
+    observed: Vec<(String, usize)>,
+    /// Rows of X, whose law becomes that of X^-1: the first rows.
+    carried: Vec<usize>,
+    extensions: Vec<Extension>,
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+/// How many instants [`Filter::settle`] tries.
+const MOST_INSTANTS: usize = 1_000_000;
+
+impl Filter {
+    /// A filter that starts at rest: what it carries is 0, and known to be.
+    ///
+    /// # Errors
+    /// A parameter without a value, or whose value it cannot have; a standard deviation that is not positive.
+    pub fn new(model: &Model, plan: &Gaussian, parameters: &[(&str, f64)]) -> Result<Self, Error> {
+        let mut values: HashMap<&str, f64> = HashMap::new();
+        for parameter in model.parameters.values() {
+            let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
+            let value = given.or(parameter.default).ok_or_else(|| {
+                Error::input(&parameter.name, "this parameter was not given, and it has no default")
+            })?;
+            if let Some(expected) = parameter.kind.refuses(value) {
+                return Err(Error::input(&parameter.name, format!("it is {value}, but it must be {expected}")));
+            }
+            values.insert(&parameter.name, value);
+        }
+        if let Some((name, _)) = parameters.iter().find(|(name, _)| !values.contains_key(name)) {
+            return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
+        }
+        let parameter = |name: &str| values[name];
+        let mut rows: HashMap<VariableId, usize> = HashMap::new();
+        for (_, previous) in &plan.carried {
+            rows.insert(*previous, rows.len());
+        }
+        let mut extensions = Vec::new();
+        for source in &plan.sources {
+            let form = LinearForm::of(model, source.mean, &parameter);
+            let mut coefficients = DVector::zeros(rows.len());
+            for (variable, coefficient) in &form.coefficients {
+                coefficients[rows[variable]] = *coefficient;
+            }
+            let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, &parameter).constant);
+            let name = model.variable_name(source.variable);
+            if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
+                return Err(Error::input(name, format!("its standard deviation must be positive, but it is {deviation}")));
+            }
+            if !form.constant.is_finite() || coefficients.iter().any(|coefficient| !coefficient.is_finite()) {
+                return Err(Error::input(name, "its mean is not a finite number; a divisor may be 0"));
+            }
+            extensions.push(Extension { coefficients, constant: form.constant, variance: deviation * deviation });
+            rows.insert(source.variable, rows.len());
+        }
+        let row = |variable: &VariableId| (model.variable_name(*variable), rows[variable]);
+        let searched = plan.asks.iter().flat_map(|ask| &ask.searched).map(|searched| row(&searched.variable));
+        let carried: Vec<usize> = plan.carried.iter().map(|(now, _)| rows[now]).collect();
+        let real = |variable: &&VariableId| model.variables[**variable].domain == Domain::Real;
+        Ok(Self {
+            searched: searched.collect(),
+            observed: plan.observed.iter().filter(real).map(row).collect(),
+            mean: DVector::zeros(carried.len()),
+            covariance: DMatrix::zeros(carried.len(), carried.len()),
+            carried,
+            extensions,
+        })
+    }
+
+    /// The joint law of this instant, before anything is observed.
+    fn predict(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let (start, size) = (self.carried.len(), self.carried.len() + self.extensions.len());
+        let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
+        mean.rows_mut(0, start).copy_from(&self.mean);
+        covariance.view_mut((0, 0), (start, start)).copy_from(&self.covariance);
+        for (offset, extension) in self.extensions.iter().enumerate() {
+            let row = start + offset;
+            mean[row] = extension.coefficients.dot(&mean.rows(0, row)) + extension.constant;
+            let cross = covariance.view((0, 0), (row, row)) * &extension.coefficients;
+            covariance[(row, row)] = extension.coefficients.dot(&cross) + extension.variance;
+            covariance.view_mut((0, row), (row, 1)).copy_from(&cross);
+            covariance.view_mut((row, 0), (1, row)).copy_from(&cross.transpose());
+        }
+        (mean, covariance)
+    }
+
+    /// K = Σ Hᵀ (H Σ Hᵀ)⁻¹ and the factor of H Σ Hᵀ.
+    fn gain(&self, covariance: &DMatrix<f64>) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
+        let rows: Vec<usize> = self.observed.iter().map(|(_, row)| *row).collect();
+        let cross = covariance.select_columns(&rows);
+        let innovation = cross.select_rows(&rows);
+        let names: Vec<_> = self.observed.iter().map(|(name, _)| name.as_str()).collect();
+        let inverse = (innovation.clone().cholesky()).ok_or_else(|| {
+            Error::input(names.join(" "), "its observations have no density together: one follows from the others")
+        })?;
+        Ok((cross * inverse.inverse(), innovation))
+    }
+
+    /// The gain of one searched variable for one observed one, at this instant.
+    pub fn gain_of(&self, variable: &str, observed: &str) -> Option<f64> {
+        let row = self.searched.iter().find(|(name, _)| name == variable)?.1;
+        let column = self.observed.iter().position(|(name, _)| name == observed)?;
+        let (gain, _) = self.gain(&self.predict().1).ok()?;
+        Some(gain[(row, column)])
+    }
+
+    /// One instant: observations in, belief out; what the next instant needs is kept.
+    ///
+    /// # Errors
+    /// An observation that is missing, unknown or not finite.
+    pub fn step(&mut self, observations: &[(&str, f64)]) -> Result<Belief, Error> {
+        if let Some((name, _)) = observations.iter().find(|(name, _)| self.observed.iter().all(|(row, _)| row != name)) {
+            return Err(Error::input(*name, "the question does not know this variable"));
+        }
+        let (mut mean, mut covariance) = self.predict();
+        let mut ln_evidence = 0.0;
+        if !self.observed.is_empty() {
+            let mut surprise = DVector::zeros(self.observed.len());
+            for (position, (name, row)) in self.observed.iter().enumerate() {
+                let given = observations.iter().find(|(given, _)| given == name);
+                let (_, value) = given.ok_or_else(|| Error::input(name, "it was not observed"))?;
+                if !value.is_finite() {
+                    return Err(Error::input(name, format!("an observation must be finite, but it is {value}")));
+                }
+                surprise[position] = value - mean[*row];
+            }
+            let (gain, innovation) = self.gain(&covariance)?;
+            let rows: Vec<usize> = self.observed.iter().map(|(_, row)| *row).collect();
+            let solved = innovation.clone().cholesky().expect("internal: the gain was computed from it");
+            let ln_determinant = 2.0 * solved.l().diagonal().map(f64::ln).sum();
+            let count = self.observed.len() as f64;
+            ln_evidence = -0.5
+                * (surprise.dot(&solved.solve(&surprise)) + ln_determinant + count * std::f64::consts::TAU.ln());
+            mean += &gain * surprise;
+            let reduced = &covariance - &gain * covariance.select_rows(&rows);
+            covariance = (&reduced + reduced.transpose()) * 0.5;
+        }
+        self.mean = mean.select_rows(&self.carried);
+        self.covariance = covariance.select_rows(&self.carried).select_columns(&self.carried);
+        let rows: Vec<usize> = self.searched.iter().map(|(_, row)| *row).collect();
+        Ok(Belief {
+            variables: self.searched.iter().map(|(name, _)| name.clone()).collect(),
+            mean: mean.select_rows(&rows),
+            covariance: covariance.select_rows(&rows).select_columns(&rows),
+            ln_evidence,
+        })
+    }
+
+    /// Lets the covariance, and so the gains, settle to what they become after a long time; means stay.
+    ///
+    /// # Errors
+    /// They do not settle: something is carried that nothing observes (a sum of noise grows for ever).
+    pub fn settle(&mut self) -> Result<(), Error> {
+        let mean = self.mean.clone();
+        let at_rest: Vec<(String, f64)> = self.observed.iter().map(|(name, _)| (name.clone(), 0.0)).collect();
+        let at_rest: Vec<(&str, f64)> = at_rest.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        for _ in 0..MOST_INSTANTS {
+            let before = self.covariance.clone();
+            self.step(&at_rest)?;
+            let scale = self.covariance.amax().max(f64::MIN_POSITIVE);
+            if (&self.covariance - before).amax() <= 1e-14 * scale {
+                self.mean = mean;
+                return Ok(());
+            }
+        }
+        Err(Error::input("covariance", "it does not settle: something is carried that nothing observes"))
+    }
+}

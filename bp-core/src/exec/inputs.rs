@@ -1,0 +1,214 @@
+//! What the host gives to a kernel and what it gets.
+//!
+//! In: sizes, numbers and arrays by name. Out: a [`Bound`] kernel: every extent known, every array of the right
+//! length. Invariant: errors name the input, what was found and what was expected.
+
+use crate::error::Error;
+use crate::ids::{Arena, AxisId, BufferId, Id};
+use crate::kernel::{Kernel, Role};
+use crate::space::{Moves, Space};
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// The largest array that is allocated without being asked for, in cells.
+const MOST_CELLS: f64 = 1e9;
+
+/// What the host gives, by name.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs<'a, T: Clone> {
+    sizes: HashMap<String, usize>,
+    arrays: HashMap<String, Cow<'a, [T]>>,
+    positions: HashMap<String, Cow<'a, [i32]>>,
+}
+
+impl<'a, T: Clone> Inputs<'a, T> {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Self { sizes: HashMap::new(), arrays: HashMap::new(), positions: HashMap::new() }
+    }
+
+    /// A size: the number of elements of a set, or a parameter of kind size.
+    pub fn size(mut self, name: &str, count: usize) -> Self {
+        self.sizes.insert(name.to_owned(), count);
+        self
+    }
+
+    /// One number.
+    pub fn number(mut self, name: &str, number: T) -> Self {
+        self.arrays.insert(name.to_owned(), Cow::Owned(vec![number]));
+        self
+    }
+
+    /// An array, its last axis contiguous.
+    pub fn array(mut self, name: &str, values: &'a [T]) -> Self {
+        self.arrays.insert(name.to_owned(), Cow::Borrowed(values));
+        self
+    }
+
+    /// The extents of a grid, and whether its lanes go round.
+    pub fn grid(mut self, name: &str, space: &Space) -> Self
+    where
+        T: From<f32>,
+    {
+        for (part, extent) in ["depth", "rows", "lanes"].iter().zip(space.extents()) {
+            self.sizes.insert(format!("{name}.{part}"), extent);
+        }
+        let steps = space.unit_antecedents();
+        for (part, table) in [("depth", steps.depth), ("row", steps.row), ("turn", steps.turn)] {
+            self.positions.insert(format!("{name} step from {part}"), Cow::Owned(table));
+        }
+        self.number(&format!("{name}.wraps"), T::from(if space.wraps() { 1.0 } else { 0.0 }))
+    }
+
+    /// The displacements of a set, on the grid that it belongs to.
+    pub fn displacements(mut self, name: &str, moves: &'a Moves) -> Self {
+        self.sizes.insert(name.to_owned(), moves.displacements);
+        for (part, table) in [("depth", &moves.depth), ("row", &moves.row), ("turn", &moves.turn)] {
+            self.positions.insert(format!("{name} from {part}"), Cow::Borrowed(table));
+        }
+        self
+    }
+
+    /// Checks everything against a kernel.
+    pub(crate) fn bind<'k>(&'k self, kernel: &'k Kernel) -> Result<Bound<'k, T>, Error> {
+        let mut extents = Vec::with_capacity(kernel.axes.len());
+        for axis in kernel.axes.values() {
+            let size = match &axis.extent.size {
+                None => 0,
+                Some(name) => *self.sizes.get(name).ok_or_else(|| {
+                    Error::input(name, "this size was not given; give the number of its elements")
+                })?,
+            };
+            let extent = size as i64 + axis.extent.offset;
+            if extent < 1 {
+                return Err(Error::input(&axis.name, format!("it would have {extent} values; at least 1 is needed")));
+            }
+            extents.push(extent as usize);
+        }
+        let mut bound = Bound { kernel, extents, arrays: Arena::default() };
+        for (id, buffer) in kernel.buffers.iter() {
+            let cells: f64 = buffer.axes.iter().map(|axis| bound.extent(*axis) as f64).product();
+            if cells > MOST_CELLS {
+                let help = "ask a smaller question, or one that is answered by sampling".to_owned();
+                return Err(Error::TooLarge { name: buffer.name.clone(), cells, most: MOST_CELLS, help });
+            }
+            bound.arrays.push(match &buffer.role {
+                Role::Input { default, broadcast } => {
+                    self.bind_array(&bound, id, default.is_some(), *broadcast)?
+                }
+                Role::Positions => {
+                    let table = self.positions.get(&buffer.name).ok_or_else(|| {
+                        Error::input(&buffer.name, "this table of positions was not given")
+                    })?;
+                    check_length(&buffer.name, table.len(), bound.length(id))?;
+                    Array::Positions(table)
+                }
+                Role::Scratch | Role::Output => Array::Made,
+            });
+        }
+        Ok(bound)
+    }
+
+    fn bind_array<'k>(
+        &'k self,
+        bound: &Bound<'k, T>,
+        id: BufferId,
+        optional: bool,
+        broadcast: bool,
+    ) -> Result<Array<'k, T>, Error> {
+        let name = &bound.kernel.buffers[id].name;
+        match self.arrays.get(name) {
+            Some(values) if broadcast && values.len() == bound.serial_length(id) => Ok(Array::Broadcast(values)),
+            Some(values) => {
+                check_length(name, values.len(), bound.length(id))?;
+                Ok(Array::Given(values))
+            }
+            None if optional => Ok(Array::Default),
+            None => Err(Error::input(name, "it was not given, and it has no default")),
+        }
+    }
+}
+
+fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> {
+    match found == expected {
+        true => Ok(()),
+        false => Err(Error::input(name, format!("{found} numbers were given, but {expected} are expected"))),
+    }
+}
+
+/// How a buffer is backed.
+pub(crate) enum Array<'k, T> {
+    Given(&'k [T]),
+    /// One value for all cells along the parallel axes.
+    Broadcast(&'k [T]),
+    /// The default, everywhere.
+    Default,
+    Positions(&'k [i32]),
+    Made,
+}
+
+/// A kernel whose inputs have been checked.
+pub(crate) struct Bound<'k, T> {
+    pub(crate) kernel: &'k Kernel,
+    extents: Vec<usize>,
+    pub(crate) arrays: Arena<BufferId, Array<'k, T>>,
+}
+
+impl<T> Bound<'_, T> {
+    pub(crate) fn extent(&self, axis: AxisId) -> usize {
+        self.extents[axis.position()]
+    }
+
+    pub(crate) fn length(&self, buffer: BufferId) -> usize {
+        self.kernel.buffers[buffer].axes.iter().map(|axis| self.extent(*axis)).product()
+    }
+
+    /// Cells of a buffer that remain where its parallel axes are left out.
+    pub(crate) fn serial_length(&self, buffer: BufferId) -> usize {
+        let axes = self.kernel.buffers[buffer].axes.iter();
+        axes.filter(|axis| !self.kernel.parallel.contains(axis)).map(|axis| self.extent(*axis)).product()
+    }
+
+    /// How far apart neighbours along each axis of a buffer are.
+    pub(crate) fn strides(&self, buffer: BufferId) -> Vec<usize> {
+        let axes = &self.kernel.buffers[buffer].axes;
+        let broadcast = matches!(self.arrays[buffer], Array::Broadcast(_) | Array::Default);
+        let default = matches!(self.arrays[buffer], Array::Default);
+        let mut strides = vec![0; axes.len()];
+        let mut stride = 1;
+        for (position, axis) in axes.iter().enumerate().rev() {
+            if default || (broadcast && self.kernel.parallel.contains(axis)) {
+                continue;
+            }
+            strides[position] = stride;
+            stride *= self.extent(*axis);
+        }
+        strides
+    }
+
+    /// The default of an input.
+    pub(crate) fn default(&self, buffer: BufferId) -> f64 {
+        match self.kernel.buffers[buffer].role {
+            Role::Input { default, .. } => default.unwrap_or(0.0),
+            _ => 0.0,
+        }
+    }
+}
+
+/// What the host gets: the kernel's outputs, in order.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Outputs<T> {
+    /// Name and cells of each, the last axis contiguous.
+    pub arrays: Vec<(String, Vec<T>)>,
+}
+
+impl<T> Outputs<T> {
+    /// The output of this name.
+    ///
+    /// # Panics
+    /// Where the kernel has none of this name.
+    pub fn get(&self, name: &str) -> &[T] {
+        let found = self.arrays.iter().find(|(known, _)| known == name);
+        &found.unwrap_or_else(|| panic!("internal: the kernel has no output `{name}`")).1
+    }
+}

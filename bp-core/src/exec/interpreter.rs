@@ -1,0 +1,155 @@
+//! The interpreter: the meaning of a kernel, in f64, one cell at a time.
+//!
+//! In: a kernel and its inputs. Out: its outputs. Invariant: what this computes is right by definition; every
+//! other back end is tested against it. It is slow, and simple.
+
+use super::inputs::{Array, Bound};
+use super::{Inputs, Outputs};
+use crate::error::Error;
+use crate::ids::{AxisId, BufferId, Id, ValueId};
+use crate::kernel::{Fold, Index, Kernel, Node, Reduce, Role};
+
+/// Runs a kernel in f64.
+///
+/// # Errors
+/// An input that is missing or does not fit.
+pub fn interpret(kernel: &Kernel, inputs: &Inputs<'_, f64>) -> Result<Outputs<f64>, Error> {
+    let bound = inputs.bind(kernel)?;
+    let mut machine = Machine {
+        made: kernel.buffers.ids().map(|_| Vec::new()).collect(),
+        strides: kernel.buffers.ids().map(|id| bound.strides(id)).collect(),
+        running: vec![0; kernel.axes.len()],
+        bound,
+    };
+    for nest in &kernel.nests {
+        machine.nest(nest.out, &nest.reduce, nest.value);
+    }
+    let outputs = kernel.buffers.iter().filter(|(_, buffer)| buffer.role == Role::Output);
+    Ok(Outputs {
+        arrays: outputs
+            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut machine.made[id.position()])))
+            .collect(),
+    })
+}
+
+struct Machine<'k> {
+    bound: Bound<'k, f64>,
+    made: Vec<Vec<f64>>,
+    strides: Vec<Vec<usize>>,
+    running: Vec<usize>,
+}
+
+impl Machine<'_> {
+    fn nest(&mut self, out: BufferId, reduce: &Reduce, value: ValueId) {
+        let length = self.bound.length(out);
+        let axes = self.bound.kernel.buffers[out].axes.clone();
+        let mut cells = vec![0.0; length];
+        if let Reduce::Scan { axis, backward, keep, initial } = reduce {
+            let others: Vec<AxisId> = axes.iter().copied().filter(|other| other != axis).collect();
+            let strides = self.strides[out.position()].clone();
+            self.each(&others, &mut |machine| {
+                let last = machine.bound.extent(*axis) - 1;
+                let mut state = machine.value(*initial);
+                for step in 0..=last {
+                    machine.running[axis.position()] = if *backward { last - step } else { step };
+                    let offset = |(axis, stride): (&AxisId, &usize)| machine.running[axis.position()] * stride;
+                    let position: usize = axes.iter().zip(&strides).map(offset).sum();
+                    cells[position] = state;
+                    state = machine.value(*keep) * state + machine.value(value);
+                }
+            });
+        } else {
+            let mut position = 0;
+            self.each(&axes, &mut |machine| {
+                cells[position] = match reduce {
+                    Reduce::Fold(fold, over) => {
+                        let mut folded = fold.start();
+                        machine.each(over, &mut |machine| folded = fold.apply(folded, machine.value(value)));
+                        folded
+                    }
+                    _ => machine.value(value),
+                };
+                position += 1;
+            });
+        }
+        self.made[out.position()] = cells;
+    }
+
+    /// Runs through all values of some axes, the last one fastest.
+    fn each(&mut self, axes: &[AxisId], body: &mut dyn FnMut(&mut Self)) {
+        match axes {
+            [] => body(self),
+            [first, rest @ ..] => {
+                for value in 0..self.bound.extent(*first) {
+                    self.running[first.position()] = value;
+                    self.each(rest, body);
+                }
+            }
+        }
+    }
+
+    fn value(&self, id: ValueId) -> f64 {
+        match &self.bound.kernel.nodes[id] {
+            Node::Constant(bits) => f64::from_bits(*bits),
+            Node::Axis(axis) => self.running[axis.position()] as f64,
+            Node::Unary(operator, operand) => operator.apply(self.value(*operand)),
+            Node::Binary(operator, left, right) => operator.apply(self.value(*left), self.value(*right)),
+            Node::Select(condition, then, otherwise) => {
+                self.value(if self.value(*condition) != 0.0 { *then } else { *otherwise })
+            }
+            Node::Load { buffer, indices, otherwise } => match self.position(*buffer, indices) {
+                Some(position) => match self.bound.arrays[*buffer] {
+                    Array::Given(values) | Array::Broadcast(values) => values[position],
+                    Array::Default => self.bound.default(*buffer),
+                    Array::Positions(values) => f64::from(values[position]),
+                    Array::Made => self.made[buffer.position()][position],
+                },
+                None => otherwise.map_or_else(
+                    || panic!("internal: an index of `{}` is outside", self.bound.kernel.buffers[*buffer].name),
+                    |otherwise| self.value(otherwise),
+                ),
+            },
+        }
+    }
+
+    fn position(&self, buffer: BufferId, indices: &[Index]) -> Option<usize> {
+        let mut position = 0;
+        let axes = &self.bound.kernel.buffers[buffer].axes;
+        for ((index, axis), stride) in indices.iter().zip(axes).zip(&self.strides[buffer.position()]) {
+            let extent = self.bound.extent(*axis) as i64;
+            let at = match index {
+                Index::Axis(axis) => self.running[axis.position()] as i64,
+                Index::At(value) => self.value(*value) as i64,
+                Index::Turned { axis, by, wraps } => {
+                    let at = self.running[axis.position()] as i64 + self.value(*by) as i64;
+                    if self.value(*wraps) != 0.0 { at.rem_euclid(extent) } else { at }
+                }
+            };
+            if !(0..extent).contains(&at) {
+                return None;
+            }
+            position += at as usize * stride;
+        }
+        Some(position)
+    }
+}
+
+impl Fold {
+    /// What a fold starts from.
+    pub(crate) fn start(self) -> f64 {
+        match self {
+            Fold::Sum => 0.0,
+            Fold::Product => 1.0,
+            Fold::Maximum => f64::NEG_INFINITY,
+        }
+    }
+
+    /// One step of a fold.
+    pub(crate) fn apply(self, folded: f64, value: f64) -> f64 {
+        match self {
+            Fold::Sum => folded + value,
+            Fold::Product => folded * value,
+            Fold::Maximum => folded.max(value),
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Running kernels: what the host gives, what it gets, and the back ends.
+//!
+//! In: a [`Kernel`](crate::kernel::Kernel) and [`Inputs`]. Out: [`Outputs`]. Invariant: every buffer's length is
+//! checked against the kernel once, in [`Inputs`]' binding; after that no back end can fail.
+
+mod gaussian;
+mod inputs;
+mod interpreter;
+
+
+
+mod lanes;
+pub mod scalar;
+
+pub use gaussian::{Belief, Filter};
+pub use inputs::{Inputs, Outputs};
+pub use interpreter::interpret;
+pub use lanes::Lanes;
+
+

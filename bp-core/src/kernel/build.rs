@@ -1,0 +1,163 @@
+//! Making kernels: nodes are shared and simplified as they are made.
+//!
+//! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and no operator has
+//! only constants under it.
+
+use super::{Axis, Buffer, Extent, Fold, Index, Kernel, Nest, Node, Reduce, Role};
+use crate::ids::{AxisId, BufferId, ValueId};
+use crate::operators::{Binary, Unary};
+use std::collections::HashMap;
+
+/// A kernel in the making.
+#[derive(Clone, Debug, Default)]
+pub struct KernelBuilder {
+    kernel: Kernel,
+    known: HashMap<Node, ValueId>,
+}
+
+impl KernelBuilder {
+    /// An empty kernel of this name.
+    pub fn new(name: &str) -> Self {
+        Self { kernel: Kernel { name: name.to_owned(), ..Kernel::default() }, known: HashMap::new() }
+    }
+
+    /// What there is so far.
+    pub fn so_far(&self) -> &Kernel {
+        &self.kernel
+    }
+
+    /// A loop.
+    pub fn axis(&mut self, name: &str, extent: Extent) -> AxisId {
+        self.kernel.axes.push(Axis { name: name.to_owned(), extent })
+    }
+
+    /// Says along which axes cells are independent.
+    pub fn parallel(&mut self, axes: &[AxisId]) {
+        self.kernel.parallel = axes.to_vec();
+    }
+
+    /// An array; the same one when it is asked for again by an input's name.
+    pub fn buffer(&mut self, name: &str, role: Role, axes: &[AxisId]) -> BufferId {
+        if let (Role::Input { .. } | Role::Positions, Some(id)) = (&role, self.kernel.buffer(name)) {
+            return id;
+        }
+        self.kernel.buffers.push(Buffer { name: name.to_owned(), role, axes: axes.to_vec() })
+    }
+
+    /// Adds a nest.
+    pub fn nest(&mut self, out: BufferId, reduce: Reduce, value: ValueId) {
+        self.kernel.nests.push(Nest { out, reduce, value });
+    }
+
+    /// A nest into a new scratch buffer over `axes`; gives the element at their running values.
+    pub fn compute(&mut self, name: &str, axes: &[AxisId], reduce: Reduce, value: ValueId) -> ValueId {
+        let out = self.buffer(name, Role::Scratch, axes);
+        self.nest(out, reduce, value);
+        self.load(out, axes.iter().map(|axis| Index::Axis(*axis)).collect())
+    }
+
+    fn node(&mut self, node: Node) -> ValueId {
+        if let Some(id) = self.known.get(&node) {
+            return *id;
+        }
+        let id = self.kernel.nodes.push(node.clone());
+        self.known.insert(node, id);
+        id
+    }
+
+    /// A number.
+    pub fn constant(&mut self, number: f64) -> ValueId {
+        self.node(Node::Constant(number.to_bits()))
+    }
+
+    /// The number that a value is, if it is one.
+    pub fn as_constant(&self, id: ValueId) -> Option<f64> {
+        match self.kernel.nodes[id] {
+            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// The running value of an axis.
+    pub fn running(&mut self, axis: AxisId) -> ValueId {
+        self.node(Node::Axis(axis))
+    }
+
+    /// An element that exists.
+    pub fn load(&mut self, buffer: BufferId, indices: Vec<Index>) -> ValueId {
+        self.node(Node::Load { buffer, indices, otherwise: None })
+    }
+
+    /// An element, or `otherwise` where an index falls outside.
+    pub fn load_or(&mut self, buffer: BufferId, indices: Vec<Index>, otherwise: ValueId) -> ValueId {
+        self.node(Node::Load { buffer, indices, otherwise: Some(otherwise) })
+    }
+
+    /// An index at a value; the running axis itself where the value is that.
+    pub fn at(&self, value: ValueId) -> Index {
+        match self.kernel.nodes[value] {
+            Node::Axis(axis) => Index::Axis(axis),
+            _ => Index::At(value),
+        }
+    }
+
+    /// An operator on one value.
+    pub fn unary(&mut self, operator: Unary, operand: ValueId) -> ValueId {
+        match self.as_constant(operand) {
+            Some(number) => self.constant(operator.apply(number)),
+            None => self.node(Node::Unary(operator, operand)),
+        }
+    }
+
+    /// An operator on two values.
+    pub fn binary(&mut self, operator: Binary, left: ValueId, right: ValueId) -> ValueId {
+        match (operator, self.as_constant(left), self.as_constant(right)) {
+            (_, Some(x), Some(y)) => self.constant(operator.apply(x, y)),
+            (Binary::Add, Some(0.0), _) | (Binary::Multiply | Binary::And, Some(1.0), _) => right,
+            (Binary::Add | Binary::Subtract, _, Some(0.0))
+            | (Binary::Multiply | Binary::Divide | Binary::And, _, Some(1.0)) => left,
+            (Binary::Or, Some(0.0), _) => right,
+            (Binary::Or, _, Some(0.0)) => left,
+            (Binary::And, Some(0.0), _) | (Binary::And, _, Some(0.0)) => self.constant(0.0),
+            (Binary::Equal, ..) if left == right => self.constant(1.0),
+            _ => self.node(Node::Binary(operator, left, right)),
+        }
+    }
+
+    /// The product of several values.
+    pub fn product(&mut self, values: impl IntoIterator<Item = ValueId>) -> ValueId {
+        let mut product = self.constant(1.0);
+        for value in values {
+            product = self.binary(Binary::Multiply, product, value);
+        }
+        product
+    }
+
+    /// `then` where the condition is not 0, else `otherwise`.
+    pub fn select(&mut self, condition: ValueId, then: ValueId, otherwise: ValueId) -> ValueId {
+        match self.as_constant(condition) {
+            Some(0.0) => otherwise,
+            Some(_) => then,
+            None if then == otherwise => then,
+            None => self.node(Node::Select(condition, then, otherwise)),
+        }
+    }
+
+    /// 1 / `total`, or 0 where the total is 0, so that an impossible context answers zeros.
+    pub fn reciprocal_or_zero(&mut self, total: ValueId) -> ValueId {
+        let (zero, one) = (self.constant(0.0), self.constant(1.0));
+        let positive = self.binary(Binary::Greater, total, zero);
+        let reciprocal = self.binary(Binary::Divide, one, total);
+        self.select(positive, reciprocal, zero)
+    }
+
+    /// A fold over axes into a new scratch buffer over `axes`.
+    pub fn fold(&mut self, name: &str, axes: &[AxisId], fold: Fold, over: &[AxisId], value: ValueId) -> ValueId {
+        self.compute(name, axes, Reduce::Fold(fold, over.to_vec()), value)
+    }
+
+    /// The kernel.
+    pub fn build(self) -> Kernel {
+        self.kernel
+    }
+}

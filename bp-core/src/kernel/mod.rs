@@ -1,0 +1,236 @@
+//! Kernels: loops over arrays of numbers, which know nothing of probability.
+//!
+//! In: what lowering made of a plan. Out: a list of [`Nest`]s for a back end to run or to print. Invariant: a
+//! nest computes each cell of one buffer from buffers that earlier nests have finished, by a pure expression;
+//! so cells are independent, and threads, SIMD lanes and GPU threads are correct by construction.
+//!
+//! A nest means: *for every cell of `out`, fold `value` over the axes of `reduce`*. Expressions are nodes in one
+//! arena; equal nodes have equal ids. Extents may be named, and are then known only at run time. Time is not
+//! here: a filter is a host loop that runs kernels and swaps buffers.
+
+mod build;
+
+
+pub mod schedule;
+
+pub use build::KernelBuilder;
+
+use crate::ids::{Arena, AxisId, BufferId, ValueId};
+use crate::operators::{Binary, Unary};
+
+/// How many values an axis has: `offset`, or `size + offset` where a size is known only at run time.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Extent {
+    /// The name of a size given at run time.
+    pub size: Option<String>,
+    /// What is added to it.
+    pub offset: i64,
+}
+
+impl Extent {
+    /// An extent that is known.
+    pub fn constant(count: usize) -> Self {
+        Self { size: None, offset: count as i64 }
+    }
+
+    /// An extent that is known at run time.
+    pub fn named(size: &str) -> Self {
+        Self { size: Some(size.to_owned()), offset: 0 }
+    }
+
+    /// The count, where no size is needed.
+    pub fn known(&self) -> Option<usize> {
+        self.size.is_none().then(|| usize::try_from(self.offset).unwrap_or(0))
+    }
+}
+
+/// One loop.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Axis {
+    /// The variable that it stands for.
+    pub name: String,
+    /// How many values.
+    pub extent: Extent,
+}
+
+/// What a buffer is for.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Role {
+    /// Given by the host.
+    Input {
+        /// What stands where the host gives none.
+        default: Option<f64>,
+        /// Whether it may be given without its parallel axes, one value for all.
+        broadcast: bool,
+    },
+    /// Whole numbers given by the host (positions in other buffers).
+    Positions,
+    /// Made by one nest for others.
+    Scratch,
+    /// Made for the host.
+    Output,
+}
+
+/// An array, its last axis contiguous.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Buffer {
+    /// The name under which the host knows it.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// Its axes, slowest first.
+    pub axes: Vec<AxisId>,
+}
+
+/// Where an axis of a buffer is read.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Index {
+    /// At the running value of this axis.
+    Axis(AxisId),
+    /// At this value.
+    At(ValueId),
+    /// At the running value of this axis plus `by`, which does not depend on that axis; beyond the ends it goes
+    /// round where `wraps` is not 0.
+    Turned {
+        /// The axis.
+        axis: AxisId,
+        /// How far.
+        by: ValueId,
+        /// Whether the ends meet.
+        wraps: ValueId,
+    },
+}
+
+/// A node of an expression.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Node {
+    /// A number, by its bits.
+    Constant(u64),
+    /// The running value of an axis, from 0.
+    Axis(AxisId),
+    /// An element of a buffer; `otherwise` where an index falls outside.
+    Load {
+        /// Which.
+        buffer: BufferId,
+        /// Where, one for each axis of the buffer.
+        indices: Vec<Index>,
+        /// What stands outside; without it, indices are inside by construction.
+        otherwise: Option<ValueId>,
+    },
+    /// An operator on one value.
+    Unary(Unary, ValueId),
+    /// An operator on two.
+    Binary(Binary, ValueId, ValueId),
+    /// The second value where the first is not 0, else the third.
+    Select(ValueId, ValueId, ValueId),
+}
+
+/// How values are folded.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Fold {
+    /// Σ, from 0.
+    Sum,
+    /// Π, from 1.
+    Product,
+    /// From −∞.
+    Maximum,
+}
+
+/// What a nest makes of its values.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Reduce {
+    /// One value for each cell.
+    None,
+    /// A fold over these axes, which `out` does not have.
+    Fold(Fold, Vec<AxisId>),
+    /// A first-order linear recurrence along an axis of `out`: with i′ the element before i,
+    /// out\[first\] = initial and out\[i\] = keep\[i′\] · out\[i′\] + value\[i′\].
+    Scan {
+        /// The axis.
+        axis: AxisId,
+        /// From the last element to the first.
+        backward: bool,
+        /// What is kept of the element before.
+        keep: ValueId,
+        /// The first element.
+        initial: ValueId,
+    },
+}
+
+/// For every cell of a buffer, a fold of an expression.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Nest {
+    /// What is made.
+    pub out: BufferId,
+    /// How values become cells.
+    pub reduce: Reduce,
+    /// The expression.
+    pub value: ValueId,
+}
+
+/// Loops over arrays of numbers. Made by [`KernelBuilder`].
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Kernel {
+    /// Its name.
+    pub name: String,
+    /// The loops.
+    pub axes: Arena<AxisId, Axis>,
+    /// The arrays.
+    pub buffers: Arena<BufferId, Buffer>,
+    /// The nodes of all expressions.
+    pub nodes: Arena<ValueId, Node>,
+    /// What is done, in order.
+    pub nests: Vec<Nest>,
+    /// The axes of the plate, slowest first: every cell along them is independent of the others.
+    pub parallel: Vec<AxisId>,
+}
+
+impl Kernel {
+    /// The names of the sizes that must be given, in order of first use.
+    pub fn sizes(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for name in self.axes.values().filter_map(|axis| axis.extent.size.as_deref()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// The buffers that the host gives, in order.
+    pub fn inputs(&self) -> impl Iterator<Item = (BufferId, &Buffer)> {
+        self.buffers.iter().filter(|(_, buffer)| matches!(buffer.role, Role::Input { .. } | Role::Positions))
+    }
+
+    /// The buffers that the host gets, in order.
+    pub fn outputs(&self) -> impl Iterator<Item = (BufferId, &Buffer)> {
+        self.buffers.iter().filter(|(_, buffer)| buffer.role == Role::Output)
+    }
+
+    /// The buffer of this name.
+    pub fn buffer(&self, name: &str) -> Option<BufferId> {
+        self.buffers.find(|buffer| buffer.name == name)
+    }
+
+    /// The values that a node is made of.
+    pub fn operands(&self, id: ValueId) -> Vec<ValueId> {
+        match &self.nodes[id] {
+            Node::Constant(_) | Node::Axis(_) => Vec::new(),
+            Node::Unary(_, operand) => vec![*operand],
+            Node::Binary(_, left, right) => vec![*left, *right],
+            Node::Select(condition, then, otherwise) => vec![*condition, *then, *otherwise],
+            Node::Load { indices, otherwise, .. } => {
+                let mut operands: Vec<ValueId> = Vec::new();
+                for index in indices {
+                    match index {
+                        Index::Axis(_) => {}
+                        Index::At(at) => operands.push(*at),
+                        Index::Turned { by, wraps, .. } => operands.extend([*by, *wraps]),
+                    }
+                }
+                operands.extend(otherwise);
+                operands
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! What variables stand for while loops are built.
+//!
+//! In: a variable. Out: its [`Meaning`]: a loop's value, evidence, or what a Dirac says. Invariant: a variable
+//! that is neither looped over nor bound is not asked for.
+
+use super::{Lowering, Meaning};
+use crate::error::Error;
+use crate::ids::{AxisId, BufferId, ValueId, VariableId};
+use crate::kernel::{Extent, Index, Role};
+use crate::model::{Domain, SetKind, Value};
+use crate::operators::Binary;
+use crate::plan::Binding;
+
+impl Lowering<'_> {
+    /// What a variable, or an element of a family, stands for.
+    pub(super) fn meaning(&mut self, variable: VariableId, element: Option<ValueId>) -> Result<Meaning, Error> {
+        if let Some(meaning) = self.running.get(&variable).cloned() {
+            return match (meaning, element) {
+                (Meaning::Family(elements), Some(element)) => self.element(&elements, element),
+                (meaning, _) => Ok(meaning),
+            };
+        }
+        let name = self.model.variable_name(variable);
+        match self.exact.bindings.get(&variable).cloned() {
+            Some(Binding::Value(Value::Ordinal(ordinal))) => {
+                Ok(Meaning::Ordinal(self.builder.constant(ordinal as f64)))
+            }
+            Some(Binding::Value(Value::Real(number))) => Ok(Meaning::Real(self.builder.constant(number))),
+            Some(Binding::Value(Value::Given(given))) => Ok(self.given(variable, &given, element)),
+            Some(Binding::Expression(expression)) => {
+                let number = self.expression(expression)?;
+                Ok(self.from_number(variable, number))
+            }
+            Some(Binding::Antecedent { cell, displacement }) => self.antecedent(cell, displacement),
+            None => Err(self.unplanned(format!("`{name}` would be needed, but nothing says what it is"))),
+        }
+    }
+
+    /// The element of a family at a computed index: a chain of choices.
+    fn element(&mut self, elements: &[Meaning], index: ValueId) -> Result<Meaning, Error> {
+        if let Some(constant) = self.builder.as_constant(index) {
+            return (elements.get(constant as usize).cloned())
+                .ok_or_else(|| self.unplanned(format!("a family has no element {constant}")));
+        }
+        let mut chosen: Option<ValueId> = None;
+        for (position, element) in elements.iter().enumerate().rev() {
+            let Meaning::Ordinal(value) = element else {
+                return Err(self.unplanned("an element of a family of reals is chosen by a variable"));
+            };
+            chosen = Some(match chosen {
+                None => *value,
+                Some(otherwise) => {
+                    let position = self.builder.constant(position as f64);
+                    let here = self.builder.binary(Binary::Equal, index, position);
+                    self.builder.select(here, *value, otherwise)
+                }
+            });
+        }
+        Ok(Meaning::Ordinal(chosen.expect("internal: a family has elements")))
+    }
+
+    /// A value given when the question is asked: one for each element of the plate, or one for all.
+    fn given(&mut self, variable: VariableId, name: &str, element: Option<ValueId>) -> Meaning {
+        let mut axes: Vec<AxisId> = Vec::new();
+        let mut indices: Vec<Index> = Vec::new();
+        if let Some(family) = self.model.variables[variable].family {
+            axes = self.input_axes(name, &mut |lowering| lowering.index_axes(name, &family.over));
+            indices = match element {
+                Some(element) => vec![self.builder.at(element)],
+                None => axes.iter().map(|axis| Index::Axis(*axis)).collect(),
+            };
+        }
+        indices.extend(self.plate.iter().map(|axis| Index::Axis(*axis)));
+        axes.extend(&self.plate);
+        let buffer = self.builder.buffer(name, Role::Input { default: None, broadcast: true }, &axes);
+        let value = self.builder.load(buffer, indices);
+        match self.model.variables[variable].domain {
+            Domain::Real => Meaning::Real(value),
+            _ => Meaning::Ordinal(value),
+        }
+    }
+
+    /// The axes of an input that is already known by its name, but for the plate's; else new ones.
+    pub(super) fn input_axes(&mut self, name: &str, new: &mut dyn FnMut(&mut Self) -> Vec<AxisId>) -> Vec<AxisId> {
+        match self.builder.so_far().buffer(name) {
+            Some(buffer) => {
+                let axes = self.builder.so_far().buffers[buffer].axes.clone();
+                axes.into_iter().filter(|axis| !self.plate.contains(axis)).collect()
+            }
+            None => new(self),
+        }
+    }
+
+    /// The cell from which the content of `cell` came by `displacement`.
+    fn antecedent(&mut self, cell: VariableId, displacement: VariableId) -> Result<Meaning, Error> {
+        let (Meaning::Cell(indices), Meaning::Ordinal(moved)) =
+            (self.meaning(cell, None)?, self.meaning(displacement, None)?)
+        else {
+            return Err(self.unplanned("only a cell of a grid can be displaced"));
+        };
+        let set = match self.model.variables[displacement].domain {
+            Domain::Set(set) => self.model.sets[set].name.clone(),
+            _ => return Err(self.unplanned("a displacement is an element of a set of displacements")),
+        };
+        let grid = self.grid_of(cell)?;
+        self.displaced(&grid, &set, &indices, moved)
+    }
+
+    /// The name of the grid whose cells a variable ranges over.
+    pub(super) fn grid_of(&self, cell: VariableId) -> Result<String, Error> {
+        match self.model.variables[cell].domain {
+            Domain::Set(set) if self.model.sets[set].kind == SetKind::Grid => Ok(self.model.sets[set].name.clone()),
+            _ => Err(self.unplanned(format!("`{}` is not a cell of a grid", self.model.variable_name(cell)))),
+        }
+    }
+
+    /// Reads the tables that say where displacements come from.
+    pub(super) fn displaced(
+        &mut self,
+        grid: &str,
+        set: &str,
+        cell: &[Index; 3],
+        moved: ValueId,
+    ) -> Result<Meaning, Error> {
+        let [Index::Axis(depth), Index::Axis(row), Index::Axis(lane)] = *cell else {
+            return Err(self.unplanned("a cell that was displaced is displaced again"));
+        };
+        let displacement = self.input_axes(&format!("{set} from depth"), &mut |lowering| {
+            let steps = set.strip_suffix(" step").is_some();
+            let extent = if steps { Extent::constant(3) } else { Extent::named(set) };
+            vec![lowering.builder.axis(set, extent)]
+        })[0];
+        let axes = [displacement, depth, row];
+        let load = |lowering: &mut Self, part: &str| {
+            let buffer: BufferId = lowering.builder.buffer(&format!("{set} from {part}"), Role::Positions, &axes);
+            let indices = vec![lowering.builder.at(moved), Index::Axis(depth), Index::Axis(row)];
+            lowering.builder.load(buffer, indices)
+        };
+        let (from_depth, from_row, by) = (load(self, "depth"), load(self, "row"), load(self, "turn"));
+        let wraps = self.builder.buffer(
+            &format!("{grid}.wraps"),
+            Role::Input { default: None, broadcast: false },
+            &[],
+        );
+        let wraps = self.builder.load(wraps, Vec::new());
+        Ok(Meaning::Cell([Index::At(from_depth), Index::At(from_row), Index::Turned { axis: lane, by, wraps }]))
+    }
+
+    /// The number that a variable's value is in an expression.
+    pub(super) fn to_number(&mut self, variable: VariableId, meaning: &Meaning) -> Result<ValueId, Error> {
+        match meaning {
+            Meaning::Real(value) => Ok(*value),
+            Meaning::Ordinal(ordinal) => {
+                let base = self.builder.constant(self.model.variables[variable].domain.base() as f64);
+                Ok(self.builder.binary(Binary::Add, *ordinal, base))
+            }
+            Meaning::Cell(_) | Meaning::Family(_) => {
+                let name = self.model.variable_name(variable);
+                Err(self.unplanned(format!("`{name}` is used as a number, but it is none")))
+            }
+        }
+    }
+
+    /// The value of a variable that is this number in an expression.
+    pub(super) fn from_number(&mut self, variable: VariableId, number: ValueId) -> Meaning {
+        let domain = &self.model.variables[variable].domain;
+        match domain {
+            Domain::Real | Domain::Vector(_) => Meaning::Real(number),
+            _ => {
+                let base = self.builder.constant(domain.base() as f64);
+                Meaning::Ordinal(self.builder.binary(Binary::Subtract, number, base))
+            }
+        }
+    }
+}

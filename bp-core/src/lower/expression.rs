@@ -1,0 +1,207 @@
+//! Expressions of a model, as values of a kernel.
+//!
+//! In: a node of the model's expressions. Out: a node of the kernel's. Invariant: numbers stay numbers: a value
+//! of a finite domain enters as `ordinal + base`.
+
+use super::{Lowering, Meaning};
+use crate::error::Error;
+use crate::ids::{ExpressionId, ValueId, VariableId};
+use crate::kernel::{Fold, Index, Reduce, Role};
+use crate::model::{Expression, IndexSpace, SetKind};
+use crate::operators::{Binary, Unary};
+
+impl Lowering<'_> {
+    pub(super) fn expression(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
+        match self.model.expressions[id].clone() {
+            Expression::Number(number) => Ok(self.builder.constant(number)),
+            Expression::Parameter { parameter, indices } => {
+                let declared = &self.model.parameters[parameter];
+                let (name, over, default) = (declared.name.clone(), declared.over.clone(), declared.default);
+                let mut axes = Vec::new();
+                let (mut places, mut plate_places) = (Vec::new(), Vec::new());
+                for (index, space) in indices.iter().zip(&over) {
+                    let place = self.place(*index, space)?;
+                    let on_plate = matches!(space, IndexSpace::Set(set)
+                        if self.model.plate.is_some_and(|plate| plate.set == *set));
+                    if on_plate { plate_places.extend(place) } else { places.extend(place) }
+                }
+                let known = self.builder.so_far().buffer(&name);
+                if known.is_none() {
+                    for space in over.iter() {
+                        axes.extend(self.index_axes(&name, space));
+                    }
+                    // The plate's axes come last, whatever the order of the indices.
+                    axes.sort_by_key(|axis| self.plate.contains(axis));
+                }
+                places.extend(plate_places);
+                let buffer = self.builder.buffer(&name, Role::Input { default, broadcast: false }, &axes);
+                Ok(self.builder.load(buffer, places))
+            }
+            Expression::Variable(use_) => {
+                let element = use_.element.map(|element| self.element_ordinal(use_.variable, element)).transpose()?;
+                let meaning = self.meaning(use_.variable, element)?;
+                self.to_number(use_.variable, &meaning)
+            }
+            Expression::Index(depth) => Ok(self.products[depth]),
+            Expression::Unary(operator, operand) => {
+                let operand = self.expression(operand)?;
+                Ok(self.builder.unary(operator, operand))
+            }
+            Expression::Binary(operator, left, right) => {
+                let (left, right) = (self.expression(left)?, self.expression(right)?);
+                Ok(self.builder.binary(operator, left, right))
+            }
+            Expression::If { condition, then, otherwise } => {
+                let condition = self.expression(condition)?;
+                let (then, otherwise) = (self.expression(then)?, self.expression(otherwise)?);
+                Ok(self.builder.select(condition, then, otherwise))
+            }
+            Expression::First { family, with } => match self.first {
+                Some(first) => Ok(first),
+                None => self.first_of(family, with),
+            },
+            Expression::Foreign { path, at } => self.foreign(&path, at),
+            Expression::GradientNorm { field, at } => self.gradient_norm(field, at),
+            Expression::Frontier { condition, at } => self.frontier(condition, at),
+            Expression::Vector(name, _) => {
+                Err(self.unplanned(format!("`{name}` works on vectors, which have no kernel")))
+            }
+        }
+    }
+
+    /// Where one index of a parameter points, as the indices of its axes.
+    fn place(&mut self, index: ExpressionId, space: &IndexSpace) -> Result<Vec<Index>, Error> {
+        if let (Expression::Variable(use_), IndexSpace::Set(_)) = (&self.model.expressions[index], space) {
+            return match self.meaning(use_.variable, None)? {
+                Meaning::Cell(cell) => Ok(cell.to_vec()),
+                Meaning::Ordinal(ordinal) => Ok(vec![self.builder.at(ordinal)]),
+                _ => Err(self.unplanned("a parameter is indexed by something that is not in its set")),
+            };
+        }
+        let number = self.expression(index)?;
+        let ordinal = match space {
+            IndexSpace::Set(_) => number,
+            IndexSpace::Range(range) => {
+                let low = self.builder.constant(range.low as f64);
+                self.builder.binary(Binary::Subtract, number, low)
+            }
+        };
+        Ok(vec![self.builder.at(ordinal)])
+    }
+
+    /// The position of a family's element, from 0.
+    pub(super) fn element_ordinal(&mut self, family: VariableId, element: ExpressionId) -> Result<ValueId, Error> {
+        let number = self.expression(element)?;
+        match self.model.variables[family].family.map(|family| family.over) {
+            Some(IndexSpace::Range(range)) => {
+                let low = self.builder.constant(range.low as f64);
+                Ok(self.builder.binary(Binary::Subtract, number, low))
+            }
+            _ => Ok(number),
+        }
+    }
+
+    /// `first(G with O at C)` of a family of known length: a chain of choices, from the last element back.
+    fn first_of(
+        &mut self,
+        family: VariableId,
+        with: Option<(ExpressionId, ExpressionId)>,
+    ) -> Result<ValueId, Error> {
+        let over = self.model.variables[family].family.map(|family| family.over);
+        let (Meaning::Family(elements), Some(IndexSpace::Range(range))) = (self.meaning(family, None)?, over) else {
+            return Err(self.unplanned("`first` needs a family along a range"));
+        };
+        let with = match with {
+            Some((value, at)) => Some((self.expression(value)?, self.expression(at)?)),
+            None => None,
+        };
+        let mut first = self.builder.constant((range.low + elements.len() as i64) as f64);
+        for (position, element) in elements.iter().enumerate().rev() {
+            let Meaning::Ordinal(mut value) = *element else {
+                return Err(self.unplanned("`first` needs a family of booleans"));
+            };
+            let index = self.builder.constant((range.low + position as i64) as f64);
+            if let Some((replaced, at)) = with {
+                let here = self.builder.binary(Binary::Equal, at, index);
+                value = self.builder.select(here, replaced, value);
+            }
+            first = self.builder.select(value, index, first);
+        }
+        Ok(first)
+    }
+
+    /// The answer of another program at a cell, or one number.
+    fn foreign(&mut self, path: &str, at: Option<ExpressionId>) -> Result<ValueId, Error> {
+        let cell = at.map(|at| self.cell(at)).transpose()?;
+        let axes = if cell.is_some() { self.plate.clone() } else { Vec::new() };
+        let buffer = self.builder.buffer(path, Role::Input { default: None, broadcast: false }, &axes);
+        Ok(self.builder.load(buffer, cell.map_or_else(Vec::new, |cell| cell.to_vec())))
+    }
+
+    /// A cell of the plate's grid.
+    fn cell(&mut self, at: ExpressionId) -> Result<[Index; 3], Error> {
+        let Expression::Variable(use_) = self.model.expressions[at].clone() else {
+            return Err(self.unplanned("a field is read at a cell, which must be a variable"));
+        };
+        let plate = self.model.plate.filter(|plate| self.model.sets[plate.set].kind == SetKind::Grid);
+        match (self.meaning(use_.variable, None)?, plate) {
+            (Meaning::Cell(cell), Some(_)) => Ok(cell),
+            _ => Err(self.unplanned("a field is read at a cell of the grid that the program runs over")),
+        }
+    }
+
+    /// ‖∇H‖ by backward differences of one cell (paper, Eq. 6). Beyond an end there is no difference.
+    fn gradient_norm(&mut self, field: ExpressionId, at: ExpressionId) -> Result<ValueId, Error> {
+        let Expression::Foreign { path, .. } = self.model.expressions[field].clone() else {
+            return Err(self.unplanned("a gradient is taken of another program's field"));
+        };
+        let cell = self.cell(at)?;
+        let here = self.foreign(&path, Some(at))?;
+        let buffer = self.builder.so_far().buffer(&path).expect("internal: the field has just been read");
+        let plate = self.model.plate.expect("internal: a cell has a grid");
+        let grid = self.model.sets[plate.set].name.clone();
+        let mut squares = self.builder.constant(0.0);
+        for axis in 0..3 {
+            let axis = self.builder.constant(f64::from(axis));
+            let Meaning::Cell(before) = self.displaced(&grid, &format!("{grid} step"), &cell, axis)? else {
+                unreachable!("internal: a displaced cell is a cell")
+            };
+            let before = self.builder.load_or(buffer, before.to_vec(), here);
+            let difference = self.builder.binary(Binary::Subtract, here, before);
+            let square = self.builder.binary(Binary::Multiply, difference, difference);
+            squares = self.builder.binary(Binary::Add, squares, square);
+        }
+        Ok(self.builder.unary(Unary::SquareRoot, squares))
+    }
+
+    /// Whether a cell is the last, walking outwards, before the first at which the condition fails: it holds up
+    /// to here, and not one further.
+    fn frontier(&mut self, condition: ExpressionId, at: ExpressionId) -> Result<ValueId, Error> {
+        let [Index::Axis(depth), row, lane] = self.cell(at)? else {
+            return Err(self.unplanned("a frontier is looked for along the plate's grid"));
+        };
+        let holds = self.expression(condition)?;
+        let axes = self.plate.clone();
+        let name = self.name("holds");
+        let holds = self.builder.compute(&name, &axes, Reduce::None, holds);
+        let zero = self.builder.constant(0.0);
+        let one = self.builder.constant(1.0);
+        let scan = Reduce::Scan { axis: depth, backward: false, keep: holds, initial: one };
+        let name_nearer = self.name("all nearer hold");
+        let nearer = self.builder.compute(&name_nearer, &axes, scan, zero);
+        let buffer = self.builder.so_far().buffer(&name).expect("internal: the nest has just been made");
+        let running = self.builder.running(depth);
+        let next = self.builder.binary(Binary::Add, running, one);
+        let further = self.builder.load_or(buffer, vec![Index::At(next), row, lane], zero);
+        let ends = self.builder.unary(Unary::Not, further);
+        let reached = self.builder.binary(Binary::And, holds, nearer);
+        Ok(self.builder.binary(Binary::And, reached, ends))
+    }
+
+    /// A sum over axes, as a nest over all others that the value depends on.
+    pub(super) fn fold_over(&mut self, what: &str, fold: Fold, over: &[crate::ids::AxisId], value: ValueId) -> ValueId {
+        let axes = self.axes_but(value, over);
+        let name = self.name(what);
+        self.builder.fold(&name, &axes, fold, over, value)
+    }
+}

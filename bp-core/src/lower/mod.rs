@@ -1,0 +1,222 @@
+//! Lowering: from the equation of a plan to the loops that compute it.
+//!
+//! In: a model and an exact route of a plan. Out: a [`Lowered`] kernel and what its outputs mean. Invariant: the
+//! kernel computes the terms of the plan and nothing else; each sum that is not a handful of products becomes a
+//! nest, and what does not depend on the plate is computed once, because it is a nest without the plate's axes.
+
+mod density;
+mod environment;
+mod expression;
+mod first_scan;
+mod read_out;
+mod term;
+
+pub use read_out::{Lowered, Output};
+
+use crate::error::Error;
+use crate::ids::{AxisId, ValueId, VariableId};
+use crate::kernel::{Extent, Index, Kernel, KernelBuilder, Node};
+use crate::model::{Bound, Domain, IndexSpace, Model, SetKind};
+use crate::plan::Exact;
+use std::collections::{BTreeSet, HashMap};
+
+/// Lowers a route.
+///
+/// # Errors
+/// A form or an expression that has no kernel.
+pub fn lower(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
+    let mut lowering = Lowering::new(model, exact, name);
+    let outputs = lowering.read_out()?;
+    Ok(Lowered { kernel: lowering.finish(), outputs })
+}
+
+/// What a variable stands for in the loop that is being built.
+#[derive(Clone, Debug)]
+enum Meaning {
+    /// The ordinal of a value of a finite domain.
+    Ordinal(ValueId),
+    /// A real number.
+    Real(ValueId),
+    /// A cell of a grid.
+    Cell([Index; 3]),
+    /// The elements of a family of known length.
+    Family(Vec<Meaning>),
+}
+
+struct Lowering<'m> {
+    model: &'m Model,
+    exact: &'m Exact,
+    builder: KernelBuilder,
+    plate: Vec<AxisId>,
+    /// Loop variables.
+    running: HashMap<VariableId, Meaning>,
+    /// The indices of the `prod`s around the factor that is being lowered, outermost first.
+    products: Vec<ValueId>,
+    /// While a factor is lowered inside a scan: what its `first(…)` is.
+    first: Option<ValueId>,
+    axes_of: HashMap<ValueId, BTreeSet<AxisId>>,
+    /// How many nests have been named.
+    named: usize,
+}
+
+impl<'m> Lowering<'m> {
+    fn new(model: &'m Model, exact: &'m Exact, name: &str) -> Self {
+        let mut lowering = Self {
+            model,
+            exact,
+            builder: KernelBuilder::new(name),
+            plate: Vec::new(),
+            running: HashMap::new(),
+            products: Vec::new(),
+            first: None,
+            axes_of: HashMap::new(),
+            named: 0,
+        };
+        if let Some(index) = model.plate_index() {
+            lowering.plate = lowering.run_through(index);
+        }
+        lowering
+    }
+
+    fn unplanned(&self, reason: impl Into<String>) -> Error {
+        Error::Unplanned { question: self.model.ask_text(&self.exact.asks[0]), reason: reason.into() }
+    }
+
+    /// Makes loops over the values of a variable; gives their axes.
+    fn run_through(&mut self, variable: VariableId) -> Vec<AxisId> {
+        let name = self.model.variable_name(variable);
+        let declared = &self.model.variables[variable];
+        let (meaning, axes) = match declared.family.map(|family| self.model.index_count(&family.over)) {
+            None => self.values(&name, &declared.domain),
+            Some(count) => {
+                let count = count.expect("internal: a family of unknown length is not run through");
+                let parts: Vec<_> =
+                    (0..count).map(|element| self.values(&format!("{name}[{element}]"), &declared.domain)).collect();
+                let axes = parts.iter().flat_map(|(_, axes)| axes.clone()).collect();
+                (Meaning::Family(parts.into_iter().map(|(meaning, _)| meaning).collect()), axes)
+            }
+        };
+        self.running.insert(variable, meaning);
+        axes
+    }
+
+    fn values(&mut self, name: &str, domain: &Domain) -> (Meaning, Vec<AxisId>) {
+        if let Domain::Set(set) = domain
+            && self.model.sets[*set].kind == SetKind::Grid
+        {
+            // A variable that ranges over the plate's own grid is the plate's cell.
+            if let (Some(plate), false) = (self.model.plate, self.plate.is_empty())
+                && plate.set == *set
+            {
+                return (self.running[&plate.index].clone(), self.plate.clone());
+            }
+            let set = &self.model.sets[*set].name;
+            let axes: Vec<AxisId> = (["depth", "rows", "lanes"].iter())
+                .map(|part| self.builder.axis(&format!("{name}.{part}"), Extent::named(&format!("{set}.{part}"))))
+                .collect();
+            return (Meaning::Cell([0, 1, 2].map(|axis| Index::Axis(axes[axis]))), axes);
+        }
+        let axis = self.builder.axis(name, self.extent(domain));
+        (Meaning::Ordinal(self.builder.running(axis)), vec![axis])
+    }
+
+    /// How many values a finite domain has.
+    fn extent(&self, domain: &Domain) -> Extent {
+        match domain {
+            Domain::Boolean => Extent::constant(2),
+            Domain::Finite { labels, range: None } => Extent::constant(labels.len()),
+            Domain::Finite { labels, range: Some(range) } => {
+                self.bounded(range.high, labels.len() as i64 + 1 - range.low)
+            }
+            Domain::Set(set) => Extent::named(&self.model.sets[*set].name),
+            Domain::Real | Domain::Vector(_) => Extent::constant(1),
+        }
+    }
+
+    fn bounded(&self, high: Bound, more: i64) -> Extent {
+        let size = high.size.map(|parameter| self.model.parameters[parameter].name.clone());
+        Extent { size, offset: high.offset + more }
+    }
+
+    /// Axes for one index of a parameter or a family; the plate's own where it runs over the plate's set.
+    fn index_axes(&mut self, name: &str, over: &IndexSpace) -> Vec<AxisId> {
+        match over {
+            IndexSpace::Set(set) if self.model.plate.is_some_and(|plate| plate.set == *set) => self.plate.clone(),
+            IndexSpace::Set(set) => {
+                let extent = Extent::named(&self.model.sets[*set].name);
+                vec![self.builder.axis(name, extent)]
+            }
+            IndexSpace::Range(range) => {
+                let extent = self.bounded(range.high, 1 - range.low);
+                vec![self.builder.axis(name, extent)]
+            }
+        }
+    }
+
+    /// The axes on which a value depends.
+    fn axes(&mut self, value: ValueId) -> BTreeSet<AxisId> {
+        if let Some(axes) = self.axes_of.get(&value) {
+            return axes.clone();
+        }
+        let mut axes = BTreeSet::new();
+        match &self.builder.so_far().nodes[value] {
+            Node::Axis(axis) => {
+                axes.insert(*axis);
+            }
+            Node::Load { indices, .. } => axes.extend(indices.iter().filter_map(|index| match index {
+                Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis),
+                Index::At(_) => None,
+            })),
+            _ => {}
+        }
+        for operand in self.builder.so_far().operands(value) {
+            axes.extend(self.axes(operand));
+        }
+        self.axes_of.insert(value, axes.clone());
+        axes
+    }
+
+    /// The axes of a value but some, those of the plate last.
+    fn axes_but(&mut self, value: ValueId, but: &[AxisId]) -> Vec<AxisId> {
+        let axes = self.axes(value);
+        let serial = axes.iter().copied().filter(|axis| !but.contains(axis) && !self.plate.contains(axis));
+        let plate = self.plate.iter().copied().filter(|axis| axes.contains(axis) && !but.contains(axis));
+        let mut ordered: Vec<AxisId> = serial.chain(plate.clone()).collect();
+        // A buffer that has some of the plate's axes has all of them, so that its blocks are alike.
+        if plate.count() > 0 {
+            ordered.retain(|axis| !self.plate.contains(axis));
+            ordered.extend(self.plate.iter().copied().filter(|axis| !but.contains(axis)));
+        }
+        ordered
+    }
+
+    /// A name for a nest that no user sees.
+    fn name(&mut self, what: &str) -> String {
+        self.named += 1;
+        format!("{what} {}", self.named)
+    }
+
+    fn finish(mut self) -> Kernel {
+        let kernel = self.builder.so_far();
+        let independent = |axis: &AxisId| {
+            let scanned = kernel.nests.iter().any(|nest| match &nest.reduce {
+                crate::kernel::Reduce::Scan { axis: scanned, .. } => scanned == axis,
+                _ => false,
+            });
+            !scanned && !kernel.nodes.values().any(|node| reaches_across(kernel, node, *axis))
+        };
+        // What is parallel must be contiguous in every buffer: the last axes of the plate.
+        let first = self.plate.iter().rposition(|axis| !independent(axis)).map_or(0, |position| position + 1);
+        let parallel: Vec<AxisId> = self.plate[first..].to_vec();
+        self.builder.parallel(&parallel);
+        self.builder.build()
+    }
+}
+
+/// Whether a node reads a buffer that this kernel makes at another place along an axis.
+fn reaches_across(kernel: &Kernel, node: &Node, axis: AxisId) -> bool {
+    let Node::Load { buffer, indices, .. } = node else { return false };
+    let buffer = &kernel.buffers[*buffer];
+    buffer.role == crate::kernel::Role::Scratch
+        && (buffer.axes.iter().zip(indices)).any(|(own, index)| *own == axis && *index != Index::Axis(axis))
+}

@@ -1,0 +1,196 @@
+//! What is asked, made of the joint distribution of the searched variables.
+//!
+//! In: the joint as a value. Out: the output buffers of the kernel, and what each means. Invariant: several asks
+//! of the same known variables share one joint, computed once.
+
+use super::{Lowering, Meaning};
+use crate::error::Error;
+use crate::ids::{AxisId, ValueId, VariableId};
+use crate::kernel::{Fold, Index, Kernel, Reduce, Role};
+use crate::model::{Ask, Reduction, Value};
+use crate::operators::{Binary, Unary};
+
+/// A kernel and what its outputs mean.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Lowered {
+    /// The loops.
+    pub kernel: Kernel,
+    /// Its outputs.
+    pub outputs: Vec<Output>,
+}
+
+/// What an output means.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Output {
+    /// Name of the buffer: what was asked, as a user would type it.
+    pub name: String,
+    /// What was asked; `None` for ln P(evidence), named `ln_evidence`.
+    pub ask: Option<Ask>,
+    /// Its axes before the plate's: known variables of which each value is a row, then the searched ones.
+    pub variables: Vec<VariableId>,
+}
+
+impl Lowering<'_> {
+    pub(super) fn read_out(&mut self) -> Result<Vec<Output>, Error> {
+        let exact = self.exact;
+        let mut rows: Vec<AxisId> = Vec::new();
+        for variable in &exact.each {
+            rows.extend(self.run_through(*variable));
+        }
+        let mut searched: Vec<(VariableId, Vec<AxisId>)> = Vec::new();
+        for variable in &exact.searched {
+            if !exact.bindings.contains_key(variable) && !self.stands_for_one_value(*variable) {
+                let axes = self.run_through(*variable);
+                searched.push((*variable, axes));
+            } else if !exact.bindings.contains_key(variable) {
+                let value = self.wanted(*variable)?;
+                self.running.insert(*variable, value);
+            }
+        }
+        let joint = self.term(exact.joint)?;
+        let sole = exact.asks.len() == 1 && exact.normalised && !exact.ln_evidence;
+        let joint = match sole {
+            true => joint,
+            false => {
+                let axes = self.output_axes(&rows, &searched);
+                let name = self.name("joint");
+                self.builder.compute(&name, &axes, Reduce::None, joint)
+            }
+        };
+        let mut outputs = Vec::new();
+        for ask in &exact.asks {
+            outputs.push(self.answer(ask, joint, &rows, &searched)?);
+        }
+        if exact.ln_evidence {
+            let over: Vec<AxisId> = searched.iter().flat_map(|(_, axes)| axes.clone()).collect();
+            let axes = self.output_axes(&rows, &[]);
+            let name = self.name("evidence");
+            let total = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
+            let ln = self.builder.unary(Unary::NaturalLogarithm, total);
+            let out = self.builder.buffer("ln_evidence", Role::Output, &axes);
+            self.builder.nest(out, Reduce::None, ln);
+            outputs.push(Output { name: "ln_evidence".to_owned(), ask: None, variables: exact.each.clone() });
+        }
+        Ok(outputs)
+    }
+
+    /// Whether only one value of a searched variable is wanted, and nothing sums over the others.
+    fn stands_for_one_value(&self, variable: VariableId) -> bool {
+        let wanted = (self.exact.asks.iter().flat_map(|ask| &ask.searched))
+            .filter(|searched| searched.variable == variable)
+            .all(|searched| searched.at.is_some());
+        wanted && self.exact.normalised && self.exact.asks.len() == 1
+    }
+
+    /// The one value that is wanted of a searched variable.
+    fn wanted(&mut self, variable: VariableId) -> Result<Meaning, Error> {
+        let at = (self.exact.asks.iter().flat_map(|ask| &ask.searched))
+            .find(|searched| searched.variable == variable)
+            .and_then(|searched| searched.at.clone());
+        match at {
+            Some(Value::Ordinal(ordinal)) => Ok(Meaning::Ordinal(self.builder.constant(ordinal as f64))),
+            Some(Value::Given(name)) => {
+                let axes = self.plate.clone();
+                let role = Role::Input { default: None, broadcast: true };
+                let buffer = self.builder.buffer(&name, role, &axes);
+                let indices = axes.iter().map(|axis| Index::Axis(*axis)).collect();
+                Ok(Meaning::Ordinal(self.builder.load(buffer, indices)))
+            }
+            _ => Err(self.unplanned("a finite variable is searched at a real value")),
+        }
+    }
+
+    fn output_axes(&self, rows: &[AxisId], searched: &[(VariableId, Vec<AxisId>)]) -> Vec<AxisId> {
+        let local = rows.iter().chain(searched.iter().flat_map(|(_, axes)| axes));
+        let mut axes: Vec<AxisId> = local.copied().filter(|axis| !self.plate.contains(axis)).collect();
+        axes.extend(&self.plate);
+        axes
+    }
+
+    fn answer(
+        &mut self,
+        ask: &Ask,
+        joint: ValueId,
+        rows: &[AxisId],
+        searched: &[(VariableId, Vec<AxisId>)],
+    ) -> Result<Output, Error> {
+        let own = |variable: &VariableId| ask.searched.iter().any(|item| item.variable == *variable);
+        let (kept, summed): (Vec<_>, Vec<_>) = searched.iter().cloned().partition(|(variable, _)| own(variable));
+        let mut axes = self.output_axes(rows, &kept);
+        // A searched variable that ranges over the plate's own grid is distributed over the plate.
+        let over_plate = kept.iter().any(|(_, axes)| axes == &self.plate && !self.plate.is_empty());
+        let own_axes: Vec<AxisId> = kept.iter().flat_map(|(_, axes)| axes.clone()).collect();
+        let mut value = joint;
+        if !summed.is_empty() {
+            let over: Vec<AxisId> = summed.iter().flat_map(|(_, axes)| axes.clone()).collect();
+            let name = self.name("marginal");
+            value = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
+        }
+        let argmax = matches!(ask.reduction, Reduction::Argmax { .. });
+        if !self.exact.normalised && !(argmax && over_plate) {
+            let totals: Vec<AxisId> = axes.iter().copied().filter(|axis| !own_axes.contains(axis)).collect();
+            let name = self.name("total");
+            let total = self.builder.fold(&name, &totals, Fold::Sum, &own_axes, value);
+            let reciprocal = self.builder.reciprocal_or_zero(total);
+            let name = self.name("reciprocal");
+            let reciprocal = self.builder.compute(&name, &totals, Reduce::None, reciprocal);
+            value = self.builder.binary(Binary::Multiply, value, reciprocal);
+        }
+        let mut variables = self.exact.each.clone();
+        variables.extend(kept.iter().map(|(variable, _)| *variable));
+        let reduce = match ask.reduction {
+            Reduction::Entropy => {
+                value = self.minus_p_ln_p(value);
+                axes.retain(|axis| !own_axes.contains(axis));
+                variables.retain(|variable| !own(variable));
+                Reduce::Fold(Fold::Sum, own_axes)
+            }
+            // One value of each searched variable is wanted: the answer is a probability.
+            Reduction::Probability if !kept.is_empty() && ask.searched.iter().all(|item| item.at.is_some()) => {
+                let here = self.at_wanted(ask, &kept)?;
+                let zero = self.builder.constant(0.0);
+                value = self.builder.select(here, value, zero);
+                axes.retain(|axis| !own_axes.contains(axis));
+                variables.retain(|variable| !own(variable));
+                Reduce::Fold(Fold::Sum, own_axes)
+            }
+            _ => Reduce::None,
+        };
+        let name = self.model.ask_text(ask);
+        let out = self.builder.buffer(&name, Role::Output, &axes);
+        self.builder.nest(out, reduce, value);
+        Ok(Output { name, ask: Some(ask.clone()), variables })
+    }
+
+    /// Whether the running values of the searched variables are those that are wanted.
+    fn at_wanted(&mut self, ask: &Ask, kept: &[(VariableId, Vec<AxisId>)]) -> Result<ValueId, Error> {
+        let mut here = self.builder.constant(1.0);
+        for (variable, axes) in kept {
+            let running = self.builder.running(axes[0]);
+            let wanted = match ask.searched.iter().find(|item| item.variable == *variable).and_then(|i| i.at.clone()) {
+                Some(Value::Ordinal(ordinal)) => self.builder.constant(ordinal as f64),
+                Some(Value::Given(name)) => {
+                    let axes = self.plate.clone();
+                    let role = Role::Input { default: None, broadcast: true };
+                    let buffer = self.builder.buffer(&name, role, &axes);
+                    self.builder.load(buffer, axes.iter().map(|axis| Index::Axis(*axis)).collect())
+                }
+                _ => return Err(self.unplanned("a finite variable is searched at a real value")),
+            };
+            let same = self.builder.binary(Binary::Equal, running, wanted);
+            here = self.builder.binary(Binary::And, here, same);
+        }
+        Ok(here)
+    }
+
+    /// −p ln p, which is 0 at p = 0.
+    fn minus_p_ln_p(&mut self, p: ValueId) -> ValueId {
+        let zero = self.builder.constant(0.0);
+        let positive = self.builder.binary(Binary::Greater, p, zero);
+        let one = self.builder.constant(1.0);
+        let safe = self.builder.select(positive, p, one);
+        let ln = self.builder.unary(Unary::NaturalLogarithm, safe);
+        let product = self.builder.binary(Binary::Multiply, p, ln);
+        self.builder.unary(Unary::Negate, product)
+    }
+}

@@ -1,0 +1,107 @@
+//! Terms of a plan, as values of a kernel.
+//!
+//! In: a term. Out: a value. Invariant: a sum of a handful of products without inner sums is written out; any
+//! other becomes a nest of its own, over the axes on which it depends.
+
+use super::{Lowering, Meaning};
+use crate::error::Error;
+use crate::ids::{AxisId, TermId, ValueId, VariableId};
+use crate::kernel::Fold;
+use crate::operators::Binary;
+use crate::plan::Term;
+
+/// The longest sum that is written out.
+const WRITTEN_OUT: usize = 4;
+
+impl Lowering<'_> {
+    pub(super) fn term(&mut self, id: TermId) -> Result<ValueId, Error> {
+        match self.exact.terms[id].clone() {
+            Term::Joint => unreachable!("internal: a finished plan has no joint left"),
+            Term::Factor(factor) => self.factor(factor),
+            Term::Likelihood(variable, weights) => {
+                let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
+                    return Err(self.unplanned("virtual evidence is on a finite variable"));
+                };
+                let mut chosen = self.builder.constant(*weights.last().expect("internal: checked evidence"));
+                for (position, weight) in weights.iter().enumerate().rev().skip(1) {
+                    let (position, weight) =
+                        (self.builder.constant(position as f64), self.builder.constant(*weight));
+                    let here = self.builder.binary(Binary::Equal, ordinal, position);
+                    chosen = self.builder.select(here, weight, chosen);
+                }
+                Ok(chosen)
+            }
+            Term::Inside(variable) => self.inside(variable),
+            Term::Product(factors) => {
+                let mut product = self.builder.constant(1.0);
+                for factor in factors {
+                    let factor = self.term(factor)?;
+                    product = self.builder.binary(Binary::Multiply, product, factor);
+                }
+                Ok(product)
+            }
+            Term::Sum(over, body) => match over.as_slice() {
+                [one] if self.is_short(*one, body) => self.written_out(*one, body),
+                several => {
+                    let mut axes: Vec<AxisId> = Vec::new();
+                    for variable in several {
+                        axes.extend(self.run_through(*variable));
+                    }
+                    let value = self.term(body)?;
+                    several.iter().for_each(|variable| {
+                        self.running.remove(variable);
+                    });
+                    Ok(self.fold_over("sum", Fold::Sum, &axes, value))
+                }
+            },
+            Term::FirstScan(scan) => self.first_scan(&scan),
+            Term::Normalise(_, body) => self.term(body),
+        }
+    }
+
+    fn is_short(&self, variable: VariableId, body: TermId) -> bool {
+        let declared = &self.model.variables[variable];
+        declared.family.is_none()
+            && declared.domain.count().is_some_and(|count| count <= WRITTEN_OUT)
+            && !self.has_sum(body)
+    }
+
+    fn has_sum(&self, id: TermId) -> bool {
+        match &self.exact.terms[id] {
+            Term::Sum(..) | Term::FirstScan(_) => true,
+            Term::Product(factors) => factors.iter().any(|factor| self.has_sum(*factor)),
+            Term::Normalise(_, body) => self.has_sum(*body),
+            _ => false,
+        }
+    }
+
+    fn written_out(&mut self, variable: VariableId, body: TermId) -> Result<ValueId, Error> {
+        let count = self.model.variables[variable].domain.count().expect("internal: a short sum has a count");
+        let mut sum = self.builder.constant(0.0);
+        for ordinal in 0..count {
+            let value = self.builder.constant(ordinal as f64);
+            self.running.insert(variable, Meaning::Ordinal(value));
+            let term = self.term(body)?;
+            sum = self.builder.binary(Binary::Add, sum, term);
+        }
+        self.running.remove(&variable);
+        Ok(sum)
+    }
+
+    /// 1 where the value that a variable is bound to lies in its domain.
+    fn inside(&mut self, variable: VariableId) -> Result<ValueId, Error> {
+        let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
+            return Ok(self.builder.constant(1.0));
+        };
+        let Some(count) = self.model.variables[variable].domain.count() else {
+            return Err(self.unplanned("a Dirac on a domain whose size is not known"));
+        };
+        let (zero, count) = (self.builder.constant(0.0), self.builder.constant(count as f64));
+        let above = self.builder.binary(Binary::GreaterOrEqual, ordinal, zero);
+        let below = self.builder.binary(Binary::Less, ordinal, count);
+        let whole = self.builder.unary(crate::operators::Unary::Floor, ordinal);
+        let whole = self.builder.binary(Binary::Equal, ordinal, whole);
+        let inside = self.builder.binary(Binary::And, above, below);
+        Ok(self.builder.binary(Binary::And, inside, whole))
+    }
+}

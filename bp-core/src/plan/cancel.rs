@@ -1,0 +1,69 @@
+//! What cancels: factors that are the same above and below the bar of the normaliser, and a normaliser of 1.
+//!
+//! In: a draft. Out: the draft without them. Invariant: where ln P(evidence) is wanted, nothing that is part of
+//! it goes.
+//!
+//! before: P(C) P(O | C) P(Z | O C) / Σ_Z …      after: P(Z | O C)
+
+use super::draft::Draft;
+use super::{Term, barren, scope};
+use crate::model::Form;
+
+/// Drops factors of known variables only, and uniform factors, which are constants.
+pub(super) fn constants(draft: &mut Draft<'_>) {
+    if !draft.options.rewrites.cancel || draft.options.ln_evidence {
+        return;
+    }
+    let mut dropped = Vec::new();
+    let factors = std::mem::take(&mut draft.factors);
+    for term in factors {
+        let Term::Factor(factor) = draft.terms[term] else {
+            draft.factors.push(term);
+            continue;
+        };
+        let known = |variable| draft.is_known(variable);
+        let all_known = scope::of_factor(draft.model, factor).into_iter().all(known);
+        let left = &draft.model.factors[factor].left;
+        // A uniform factor of a summed variable is the same number in every term of the sum.
+        let uniform = matches!(draft.model.factors[factor].form, Form::Uniform)
+            && left.iter().all(|use_| draft.free.contains(&use_.variable) && !is_family(draft, use_.variable));
+        match all_known || uniform {
+            true => dropped.push(draft.model.head(&draft.model.factors[factor])),
+            false => draft.factors.push(term),
+        }
+    }
+    if !dropped.is_empty() {
+        draft.record("cancellation", format!("constant in what is normalised: {}", dropped.join(", ")));
+    }
+}
+
+fn is_family(draft: &Draft<'_>, variable: crate::ids::VariableId) -> bool {
+    draft.model.variables[variable].family.is_some()
+}
+
+/// Drops the normaliser where what is left is a product of distributions of searched and free variables alone.
+pub(super) fn normaliser(draft: &mut Draft<'_>) {
+    if !draft.options.rewrites.cancel || draft.options.ln_evidence {
+        return;
+    }
+    let mut distributed = Vec::new();
+    let proper = draft.factors.iter().all(|term| match &draft.terms[*term] {
+        Term::Factor(factor) => {
+            let left = draft.model.factors[*factor].left.iter().map(|use_| use_.variable);
+            distributed.extend(left.clone());
+            left.into_iter().all(|variable| !draft.is_known(variable)) && barren::is_proper(draft.model, *factor)
+        }
+        Term::FirstScan(scan) => {
+            let left = draft.model.factors[scan.factor].left.iter().map(|use_| use_.variable);
+            distributed.extend(left.clone());
+            left.into_iter().all(|variable| !draft.is_known(variable)) && barren::is_proper(draft.model, scan.factor)
+        }
+        _ => false,
+    });
+    // Every free variable that is left must still have its own distribution in the product.
+    let whole = draft.free.iter().chain(&draft.searched).all(|variable| distributed.contains(variable));
+    if proper && whole {
+        draft.normalise = false;
+        draft.record("normaliser", "what is left is a product of distributions, so Z = 1".to_owned());
+    }
+}

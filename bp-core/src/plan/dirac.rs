@@ -1,0 +1,92 @@
+//! A Dirac is a substitution, not a sum.
+//!
+//! In: a draft. Out: the draft in which a summed variable stands for what its Dirac says. Invariant: a value
+//! outside the variable's domain has probability 0: where that can happen, an indicator stays.
+//!
+//! before: Σ_A P(V | A) P(C | V A)      with P(C | V A) = dirac(A + V), C known
+//! after:  P(V | C − V)                 the sum over antecedents is a gather
+
+use super::draft::Draft;
+use super::{Binding, Term, barren, scope};
+use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
+use crate::model::{Domain, Expression, Form, Model, SetKind};
+use crate::operators::Binary;
+
+pub(super) fn substitute(draft: &mut Draft<'_>) {
+    if !draft.options.rewrites.dirac {
+        return;
+    }
+    while let Some((position, variable, binding)) = find(draft) {
+        let name = draft.model.variable_name(variable);
+        let domain = &draft.model.variables[variable].domain;
+        let always_inside = match &binding {
+            Binding::Expression(value) => {
+                matches!(domain, Domain::Real) || (*domain == Domain::Boolean && barren::is_truth(draft.model, *value))
+            }
+            _ => true,
+        };
+        let reason = match &binding {
+            Binding::Antecedent { cell, displacement } => format!(
+                "one antecedent for each displacement: {name} = {} − {}",
+                draft.model.variable_name(*cell),
+                draft.model.variable_name(*displacement)
+            ),
+            Binding::Expression(value) => format!("{name} = {}", draft.model.expression_text(*value, &[])),
+            Binding::Value(_) => name,
+        };
+        draft.bindings.insert(variable, binding);
+        draft.free.retain(|free| *free != variable);
+        match always_inside {
+            true => {
+                draft.factors.remove(position);
+            }
+            false => draft.factors[position] = draft.terms.push(Term::Inside(variable)),
+        }
+        draft.record("Dirac substitution", reason);
+    }
+}
+
+fn find(draft: &Draft<'_>) -> Option<(usize, VariableId, Binding)> {
+    (draft.factors.iter().enumerate()).find_map(|(position, term)| {
+        let (variable, binding) = solve(draft, *term)?;
+        Some((position, variable, binding))
+    })
+}
+
+fn solve(draft: &Draft<'_>, term: TermId) -> Option<(VariableId, Binding)> {
+    let Term::Factor(factor) = draft.terms[term] else { return None };
+    let Form::Dirac(value) = draft.model.factors[factor].form else { return None };
+    let [left] = draft.model.factors[factor].left.as_slice() else { return None };
+    if draft.model.variables[left.variable].family.is_some() {
+        return None;
+    }
+    let cells = matches!(draft.model.variables[left.variable].domain, Domain::Set(_));
+    if draft.free.contains(&left.variable) && !cells {
+        return Some((left.variable, Binding::Expression(value)));
+    }
+    let (antecedent, displacement) = displaced(draft.model, factor, value)?;
+    let known = draft.is_known(left.variable) || draft.searched.contains(&left.variable);
+    let free = draft.free.contains(&antecedent);
+    (known && free).then_some((antecedent, Binding::Antecedent { cell: left.variable, displacement }))
+}
+
+/// `A + V`, a cell moved by a displacement.
+fn displaced(model: &Model, factor: FactorId, value: ExpressionId) -> Option<(VariableId, VariableId)> {
+    let Expression::Binary(Binary::Add, left, right) = model.expressions[value] else { return None };
+    let variable = |id| match &model.expressions[id] {
+        Expression::Variable(use_) if use_.element.is_none() => Some(use_.variable),
+        _ => None,
+    };
+    let (left, right) = (variable(left)?, variable(right)?);
+    let moves = |id: VariableId| match model.variables[id].domain {
+        Domain::Set(set) => matches!(model.sets[set].kind, SetKind::Displacements(_)),
+        _ => false,
+    };
+    let used = scope::of_form(model, factor);
+    debug_assert!(used.contains(&left) && used.contains(&right), "internal: a form uses what it mentions");
+    match (moves(left), moves(right)) {
+        (false, true) => Some((left, right)),
+        (true, false) => Some((right, left)),
+        _ => None,
+    }
+}

@@ -1,0 +1,198 @@
+//! A plan in the making: a normaliser, a sum and a product of factors, on which the rules work.
+//!
+//! In: a question. Out: [`Exact`]. Invariant: at any time the draft denotes
+//! (1/Z) Σ_free Π factors, under its bindings; each change is recorded with its reason.
+
+use super::{Binding, Exact, Options, Step, Term};
+use crate::error::Error;
+use crate::ids::{Arena, TermId, VariableId};
+use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
+use std::collections::BTreeMap;
+
+pub(super) struct Draft<'m> {
+    pub(super) model: &'m Model,
+    pub(super) options: Options,
+    asks: Vec<Ask>,
+    pub(super) terms: Arena<TermId, Term>,
+    /// The factors of the product; before the decomposition, the joint alone.
+    pub(super) factors: Vec<TermId>,
+    /// Variables that are still to be summed out.
+    pub(super) free: Vec<VariableId>,
+    pub(super) searched: Vec<VariableId>,
+    pub(super) each: Vec<VariableId>,
+    pub(super) bindings: BTreeMap<VariableId, Binding>,
+    pub(super) normalise: bool,
+    pub(super) cost: f64,
+    derivation: Vec<Step>,
+}
+
+impl<'m> Draft<'m> {
+    /// P(S | K) = P(S K) / P(K), by the definition of a question.
+    pub(super) fn define(model: &'m Model, asks: Vec<Ask>, options: Options) -> Self {
+        let mut searched: Vec<VariableId> = Vec::new();
+        for item in asks.iter().flat_map(|ask| &ask.searched) {
+            if !searched.contains(&item.variable) {
+                searched.push(item.variable);
+            }
+        }
+        let mut terms = Arena::default();
+        let joint = terms.push(Term::Joint);
+        let mut draft = Self {
+            model,
+            options,
+            terms,
+            factors: vec![joint],
+            free: Vec::new(),
+            searched,
+            each: Vec::new(),
+            bindings: BTreeMap::new(),
+            normalise: true,
+            cost: 0.0,
+            derivation: Vec::new(),
+            asks,
+        };
+        for known in &draft.asks[0].known {
+            match &known.evidence {
+                Evidence::Each if !given_when_asked(model, known.variable) => draft.each.push(known.variable),
+                _ => {}
+            }
+        }
+        draft.record("definition", "a conditional distribution is the joint one, normalised".to_owned());
+        draft
+    }
+
+    /// Known variables: the plate's index and those of the question.
+    pub(super) fn is_known(&self, variable: VariableId) -> bool {
+        Some(variable) == self.model.plate_index()
+            || self.asks[0].known.iter().any(|known| {
+                known.variable == variable && !matches!(known.evidence, Evidence::Virtual(_))
+            })
+    }
+
+    /// Sums over everything that is neither searched nor known.
+    pub(super) fn marginalise(&mut self) {
+        self.free = (self.model.variables.ids())
+            .filter(|variable| !self.searched.contains(variable) && !self.is_known(*variable))
+            .collect();
+        if !self.free.is_empty() {
+            let names: Vec<_> = self.free.iter().map(|id| self.model.variable_name(*id)).collect();
+            self.record("marginalisation", format!("{} neither searched nor known", are(&names)));
+        }
+    }
+
+    /// The joint is the product of the factors of the decomposition.
+    pub(super) fn decompose(&mut self) {
+        let factors: Vec<_> = self.model.factors.ids().map(Term::Factor).collect();
+        self.factors = factors.into_iter().map(|factor| self.terms.push(factor)).collect();
+        self.record("decomposition", "the program's conditional independences".to_owned());
+    }
+
+    /// What is known takes the place of its variables; virtual evidence multiplies.
+    pub(super) fn condition(&mut self) {
+        let mut reasons = Vec::new();
+        for known in self.asks[0].known.clone() {
+            let name = self.model.variable_name(known.variable);
+            let value = match known.evidence {
+                Evidence::Hard(value) => value,
+                Evidence::Each if given_when_asked(self.model, known.variable) => Value::Given(name.clone()),
+                Evidence::Each => continue,
+                Evidence::Virtual(weights) => {
+                    let likelihood = self.terms.push(Term::Likelihood(known.variable, weights));
+                    self.factors.push(likelihood);
+                    reasons.push(format!("`{name}` is known by likelihoods, which multiply (Pearl)"));
+                    continue;
+                }
+            };
+            self.bindings.insert(known.variable, Binding::Value(value));
+            reasons.push(format!("`{name}` is given"));
+        }
+        // A searched real that is wanted at one value has no axis: it stands for that value from the start.
+        for item in self.asks.iter().flat_map(|ask| &ask.searched) {
+            if let (Some(value), false) = (&item.at, self.model.variables[item.variable].domain.is_finite()) {
+                self.bindings.insert(item.variable, Binding::Value(value.clone()));
+            }
+        }
+        if !reasons.is_empty() {
+            self.record("evidence", reasons.join("; "));
+        }
+    }
+
+    /// Records the draft as it now stands.
+    pub(super) fn record(&mut self, rule: &'static str, reason: String) {
+        let term = self.snapshot();
+        self.derivation.push(Step { rule, reason, term, bindings: self.bindings.clone() });
+    }
+
+    fn snapshot(&mut self) -> TermId {
+        let mut term = self.body();
+        if !self.free.is_empty() {
+            term = self.terms.push(Term::Sum(self.free.clone(), term));
+        }
+        match self.normalise {
+            true => self.terms.push(Term::Normalise(self.searched.clone(), term)),
+            false => term,
+        }
+    }
+
+    fn body(&mut self) -> TermId {
+        match self.factors.as_slice() {
+            [one] => *one,
+            several => self.terms.push(Term::Product(several.to_vec())),
+        }
+    }
+
+    /// The plan, once nothing is left to be summed.
+    pub(super) fn finish(mut self) -> Result<Exact, Error> {
+        assert!(self.free.is_empty(), "internal: variables are left unsummed");
+        let real = |variable: &&VariableId| {
+            !self.model.variables[**variable].domain.is_finite() && !self.bindings.contains_key(variable)
+        };
+        if let Some(variable) = self.searched.iter().find(real) {
+            let name = self.model.variable_name(*variable);
+            return Err(self.unplanned(format!("`{name}` is real, and not everything is linear and Gaussian")));
+        }
+        let bound = |variable: &&VariableId| !self.model.variables[**variable].domain.is_finite();
+        if let (Some(variable), true) = (self.searched.iter().find(bound), self.normalise) {
+            let name = self.model.variable_name(*variable);
+            return Err(self.unplanned(format!("its normaliser is an integral over `{name}`")));
+        }
+        let joint = self.body();
+        Ok(Exact {
+            asks: self.asks,
+            terms: self.terms,
+            joint,
+            normalised: !self.normalise,
+            bindings: self.bindings,
+            each: self.each,
+            searched: self.searched,
+            ln_evidence: self.options.ln_evidence,
+            derivation: self.derivation,
+            cost: self.cost,
+        })
+    }
+
+    /// The error that no exact route answers.
+    pub(super) fn unplanned(&self, reason: String) -> Error {
+        Error::Unplanned { question: self.model.ask_text(&self.asks[0]), reason }
+    }
+}
+
+/// Known variables without a table: reals, and those whose form is a question to another program.
+fn given_when_asked(model: &Model, variable: VariableId) -> bool {
+    let asks = |form: &Form| matches!(form, Form::Ask { .. });
+    matches!(model.variables[variable].domain, Domain::Real | Domain::Vector(_))
+        || model.factor_of(variable).is_some_and(|factor| asks(&model.factors[factor].form))
+}
+
+/// `A`, `B` and `C` are.
+pub(super) fn are(names: &[String]) -> String {
+    match names {
+        [one] => format!("`{one}` is"),
+        [first, last] => format!("`{first}` and `{last}` are"),
+        several => {
+            let (last, first) = several.split_last().expect("internal: no names");
+            let first: Vec<_> = first.iter().map(|name| format!("`{name}`")).collect();
+            format!("{} and `{last}` are", first.join(", "))
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! When all is linear and Gaussian, the answer has a closed form.
+//!
+//! In: a model of reals, each normal or Dirac with a mean that is linear in its parents. Out: the order in which
+//! the joint normal law is built, conditioned and carried to the next instant. Invariant: linearity is a
+//! property of the program, checked here once; the numbers come with the parameters, when it runs.
+//!
+//! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
+//! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
+
+use crate::error::Error;
+use crate::ids::{ExpressionId, VariableId};
+use crate::model::{Ask, Domain, Evidence, Expression, Form, Model};
+use crate::operators::{Binary, Unary};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Where a variable comes from.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Source {
+    /// The variable.
+    pub variable: VariableId,
+    /// Its mean, linear in its parents.
+    pub mean: ExpressionId,
+    /// Its standard deviation; `None` for a Dirac.
+    pub deviation: Option<ExpressionId>,
+}
+
+/// A closed form.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Gaussian {
+    /// What is asked.
+    pub asks: Vec<Ask>,
+    /// The variables, parents first.
+    pub sources: Vec<Source>,
+    /// Variables of which the last instant's law is needed: (X, X^-1).
+    pub carried: Vec<(VariableId, VariableId)>,
+    /// The variables that are observed, in the order of the question.
+    pub observed: Vec<VariableId>,
+    /// (rule, reason, right-hand side in Unicode and in LaTeX).
+    pub(super) derivation: Vec<(String, String, [String; 2])>,
+}
+
+/// A linear form: Σ coefficient · variable + constant.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LinearForm {
+    /// Coefficients.
+    pub coefficients: BTreeMap<VariableId, f64>,
+    /// Constant.
+    pub constant: f64,
+}
+
+/// Whether a model is linear and Gaussian throughout, and the ask is one of its reals.
+pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
+    let reals = model.variables.iter().all(|(id, variable)| {
+        Some(id) == model.plate_index() || (variable.domain == Domain::Real && variable.family.is_none())
+    });
+    let linear = model.factors.values().all(|factor| match &factor.form {
+        Form::Normal { mean, deviation } => degree(model, *mean) <= Some(1) && degree(model, *deviation) == Some(0),
+        Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
+        _ => false,
+    });
+    reals && linear && model.factors.values().all(|factor| factor_is_finite(model, factor)) && distribution(ask)
+}
+
+fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
+    match &factor.form {
+        Form::Normal { mean, .. } | Form::Dirac(mean) => degree(model, *mean).is_some(),
+        _ => false,
+    }
+}
+
+fn distribution(ask: &Ask) -> bool {
+    ask.searched.iter().all(|searched| searched.at.is_none())
+        && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
+}
+
+/// Degree of an expression in the variables: 0, 1, or `None` where it is not linear.
+fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
+    match &model.expressions[id] {
+        Expression::Number(_) => Some(0),
+        Expression::Parameter { indices, .. } => indices.is_empty().then_some(0),
+        Expression::Variable(use_) => use_.element.is_none().then_some(1),
+        Expression::Unary(Unary::Negate, operand) => degree(model, *operand),
+        Expression::Unary(_, operand) => degree(model, *operand).filter(|degree| *degree == 0),
+        Expression::Binary(operator, left, right) => {
+            let (left, right) = (degree(model, *left)?, degree(model, *right)?);
+            match operator {
+                Binary::Add | Binary::Subtract => Some(left.max(right)),
+                Binary::Multiply => Some(left + right).filter(|degree| *degree <= 1),
+                Binary::Divide => (right == 0).then_some(left),
+                _ => (left + right == 0).then_some(0),
+            }
+        }
+        _ => None,
+    }
+}
+
+pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
+    let mut sources: Vec<Source> = Vec::new();
+    let mut rest: Vec<_> = model.factors.values().collect();
+    let relevant = relevant(model, &asks);
+    rest.retain(|factor| relevant.contains(&factor.left[0].variable));
+    let carried: Vec<(VariableId, VariableId)> = (model.variables.iter())
+        .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
+        .filter(|(_, previous)| model.factor_of(*previous).is_none() && relevant.contains(previous))
+        .collect();
+    let mut known: Vec<VariableId> = carried.iter().map(|(_, previous)| *previous).collect();
+    known.extend(model.plate_index());
+    while !rest.is_empty() {
+        let ready = rest.iter().position(|factor| factor.right.iter().all(|use_| known.contains(&use_.variable)));
+        let factor = rest.remove(ready.expect("internal: a checked decomposition has an order"));
+        let (mean, deviation) = match factor.form {
+            Form::Normal { mean, deviation } => (mean, Some(deviation)),
+            Form::Dirac(value) => (value, None),
+            _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
+        };
+        known.push(factor.left[0].variable);
+        sources.push(Source { variable: factor.left[0].variable, mean, deviation });
+    }
+    let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
+    let derivation = derive(model, &carried, &observed);
+    Ok(Gaussian { asks, sources, carried, observed, derivation })
+}
+
+/// What the searched and observed variables depend on, now and before; the others are barren.
+fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
+    let mut relevant = BTreeSet::new();
+    let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
+    let mut rest: Vec<VariableId> = searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
+    while let Some(variable) = rest.pop() {
+        if relevant.insert(variable) {
+            let parents = model.factor_of(variable).map_or(&[][..], |factor| &model.factors[factor].right);
+            rest.extend(parents.iter().map(|use_| use_.variable));
+            rest.extend(model.variables[variable].previous_of);
+        }
+    }
+    relevant
+}
+
+fn derive(
+    model: &Model,
+    carried: &[(VariableId, VariableId)],
+    observed: &[VariableId],
+) -> Vec<(String, String, [String; 2])> {
+    let names = |ids: &mut dyn Iterator<Item = VariableId>| {
+        ids.map(|id| model.variable_name(id)).collect::<Vec<_>>().join(" ")
+    };
+    let observed = names(&mut observed.iter().copied());
+    let mut lines = vec![(
+        "linear and Gaussian".to_owned(),
+        "every form is normal or a Dirac, with a mean that is linear in its parents: the joint law is normal".to_owned(),
+        [
+            "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
+            "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),
+        ],
+    )];
+    if !carried.is_empty() {
+        let carried = names(&mut carried.iter().map(|(_, previous)| *previous));
+        lines.push((
+            "prediction".to_owned(),
+            format!("`{carried}` has the law that the last instant left; each factor extends it"),
+            [
+                "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
+                "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),
+            ],
+        ));
+    }
+    lines.push((
+        "conditioning".to_owned(),
+        format!("`{observed}` is observed: K = Σ Hᵀ (H Σ Hᵀ)⁻¹"),
+        [
+            "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
+            "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
+        ],
+    ));
+    lines
+}
+
+impl LinearForm {
+    /// The linear form that an expression is where parameters have these values.
+    pub fn of(model: &Model, id: ExpressionId, parameter: &dyn Fn(&str) -> f64) -> Self {
+        let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
+        match &model.expressions[id] {
+            Expression::Number(number) => constant(*number),
+            Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
+            Expression::Variable(use_) => {
+                Self { coefficients: BTreeMap::from([(use_.variable, 1.0)]), constant: 0.0 }
+            }
+            Expression::Unary(Unary::Negate, operand) => Self::of(model, *operand, parameter).times(-1.0),
+            Expression::Unary(operator, operand) => {
+                constant(operator.apply(Self::of(model, *operand, parameter).constant))
+            }
+            Expression::Binary(operator, left, right) => {
+                let (left, right) = (Self::of(model, *left, parameter), Self::of(model, *right, parameter));
+                match operator {
+                    Binary::Add => left.plus(&right),
+                    Binary::Subtract => left.plus(&right.times(-1.0)),
+                    Binary::Multiply if left.coefficients.is_empty() => right.times(left.constant),
+                    Binary::Multiply => left.times(right.constant),
+                    Binary::Divide => left.times(1.0 / right.constant),
+                    _ => constant(operator.apply(left.constant, right.constant)),
+                }
+            }
+            _ => unreachable!("internal: not linear, though the plan said so"),
+        }
+    }
+
+    fn times(mut self, factor: f64) -> Self {
+        self.coefficients.values_mut().for_each(|coefficient| *coefficient *= factor);
+        self.constant *= factor;
+        self
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        for (variable, coefficient) in &other.coefficients {
+            *self.coefficients.entry(*variable).or_insert(0.0) += coefficient;
+        }
+        self.constant += other.constant;
+        self
+    }
+}

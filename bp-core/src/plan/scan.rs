@@ -1,0 +1,89 @@
+//! A chain is a scan, not an enumeration.
+//!
+//! In: a draft. Out: the draft in which the sum over a hidden family of booleans, of which only the first true
+//! one matters, is a [`FirstScan`]. Invariant: the elements are independent of each other given the rest.
+//!
+//! before: Σ_G Π_j P(G\[j\] | …) P(Z | first(G with O at C))      2^(N−1) terms
+//! after:  A_C + s_C · (P_C if O, else R_C)                      O(N), with p_j = P(G\[j\] = true | …) and
+//!         s_k = Π_{j<k} (1 − p_j), A_k = Σ_{j<k} s_j p_j P_j, R_k = p_{k+1} P_{k+1} + (1 − p_{k+1}) R_{k+1},
+//!         R_N = P_∅.  No division: p_j may be 1.
+//!
+//! Yguel, Aycard and Laugier, Int. J. Vehicle Autonomous Systems 6:48–83, 2008, in closed form.
+
+use super::draft::Draft;
+use super::{FirstScan, Term, scope};
+use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::model::{Domain, Expression, Model};
+
+pub(super) fn chains(draft: &mut Draft<'_>) {
+    if !draft.options.rewrites.scan {
+        return;
+    }
+    for variable in draft.free.clone() {
+        let Some((scan, positions)) = find(draft, variable) else { continue };
+        let name = draft.model.variable_name(variable);
+        let mut position = 0;
+        draft.factors.retain(|_| {
+            position += 1;
+            !positions.contains(&(position - 1))
+        });
+        let term = draft.terms.push(Term::FirstScan(scan));
+        draft.factors.push(term);
+        draft.free.retain(|free| *free != variable);
+        let reason = format!("`{name}` matters only through its first true element: 2^N hidden states cost O(N)");
+        draft.record("chain scan", reason);
+    }
+}
+
+fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])> {
+    let model = draft.model;
+    let variable = &model.variables[family];
+    if variable.domain != Domain::Boolean || variable.family.is_none() {
+        return None;
+    }
+    let factors: Vec<(usize, FactorId)> = (draft.factors.iter().enumerate())
+        .filter_map(|(position, term)| match draft.terms[*term] {
+            Term::Factor(factor) => Some((position, factor)),
+            _ => None,
+        })
+        .filter(|(_, factor)| scope::of_factor(model, *factor).contains(&family))
+        .collect();
+    let [(a, first), (b, second)] = factors.as_slice() else { return None };
+    let distributes = |factor: FactorId| model.factors[factor].left.iter().any(|use_| use_.variable == family);
+    let (prior, factor) = if distributes(*first) { (*first, *second) } else { (*second, *first) };
+    // The elements may not depend on each other, and the other factor may only ask for the first of them.
+    let independent = distributes(prior) && !scope::of_form(model, prior).contains(&family);
+    let mut uses = Vec::new();
+    model.factors[factor].form.each_expression(&mut |expression| first_uses(model, expression, family, &mut uses));
+    let with = uses.first().cloned().flatten()?;
+    let same = uses.iter().all(|use_| *use_ == Some(with));
+    (independent && same).then_some((FirstScan { family, prior, factor, with }, [*a, *b]))
+}
+
+/// How an expression uses a family: `Some(with)` for each `first`, `None` for any other use.
+fn first_uses(
+    model: &Model,
+    id: ExpressionId,
+    family: VariableId,
+    uses: &mut Vec<Option<Option<(ExpressionId, ExpressionId)>>>,
+) {
+    let mut inner = |id| first_uses(model, id, family, uses);
+    match &model.expressions[id] {
+        Expression::First { family: of, with } if *of == family => uses.push(Some(*with)),
+        Expression::Variable(use_) if use_.variable == family => uses.push(None),
+        Expression::Unary(_, operand) => inner(*operand),
+        Expression::Binary(_, left, right) => {
+            inner(*left);
+            inner(*right);
+        }
+        Expression::If { condition, then, otherwise } => {
+            inner(*condition);
+            inner(*then);
+            inner(*otherwise);
+        }
+        Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => {
+            indices.iter().for_each(|index| inner(*index));
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,140 @@
+//! On which variables a factor, an expression or a term really depends.
+//!
+//! In: ids. Out: sets of variables. Invariant: a right-hand variable that a form does not use is not in its
+//! scope: `P(G[j] | O C) = uniform` depends on G alone.
+
+use super::{Binding, Term};
+use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
+use crate::model::{Expression, Form, Model};
+use std::collections::{BTreeMap, BTreeSet};
+
+pub(super) type Scope = BTreeSet<VariableId>;
+
+/// The variables that an expression mentions.
+pub(super) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) {
+    match &model.expressions[id] {
+        Expression::Number(_) | Expression::Index(_) => {}
+        Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => {
+            indices.iter().for_each(|index| of_expression(model, *index, scope));
+        }
+        Expression::Variable(use_) => {
+            scope.insert(use_.variable);
+            use_.element.iter().for_each(|element| of_expression(model, *element, scope));
+        }
+        Expression::Unary(_, operand) => of_expression(model, *operand, scope),
+        Expression::Binary(_, left, right) => {
+            of_expression(model, *left, scope);
+            of_expression(model, *right, scope);
+        }
+        Expression::If { condition, then, otherwise } => {
+            [condition, then, otherwise].iter().for_each(|part| of_expression(model, **part, scope));
+        }
+        Expression::First { family, with } => {
+            scope.insert(*family);
+            with.iter().flat_map(|(value, at)| [*value, *at]).for_each(|part| of_expression(model, part, scope));
+        }
+        Expression::Foreign { at, .. } => at.iter().for_each(|at| of_expression(model, *at, scope)),
+        Expression::GradientNorm { at, field } => {
+            of_expression(model, *field, scope);
+            of_expression(model, *at, scope);
+        }
+        Expression::Frontier { condition, at } => {
+            of_expression(model, *condition, scope);
+            of_expression(model, *at, scope);
+        }
+    }
+}
+
+/// The right-hand variables that a factor's form uses.
+pub(super) fn of_form(model: &Model, factor: FactorId) -> Scope {
+    let mut scope = Scope::new();
+    let right = &model.factors[factor].right;
+    gather(model, &model.factors[factor].form, &mut scope);
+    if has_table(&model.factors[factor].form) {
+        scope.extend(right.iter().map(|use_| use_.variable));
+    }
+    scope.retain(|variable| right.iter().any(|use_| use_.variable == *variable));
+    scope
+}
+
+fn has_table(form: &Form) -> bool {
+    match form {
+        Form::Table(_) => true,
+        Form::If { then, otherwise, .. } => has_table(then) || has_table(otherwise),
+        _ => false,
+    }
+}
+
+fn gather(model: &Model, form: &Form, scope: &mut Scope) {
+    form.each_expression(&mut |expression| of_expression(model, expression, scope));
+    match form {
+        Form::Previous { at, otherwise, .. } => {
+            scope.extend(at);
+            gather(model, otherwise, scope);
+        }
+        Form::Ask { given, .. } => scope.extend(given),
+        Form::If { then, otherwise, .. } => {
+            gather(model, then, scope);
+            gather(model, otherwise, scope);
+        }
+        _ => {}
+    }
+}
+
+/// The variables of a factor: its left-hand ones, and the right-hand ones that it uses.
+pub(super) fn of_factor(model: &Model, factor: FactorId) -> Scope {
+    let mut scope = of_form(model, factor);
+    scope.extend(model.factors[factor].left.iter().map(|use_| use_.variable));
+    scope
+}
+
+/// The variables on which a term depends, once bound ones stand for what they are bound to.
+pub(super) fn of_term(
+    model: &Model,
+    terms: &Arena<TermId, Term>,
+    bindings: &BTreeMap<VariableId, Binding>,
+    id: TermId,
+) -> Scope {
+    let mut scope = Scope::new();
+    let rest = |id| of_term(model, terms, bindings, id);
+    match &terms[id] {
+        Term::Joint => scope.extend(model.variables.ids()),
+        Term::Factor(factor) => scope = of_factor(model, *factor),
+        Term::Likelihood(variable, _) | Term::Inside(variable) => {
+            scope.insert(*variable);
+        }
+        Term::Product(factors) => factors.iter().for_each(|factor| scope.extend(rest(*factor))),
+        Term::Sum(over, body) => {
+            scope = rest(*body);
+            scope.retain(|variable| !over.contains(variable));
+        }
+        Term::Normalise(_, body) => scope = rest(*body),
+        Term::FirstScan(scan) => {
+            scope = of_factor(model, scan.factor);
+            scope.extend(of_form(model, scan.prior));
+            scope.remove(&scan.family);
+        }
+    }
+    resolve(model, bindings, scope)
+}
+
+/// Replaces bound variables by the variables that they depend on.
+fn resolve(model: &Model, bindings: &BTreeMap<VariableId, Binding>, scope: Scope) -> Scope {
+    let mut resolved = Scope::new();
+    let mut rest: Vec<VariableId> = scope.into_iter().collect();
+    while let Some(variable) = rest.pop() {
+        match bindings.get(&variable) {
+            None => {
+                resolved.insert(variable);
+            }
+            Some(Binding::Value(_)) => {}
+            Some(Binding::Antecedent { cell, displacement }) => rest.extend([*cell, *displacement]),
+            Some(Binding::Expression(expression)) => {
+                let mut inner = Scope::new();
+                of_expression(model, *expression, &mut inner);
+                rest.extend(inner);
+            }
+        }
+    }
+    resolved
+}

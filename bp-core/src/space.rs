@@ -1,0 +1,157 @@
+//! Spaces: grids of cells, and what it means to move on them.
+//!
+//! In: three extents and how the ends of each axis behave. Out: tables that say from which cell a displacement
+//! comes, which kernels read as positions. Invariant: a displacement moves all cells of a row alike along the
+//! last axis, so that a gather along it is a rotation of contiguous memory.
+//!
+//! The axes are (depth, row, lane); the Bayesian Volumetric Map uses them as (log ρ, φ, θ).
+
+use serde::{Deserialize, Serialize};
+
+/// How the ends of an axis behave.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub enum Edge {
+    /// Beyond them is outside.
+    Open,
+    /// They meet. Only for lanes.
+    Circle,
+    /// Only for rows: beyond them one comes back on the other side, half a turn further along the lanes.
+    Pole,
+}
+
+/// A grid of cells.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub struct Space {
+    extents: [usize; 3],
+    edges: [Edge; 3],
+}
+
+/// A space that cannot be.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum SpaceError {
+    /// An axis without cells.
+    #[error("axis {0} of the grid has no cells")]
+    Empty(usize),
+    /// An edge on an axis that cannot have it.
+    #[error("axis {0} of the grid cannot have {1:?} ends")]
+    Edge(usize, Edge),
+    /// Poles need an even number of lanes.
+    #[error("a grid with poles needs an even number of cells around, but it has {0}")]
+    OddLanes(usize),
+}
+
+impl Space {
+    /// A space of (depth, row, lane) cells.
+    ///
+    /// # Errors
+    /// No cells along an axis; a circle that is not along the lanes; a pole that is not along the rows, or over
+    /// an odd number of lanes.
+    pub fn new(extents: [usize; 3], edges: [Edge; 3]) -> Result<Self, SpaceError> {
+        if let Some(axis) = extents.iter().position(|extent| *extent == 0) {
+            return Err(SpaceError::Empty(axis));
+        }
+        let allowed = [&[Edge::Open][..], &[Edge::Open, Edge::Pole], &[Edge::Open, Edge::Circle]];
+        if let Some(axis) = (0..3).find(|axis| !allowed[*axis].contains(&edges[*axis])) {
+            return Err(SpaceError::Edge(axis, edges[axis]));
+        }
+        if edges[1] == Edge::Pole && !extents[2].is_multiple_of(2) {
+            return Err(SpaceError::OddLanes(extents[2]));
+        }
+        Ok(Self { extents, edges })
+    }
+
+    /// Cells along (depth, row, lane).
+    pub fn extents(&self) -> [usize; 3] {
+        self.extents
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.extents.iter().product()
+    }
+
+    /// Whether the last axis goes round.
+    pub fn wraps(&self) -> bool {
+        self.edges[2] == Edge::Circle
+    }
+
+    /// Where each displacement comes from: for a cell c and displacement v, the cell c − v.
+    pub fn antecedents(&self, displacements: &[[i32; 3]]) -> Moves {
+        let [depths, rows, lanes] = self.extents;
+        let mut moves = Moves {
+            depth: Vec::with_capacity(displacements.len() * depths * rows),
+            row: Vec::with_capacity(displacements.len() * depths * rows),
+            turn: Vec::with_capacity(displacements.len() * depths * rows),
+            displacements: displacements.len(),
+        };
+        for displacement in displacements {
+            for depth in 0..depths as i32 {
+                for row in 0..rows as i32 {
+                    let depth = depth - displacement[0];
+                    let (mut row, mut turn) = (row - displacement[1], -displacement[2]);
+                    let rows = rows as i32;
+                    if self.edges[1] == Edge::Pole && (row < 0 || row >= rows) {
+                        row = if row < 0 { -1 - row } else { 2 * rows - 1 - row };
+                        turn += lanes as i32 / 2;
+                    }
+                    let inside = (0..depths as i32).contains(&depth) && (0..rows).contains(&row);
+                    moves.depth.push(if inside { depth } else { -1 });
+                    moves.row.push(if inside { row } else { -1 });
+                    moves.turn.push(turn);
+                }
+            }
+        }
+        moves
+    }
+
+    /// The contiguous cell along the negative direction of each axis, as differences are taken over it (paper,
+    /// Eq. 6). A pole is an end here: there is no cell below the lowest row.
+    pub fn unit_antecedents(&self) -> Moves {
+        let [depth, _, lane] = self.edges;
+        let open = Self { extents: self.extents, edges: [depth, Edge::Open, lane] };
+        open.antecedents(&[[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    }
+}
+
+/// Where displacements come from; each table is \[displacement\]\[depth\]\[row\].
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Moves {
+    /// Depth of the antecedent, −1 outside.
+    pub depth: Vec<i32>,
+    /// Row of the antecedent, −1 outside.
+    pub row: Vec<i32>,
+    /// What is added to the lane to find the antecedent's.
+    pub turn: Vec<i32>,
+    /// How many displacements there are.
+    pub displacements: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_comes_from_where_its_content_was() {
+        let space = Space::new([2, 3, 4], [Edge::Open, Edge::Pole, Edge::Circle]).unwrap();
+        let moves = space.antecedents(&[[0, 0, 0], [1, 0, 0], [0, 1, 1], [0, -1, 0]]);
+        let at = |displacement: usize, depth: usize, row: usize| {
+            let position = (displacement * 2 + depth) * 3 + row;
+            (moves.depth[position], moves.row[position], moves.turn[position])
+        };
+        assert_eq!(at(0, 1, 2), (1, 2, 0));
+        assert_eq!(at(1, 1, 2), (0, 2, 0));
+        assert_eq!(at(1, 0, 2), (-1, -1, 0), "nearer than the first cell is outside");
+        assert_eq!(at(2, 1, 1), (1, 0, -1));
+        assert_eq!(at(2, 1, 0), (1, 0, 1), "over the lower pole: same row, half a turn (2 of 4) on");
+        assert_eq!(at(3, 0, 2), (0, 2, 2), "over the upper pole");
+    }
+
+    #[test]
+    fn spaces_that_cannot_be_are_refused() {
+        assert_eq!(Space::new([1, 0, 1], [Edge::Open; 3]), Err(SpaceError::Empty(1)));
+        let circle_in_depth = [Edge::Circle, Edge::Open, Edge::Open];
+        assert_eq!(Space::new([1, 1, 1], circle_in_depth), Err(SpaceError::Edge(0, Edge::Circle)));
+        let poles = [Edge::Open, Edge::Pole, Edge::Circle];
+        assert_eq!(Space::new([1, 1, 3], poles), Err(SpaceError::OddLanes(3)));
+    }
+}

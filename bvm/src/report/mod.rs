@@ -1,0 +1,66 @@
+//! The pictures of a run.
+//!
+//! In: numbers (entropies over time, values per direction, occupancies per cell) in the grid's storage order.
+//! Out: a [`Picture`], which can be put beside another and written as PNG. Nothing here computes a
+//! probability. Invariant: a file appears whole or not at all, and every error names the file or the
+//! quantity.
+
+mod colour;
+mod curves;
+mod frame;
+mod panorama;
+mod picture;
+mod reduction;
+#[cfg(test)]
+mod tests;
+mod text;
+mod top_view;
+
+pub use colour::ColourMap;
+pub use curves::{Series, entropy_curves};
+pub use panorama::{Panorama, Window, panorama};
+pub use picture::{Picture, write_atomically};
+pub use reduction::{first_occupied_range, maximum, mean, slice_around_horizon, strongest};
+pub use top_view::{TopView, top_view};
+
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why there is no picture.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// The file could not be written; nothing of it is left behind.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A quantity has a number of values that does not fit the grid, or its partner.
+    #[error("`{what}` has {found} values, expected {expected}")]
+    Length {
+        /// Which quantity.
+        what: String,
+        /// How many values it should have.
+        expected: usize,
+        /// How many it has.
+        found: usize,
+    },
+    /// A quantity cannot be drawn: nothing in it is finite, or it starts at zero and cannot be normalised.
+    #[error("`{what}` cannot be drawn: {why}")]
+    Values {
+        /// Which quantity.
+        what: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+}
+
+/// Refuses a quantity whose number of values is not `expected`.
+fn expect_length(what: &str, found: usize, expected: usize) -> Result<(), ReportError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(ReportError::Length { what: what.to_string(), expected, found })
+}

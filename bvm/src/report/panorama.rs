@@ -1,0 +1,186 @@
+//! The whole sphere around the head, unrolled.
+//!
+//! In: one value for each direction, `[elevation_cells][azimuth_cells]`, and the way that the gaze went. Out:
+//! a picture with azimuth from left to right, elevation upwards, one degree as long as the other, and a
+//! colour bar. Invariant: a direction to the right of the head is right of the middle; NaN is drawn as "no
+//! data".
+
+use super::colour::{ColourMap, GAZE, NO_DATA};
+use super::frame::{Frame, swatches, ticks};
+use super::picture::{Canvas, Drawn, OVERSAMPLING};
+use super::text::{TEXT, Text};
+use super::{Picture, ReportError, expect_length};
+use crate::grid::Grid;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A part of the sphere, in degrees, `[first, last]` from left to right and from bottom to top.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Between -180 and 180.
+    pub azimuth_degrees: [f64; 2],
+    /// Between -90 and 90.
+    pub elevation_degrees: [f64; 2],
+}
+
+impl Default for Window {
+    /// The whole sphere.
+    fn default() -> Window {
+        Window { azimuth_degrees: [-180.0, 180.0], elevation_degrees: [-90.0, 90.0] }
+    }
+}
+
+impl Window {
+    /// Whether the window has an area and lies on the sphere.
+    fn is_usable(&self) -> bool {
+        let inside = |[first, last]: [f64; 2], end: f64| first >= -end && last <= end && last - first >= 1.0;
+        inside(self.azimuth_degrees, 180.0) && inside(self.elevation_degrees, 90.0)
+    }
+
+    /// The frame on the canvas: as large as fits in 2160 x 1080, one degree as long across as upwards.
+    fn frame(&self) -> Frame {
+        let (across, upwards) = (self.azimuth_degrees, self.elevation_degrees);
+        let scale = (2160.0 / (across[1] - across[0])).min(1080.0 / (upwards[1] - upwards[0]));
+        let length = |[first, last]: [f64; 2]| ((last - first) * scale).round() as i32;
+        Frame { pixels: [180, 100, 180 + length(across), 100 + length(upwards)], across, upwards }
+    }
+}
+
+/// What to draw on the sphere.
+#[derive(Clone, Debug)]
+pub struct Panorama<'a> {
+    /// Above the picture.
+    pub title: &'a str,
+    /// What the values are, with their unit.
+    pub quantity: &'a str,
+    /// One value for each direction, `[elevation_cells][azimuth_cells]`.
+    pub values: &'a [f64],
+    /// How values become colours.
+    pub colours: ColourMap,
+    /// The values at the two ends of the colour bar (in either order); by default the smallest and the
+    /// largest.
+    pub limits: Option<[f64; 2]>,
+    /// Which part of the sphere to show.
+    pub window: Window,
+    /// Where the gaze was, `(azimuth, elevation)` in radians, the last one being where it is; may be empty.
+    pub gaze_path: &'a [(f64, f64)],
+}
+
+/// The panorama; the whole sphere makes 1300 x 660 pixels, 3 for each degree.
+///
+/// # Errors
+/// [`ReportError`] names the quantity when there is not one value per direction, nothing to scale the
+/// colours by, or nothing in the window.
+pub fn panorama(grid: &Grid, what: &Panorama) -> Result<Picture, ReportError> {
+    expect_length(what.quantity, what.values.len(), grid.directions())?;
+    let limits = what.limits.unwrap_or_else(|| {
+        let finite = || what.values.iter().copied().filter(|value| value.is_finite());
+        let (low, high) =
+            (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+        if low > high { [0.0, 1.0] } else { [low, high.max(low + 1e-9 * (1.0 + low.abs()))] }
+    });
+    let refuse = |why| Err(ReportError::Values { what: what.quantity.to_string(), why });
+    if !limits.iter().all(|limit| limit.is_finite()) || limits[0] == limits[1] {
+        return refuse("its two limits are equal or not finite");
+    }
+    if !what.window.is_usable() {
+        return refuse("its window is empty or not on the sphere");
+    }
+    let frame = what.window.frame();
+    let [_, _, right, bottom] = frame.pixels;
+    let size = ((right + 260) as u32 / OVERSAMPLING, (bottom + 140) as u32 / OVERSAMPLING);
+    Ok(Picture::draw(size.0, size.1, |canvas| {
+        frame.paint(canvas, |azimuth, elevation| {
+            let direction = grid.direction_of(azimuth.to_radians(), elevation.to_radians());
+            let value = direction.map_or(f64::NAN, |direction| what.values[grid.direction_index(direction)]);
+            what.colours.on_scale(value, limits)
+        })?;
+        draw_path(canvas, &frame, what.gaze_path)?;
+        let names = ["azimuth (positive to the right)", "elevation"];
+        frame.axes(canvas, names, &degree_ticks(frame.across), &degree_ticks(frame.upwards), "°")?;
+        frame.title(canvas, what.title)?;
+        if what.values.iter().any(|value| value.is_nan()) {
+            swatches(canvas, (right + 44, bottom + 84), &[(NO_DATA, "nothing")])?;
+        }
+        frame.colour_bar(canvas, what.colours, limits, what.quantity)
+    }))
+}
+
+/// Multiples of 45 degrees on a side of half a turn or more, else round numbers.
+fn degree_ticks(limits: [f64; 2]) -> Vec<f64> {
+    if limits[1] - limits[0] < 180.0 {
+        return ticks(limits);
+    }
+    let eighths = (-4..=4).map(|i| f64::from(i) * 45.0);
+    eighths.filter(|tick| (limits[0]..=limits[1]).contains(tick)).collect()
+}
+
+/// The way of the gaze: thin lines that fade with age between dots that grow redder with time, a few
+/// numbered, and a cross at the last; what lies outside the frame is left out.
+fn draw_path(canvas: &Canvas, frame: &Frame, path: &[(f64, f64)]) -> Drawn {
+    let inside = |(x, y): (f64, f64)| {
+        (frame.across[0]..=frame.across[1]).contains(&x) && (frame.upwards[0]..=frame.upwards[1]).contains(&y)
+    };
+    let degrees: Vec<_> = path
+        .iter()
+        .map(|(azimuth, elevation)| (crate::grid::wrap_angle(*azimuth).to_degrees(), elevation.to_degrees()))
+        .collect();
+    for (step, pair) in degrees.windows(2).enumerate() {
+        let age = (degrees.len() - 2 - step) as f64;
+        let strength = (1.0 - age / 24.0).max(0.18);
+        let pieces = shortest(pair[0], pair[1]);
+        for (from, to) in pieces.into_iter().filter(|&(from, to)| inside(from) && inside(to)) {
+            let ends = [frame.pixel(from.0, from.1), frame.pixel(to.0, to.1)];
+            canvas.draw(&PathElement::new(ends, BLACK.mix(0.55 * strength).stroke_width(6)))?;
+            canvas.draw(&PathElement::new(ends, WHITE.mix(0.95 * strength).stroke_width(3)))?;
+        }
+    }
+    let last = degrees.len().saturating_sub(1);
+    let every = (last / 10).max(1);
+    let number = Text::new(TEXT - 4, HPos::Left, VPos::Bottom).bold();
+    for (step, &(azimuth, elevation)) in degrees.iter().enumerate().filter(|(_, place)| inside(**place)) {
+        let (x, y) = frame.pixel(azimuth, elevation);
+        let share = step as f64 / last.max(1) as f64;
+        let mixed = |from: u8, to: u8| (f64::from(from) * (1.0 - share) + f64::from(to) * share) as u8;
+        let colour = RGBColor(mixed(255, GAZE.0), mixed(240, GAZE.1), mixed(200, GAZE.2));
+        canvas.draw(&Circle::new((x, y), 11, BLACK.mix(0.8).filled()))?;
+        canvas.draw(&Circle::new((x, y), 8, colour.filled()))?;
+        if step % every == 0 && step != last {
+            let text = step.to_string();
+            let room = number.width(canvas, &text) + 20;
+            let (left, below) = (x + room > frame.pixels[2], y - 40 < frame.pixels[1]);
+            let at = (if left { x - room } else { x + 14 }, if below { y + 34 } else { y - 10 });
+            for (dx, dy) in [(-2, -2), (2, -2), (-2, 2), (2, 2), (0, 3), (0, -3), (3, 0), (-3, 0)] {
+                number.coloured(BLACK).write(canvas, &text, (at.0 + dx, at.1 + dy))?;
+            }
+            number.coloured(WHITE).write(canvas, &text, at)?;
+        }
+    }
+    if let Some(&(azimuth, elevation)) = degrees.last().filter(|place| inside(**place)) {
+        let (x, y) = frame.pixel(azimuth, elevation);
+        for (colour, width) in [(WHITE, 12), (GAZE, 6)] {
+            canvas.draw(&Circle::new((x, y), 26, colour.stroke_width(width)))?;
+            for (dx, dy) in [(0, 1), (0, -1), (1, 0), (-1, 0)] {
+                let arm = [(x + 16 * dx, y + 16 * dy), (x + 44 * dx, y + 44 * dy)];
+                canvas.draw(&PathElement::new(arm, colour.stroke_width(width)))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A point of the panorama in degrees: azimuth, elevation.
+type Degrees = (f64, f64);
+
+/// The straight way between two points of the panorama, in two pieces where going round the back is shorter.
+fn shortest(from: Degrees, to: Degrees) -> Vec<(Degrees, Degrees)> {
+    let gap = to.0 - from.0;
+    if gap.abs() <= 180.0 {
+        return vec![(from, to)];
+    }
+    let side = gap.signum();
+    let way = 360.0 - gap.abs();
+    let share = if way > 0.0 { (180.0 - from.0.abs()) / way } else { 0.0 };
+    let height = from.1 + share * (to.1 - from.1);
+    vec![(from, (-180.0 * side, height)), ((180.0 * side, height), to)]
+}

@@ -1,0 +1,107 @@
+//! The map from above, beside the truth.
+//!
+//! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and what is truly
+//! there. Out: two plans of the same slice around the horizon at the same scale, x to the right and z (ahead)
+//! upwards, in metres. Invariant: both plans go through the same reduction, [`strongest`].
+
+use super::colour::{ColourMap, GAZE, INK, NO_DATA};
+use super::frame::{Frame, swatches, ticks};
+use super::picture::{Canvas, Drawn};
+use super::{Picture, ReportError, slice_around_horizon, strongest};
+use crate::grid::{Grid, unit_vector};
+use plotters::prelude::*;
+
+/// What to draw from above. Everything is in the frame of the map: for a map fixed to the world, `heading` is
+/// the yaw.
+#[derive(Clone, Copy)]
+pub struct TopView<'a> {
+    /// Occupancy of every cell, `[cells_rho][elevation_cells][azimuth_cells]`.
+    pub occupancy: &'a [f32],
+    /// What is truly at `[x, y, z]` (metres): 0 empty, 1 solid, 1/2 out of sight. Without it, the map is
+    /// drawn alone.
+    pub truth: Option<&'a dyn Fn([f64; 3]) -> f64>,
+    /// Where the head points, an azimuth in radians.
+    pub heading: f64,
+    /// Opening of the field of view in radians, drawn as two lines; 0 for none.
+    pub field: f64,
+    /// Half the height of the slice around the horizon, in radians.
+    pub band: f64,
+}
+
+const SIDE: i32 = 1080;
+
+/// The plan or the two plans, 660 x 680 pixels each.
+///
+/// # Errors
+/// [`ReportError::Length`] unless there is one occupancy per cell.
+pub fn top_view(grid: &Grid, what: &TopView) -> Result<Picture, ReportError> {
+    let slice = slice_around_horizon(grid, what.occupancy, what.band)?;
+    let columns = grid.azimuth_cells();
+    let degrees = what.band.to_degrees().round();
+    let map = plan(grid, what, &format!("map (elevation ±{degrees}°)"), |rho_m, azimuth| {
+        let cell = grid.rho_of(rho_m).zip(grid.direction_of(azimuth, 0.0));
+        cell.map_or(f64::NAN, |(rho, direction)| slice[rho * columns + direction.azimuth])
+    });
+    let Some(truth) = what.truth else {
+        return Ok(map);
+    };
+    let truth = plan(grid, what, "truth", |rho_m, azimuth| {
+        strongest((-2..=2).map(|i| {
+            let ray = unit_vector(azimuth, f64::from(i) / 2.0 * what.band);
+            truth(ray.map(|component| component * rho_m))
+        }))
+    });
+    Ok(Picture::side_by_side(&[map, truth]))
+}
+
+/// One plan: `value` gives an occupancy for a distance (metres) and an azimuth (radians).
+fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f64) -> Picture {
+    let (gap, reach) = (grid.configuration().rho_min_m, grid.configuration().rho_max_m);
+    let side = [-1.04 * reach, 1.04 * reach];
+    let frame = Frame { pixels: [190, 100, 190 + SIDE, 100 + SIDE], across: side, upwards: side };
+    Picture::draw(660, 680, |canvas| {
+        frame.paint(canvas, |x, z| {
+            let rho = x.hypot(z);
+            let inside = rho >= gap && rho <= reach;
+            let occupancy = if inside { value(rho, x.atan2(z)) } else { f64::NAN };
+            ColourMap::Occupancy.on_scale(occupancy, [0.0, 1.0])
+        })?;
+        for radius in [gap, reach] {
+            circle(canvas, &frame, radius)?;
+        }
+        head(canvas, &frame, what, reach)?;
+        let metres = ticks(side);
+        frame.axes(canvas, ["x, to the right (m)", "z, ahead (m)"], &metres, &metres, "")?;
+        frame.title(canvas, title)?;
+        let named = [(0.0, "empty"), (0.5, "unknown, out of sight"), (1.0, "occupied")];
+        let named = named.map(|(value, name)| (ColourMap::Occupancy.on_scale(value, [0.0, 1.0]), name));
+        let [left, _, _, bottom] = frame.pixels;
+        swatches(canvas, (left, bottom + 134), &named)
+    })
+}
+
+/// A thin circle around the head.
+fn circle(canvas: &Canvas, frame: &Frame, radius: f64) -> Drawn {
+    let points: Vec<_> = (0..=180)
+        .map(|i| f64::from(i) * std::f64::consts::TAU / 180.0)
+        .map(|angle| frame.pixel(radius * angle.sin(), radius * angle.cos()))
+        .collect();
+    canvas.draw(&PathElement::new(points, INK.mix(0.5).stroke_width(2)))
+}
+
+/// The head as an arrowhead that points along the heading, and the sides of its field of view.
+fn head(canvas: &Canvas, frame: &Frame, what: &TopView, reach: f64) -> Drawn {
+    let place = |azimuth: f64, rho: f64| frame.pixel(rho * azimuth.sin(), rho * azimuth.cos());
+    if what.field > 0.0 {
+        for side in [-0.5, 0.5] {
+            let azimuth = what.heading + side * what.field;
+            let ends = [place(azimuth, 0.05 * reach), place(azimuth, reach)];
+            canvas.draw(&PathElement::new(ends, GAZE.mix(0.75).stroke_width(3)))?;
+        }
+    }
+    let size = 0.055 * reach;
+    let arrow = [(0.0, 1.5), (2.5, 1.0), (std::f64::consts::PI, 0.45), (-2.5, 1.0)]
+        .map(|(turn, length)| place(what.heading + turn, length * size));
+    canvas.draw(&Polygon::new(arrow.to_vec(), GAZE.filled()))?;
+    canvas.draw(&PathElement::new([arrow, arrow].concat()[..5].to_vec(), NO_DATA.stroke_width(2)))
+}

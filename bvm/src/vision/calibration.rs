@@ -1,0 +1,215 @@
+//! The geometry of a rectified stereo pair, seen from its left camera.
+//!
+//! In: a TOML file with the keys `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
+//! (`doffs_px` is cx of the right camera minus cx of the left). Out: [`Calibration`], checked, which turns
+//! pixels and disparities into directions and ranges:
+//!
+//! ```text
+//! Z = f·B / (d + doffs)     X = (x − cx)·Z/f     Y = (y − cy)·Z/f      (Y points down, as rows do)
+//! ρ = √(X² + Y² + Z²)       θ = atan2(X, Z)      φ = atan2(−Y, √(X² + Z²))
+//! σ_Z = Z²·σ_d / (f·B)      because |dZ/dd| = f·B/(d + doffs)² = Z²/(f·B)
+//! ```
+//!
+//! Invariant: every number is finite, focal length and baseline are positive, `max_disparity_px >= 1`.
+
+use std::path::Path;
+
+use serde::Serialize;
+use toml::{Table, Value};
+
+use super::error::VisionError;
+
+const KEYS: [&str; 6] = ["focal_px", "cx_px", "cy_px", "baseline_m", "doffs_px", "max_disparity_px"];
+
+/// A calibration that has been checked.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Calibration {
+    focal_px: f64,
+    cx_px: f64,
+    cy_px: f64,
+    baseline_m: f64,
+    doffs_px: f64,
+    max_disparity_px: usize,
+}
+
+impl Calibration {
+    /// Reads and checks a calibration file.
+    pub fn read(path: &Path) -> Result<Self, VisionError> {
+        let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
+        Self::parse(&std::fs::read_to_string(path).map_err(failed)?, path)
+    }
+
+    /// Checks the text of a calibration; `path` is only named in errors.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, VisionError> {
+        let table: Table = text.parse().map_err(|error: toml::de::Error| {
+            let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
+            let reason = format!("line {line}: {}", error.message());
+            VisionError::CalibrationSyntax { path: path.to_path_buf(), reason }
+        })?;
+        let wrong = |key: &str, reason: String| VisionError::CalibrationKey {
+            path: path.to_path_buf(),
+            key: key.to_string(),
+            reason,
+        };
+        if let Some(key) = table.keys().find(|key| !KEYS.contains(&key.as_str())) {
+            return Err(wrong(key, format!("unknown; expected {}", KEYS.join(", "))));
+        }
+        let number = |key: &str, positive: bool| {
+            let value = table.get(key).ok_or_else(|| wrong(key, "missing".into()))?;
+            let found = match value {
+                Value::Float(float) => *float,
+                Value::Integer(integer) => *integer as f64,
+                _ => f64::NAN,
+            };
+            let expected = if positive { "a finite number above 0" } else { "a finite number" };
+            if found.is_finite() && (found > 0.0 || !positive) {
+                Ok(found)
+            } else {
+                Err(wrong(key, format!("is {value}, expected {expected}")))
+            }
+        };
+        let whole = |key: &str| match table.get(key) {
+            Some(Value::Integer(integer)) if *integer >= 1 => Ok(*integer as usize),
+            Some(value) => Err(wrong(key, format!("is {value}, expected a whole number of at least 1"))),
+            None => Err(wrong(key, "missing".into())),
+        };
+        Ok(Self {
+            focal_px: number("focal_px", true)?,
+            cx_px: number("cx_px", false)?,
+            cy_px: number("cy_px", false)?,
+            baseline_m: number("baseline_m", true)?,
+            doffs_px: number("doffs_px", false)?,
+            max_disparity_px: whole("max_disparity_px")?,
+        })
+    }
+
+    /// The largest disparity to search, pixels.
+    pub fn max_disparity_px(&self) -> usize {
+        self.max_disparity_px
+    }
+
+    /// Depth Z along the optical axis, metres, of a disparity in pixels; `None` where the disparity is not
+    /// finite or puts the point at infinity or behind the camera.
+    pub fn depth_m(&self, disparity_px: f64) -> Option<f64> {
+        let shift = disparity_px + self.doffs_px;
+        let depth = self.focal_px * self.baseline_m / shift;
+        (shift > 0.0 && depth.is_finite() && depth > 0.0).then_some(depth)
+    }
+
+    /// Direction of a pixel: azimuth θ (positive to the right) and elevation φ (positive up), radians.
+    pub fn direction(&self, x_px: f64, y_px: f64) -> (f64, f64) {
+        let (right, down) = self.slopes(x_px, y_px);
+        (right.atan(), (-down).atan2(right.hypot(1.0)))
+    }
+
+    /// Range ρ from the left camera, metres, of a pixel with a disparity; `None` where there is no depth.
+    pub fn range_m(&self, x_px: f64, y_px: f64, disparity_px: f64) -> Option<f64> {
+        let (right, down) = self.slopes(x_px, y_px);
+        self.depth_m(disparity_px).map(|depth| depth * right.hypot(down).hypot(1.0))
+    }
+
+    /// Standard deviation of the range, metres, at `range_m` on the optical axis for a disparity noise of
+    /// `disparity_sigma_px`: ρ²·σ_d/(f·B). Off the axis the true value is smaller by the cosine of the angle.
+    pub fn range_sigma_m(&self, range_m: f64, disparity_sigma_px: f64) -> f64 {
+        range_m * range_m * disparity_sigma_px / (self.focal_px * self.baseline_m)
+    }
+
+    /// X/Z and Y/Z of a pixel.
+    fn slopes(&self, x_px: f64, y_px: f64) -> (f64, f64) {
+        ((x_px - self.cx_px) / self.focal_px, (y_px - self.cy_px) / self.focal_px)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::FRAC_PI_4;
+
+    const GOOD: &str = "focal_px = 100.0\ncx_px = 50\ncy_px = 40.0\nbaseline_m = 0.5\ndoffs_px = 10.0\nmax_disparity_px = 64\n";
+
+    fn parse(text: &str) -> Result<Calibration, VisionError> {
+        Calibration::parse(text, Path::new("rig.toml"))
+    }
+
+    #[test]
+    fn hand_geometry() {
+        let rig = parse(GOOD).unwrap();
+        assert_eq!(rig.max_disparity_px(), 64);
+        // 100 px · 0.5 m / (15 + 10) px = 2 m.
+        assert_eq!(rig.depth_m(15.0), Some(2.0));
+        assert_eq!(rig.direction(50.0, 40.0), (0.0, 0.0));
+        // Slope 3/4 makes a 3-4-5 triangle: range 2 · 5/4.
+        assert_eq!(rig.range_m(125.0, 40.0, 15.0), Some(2.5));
+        let right = 0.75f64.atan();
+        assert!((rig.direction(125.0, 40.0).0 - right).abs() < 1e-15);
+        assert!((rig.direction(-25.0, 40.0).0 + right).abs() < 1e-15);
+        assert!((rig.direction(50.0, -35.0).1 - right).abs() < 1e-15);
+        // Slopes 3/4 right and 5/4 up: √(1 + 9/16) = 5/4, so 45° up.
+        assert!((rig.direction(125.0, -85.0).1 - FRAC_PI_4).abs() < 1e-15);
+        assert!((rig.range_m(125.0, -85.0, 15.0).unwrap() - 2.0 * 3.125f64.sqrt()).abs() < 1e-12);
+        // 2² m² · 0.5 px / 50 px·m.
+        assert!((rig.range_sigma_m(2.0, 0.5) - 0.04).abs() < 1e-15);
+    }
+
+    #[test]
+    fn depth_noise_is_the_slope_of_depth() {
+        let rig = parse(GOOD).unwrap();
+        let slope = (rig.depth_m(14.999).unwrap() - rig.depth_m(15.001).unwrap()) / 0.002;
+        assert!((rig.range_sigma_m(2.0, 1.0) - slope).abs() < 1e-6);
+    }
+
+    #[test]
+    fn no_depth_at_infinity_or_behind() {
+        let rig = parse(GOOD).unwrap();
+        for disparity in [-10.0, -11.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(rig.depth_m(disparity), None, "{disparity}");
+        }
+    }
+
+    #[test]
+    fn each_fault_names_the_file_the_key_and_the_value() {
+        let cases = [
+            ("focal_px = 100.0", "focal_px = 0", "`focal_px`: is 0, expected a finite number above 0"),
+            ("focal_px = 100.0", "focal_px = inf", "`focal_px`: is inf"),
+            ("cx_px = 50", "cx_px = nan", "`cx_px`: is nan, expected a finite number"),
+            ("cy_px = 40.0", "cy_px = 'middle'", "`cy_px`: is \"middle\""),
+            ("baseline_m = 0.5", "baseline_m = -0.5", "`baseline_m`: is -0.5"),
+            ("doffs_px = 10.0", "", "`doffs_px`: missing"),
+            ("doffs_px = 10.0", "doffs = 10.0", "`doffs`: unknown; expected focal_px"),
+            ("max_disparity_px = 64", "max_disparity_px = 0", "`max_disparity_px`: is 0, expected a whole"),
+            ("max_disparity_px = 64", "max_disparity_px = 6.5", "`max_disparity_px`: is 6.5"),
+            ("cx_px = 50", "cx_px = 50 50", "not valid TOML: line 2"),
+        ];
+        for (good, bad, expected) in cases {
+            let message = parse(&GOOD.replace(good, bad)).unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains("rig.toml"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let message = Calibration::read(Path::new("nowhere/rig.toml")).unwrap_err().to_string();
+        assert!(message.contains("cannot read `nowhere/rig.toml`"), "{message}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_answered(text in "(?s).{0,200}") {
+            let _ = parse(&text);
+        }
+
+        #[test]
+        fn range_and_direction_lead_back_to_the_point(
+            x in -200.0..300.0f64, y in -200.0..300.0f64, disparity in 0.0..64.0f64,
+        ) {
+            let rig = parse(GOOD).unwrap();
+            let (depth, range) = (rig.depth_m(disparity).unwrap(), rig.range_m(x, y, disparity).unwrap());
+            let (azimuth, elevation) = rig.direction(x, y);
+            let flat = range * elevation.cos();
+            prop_assert!((flat * azimuth.cos() - depth).abs() < 1e-9);
+            prop_assert!((flat * azimuth.sin() - (x - 50.0) / 100.0 * depth).abs() < 1e-9);
+            prop_assert!((range * elevation.sin() + (y - 40.0) / 100.0 * depth).abs() < 1e-9);
+        }
+    }
+}

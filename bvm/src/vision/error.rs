@@ -1,0 +1,107 @@
+//! What can be wrong with the data of sight: files, images, calibrations, pairs.
+//!
+//! In: nothing. Out: [`VisionError`], one value per fault, each naming the file, key, size or value at
+//! fault, and what was expected. Invariant: wrong data never panic; they end here.
+
+use std::path::PathBuf;
+
+/// A fault in the data of sight.
+#[derive(Debug, thiserror::Error)]
+pub enum VisionError {
+    /// A file that cannot be opened or read.
+    #[error("cannot read `{path}`: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system answered.
+        source: std::io::Error,
+    },
+    /// A file that cannot be written.
+    #[error("cannot write `{path}`: {source}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system answered.
+        source: std::io::Error,
+    },
+    /// A file whose content is not an image that can be used.
+    #[error("`{path}`: {reason}")]
+    ImageFile {
+        /// The file.
+        path: PathBuf,
+        /// What was found and what was expected.
+        reason: String,
+    },
+    /// Pixels that do not make an image: a size of zero, a wrong count, a value outside 0..=255.
+    #[error("not an image: {reason}")]
+    Pixels {
+        /// What was found and what was expected.
+        reason: String,
+    },
+    /// A calibration file that is not TOML.
+    #[error("`{path}`: the calibration is not valid TOML: {reason}")]
+    CalibrationSyntax {
+        /// The file.
+        path: PathBuf,
+        /// Line and complaint.
+        reason: String,
+    },
+    /// A key of a calibration that is missing, unknown or has an impossible value.
+    #[error("`{path}`: calibration key `{key}`: {reason}")]
+    CalibrationKey {
+        /// The file.
+        path: PathBuf,
+        /// The key at fault.
+        key: String,
+        /// What was found and what was expected.
+        reason: String,
+    },
+    /// The two images of a pair have different sizes.
+    #[error(
+        "the two images of a pair must have one size: the left is {}x{}, the right is {}x{}",
+        left.0, left.1, right.0, right.1
+    )]
+    PairSizes {
+        /// Width and height of the left image, pixels.
+        left: (usize, usize),
+        /// Width and height of the right image, pixels.
+        right: (usize, usize),
+    },
+    /// A largest disparity that the images cannot show.
+    #[error("the largest disparity must be within 1..={} for images {width} pixels wide, found {value}", width.saturating_sub(1))]
+    MaxDisparity {
+        /// The value asked for, pixels.
+        value: usize,
+        /// Width of the images, pixels.
+        width: usize,
+    },
+    /// A pair whose search would not fit in memory.
+    #[error(
+        "searching {levels} disparities in {width}x{height} pixels needs more than {limit} costs; use smaller images"
+    )]
+    TooLarge {
+        /// Width, pixels.
+        width: usize,
+        /// Height, pixels.
+        height: usize,
+        /// Number of disparities.
+        levels: usize,
+        /// Most costs that are held at once.
+        limit: usize,
+    },
+    /// A grid of directions that does not fit the sphere.
+    #[error(
+        "directions: {axis} has {cells} cells of {step_rad} rad; expected positive steps that cover at most {} rad",
+        full_rad
+    )]
+    Directions {
+        /// `azimuth` or `elevation`.
+        axis: &'static str,
+        /// Number of cells.
+        cells: usize,
+        /// Width of a cell, radians.
+        step_rad: f64,
+        /// The whole axis, radians.
+        full_rad: f64,
+    },
+}

@@ -1,0 +1,24 @@
+//! Sight: from the image files of a rectified stereo pair to one range reading per direction.
+//!
+//! ```text
+//! two files ─ read ─▶ GreyImage ×2 ─ match_pair ─▶ DisparityMap ─ readings ─▶ Option<RangeReading> per direction
+//! one file  ─ read ─▶ Calibration ───────────────────────────────────┘
+//! ```
+//!
+//! This folder measures; it holds no probability of the map. What a reading says about the cells of its
+//! line of sight is written in `models/line_of_sight.bp`.
+//! Invariant: where a pixel or a direction has nothing to say, nothing is said (`None`, infinity with
+//! confidence 0); a surface is never invented.
+
+pub mod calibration;
+pub mod error;
+pub mod image;
+mod netpbm;
+pub mod readings;
+pub mod stereo;
+
+pub use calibration::Calibration;
+pub use error::VisionError;
+pub use image::GreyImage;
+pub use readings::{RangeReading, readings};
+pub use stereo::{DisparityMap, match_pair};

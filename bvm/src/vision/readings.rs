@@ -1,0 +1,165 @@
+//! From a disparity map to one range reading per direction.
+//!
+//! In: a [`DisparityMap`], its [`Calibration`] and a grid of directions. Out: for each direction the reading
+//! of its most confident pixel, or `None`. The pixels of one direction look at nearly the same place with the
+//! same pair of images: they are not independent sensors, so one of them speaks for all. It is the one with
+//! the highest confidence λ, then the nearest, then the first; a mean would put a surface between the two
+//! sides of a depth edge.
+//! Invariant: a reading has a finite positive range and a confidence in ]0, 1]; directions outside the image
+//! or without a claim have none.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::calibration::Calibration;
+use super::error::VisionError;
+use super::stereo::DisparityMap;
+
+/// What one direction of sight says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeReading {
+    /// Distance ρ from the left camera, metres.
+    pub range_m: f32,
+    /// Confidence λ in ]0, 1].
+    pub confidence: f32,
+}
+
+/// One reading per direction, indexed `[elevation row * azimuth_cells + azimuth column]`.
+///
+/// Column `j` covers the azimuths ]−π + j·Δθ, −π + (j+1)·Δθ] and row `i` the elevations
+/// ]−π/2 + i·Δφ, −π/2 + (i+1)·Δφ], radians. Refuses steps that are not positive or that go beyond the sphere.
+pub fn readings(
+    map: &DisparityMap,
+    calibration: &Calibration,
+    azimuth_cells: usize,
+    elevation_cells: usize,
+    azimuth_step_rad: f64,
+    elevation_step_rad: f64,
+) -> Result<Vec<Option<RangeReading>>, VisionError> {
+    check_axis("azimuth", azimuth_cells, azimuth_step_rad, TAU)?;
+    check_axis("elevation", elevation_cells, elevation_step_rad, PI)?;
+    let mut best: Vec<Option<RangeReading>> = vec![None; azimuth_cells * elevation_cells];
+    for (at, (&disparity, &confidence)) in map.disparity.iter().zip(&map.confidence).enumerate() {
+        if confidence.is_nan() || confidence <= 0.0 {
+            continue;
+        }
+        let (x, y) = ((at % map.width) as f64, (at / map.width) as f64);
+        let Some(range) = calibration.range_m(x, y, f64::from(disparity)) else { continue };
+        let (azimuth, elevation) = calibration.direction(x, y);
+        let column = cell_of(azimuth + PI, azimuth_step_rad, azimuth_cells);
+        let row = cell_of(elevation + FRAC_PI_2, elevation_step_rad, elevation_cells);
+        let (Some(column), Some(row)) = (column, row) else { continue };
+        let reading = RangeReading { range_m: range as f32, confidence: confidence.min(1.0) };
+        let place = &mut best[row * azimuth_cells + column];
+        if place.is_none_or(|held| beats(reading, held)) {
+            *place = Some(reading);
+        }
+    }
+    Ok(best)
+}
+
+/// Whether a reading takes the place of the one held.
+fn beats(reading: RangeReading, held: RangeReading) -> bool {
+    reading.confidence > held.confidence
+        || (reading.confidence == held.confidence && reading.range_m < held.range_m)
+}
+
+/// The cell ]k·step, (k+1)·step] of an angle measured from the lower end of its axis; an angle that misses an
+/// edge by rounding alone lies on it.
+fn cell_of(angle_rad: f64, step_rad: f64, cells: usize) -> Option<usize> {
+    let place = angle_rad / step_rad;
+    let edge = place.round();
+    let index = if (place - edge).abs() < 1e-9 { edge - 1.0 } else { place.ceil() - 1.0 };
+    (index >= 0.0 && index < cells as f64).then_some(index as usize)
+}
+
+fn check_axis(axis: &'static str, cells: usize, step_rad: f64, full_rad: f64) -> Result<(), VisionError> {
+    let covered = cells as f64 * step_rad;
+    if cells > 0 && step_rad > 0.0 && covered <= full_rad * (1.0 + 1e-9) {
+        Ok(())
+    } else {
+        Err(VisionError::Directions { axis, cells, step_rad, full_rad })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// Focal length 100 px, centre (2, 1), f·B = 50 px·m, no offset: disparity 25 is 2 m deep.
+    fn calibration() -> Calibration {
+        let text =
+            "focal_px = 100\ncx_px = 2\ncy_px = 1\nbaseline_m = 0.5\ndoffs_px = 0\nmax_disparity_px = 30";
+        Calibration::parse(text, Path::new("hand.toml")).unwrap()
+    }
+
+    /// A map 5×3 with the claims given as (x, y, disparity, confidence).
+    fn map(claims: &[(usize, usize, f32, f32)]) -> DisparityMap {
+        let mut map = DisparityMap {
+            width: 5,
+            height: 3,
+            disparity: vec![f32::INFINITY; 15],
+            confidence: vec![0.0; 15],
+        };
+        for &(x, y, disparity, confidence) in claims {
+            map.disparity[y * 5 + x] = disparity;
+            map.confidence[y * 5 + x] = confidence;
+        }
+        map
+    }
+
+    fn quadrants(map: &DisparityMap) -> Vec<Option<RangeReading>> {
+        readings(map, &calibration(), 4, 2, FRAC_PI_2, FRAC_PI_2).unwrap()
+    }
+
+    #[test]
+    fn the_upper_edge_belongs_to_a_cell() {
+        // Straight ahead: azimuth 0 ends column 1, elevation 0 ends row 0.
+        let found = quadrants(&map(&[(2, 1, 25.0, 0.5)]));
+        let expected = RangeReading { range_m: 2.0, confidence: 0.5 };
+        assert_eq!(found[1], Some(expected));
+        assert_eq!(found.iter().flatten().count(), 1);
+    }
+
+    #[test]
+    fn right_and_up_are_positive() {
+        let found = quadrants(&map(&[(4, 0, 25.0, 0.5)]));
+        // Slopes 0.02 and −0.01: ρ = 2·√(1 + 0.0004 + 0.0001).
+        let reading = found[4 + 2].unwrap();
+        assert!((f64::from(reading.range_m) - 2.0 * 1.0005f64.sqrt()).abs() < 1e-6);
+        assert_eq!(found.iter().flatten().count(), 1);
+    }
+
+    #[test]
+    fn the_most_confident_pixel_speaks_then_the_nearest() {
+        let found = quadrants(&map(&[(0, 1, 25.0, 0.5), (1, 1, 10.0, 0.9), (2, 1, 20.0, 0.9)]));
+        assert_eq!(found[1], Some(RangeReading { range_m: 2.5, confidence: 0.9 }));
+    }
+
+    #[test]
+    fn no_claim_no_reading() {
+        // Nothing at all; a disparity of zero is at infinity.
+        assert!(quadrants(&map(&[])).iter().all(Option::is_none));
+        assert!(quadrants(&map(&[(2, 1, 0.0, 0.9)])).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn one_degree_edges_survive_rounding() {
+        let degree = 1f64.to_radians();
+        for cell in 0..360 {
+            assert_eq!(cell_of(f64::from(cell + 1) * degree, degree, 360), Some(cell as usize));
+        }
+        assert_eq!(cell_of(0.0, degree, 360), None);
+        assert_eq!(cell_of(361.0 * degree, degree, 360), None);
+    }
+
+    #[test]
+    fn impossible_grids_are_refused() {
+        let (map, calibration) = (map(&[]), calibration());
+        for (cells, step) in [(0, 0.1), (4, 0.0), (4, -1.0), (4, f64::NAN), (5, FRAC_PI_2)] {
+            let error = readings(&map, &calibration, cells, 2, step, FRAC_PI_2).unwrap_err();
+            assert!(error.to_string().contains("azimuth"), "{error}");
+        }
+        assert!(readings(&map, &calibration, 4, 3, FRAC_PI_2, FRAC_PI_2).is_err());
+    }
+}

@@ -1,0 +1,89 @@
+//! Two ears on a rigid sphere.
+//!
+//! In: where a sound is, seen from the head. Out: how much earlier (ITD, seconds) and how much louder (ILD,
+//! decibels, one for each frequency channel) it is at the right ear. With the lateral angle `theta_l =
+//! asin(sin(azimuth) cos(elevation))`, positive to the right:
+//!
+//! - `ITD = (a / c) (theta_l + sin theta_l)` (Woodworth 1938): 0.656 ms at most; the same in front and
+//!   behind;
+//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_left / r_right)`: a head shadow that grows with
+//!   frequency (Van Opstal 2016), and spherical spreading from the two ears, which tells near from far
+//!   (Shinn-Cunningham 2000).
+//!
+//! Invariant: mirroring the source left to right changes the sign of every cue.
+
+use crate::grid::Spherical;
+use crate::world::World;
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
+
+/// Number of frequency channels.
+pub const CHANNELS: usize = 4;
+/// Centre frequencies of the channels in hertz.
+pub const CHANNEL_HZ: [f64; CHANNELS] = [500.0, 1000.0, 2000.0, 4000.0];
+/// Radius of the head in metres.
+pub const HEAD_RADIUS_M: f64 = 0.0875;
+/// Speed of sound in metres per second.
+pub const SOUND_SPEED_M_S: f64 = 343.0;
+
+/// Interaural differences; positive when the source is on the right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cues {
+    /// Lead of the right ear in seconds.
+    pub itd_s: f64,
+    /// Excess level at the right ear in decibels, one for each of [`CHANNEL_HZ`].
+    pub ild_db: [f64; CHANNELS],
+}
+
+/// The cues of a source seen from the head, without noise. A source inside the head is heard as if on its
+/// surface.
+pub fn cues_of(source: Spherical) -> Cues {
+    let sine = (source.azimuth.sin() * source.elevation.cos()).clamp(-1.0, 1.0);
+    let lateral = sine.asin();
+    let rho = source.rho_m.max(HEAD_RADIUS_M * 1.01);
+    let ear = |side: f64| {
+        let [x, y, z] = Spherical { rho_m: rho, ..source }.to_cartesian();
+        (x - side * HEAD_RADIUS_M).hypot(y).hypot(z)
+    };
+    let spreading = 20.0 * (ear(-1.0) / ear(1.0)).log10();
+    Cues {
+        itd_s: HEAD_RADIUS_M / SOUND_SPEED_M_S * (lateral + sine),
+        ild_db: CHANNEL_HZ.map(|frequency| 0.18 * frequency.sqrt() * sine + spreading),
+    }
+}
+
+/// How well the ears hear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ears {
+    /// Standard deviation of the time difference in seconds.
+    pub itd_sigma_s: f64,
+    /// Standard deviation of each level difference in decibels.
+    pub ild_sigma_db: f64,
+    /// Share of the moments at which the loudspeaker is silent.
+    pub silence: f64,
+}
+
+impl Default for Ears {
+    /// 20 microseconds, 1.5 dB, silent one time in four.
+    fn default() -> Ears {
+        Ears { itd_sigma_s: 20e-6, ild_sigma_db: 1.5, silence: 0.25 }
+    }
+}
+
+impl Ears {
+    /// What a head turned by `yaw` radians hears of the world's loudspeaker; `None` when it is silent. The
+    /// loudspeaker stands still, so that time only matters through the generator.
+    pub fn hear(&self, world: &World, yaw: f64, random: &mut impl Rng) -> Option<Cues> {
+        let silent: f64 = StandardUniform.sample(random);
+        let exact = cues_of(world.source_from(yaw));
+        let mut noisy = |value: f64, sigma: f64| {
+            let noise: f64 = StandardNormal.sample(random);
+            value + sigma * noise
+        };
+        let cues = Cues {
+            itd_s: noisy(exact.itd_s, self.itd_sigma_s),
+            ild_db: exact.ild_db.map(|level| noisy(level, self.ild_sigma_db)),
+        };
+        (silent >= self.silence).then_some(cues)
+    }
+}

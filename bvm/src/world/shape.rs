@@ -1,0 +1,127 @@
+//! The solids that furnish the room, seen from the head at the origin.
+//!
+//! In: a unit direction, or a point `[x, y, z]` in metres. Out: the distance at which a ray from the origin
+//! enters the solid, or whether the point is inside. Invariant: a ray that enters at distance d finds the
+//! points just beyond d inside and the points just before d outside.
+
+/// A solid; upright, axis-aligned, lengths in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A box between two opposite corners.
+    Block {
+        /// Corner with the smallest coordinates.
+        min: [f64; 3],
+        /// Corner with the largest coordinates.
+        max: [f64; 3],
+    },
+    /// A ball.
+    Ball {
+        /// Its centre.
+        centre: [f64; 3],
+        /// Its radius.
+        radius: f64,
+    },
+    /// An upright cylinder.
+    Cylinder {
+        /// Where its axis crosses the ground, `[x, z]`.
+        axis: [f64; 2],
+        /// Its radius.
+        radius: f64,
+        /// Lowest and highest y.
+        height: [f64; 2],
+    },
+}
+
+impl Shape {
+    /// The same solid `x` metres further right and `z` metres further ahead.
+    pub fn moved(self, x: f64, z: f64) -> Shape {
+        match self {
+            Shape::Block { min, max } => {
+                Shape::Block { min: [min[0] + x, min[1], min[2] + z], max: [max[0] + x, max[1], max[2] + z] }
+            }
+            Shape::Ball { centre, radius } => {
+                Shape::Ball { centre: [centre[0] + x, centre[1], centre[2] + z], radius }
+            }
+            Shape::Cylinder { axis, radius, height } => {
+                Shape::Cylinder { axis: [axis[0] + x, axis[1] + z], radius, height }
+            }
+        }
+    }
+
+    /// Whether the point is inside or on the surface.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        match *self {
+            Shape::Block { min, max } => (0..3).all(|i| (min[i]..=max[i]).contains(&point[i])),
+            Shape::Ball { centre, radius } => {
+                (0..3).map(|i| (point[i] - centre[i]).powi(2)).sum::<f64>() <= radius * radius
+            }
+            Shape::Cylinder { axis, radius, height } => {
+                (height[0]..=height[1]).contains(&point[1])
+                    && (point[0] - axis[0]).powi(2) + (point[2] - axis[1]).powi(2) <= radius * radius
+            }
+        }
+    }
+
+    /// Distance in metres at which a ray from the origin along the unit vector `ray` enters the solid; `None`
+    /// when it misses. The origin is expected outside.
+    pub fn first_hit(&self, ray: [f64; 3]) -> Option<f64> {
+        let (enters, leaves) = match *self {
+            Shape::Block { min, max } => overlap((0..3).map(|i| slab(min[i], max[i], ray[i])))?,
+            Shape::Ball { centre, radius } => {
+                let along = (0..3).map(|i| ray[i] * centre[i]).sum::<f64>();
+                let square = centre.iter().map(|c| c * c).sum::<f64>() - radius * radius;
+                roots(1.0, along, square)?
+            }
+            Shape::Cylinder { axis, radius, height } => {
+                let [x, _, z] = ray;
+                let square = axis[0] * axis[0] + axis[1] * axis[1] - radius * radius;
+                let side = roots(x * x + z * z, x * axis[0] + z * axis[1], square);
+                overlap([side, slab(height[0], height[1], ray[1])].into_iter())?
+            }
+        };
+        (leaves > 0.0 && enters > 0.0).then_some(enters)
+    }
+
+    /// A point of the solid 1 cm behind the middle of what the head sees of it: on the ray towards its
+    /// centre.
+    pub fn sounding_point(&self) -> [f64; 3] {
+        let centre = match *self {
+            Shape::Block { min, max } => [0, 1, 2].map(|i| 0.5 * (min[i] + max[i])),
+            Shape::Ball { centre, .. } => centre,
+            Shape::Cylinder { axis, height, .. } => [axis[0], 0.5 * (height[0] + height[1]), axis[1]],
+        };
+        let distance = centre.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let ray = centre.map(|c| c / distance);
+        let range = self.first_hit(ray).map_or(distance, |hit| hit + 0.01);
+        ray.map(|component| component * range)
+    }
+}
+
+/// The distances between which a ray from the origin with slope `ray` along one axis is between two planes.
+fn slab(low: f64, high: f64, ray: f64) -> Option<(f64, f64)> {
+    if ray == 0.0 {
+        return (low <= 0.0 && high >= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let (a, b) = (low / ray, high / ray);
+    Some((a.min(b), a.max(b)))
+}
+
+/// The part common to several intervals of distance, or `None` where one is missing or they do not meet.
+fn overlap(intervals: impl Iterator<Item = Option<(f64, f64)>>) -> Option<(f64, f64)> {
+    let mut common = (f64::NEG_INFINITY, f64::INFINITY);
+    for interval in intervals {
+        let (enters, leaves) = interval?;
+        common = (common.0.max(enters), common.1.min(leaves));
+    }
+    (common.0 <= common.1).then_some(common)
+}
+
+/// The two solutions of `a t^2 - 2 b t + c = 0`; with `a = 0` (a vertical ray), all distances or none, by the
+/// sign of c.
+fn roots(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
+    if a < 1e-24 {
+        return (c <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let discriminant = b * b - a * c;
+    (discriminant >= 0.0).then(|| ((b - discriminant.sqrt()) / a, (b + discriminant.sqrt()) / a))
+}

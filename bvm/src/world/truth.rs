@@ -1,0 +1,75 @@
+//! What a perfect map of the world would say, in the cells of a grid.
+//!
+//! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage
+//! order, with azimuth 0 along the world's z (head yaw 0). Each direction is judged by the one ray through
+//! its centre, which is the ray that the simulated depth camera senses. Invariant: the labels along a line of
+//! sight read free ... free, surface, hidden ... hidden.
+
+use super::World;
+use crate::grid::{Grid, Spherical};
+
+/// Thickness in metres at which [`World::plan`] draws the walls.
+pub const WALL_M: f64 = 0.12;
+
+/// What a cell truly is, seen from the head.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CellTruth {
+    /// Nearer than the first surface on its line of sight: empty.
+    Free,
+    /// Holds the first surface on its line of sight: occupied.
+    Surface,
+    /// Behind the first surface: nobody at the head can tell.
+    Hidden,
+}
+
+impl World {
+    /// The shell (0-based) of the first surface along every direction; `None` where it is beyond the grid's
+    /// reach. A surface inside the egocentric gap counts for the first shell, as in equation 4 (`z` in `[0;
+    /// 1]`). Shape: `[elevation_cells][azimuth_cells]`.
+    pub fn truth_first_hit(&self, grid: &Grid, time_s: f64) -> Vec<Option<usize>> {
+        let gap = grid.edges_m()[0];
+        grid.all_directions()
+            .map(|direction| grid.rho_of(self.range(grid.direction_centre(direction), time_s).max(gap)))
+            .collect()
+    }
+
+    /// Free, surface or hidden for every cell. Shape: `[cells_rho][elevation_cells][azimuth_cells]`.
+    pub fn truth_state(&self, grid: &Grid, time_s: f64) -> Vec<CellTruth> {
+        let first = self.truth_first_hit(grid, time_s);
+        (0..grid.cells())
+            .map(|index| match first[index % grid.directions()] {
+                Some(hit) if index / grid.directions() == hit => CellTruth::Surface,
+                Some(hit) if index / grid.directions() > hit => CellTruth::Hidden,
+                _ => CellTruth::Free,
+            })
+            .collect()
+    }
+
+    /// Whether the centre of every cell is inside something solid (or outside the room), hidden or not.
+    /// Shape: `[cells_rho][elevation_cells][azimuth_cells]`.
+    pub fn truth_solid(&self, grid: &Grid, time_s: f64) -> Vec<bool> {
+        (0..grid.cells())
+            .filter_map(|index| grid.cell(index))
+            .map(|cell| self.occupied(grid.centre(cell).to_cartesian(), time_s))
+            .collect()
+    }
+
+    /// The floor plan that a person would draw, at the point `[x, y, z]` (metres) and time (seconds): 1 in
+    /// something solid, 0 where it is empty and in view of the head, 1/2 where it is empty but hidden, and
+    /// deeper than [`WALL_M`] in the walls.
+    pub fn plan(&self, point: [f64; 3], time_s: f64) -> f64 {
+        let depth = (0..3)
+            .map(|axis| (self.room[0][axis] - point[axis]).max(point[axis] - self.room[1][axis]))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let seen = Spherical::from_cartesian(point);
+        if depth > WALL_M {
+            0.5
+        } else if self.occupied(point, time_s) {
+            1.0
+        } else if self.range((seen.azimuth, seen.elevation), time_s) < seen.rho_m {
+            0.5
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! The matcher on recorded pairs with measured truth (Middlebury 2003 and 2014).
+//!
+//! In: `shared/data` beside the repository, or the folder named by `BP_DATA`. Out: density and wrong part
+//! against the limits below. Where the folder is absent each test says so and passes.
+//! Invariant: the limit on wrong claims is the figure of OpenCV's SGBM on the same pair and pixels.
+//! Reference: Scharstein and Szeliski, CVPR 2003; Scharstein et al., GCPR 2014.
+
+use std::path::{Path, PathBuf};
+
+use bvm::vision::{Calibration, DisparityMap, GreyImage, image, match_pair, readings};
+
+/// A folder of the recordings, if it is there.
+fn recordings(folder: &str) -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map(|up| up.join("shared/data"));
+    let root = std::env::var_os("BP_DATA").map(PathBuf::from).or_else(beside)?;
+    let path = root.join("stereo").join(folder);
+    if path.is_dir() {
+        return Some(path);
+    }
+    println!("skipped: no folder {}", path.display());
+    None
+}
+
+fn read(folder: &Path, name: &str) -> GreyImage {
+    image::read(&folder.join(name)).unwrap()
+}
+
+/// Part of the pixels of the mask that are claimed, and part of these that are wrong by more than 2 pixels.
+fn score(map: &DisparityMap, truth: impl Fn(usize) -> f32, mask: impl Fn(usize) -> bool) -> (f64, f64) {
+    let places: Vec<usize> = (0..map.disparity.len()).filter(|&at| mask(at)).collect();
+    let claimed: Vec<usize> = places.iter().copied().filter(|&at| map.confidence[at] > 0.0).collect();
+    let wrong = claimed.iter().filter(|&&at| (map.disparity[at] - truth(at)).abs() > 2.0).count();
+    (claimed.len() as f64 / places.len() as f64, wrong as f64 / claimed.len().max(1) as f64)
+}
+
+/// The middle of the claims whose index is taken.
+fn median(values: &[f32], taken: impl Fn(usize) -> bool) -> f32 {
+    let claimed =
+        |(at, value): (usize, &f32)| (value.is_finite() && *value > 0.0 && taken(at)).then_some(*value);
+    let mut values: Vec<f32> = values.iter().enumerate().filter_map(claimed).collect();
+    values.sort_by(f32::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn cones() {
+    let Some(folder) = recordings("middlebury2003_cones") else { return };
+    let (left, right) = (read(&folder, "im2.ppm"), read(&folder, "im6.ppm"));
+    let (truth, mask) = (read(&folder, "disp2.pgm"), read(&folder, "cones_mask_2bt.png"));
+    let map = match_pair(&left, &right, 64).unwrap();
+    let true_disparity = |at: usize| truth.pixels()[at] / 4.0;
+    let seen = |at: usize| truth.pixels()[at] > 0.0 && mask.pixels()[at] > 128.0;
+    let (density, wrong) = score(&map, true_disparity, seen);
+    println!("cones: density {density:.4}, wrong by more than 2 px {wrong:.4}");
+    assert!(density >= 0.95 && wrong <= 0.023, "density {density}, wrong {wrong}");
+    // Confidence means something: the surer half is wrong less often than one in a thousand.
+    let sure = median(&map.confidence, |_| true);
+    let (_, wrong) = score(&map, true_disparity, |at| seen(at) && map.confidence[at] >= sure);
+    assert!(wrong <= 0.001, "surer half: {wrong}");
+}
+
+#[test]
+fn motorcycle() {
+    let Some(folder) = recordings("middlebury2014_motorcycle") else { return };
+    let (left, right) = (read(&folder, "motorcycle_left.png"), read(&folder, "motorcycle_right.png"));
+    let map = match_pair(&left, &right, 64).unwrap();
+    println!("motorcycle: density {:.4}", map.density());
+    assert!(map.density() >= 0.85, "{}", map.density());
+    // The floor, bare at the right border, comes nearer towards the lower one.
+    let row = |y: usize| median(&map.disparity, |at| at / map.width == y && at % map.width >= 695);
+    assert!(row(330) < row(410) && row(410) < row(490));
+    // The published calibration puts the truth, 7.2 to 59.9 px, between 2.1 and 5.0 m in depth.
+    let text = "focal_px = 994.978\ncx_px = 311.193\ncy_px = 254.877\nbaseline_m = 0.193001\n\
+                doffs_px = 31.086\nmax_disparity_px = 64";
+    let rig = Calibration::parse(text, Path::new("motorcycle.toml")).unwrap();
+    let degree = 1f64.to_radians();
+    let found = readings(&map, &rig, 360, 90, degree, 2.0 * degree).unwrap();
+    let ranges: Vec<f32> = found.iter().flatten().map(|reading| reading.range_m).collect();
+    let (least, most) = ranges.iter().fold((f32::MAX, 0f32), |(a, b), &range| (a.min(range), b.max(range)));
+    println!("motorcycle: {} directions, {least:.3} to {most:.3} m", ranges.len());
+    // 41° by 28° are about 41 columns and 14 rows.
+    assert!((450..=680).contains(&ranges.len()), "{}", ranges.len());
+    assert!(least > 2.0 && most < 5.6, "{least} to {most} m");
+    let swapped = match_pair(&right, &left, 64).unwrap();
+    println!("swapped: density {:.4}", swapped.density());
+    assert!(swapped.density() < 0.05, "{}", swapped.density());
+}
