@@ -123,7 +123,7 @@ fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String 
         .with_config(config)
         .with_message(&diagnostic.message);
     if !diagnostic.labels.iter().any(|(span, _)| *span == diagnostic.span) {
-        report.add_label(Label::new(fit(diagnostic.span)).with_color(Color::Red));
+        report.add_label(Label::new(fit(diagnostic.span)).with_message("here").with_color(Color::Red));
     }
     for (span, remark) in &diagnostic.labels {
         let tone = if *span == diagnostic.span { Color::Red } else { Color::Blue };

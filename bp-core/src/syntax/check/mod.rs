@@ -12,6 +12,7 @@ mod foreign;
 mod forms;
 mod functions;
 mod names;
+mod operators;
 mod questions;
 mod tables;
 mod types;
