@@ -1,8 +1,9 @@
 //! Bayesian Programs, declared as the formalism prints them, and answered by compiled kernels.
 //!
-//! Six values, six verbs: `Source` → parse → `ast::Program` → check → [`model::Model`] → plan → `Plan` → lower →
-//! `Kernel` → run → `Answer`.
+//! Six values, six verbs: [`source::Source`] → parse → [`syntax::ast::Program`] → check → [`model::Model`] → plan →
+//! [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`].
 
+pub mod answer;
 pub mod diagnostic;
 pub mod error;
 pub mod exec;

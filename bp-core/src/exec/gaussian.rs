@@ -74,7 +74,10 @@ impl Filter {
                 Error::input(&parameter.name, "this parameter was not given, and it has no default")
             })?;
             if let Some(expected) = parameter.kind.refuses(value) {
-                return Err(Error::input(&parameter.name, format!("it is {value}, but it must be {expected}")));
+                return Err(Error::input(
+                    &parameter.name,
+                    format!("it is {value}, but it must be {expected}"),
+                ));
             }
             values.insert(&parameter.name, value);
         }
@@ -96,12 +99,19 @@ impl Filter {
             let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, &parameter).constant);
             let name = model.variable_name(source.variable);
             if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
-                return Err(Error::input(name, format!("its standard deviation must be positive, but it is {deviation}")));
+                return Err(Error::input(
+                    name,
+                    format!("its standard deviation must be positive, but it is {deviation}"),
+                ));
             }
             if !form.constant.is_finite() || coefficients.iter().any(|coefficient| !coefficient.is_finite()) {
                 return Err(Error::input(name, "its mean is not a finite number; a divisor may be 0"));
             }
-            extensions.push(Extension { coefficients, constant: form.constant, variance: deviation * deviation });
+            extensions.push(Extension {
+                coefficients,
+                constant: form.constant,
+                variance: deviation * deviation,
+            });
             rows.insert(source.variable, rows.len());
         }
         let row = |variable: &VariableId| (model.variable_name(*variable), rows[variable]);
@@ -142,7 +152,10 @@ impl Filter {
         let innovation = cross.select_rows(&rows);
         let names: Vec<_> = self.observed.iter().map(|(name, _)| name.as_str()).collect();
         let inverse = (innovation.clone().cholesky()).ok_or_else(|| {
-            Error::input(names.join(" "), "its observations have no density together: one follows from the others")
+            Error::input(
+                names.join(" "),
+                "its observations have no density together: one follows from the others",
+            )
         })?;
         Ok((cross * inverse.inverse(), innovation))
     }
@@ -160,7 +173,9 @@ impl Filter {
     /// # Errors
     /// An observation that is missing, unknown or not finite.
     pub fn step(&mut self, observations: &[(&str, f64)]) -> Result<Belief, Error> {
-        if let Some((name, _)) = observations.iter().find(|(name, _)| self.observed.iter().all(|(row, _)| row != name)) {
+        if let Some((name, _)) =
+            observations.iter().find(|(name, _)| self.observed.iter().all(|(row, _)| row != name))
+        {
             return Err(Error::input(*name, "the question does not know this variable"));
         }
         let (mut mean, mut covariance) = self.predict();
@@ -171,7 +186,10 @@ impl Filter {
                 let given = observations.iter().find(|(given, _)| given == name);
                 let (_, value) = given.ok_or_else(|| Error::input(name, "it was not observed"))?;
                 if !value.is_finite() {
-                    return Err(Error::input(name, format!("an observation must be finite, but it is {value}")));
+                    return Err(Error::input(
+                        name,
+                        format!("an observation must be finite, but it is {value}"),
+                    ));
                 }
                 surprise[position] = value - mean[*row];
             }
@@ -181,7 +199,9 @@ impl Filter {
             let ln_determinant = 2.0 * solved.l().diagonal().map(f64::ln).sum();
             let count = self.observed.len() as f64;
             ln_evidence = -0.5
-                * (surprise.dot(&solved.solve(&surprise)) + ln_determinant + count * std::f64::consts::TAU.ln());
+                * (surprise.dot(&solved.solve(&surprise))
+                    + ln_determinant
+                    + count * std::f64::consts::TAU.ln());
             mean += &gain * surprise;
             let reduced = &covariance - &gain * covariance.select_rows(&rows);
             covariance = (&reduced + reduced.transpose()) * 0.5;

@@ -69,6 +69,11 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self
     }
 
+    /// What was given under a name.
+    pub fn find(&self, name: &str) -> Option<&[T]> {
+        self.arrays.get(name).map(|values| values.as_ref())
+    }
+
     /// Checks everything against a kernel.
     pub(crate) fn bind<'k>(&'k self, kernel: &'k Kernel) -> Result<Bound<'k, T>, Error> {
         let mut extents = Vec::with_capacity(kernel.axes.len());
@@ -81,7 +86,10 @@ impl<'a, T: Clone> Inputs<'a, T> {
             };
             let extent = size as i64 + axis.extent.offset;
             if extent < 1 {
-                return Err(Error::input(&axis.name, format!("it would have {extent} values; at least 1 is needed")));
+                return Err(Error::input(
+                    &axis.name,
+                    format!("it would have {extent} values; at least 1 is needed"),
+                ));
             }
             extents.push(extent as usize);
         }
@@ -97,9 +105,10 @@ impl<'a, T: Clone> Inputs<'a, T> {
                     self.bind_array(&bound, id, default.is_some(), *broadcast)?
                 }
                 Role::Positions => {
-                    let table = self.positions.get(&buffer.name).ok_or_else(|| {
-                        Error::input(&buffer.name, "this table of positions was not given")
-                    })?;
+                    let table = self
+                        .positions
+                        .get(&buffer.name)
+                        .ok_or_else(|| Error::input(&buffer.name, "this table of positions was not given"))?;
                     check_length(&buffer.name, table.len(), bound.length(id))?;
                     Array::Positions(table)
                 }
@@ -118,7 +127,9 @@ impl<'a, T: Clone> Inputs<'a, T> {
     ) -> Result<Array<'k, T>, Error> {
         let name = &bound.kernel.buffers[id].name;
         match self.arrays.get(name) {
-            Some(values) if broadcast && values.len() == bound.serial_length(id) => Ok(Array::Broadcast(values)),
+            Some(values) if broadcast && values.len() == bound.serial_length(id) => {
+                Ok(Array::Broadcast(values))
+            }
             Some(values) => {
                 check_length(name, values.len(), bound.length(id))?;
                 Ok(Array::Given(values))

@@ -52,7 +52,8 @@ impl Machine<'_> {
                 let mut state = machine.value(*initial);
                 for step in 0..=last {
                     machine.running[axis.position()] = if *backward { last - step } else { step };
-                    let offset = |(axis, stride): (&AxisId, &usize)| machine.running[axis.position()] * stride;
+                    let offset =
+                        |(axis, stride): (&AxisId, &usize)| machine.running[axis.position()] * stride;
                     let position: usize = axes.iter().zip(&strides).map(offset).sum();
                     cells[position] = state;
                     state = machine.value(*keep) * state + machine.value(value);
@@ -105,7 +106,12 @@ impl Machine<'_> {
                     Array::Made => self.made[buffer.position()][position],
                 },
                 None => otherwise.map_or_else(
-                    || panic!("internal: an index of `{}` is outside", self.bound.kernel.buffers[*buffer].name),
+                    || {
+                        panic!(
+                            "internal: an index of `{}` is outside",
+                            self.bound.kernel.buffers[*buffer].name
+                        )
+                    },
                     |otherwise| self.value(otherwise),
                 ),
             },

@@ -43,6 +43,16 @@ impl Lanes {
         &self.kernel
     }
 
+    /// How many values each axis of an output has.
+    ///
+    /// # Errors
+    /// An input that is missing or does not fit.
+    pub fn extents<T: Scalar>(&self, output: &str, inputs: &Inputs<'_, T>) -> Result<Vec<usize>, Error> {
+        let bound = inputs.bind(&self.kernel)?;
+        let buffer = self.kernel.buffer(output).expect("internal: the output exists");
+        Ok(self.kernel.buffers[buffer].axes.iter().map(|axis| bound.extent(*axis)).collect())
+    }
+
     /// Runs the kernel.
     ///
     /// # Errors
@@ -51,15 +61,17 @@ impl Lanes {
         let bound = inputs.bind(&self.kernel)?;
         let mut made: Vec<Vec<T>> = Vec::new();
         for (id, buffer) in self.kernel.buffers.iter() {
-            let full = matches!(buffer.role, Role::Scratch | Role::Output) && !self.schedule.local[id.position()];
+            let full =
+                matches!(buffer.role, Role::Scratch | Role::Output) && !self.schedule.local[id.position()];
             made.push(if full { vec![T::ZERO; bound.length(id)] } else { Vec::new() });
         }
         for group in &self.schedule.groups {
             self.group(&bound, group, &mut made);
         }
-        let outputs = self.kernel.outputs().map(|(id, buffer)| {
-            (buffer.name.clone(), std::mem::take(&mut made[id.position()]))
-        });
+        let outputs = self
+            .kernel
+            .outputs()
+            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut made[id.position()])));
         Ok(Outputs { arrays: outputs.collect() })
     }
 

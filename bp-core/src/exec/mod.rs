@@ -7,8 +7,6 @@ mod gaussian;
 mod inputs;
 mod interpreter;
 
-
-
 mod lanes;
 pub mod scalar;
 
@@ -16,5 +14,3 @@ pub use gaussian::{Belief, Filter};
 pub use inputs::{Inputs, Outputs};
 pub use interpreter::interpret;
 pub use lanes::Lanes;
-
-

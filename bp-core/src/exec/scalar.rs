@@ -147,7 +147,7 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn exponential(self) -> f32 {
-        let x = self.maximum(-87.3).minimum(88.3);
+        let x = Scalar::minimum(Scalar::maximum(self, -87.3), 88.3);
         let n = (x * std::f32::consts::LOG2_E + ROUND) - ROUND;
         let x = (x - n * LN_2_HIGH) - n * LN_2_LOW;
         let coefficients =
@@ -215,7 +215,10 @@ mod tests {
             assert!((x.natural_logarithm().to_f64() - ln).abs() <= 4e-7 * ln.abs().max(1e-2), "ln {x}");
             let y = x * 0.8 - 80.0;
             let exp = f64::from(y).exp();
-            assert!((y.exponential().to_f64() / exp - 1.0).abs() <= 4e-7 + 1.2e-7 * f64::from(y.abs()), "exp {y}");
+            assert!(
+                (y.exponential().to_f64() / exp - 1.0).abs() <= 4e-7 + 1.2e-7 * f64::from(y.abs()),
+                "exp {y}"
+            );
         }
         assert_eq!(0f32.natural_logarithm(), f32::NEG_INFINITY);
         assert_eq!((-1e30f32).exponential(), 0.0);

@@ -152,7 +152,14 @@ impl KernelBuilder {
     }
 
     /// A fold over axes into a new scratch buffer over `axes`.
-    pub fn fold(&mut self, name: &str, axes: &[AxisId], fold: Fold, over: &[AxisId], value: ValueId) -> ValueId {
+    pub fn fold(
+        &mut self,
+        name: &str,
+        axes: &[AxisId],
+        fold: Fold,
+        over: &[AxisId],
+        value: ValueId,
+    ) -> ValueId {
         self.compute(name, axes, Reduce::Fold(fold, over.to_vec()), value)
     }
 

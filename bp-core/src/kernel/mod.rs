@@ -10,7 +10,6 @@
 
 mod build;
 
-
 pub mod schedule;
 
 pub use build::KernelBuilder;

@@ -70,13 +70,18 @@ impl Schedule {
             groups.push(group(kernel, &pass, true));
         }
         let local = kernel.buffers.ids().map(|buffer| {
-            let made_in = |group: &Group| group.nests.iter().any(|nest| kernel.nests[nest.nest].out == buffer);
+            let made_in =
+                |group: &Group| group.nests.iter().any(|nest| kernel.nests[nest.nest].out == buffer);
             let read_in = |group: &Group| {
                 let values = group.nests.iter().flat_map(|nest| nest.levels.iter().flatten());
-                values.into_iter().any(|value| matches!(&kernel.nodes[*value], Node::Load { buffer: of, .. } if *of == buffer))
+                values.into_iter().any(
+                    |value| matches!(&kernel.nodes[*value], Node::Load { buffer: of, .. } if *of == buffer),
+                )
             };
             kernel.buffers[buffer].role == Role::Scratch
-                && groups.iter().all(|group| (group.parallel && made_in(group)) || !(made_in(group) || read_in(group)))
+                && groups
+                    .iter()
+                    .all(|group| (group.parallel && made_in(group)) || !(made_in(group) || read_in(group)))
         });
         Self { local: local.collect(), groups, varying }
     }
@@ -123,7 +128,8 @@ fn varying(kernel: &Kernel) -> Vec<bool> {
             }),
             _ => false,
         };
-        varying[id.position()] = own || kernel.operands(id).into_iter().any(|operand| varying[operand.position()]);
+        varying[id.position()] =
+            own || kernel.operands(id).into_iter().any(|operand| varying[operand.position()]);
     }
     varying
 }
@@ -151,7 +157,8 @@ fn loops(kernel: &Kernel, position: usize, parallel: bool) -> Loops {
     let needed: BTreeSet<ValueId> =
         roots(&nest.reduce, nest.value).into_iter().flat_map(|root| reachable(kernel, root)).collect();
     for value in needed {
-        let depth = |axis: &AxisId| order.iter().position(|other| other == axis).map_or(0, |position| position + 1);
+        let depth =
+            |axis: &AxisId| order.iter().position(|other| other == axis).map_or(0, |position| position + 1);
         let own = match &kernel.nodes[value] {
             Node::Axis(axis) => depth(axis),
             Node::Load { indices, .. } => (indices.iter())

@@ -137,7 +137,9 @@ impl Lowering<'_> {
                 let otherwise = self.density(factor, otherwise, variable, at)?;
                 Ok(self.builder.select(condition, then, otherwise))
             }
-            Form::Ask { .. } | Form::Table(_) => Err(self.unplanned("this form may not stand inside another")),
+            Form::Ask { .. } | Form::Table(_) => {
+                Err(self.unplanned("this form may not stand inside another"))
+            }
         }
     }
 
@@ -170,7 +172,8 @@ impl Lowering<'_> {
 
     /// The entry at an ordinal.
     fn choose(&mut self, ordinal: ValueId, entries: &[ExpressionId]) -> Result<ValueId, Error> {
-        let values: Vec<ValueId> = entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
+        let values: Vec<ValueId> =
+            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
         Ok(self.choose_value(ordinal, &values))
     }
 
@@ -210,7 +213,8 @@ impl Lowering<'_> {
         if constant {
             return self.choose(position, &entries);
         }
-        let values: Vec<ValueId> = entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
+        let values: Vec<ValueId> =
+            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
         let mut axes = std::collections::BTreeSet::new();
         for value in &values {
             axes.extend(self.axes(*value));
@@ -295,7 +299,8 @@ impl Lowering<'_> {
                 self.builder.fold(name, &[], Fold::Sum, &[axis], one)
             }
         };
-        let (zero, half, one) = (self.builder.constant(0.0), self.builder.constant(0.5), self.builder.constant(1.0));
+        let (zero, half, one) =
+            (self.builder.constant(0.0), self.builder.constant(0.5), self.builder.constant(1.0));
         let below = |lowering: &mut Self, edge: ValueId| {
             let centred = lowering.builder.binary(Binary::Subtract, edge, mean);
             let standard = lowering.builder.binary(Binary::Divide, centred, deviation);
@@ -333,7 +338,8 @@ impl Lowering<'_> {
         let name = format!("previous {}", self.model.variable_name(of));
         let default = domain.count().map(|count| 1.0 / count as f64);
         let extent = self.extent(&domain);
-        let values = self.input_axes(&name, &mut |lowering| vec![lowering.builder.axis(&name, extent.clone())]);
+        let values =
+            self.input_axes(&name, &mut |lowering| vec![lowering.builder.axis(&name, extent.clone())]);
         let mut axes = values;
         axes.extend(&self.plate);
         let mut indices = vec![self.builder.at(ordinal)];
@@ -361,9 +367,12 @@ impl Lowering<'_> {
     ) -> Result<ValueId, Error> {
         if !matches!(self.exact.bindings.get(&left.variable), Some(crate::plan::Binding::Value(_))) {
             let name = self.model.variable_name(left.variable);
-            return Err(self.unplanned(format!("`{name}` is distributed by another program, and must be known")));
+            return Err(
+                self.unplanned(format!("`{name}` is distributed by another program, and must be known"))
+            );
         }
-        let mut indices: Vec<Index> = self.products.clone().into_iter().map(|index| self.builder.at(index)).collect();
+        let mut indices: Vec<Index> =
+            self.products.clone().into_iter().map(|index| self.builder.at(index)).collect();
         let mut local: Vec<VariableId> = Vec::new();
         for variable in given.iter().filter(|variable| Some(**variable) != self.model.plate_index()) {
             match self.meaning(*variable, None)? {

@@ -13,7 +13,11 @@ use crate::plan::Binding;
 
 impl Lowering<'_> {
     /// What a variable, or an element of a family, stands for.
-    pub(super) fn meaning(&mut self, variable: VariableId, element: Option<ValueId>) -> Result<Meaning, Error> {
+    pub(super) fn meaning(
+        &mut self,
+        variable: VariableId,
+        element: Option<ValueId>,
+    ) -> Result<Meaning, Error> {
         if let Some(meaning) = self.running.get(&variable).cloned() {
             return match (meaning, element) {
                 (Meaning::Family(elements), Some(element)) => self.element(&elements, element),
@@ -81,7 +85,11 @@ impl Lowering<'_> {
     }
 
     /// The axes of an input that is already known by its name, but for the plate's; else new ones.
-    pub(super) fn input_axes(&mut self, name: &str, new: &mut dyn FnMut(&mut Self) -> Vec<AxisId>) -> Vec<AxisId> {
+    pub(super) fn input_axes(
+        &mut self,
+        name: &str,
+        new: &mut dyn FnMut(&mut Self) -> Vec<AxisId>,
+    ) -> Vec<AxisId> {
         match self.builder.so_far().buffer(name) {
             Some(buffer) => {
                 let axes = self.builder.so_far().buffers[buffer].axes.clone();
@@ -109,7 +117,9 @@ impl Lowering<'_> {
     /// The name of the grid whose cells a variable ranges over.
     pub(super) fn grid_of(&self, cell: VariableId) -> Result<String, Error> {
         match self.model.variables[cell].domain {
-            Domain::Set(set) if self.model.sets[set].kind == SetKind::Grid => Ok(self.model.sets[set].name.clone()),
+            Domain::Set(set) if self.model.sets[set].kind == SetKind::Grid => {
+                Ok(self.model.sets[set].name.clone())
+            }
             _ => Err(self.unplanned(format!("`{}` is not a cell of a grid", self.model.variable_name(cell)))),
         }
     }
@@ -132,7 +142,8 @@ impl Lowering<'_> {
         })[0];
         let axes = [displacement, depth, row];
         let load = |lowering: &mut Self, part: &str| {
-            let buffer: BufferId = lowering.builder.buffer(&format!("{set} from {part}"), Role::Positions, &axes);
+            let buffer: BufferId =
+                lowering.builder.buffer(&format!("{set} from {part}"), Role::Positions, &axes);
             let indices = vec![lowering.builder.at(moved), Index::Axis(depth), Index::Axis(row)];
             lowering.builder.load(buffer, indices)
         };
@@ -143,7 +154,11 @@ impl Lowering<'_> {
             &[],
         );
         let wraps = self.builder.load(wraps, Vec::new());
-        Ok(Meaning::Cell([Index::At(from_depth), Index::At(from_row), Index::Turned { axis: lane, by, wraps }]))
+        Ok(Meaning::Cell([
+            Index::At(from_depth),
+            Index::At(from_row),
+            Index::Turned { axis: lane, by, wraps },
+        ]))
     }
 
     /// The number that a variable's value is in an expression.

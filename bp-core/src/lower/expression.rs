@@ -38,7 +38,8 @@ impl Lowering<'_> {
                 Ok(self.builder.load(buffer, places))
             }
             Expression::Variable(use_) => {
-                let element = use_.element.map(|element| self.element_ordinal(use_.variable, element)).transpose()?;
+                let element =
+                    use_.element.map(|element| self.element_ordinal(use_.variable, element)).transpose()?;
                 let meaning = self.meaning(use_.variable, element)?;
                 self.to_number(use_.variable, &meaning)
             }
@@ -90,7 +91,11 @@ impl Lowering<'_> {
     }
 
     /// The position of a family's element, from 0.
-    pub(super) fn element_ordinal(&mut self, family: VariableId, element: ExpressionId) -> Result<ValueId, Error> {
+    pub(super) fn element_ordinal(
+        &mut self,
+        family: VariableId,
+        element: ExpressionId,
+    ) -> Result<ValueId, Error> {
         let number = self.expression(element)?;
         match self.model.variables[family].family.map(|family| family.over) {
             Some(IndexSpace::Range(range)) => {
@@ -108,7 +113,8 @@ impl Lowering<'_> {
         with: Option<(ExpressionId, ExpressionId)>,
     ) -> Result<ValueId, Error> {
         let over = self.model.variables[family].family.map(|family| family.over);
-        let (Meaning::Family(elements), Some(IndexSpace::Range(range))) = (self.meaning(family, None)?, over) else {
+        let (Meaning::Family(elements), Some(IndexSpace::Range(range))) = (self.meaning(family, None)?, over)
+        else {
             return Err(self.unplanned("`first` needs a family along a range"));
         };
         let with = match with {
@@ -199,7 +205,13 @@ impl Lowering<'_> {
     }
 
     /// A sum over axes, as a nest over all others that the value depends on.
-    pub(super) fn fold_over(&mut self, what: &str, fold: Fold, over: &[crate::ids::AxisId], value: ValueId) -> ValueId {
+    pub(super) fn fold_over(
+        &mut self,
+        what: &str,
+        fold: Fold,
+        over: &[crate::ids::AxisId],
+        value: ValueId,
+    ) -> ValueId {
         let axes = self.axes_but(value, over);
         let name = self.name(what);
         self.builder.fold(&name, &axes, fold, over, value)

@@ -13,7 +13,9 @@ use crate::plan::FirstScan;
 
 impl Lowering<'_> {
     pub(super) fn first_scan(&mut self, scan: &FirstScan) -> Result<ValueId, Error> {
-        let Some(IndexSpace::Range(range)) = self.model.variables[scan.family].family.map(|family| family.over) else {
+        let Some(IndexSpace::Range(range)) =
+            self.model.variables[scan.family].family.map(|family| family.over)
+        else {
             return Err(self.unplanned("`first` needs a family along a range"));
         };
         let name = self.name("k");
@@ -106,7 +108,8 @@ impl Lowering<'_> {
 
     /// A scanned value read at another element of its axis.
     fn at_element(&mut self, scanned: ValueId, axis: AxisId, place: ValueId) -> ValueId {
-        let crate::kernel::Node::Load { buffer, indices, .. } = self.builder.so_far().nodes[scanned].clone() else {
+        let crate::kernel::Node::Load { buffer, indices, .. } = self.builder.so_far().nodes[scanned].clone()
+        else {
             return scanned;
         };
         let place = self.builder.at(place);

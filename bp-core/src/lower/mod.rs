@@ -90,8 +90,9 @@ impl<'m> Lowering<'m> {
             None => self.values(&name, &declared.domain),
             Some(count) => {
                 let count = count.expect("internal: a family of unknown length is not run through");
-                let parts: Vec<_> =
-                    (0..count).map(|element| self.values(&format!("{name}[{element}]"), &declared.domain)).collect();
+                let parts: Vec<_> = (0..count)
+                    .map(|element| self.values(&format!("{name}[{element}]"), &declared.domain))
+                    .collect();
                 let axes = parts.iter().flat_map(|(_, axes)| axes.clone()).collect();
                 (Meaning::Family(parts.into_iter().map(|(meaning, _)| meaning).collect()), axes)
             }
@@ -112,7 +113,9 @@ impl<'m> Lowering<'m> {
             }
             let set = &self.model.sets[*set].name;
             let axes: Vec<AxisId> = (["depth", "rows", "lanes"].iter())
-                .map(|part| self.builder.axis(&format!("{name}.{part}"), Extent::named(&format!("{set}.{part}"))))
+                .map(|part| {
+                    self.builder.axis(&format!("{name}.{part}"), Extent::named(&format!("{set}.{part}")))
+                })
                 .collect();
             return (Meaning::Cell([0, 1, 2].map(|axis| Index::Axis(axes[axis]))), axes);
         }
@@ -141,7 +144,9 @@ impl<'m> Lowering<'m> {
     /// Axes for one index of a parameter or a family; the plate's own where it runs over the plate's set.
     fn index_axes(&mut self, name: &str, over: &IndexSpace) -> Vec<AxisId> {
         match over {
-            IndexSpace::Set(set) if self.model.plate.is_some_and(|plate| plate.set == *set) => self.plate.clone(),
+            IndexSpace::Set(set) if self.model.plate.is_some_and(|plate| plate.set == *set) => {
+                self.plate.clone()
+            }
             IndexSpace::Set(set) => {
                 let extent = Extent::named(&self.model.sets[*set].name);
                 vec![self.builder.axis(name, extent)]

@@ -115,7 +115,8 @@ impl Lowering<'_> {
         searched: &[(VariableId, Vec<AxisId>)],
     ) -> Result<Output, Error> {
         let own = |variable: &VariableId| ask.searched.iter().any(|item| item.variable == *variable);
-        let (kept, summed): (Vec<_>, Vec<_>) = searched.iter().cloned().partition(|(variable, _)| own(variable));
+        let (kept, summed): (Vec<_>, Vec<_>) =
+            searched.iter().cloned().partition(|(variable, _)| own(variable));
         let mut axes = self.output_axes(rows, &kept);
         // A searched variable that ranges over the plate's own grid is distributed over the plate.
         let over_plate = kept.iter().any(|(_, axes)| axes == &self.plate && !self.plate.is_empty());
@@ -146,7 +147,9 @@ impl Lowering<'_> {
                 Reduce::Fold(Fold::Sum, own_axes)
             }
             // One value of each searched variable is wanted: the answer is a probability.
-            Reduction::Probability if !kept.is_empty() && ask.searched.iter().all(|item| item.at.is_some()) => {
+            Reduction::Probability
+                if !kept.is_empty() && ask.searched.iter().all(|item| item.at.is_some()) =>
+            {
                 let here = self.at_wanted(ask, &kept)?;
                 let zero = self.builder.constant(0.0);
                 value = self.builder.select(here, value, zero);
@@ -167,7 +170,12 @@ impl Lowering<'_> {
         let mut here = self.builder.constant(1.0);
         for (variable, axes) in kept {
             let running = self.builder.running(axes[0]);
-            let wanted = match ask.searched.iter().find(|item| item.variable == *variable).and_then(|i| i.at.clone()) {
+            let wanted = match ask
+                .searched
+                .iter()
+                .find(|item| item.variable == *variable)
+                .and_then(|i| i.at.clone())
+            {
                 Some(Value::Ordinal(ordinal)) => self.builder.constant(ordinal as f64),
                 Some(Value::Given(name)) => {
                     let axes = self.plate.clone();

@@ -26,7 +26,10 @@ pub(super) fn remove(draft: &mut Draft<'_>) {
     }
     if !removed.is_empty() {
         let verb = if removed.len() == 1 { "sums" } else { "sum" };
-        draft.record("barren variables", format!("{} on no other factor's right: each {verb} to 1", are(&removed)));
+        draft.record(
+            "barren variables",
+            format!("{} on no other factor's right: each {verb} to 1", are(&removed)),
+        );
     }
 }
 
@@ -36,7 +39,8 @@ fn is_barren(draft: &Draft<'_>, position: usize) -> bool {
     let elsewhere = |variable| {
         draft.factors.iter().enumerate().any(|(other, term)| {
             let terms = &draft.terms;
-            other != position && scope::of_term(draft.model, terms, &draft.bindings, *term).contains(&variable)
+            other != position
+                && scope::of_term(draft.model, terms, &draft.bindings, *term).contains(&variable)
         })
     };
     left.iter().all(|use_| draft.free.contains(&use_.variable) && !elsewhere(use_.variable))
@@ -76,7 +80,12 @@ pub(super) fn is_truth(model: &Model, id: crate::ids::ExpressionId) -> bool {
         Expression::Unary(Unary::Not, _) => true,
         Expression::Binary(operator, ..) => !matches!(
             operator,
-            Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Minimum | Binary::Maximum
+            Binary::Add
+                | Binary::Subtract
+                | Binary::Multiply
+                | Binary::Divide
+                | Binary::Minimum
+                | Binary::Maximum
         ),
         Expression::If { then, otherwise, .. } => is_truth(model, *then) && is_truth(model, *otherwise),
         _ => false,

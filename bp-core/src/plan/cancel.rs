@@ -26,7 +26,9 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
         let left = &draft.model.factors[factor].left;
         // A uniform factor of a summed variable is the same number in every term of the sum.
         let uniform = matches!(draft.model.factors[factor].form, Form::Uniform)
-            && left.iter().all(|use_| draft.free.contains(&use_.variable) && !is_family(draft, use_.variable));
+            && left
+                .iter()
+                .all(|use_| draft.free.contains(&use_.variable) && !is_family(draft, use_.variable));
         match all_known || uniform {
             true => dropped.push(draft.model.head(&draft.model.factors[factor])),
             false => draft.factors.push(term),
@@ -51,12 +53,14 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
         Term::Factor(factor) => {
             let left = draft.model.factors[*factor].left.iter().map(|use_| use_.variable);
             distributed.extend(left.clone());
-            left.into_iter().all(|variable| !draft.is_known(variable)) && barren::is_proper(draft.model, *factor)
+            left.into_iter().all(|variable| !draft.is_known(variable))
+                && barren::is_proper(draft.model, *factor)
         }
         Term::FirstScan(scan) => {
             let left = draft.model.factors[scan.factor].left.iter().map(|use_| use_.variable);
             distributed.extend(left.clone());
-            left.into_iter().all(|variable| !draft.is_known(variable)) && barren::is_proper(draft.model, scan.factor)
+            left.into_iter().all(|variable| !draft.is_known(variable))
+                && barren::is_proper(draft.model, scan.factor)
         }
         _ => false,
     });

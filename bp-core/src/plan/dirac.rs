@@ -21,7 +21,8 @@ pub(super) fn substitute(draft: &mut Draft<'_>) {
         let domain = &draft.model.variables[variable].domain;
         let always_inside = match &binding {
             Binding::Expression(value) => {
-                matches!(domain, Domain::Real) || (*domain == Domain::Boolean && barren::is_truth(draft.model, *value))
+                matches!(domain, Domain::Real)
+                    || (*domain == Domain::Boolean && barren::is_truth(draft.model, *value))
             }
             _ => true,
         };

@@ -64,9 +64,10 @@ impl<'m> Draft<'m> {
     /// Known variables: the plate's index and those of the question.
     pub(super) fn is_known(&self, variable: VariableId) -> bool {
         Some(variable) == self.model.plate_index()
-            || self.asks[0].known.iter().any(|known| {
-                known.variable == variable && !matches!(known.evidence, Evidence::Virtual(_))
-            })
+            || self.asks[0]
+                .known
+                .iter()
+                .any(|known| known.variable == variable && !matches!(known.evidence, Evidence::Virtual(_)))
     }
 
     /// Sums over everything that is neither searched nor known.
@@ -149,7 +150,9 @@ impl<'m> Draft<'m> {
         };
         if let Some(variable) = self.searched.iter().find(real) {
             let name = self.model.variable_name(*variable);
-            return Err(self.unplanned(format!("`{name}` is real, and not everything is linear and Gaussian")));
+            return Err(
+                self.unplanned(format!("`{name}` is real, and not everything is linear and Gaussian"))
+            );
         }
         let bound = |variable: &&VariableId| !self.model.variables[**variable].domain.is_finite();
         if let (Some(variable), true) = (self.searched.iter().find(bound), self.normalise) {

@@ -43,7 +43,8 @@ pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
         draft.factors.push(sum);
     }
     if !names.is_empty() {
-        let reason = format!("{} summed as early as can be, about {:.0} products in all", are(&names), draft.cost);
+        let reason =
+            format!("{} summed as early as can be, about {:.0} products in all", are(&names), draft.cost);
         draft.record("order of sums", reason);
     }
     Ok(())
@@ -77,7 +78,9 @@ fn summable(draft: &Draft<'_>, variable: VariableId) -> Result<(), Error> {
     let name = draft.model.variable_name(variable);
     let declared = &draft.model.variables[variable];
     if matches!(declared.domain, Domain::Real | Domain::Vector(_)) {
-        let reason = format!("`{name}` is real and would have to be integrated, and not everything is linear and Gaussian");
+        let reason = format!(
+            "`{name}` is real and would have to be integrated, and not everything is linear and Gaussian"
+        );
         return Err(draft.unplanned(reason));
     }
     match &declared.family {

@@ -54,11 +54,16 @@ pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
         Some(id) == model.plate_index() || (variable.domain == Domain::Real && variable.family.is_none())
     });
     let linear = model.factors.values().all(|factor| match &factor.form {
-        Form::Normal { mean, deviation } => degree(model, *mean) <= Some(1) && degree(model, *deviation) == Some(0),
+        Form::Normal { mean, deviation } => {
+            degree(model, *mean) <= Some(1) && degree(model, *deviation) == Some(0)
+        }
         Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
         _ => false,
     });
-    reals && linear && model.factors.values().all(|factor| factor_is_finite(model, factor)) && distribution(ask)
+    reals
+        && linear
+        && model.factors.values().all(|factor| factor_is_finite(model, factor))
+        && distribution(ask)
 }
 
 fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
@@ -106,7 +111,8 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let mut known: Vec<VariableId> = carried.iter().map(|(_, previous)| *previous).collect();
     known.extend(model.plate_index());
     while !rest.is_empty() {
-        let ready = rest.iter().position(|factor| factor.right.iter().all(|use_| known.contains(&use_.variable)));
+        let ready =
+            rest.iter().position(|factor| factor.right.iter().all(|use_| known.contains(&use_.variable)));
         let factor = rest.remove(ready.expect("internal: a checked decomposition has an order"));
         let (mean, deviation) = match factor.form {
             Form::Normal { mean, deviation } => (mean, Some(deviation)),
@@ -125,7 +131,8 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
 fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
     let mut relevant = BTreeSet::new();
     let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
-    let mut rest: Vec<VariableId> = searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
+    let mut rest: Vec<VariableId> =
+        searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
     while let Some(variable) = rest.pop() {
         if relevant.insert(variable) {
             let parents = model.factor_of(variable).map_or(&[][..], |factor| &model.factors[factor].right);
@@ -147,7 +154,8 @@ fn derive(
     let observed = names(&mut observed.iter().copied());
     let mut lines = vec![(
         "linear and Gaussian".to_owned(),
-        "every form is normal or a Dirac, with a mean that is linear in its parents: the joint law is normal".to_owned(),
+        "every form is normal or a Dirac, with a mean that is linear in its parents: the joint law is normal"
+            .to_owned(),
         [
             "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
             "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),

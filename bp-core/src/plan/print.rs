@@ -56,7 +56,8 @@ impl Exact {
 
 impl Gaussian {
     fn derivation(&self, model: &Model, notation: Notation) -> Vec<(String, String, String)> {
-        let searched: Vec<VariableId> = self.asks[0].searched.iter().map(|searched| searched.variable).collect();
+        let searched: Vec<VariableId> =
+            self.asks[0].searched.iter().map(|searched| searched.variable).collect();
         let left = left_hand_side(model, &self.asks, &searched, notation);
         let line = |(rule, reason, right): &(String, String, [String; 2])| {
             let right = &right[usize::from(notation == Notation::Latex)];
@@ -91,9 +92,15 @@ fn read_out(
         (Reduction::Entropy, Notation::Latex) => {
             ("entropy", format!("H = -\\sum_{{{}}} p \\ln p,\\quad p = {left}", names().join("\\,")))
         }
-        (Reduction::Maximum, Notation::Unicode) => ("maximum", format!("max_{{{}}} {left}", names().join(" "))),
-        (Reduction::Maximum, Notation::Latex) => ("maximum", format!("\\max_{{{}}} {left}", names().join("\\,"))),
-        (Reduction::Argmax { .. }, Notation::Unicode) => ("argmax", format!("argmax_{{{}}} {left}", names().join(" "))),
+        (Reduction::Maximum, Notation::Unicode) => {
+            ("maximum", format!("max_{{{}}} {left}", names().join(" ")))
+        }
+        (Reduction::Maximum, Notation::Latex) => {
+            ("maximum", format!("\\max_{{{}}} {left}", names().join("\\,")))
+        }
+        (Reduction::Argmax { .. }, Notation::Unicode) => {
+            ("argmax", format!("argmax_{{{}}} {left}", names().join(" ")))
+        }
         (Reduction::Argmax { .. }, Notation::Latex) => {
             ("argmax", format!("\\arg\\max_{{{}}} {left}", names().join("\\,")))
         }
@@ -108,7 +115,8 @@ fn left_hand_side(model: &Model, asks: &[Ask], searched: &[VariableId], notation
         Value::Given(given) => given.clone(),
     };
     let at = |variable: VariableId| {
-        let found = asks.iter().flat_map(|ask| &ask.searched).find(|searched| searched.variable == variable)?;
+        let found =
+            asks.iter().flat_map(|ask| &ask.searched).find(|searched| searched.variable == variable)?;
         found.at.as_ref()
     };
     let item = |variable: VariableId, at: Option<&Value>| match at {
@@ -221,11 +229,15 @@ impl Printer<'_> {
                 let domain = self.model.domain_text(&self.model.variables[*variable].domain);
                 match self.notation {
                     Notation::Unicode => format!("[{} ∈ {domain}]", self.value_of(*variable)),
-                    Notation::Latex => format!("[{} \\in {}]", self.value_of(*variable), label(&domain, self.notation)),
+                    Notation::Latex => {
+                        format!("[{} \\in {}]", self.value_of(*variable), label(&domain, self.notation))
+                    }
                 }
             }
             Term::Product(factors) if factors.is_empty() => "1".to_owned(),
-            Term::Product(factors) => factors.iter().map(|factor| self.grouped(*factor)).collect::<Vec<_>>().join(" "),
+            Term::Product(factors) => {
+                factors.iter().map(|factor| self.grouped(*factor)).collect::<Vec<_>>().join(" ")
+            }
             Term::Sum(over, body) => {
                 let names: Vec<_> = over.iter().map(|id| name(self.model, *id, self.notation)).collect();
                 format!("{}{}", self.notation.sum(&names), self.term(*body))
@@ -261,7 +273,9 @@ impl Printer<'_> {
                 let body = self.term(*body);
                 match (self.notation, names.is_empty()) {
                     (_, true) => body,
-                    (Notation::Unicode, false) => format!("(1/Z) {body},  Z = Σ_{{{}}} of the same", names.join(" ")),
+                    (Notation::Unicode, false) => {
+                        format!("(1/Z) {body},  Z = Σ_{{{}}} of the same", names.join(" "))
+                    }
                     (Notation::Latex, false) => {
                         format!("\\frac{{1}}{{Z}} {body},\\quad Z = \\sum_{{{}}}(\\cdot)", names.join("\\,"))
                     }

@@ -30,7 +30,8 @@ pub(super) fn chains(draft: &mut Draft<'_>) {
         let term = draft.terms.push(Term::FirstScan(scan));
         draft.factors.push(term);
         draft.free.retain(|free| *free != variable);
-        let reason = format!("`{name}` matters only through its first true element: 2^N hidden states cost O(N)");
+        let reason =
+            format!("`{name}` matters only through its first true element: 2^N hidden states cost O(N)");
         draft.record("chain scan", reason);
     }
 }
@@ -49,12 +50,15 @@ fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])
         .filter(|(_, factor)| scope::of_factor(model, *factor).contains(&family))
         .collect();
     let [(a, first), (b, second)] = factors.as_slice() else { return None };
-    let distributes = |factor: FactorId| model.factors[factor].left.iter().any(|use_| use_.variable == family);
+    let distributes =
+        |factor: FactorId| model.factors[factor].left.iter().any(|use_| use_.variable == family);
     let (prior, factor) = if distributes(*first) { (*first, *second) } else { (*second, *first) };
     // The elements may not depend on each other, and the other factor may only ask for the first of them.
     let independent = distributes(prior) && !scope::of_form(model, prior).contains(&family);
     let mut uses = Vec::new();
-    model.factors[factor].form.each_expression(&mut |expression| first_uses(model, expression, family, &mut uses));
+    model.factors[factor]
+        .form
+        .each_expression(&mut |expression| first_uses(model, expression, family, &mut uses));
     let with = uses.first().cloned().flatten()?;
     let same = uses.iter().all(|use_| *use_ == Some(with));
     (independent && same).then_some((FirstScan { family, prior, factor, with }, [*a, *b]))

@@ -31,7 +31,9 @@ pub(super) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) 
         }
         Expression::First { family, with } => {
             scope.insert(*family);
-            with.iter().flat_map(|(value, at)| [*value, *at]).for_each(|part| of_expression(model, part, scope));
+            with.iter()
+                .flat_map(|(value, at)| [*value, *at])
+                .for_each(|part| of_expression(model, part, scope));
         }
         Expression::Foreign { at, .. } => at.iter().for_each(|at| of_expression(model, *at, scope)),
         Expression::GradientNorm { at, field } => {

@@ -213,18 +213,25 @@ impl<'b, T: Scalar> Block<'b, T> {
     fn fold(&mut self, fold: Fold, value: ValueId) {
         if !(self.schedule.is_varying(value) && self.group.parallel) {
             let number = T::from_f64(self.uniform[value.position()]);
-            self.folded[..self.width].iter_mut().for_each(|folded| *folded = apply_fold(fold, *folded, number));
+            self.folded[..self.width]
+                .iter_mut()
+                .for_each(|folded| *folded = apply_fold(fold, *folded, number));
             return;
         }
         let start = self.slot[value.position()] * self.stride;
         let values = &self.varying[start..start + self.width];
         match fold {
-            Fold::Sum => self.folded.iter_mut().zip(values).for_each(|(folded, value)| *folded = *folded + *value),
+            Fold::Sum => {
+                self.folded.iter_mut().zip(values).for_each(|(folded, value)| *folded = *folded + *value)
+            }
             Fold::Product => {
                 self.folded.iter_mut().zip(values).for_each(|(folded, value)| *folded = *folded * *value);
             }
             Fold::Maximum => {
-                self.folded.iter_mut().zip(values).for_each(|(folded, value)| *folded = folded.maximum(*value));
+                self.folded
+                    .iter_mut()
+                    .zip(values)
+                    .for_each(|(folded, value)| *folded = folded.maximum(*value));
             }
         }
     }
@@ -259,7 +266,11 @@ impl<'b, T: Scalar> Block<'b, T> {
             Node::Unary(operator, operand) => operator.apply(number(operand)),
             Node::Binary(operator, left, right) => operator.apply(number(left), number(right)),
             Node::Select(condition, then, otherwise) => {
-                if number(condition) != 0.0 { number(then) } else { number(otherwise) }
+                if number(condition) != 0.0 {
+                    number(then)
+                } else {
+                    number(otherwise)
+                }
             }
             Node::Load { buffer, indices, otherwise } => match self.offset(*buffer, indices, 0) {
                 Some(offset) => self.cell(*buffer, offset),
@@ -281,7 +292,9 @@ impl<'b, T: Scalar> Block<'b, T> {
             Array::Given(cells) | Array::Broadcast(cells) => Cells::Numbers(cells),
             Array::Default => Cells::Default(self.bound.default(buffer)),
             Array::Positions(cells) => Cells::Positions(cells),
-            Array::Made if !self.made[buffer.position()].is_empty() => Cells::Numbers(&self.made[buffer.position()]),
+            Array::Made if !self.made[buffer.position()].is_empty() => {
+                Cells::Numbers(&self.made[buffer.position()])
+            }
             Array::Made => Cells::Numbers(&self.finished[buffer.position()]),
         }
     }
@@ -290,7 +303,8 @@ impl<'b, T: Scalar> Block<'b, T> {
     fn offset(&self, buffer: BufferId, indices: &[Index], lane: usize) -> Option<usize> {
         let mut offset = 0;
         let axes = &self.kernel.buffers[buffer].axes;
-        let own = !self.made[buffer.position()].is_empty() && matches!(self.bound.arrays[buffer], Array::Made);
+        let own =
+            !self.made[buffer.position()].is_empty() && matches!(self.bound.arrays[buffer], Array::Made);
         let running = |axis: AxisId| {
             let is_lane = self.group.parallel && self.kernel.parallel.last() == Some(&axis);
             self.running[axis.position()] as i64 + if is_lane { lane as i64 } else { 0 }

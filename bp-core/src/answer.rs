@@ -1,0 +1,250 @@
+//! Answers: distributions with the names of their values.
+//!
+//! In: a model, a question and the host's inputs. Out: an [`Answer`] for each thing asked. Invariant: the
+//! probabilities of a row's context sum to one, or are all zero where the context itself has probability zero;
+//! evidence of probability zero is an error.
+
+use crate::error::Error;
+use crate::exec::{Filter, Inputs, Lanes, scalar::Scalar};
+use crate::ids::VariableId;
+use crate::lower::{Output, lower};
+use crate::model::{Ask, Evidence, Model, Question, Reduction, Value};
+use crate::plan::{self, Options, Plan, Route};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+/// What is answered to one thing asked.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Answer {
+    /// What was asked, as a user would type it.
+    pub question: String,
+    /// ln P(evidence), where the evidence is one event; a density where it is real.
+    pub ln_evidence: Option<f64>,
+    /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
+    pub answer: Vec<Row>,
+}
+
+/// One row of an answer.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Row {
+    /// The names of the values, variable by variable, in the order of the question.
+    #[serde(serialize_with = "as_map")]
+    pub values: Vec<(String, String)>,
+    /// What is said of them.
+    #[serde(flatten)]
+    pub figure: Figure,
+}
+
+/// What is said of a row.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Figure {
+    /// A probability, or the density of a given real.
+    Probability {
+        /// The probability.
+        p: f64,
+    },
+    /// An entropy.
+    Entropy {
+        /// In nats.
+        entropy: f64,
+    },
+    /// A normal law.
+    Normal {
+        /// Mean.
+        mean: f64,
+        /// Standard deviation.
+        deviation: f64,
+    },
+}
+
+impl Row {
+    /// The probability; `None` for a row that is no probability.
+    pub fn p(&self) -> Option<f64> {
+        match self.figure {
+            Figure::Probability { p } => Some(p),
+            _ => None,
+        }
+    }
+}
+
+fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(values.len()))?;
+    for (variable, value) in values {
+        map.serialize_entry(variable, value)?;
+    }
+    map.end()
+}
+
+/// How a question to a model is planned when one wants to see the answer: with ln P(evidence) where the
+/// evidence is one event.
+///
+/// # Errors
+/// See [`plan::plan`].
+pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
+    let event = |ask: &Ask| ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each));
+    let ln_evidence = model.plate.is_none() && question.asks.iter().all(event);
+    plan::plan(model, question, Options { ln_evidence, ..Options::default() })
+}
+
+/// Asks a question of a model.
+///
+/// # Errors
+/// No exact route; inputs that are missing or do not fit; evidence of probability zero.
+pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+    let plan = plan_for_answer(model, question)?;
+    let mut answers = Vec::new();
+    for route in &plan.routes {
+        match route {
+            Route::Gaussian(gaussian) => answers.extend(ask_gaussian(model, gaussian, inputs)?),
+            Route::Exact(exact) => {
+                let lowered = lower(model, exact, &question.name)?;
+                let lanes = Lanes::new(lowered.kernel);
+                let outputs = lanes.run(inputs)?;
+                let ln_evidence = exact.ln_evidence.then(|| outputs.get("ln_evidence")[0]);
+                for output in &lowered.outputs {
+                    let Some(ask) = &output.ask else { continue };
+                    let nearest = match &ask.reduction {
+                        Reduction::Argmax { nearest: Some(field) } => inputs.find(field),
+                        _ => None,
+                    };
+                    let read = Reading { model, ask, output, cells: outputs.get(&output.name), nearest };
+                    let answer = read.answer(&lanes, inputs, ln_evidence)?;
+                    if exact.ln_evidence && answer.ln_evidence == Some(f64::NEG_INFINITY) {
+                        return Err(Error::Impossible(answer.question));
+                    }
+                    answers.push(answer);
+                }
+            }
+        }
+    }
+    Ok(answers)
+}
+
+fn ask_gaussian(
+    model: &Model,
+    gaussian: &plan::Gaussian,
+    inputs: &Inputs<'_, f64>,
+) -> Result<Vec<Answer>, Error> {
+    let given = |name: &str| inputs.find(name).and_then(|numbers| numbers.first().copied());
+    let parameters: Vec<(&str, f64)> = (model.parameters.values())
+        .filter_map(|parameter| Some((parameter.name.as_str(), given(&parameter.name)?)))
+        .collect();
+    let mut observations = Vec::new();
+    for known in &gaussian.asks[0].known {
+        let name = model.variable_name(known.variable);
+        let value = match &known.evidence {
+            Evidence::Hard(Value::Real(number)) => *number,
+            Evidence::Hard(Value::Given(given_as)) => {
+                given(given_as).ok_or_else(|| Error::input(given_as, "it was not given"))?
+            }
+            _ => given(&name).ok_or_else(|| Error::input(&name, "it was not given"))?,
+        };
+        observations.push((name, value));
+    }
+    let observations: Vec<(&str, f64)> =
+        observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    let belief = Filter::new(model, gaussian, &parameters)?.step(&observations)?;
+    Ok((gaussian.asks.iter())
+        .map(|ask| Answer {
+            question: model.ask_text(ask),
+            ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
+            answer: (ask.searched.iter())
+                .map(|searched| model.variable_name(searched.variable))
+                .map(|name| {
+                    let mean = belief.mean_of(&name).unwrap_or(f64::NAN);
+                    let deviation = belief.deviation_of(&name).unwrap_or(f64::NAN);
+                    Row { values: vec![(name, String::new())], figure: Figure::Normal { mean, deviation } }
+                })
+                .collect(),
+        })
+        .collect())
+}
+
+struct Reading<'r> {
+    model: &'r Model,
+    ask: &'r Ask,
+    output: &'r Output,
+    cells: &'r [f64],
+    nearest: Option<&'r [f64]>,
+}
+
+impl Reading<'_> {
+    fn answer(
+        &self,
+        lanes: &Lanes,
+        inputs: &Inputs<'_, f64>,
+        ln_evidence: Option<f64>,
+    ) -> Result<Answer, Error> {
+        let extents = lanes.extents(&self.output.name, inputs)?;
+        // The plate's axes, if any, are numbered after the named variables.
+        let plate = extents.len().saturating_sub(self.output.variables.len());
+        let fixed = self.ask.searched.iter().filter_map(|searched| match &searched.at {
+            Some(Value::Ordinal(ordinal)) if !self.output.variables.contains(&searched.variable) => {
+                Some((searched.variable, self.model.value_name(searched.variable, *ordinal)))
+            }
+            Some(Value::Given(name)) => Some((searched.variable, name.clone())),
+            Some(Value::Real(number)) => Some((searched.variable, number.to_string())),
+            _ => None,
+        });
+        let fixed: Vec<(String, String)> =
+            fixed.map(|(variable, value)| (self.model.variable_name(variable), value)).collect();
+        let row = |position: usize, p: f64| {
+            let (mut rest, mut ordinals) = (position, vec![0; extents.len()]);
+            for (axis, extent) in extents.iter().enumerate().rev() {
+                ordinals[axis] = rest % extent;
+                rest /= extent;
+            }
+            let mut values: Vec<(String, String)> = Vec::new();
+            for (variable, ordinal) in self.output.variables.iter().zip(&ordinals) {
+                values.push((self.model.variable_name(*variable), self.value_name(*variable, *ordinal)));
+            }
+            if plate > 0 {
+                let index =
+                    self.model.plate_index().map_or_else(String::new, |id| self.model.variable_name(id));
+                let place: Vec<_> = ordinals[extents.len() - plate..].iter().map(usize::to_string).collect();
+                values.push((index, place.join(",")));
+            }
+            values.extend(fixed.clone());
+            let figure = match self.ask.reduction {
+                Reduction::Entropy => Figure::Entropy { entropy: p },
+                _ => Figure::Probability { p },
+            };
+            Row { values, figure }
+        };
+        let rows = match &self.ask.reduction {
+            Reduction::Argmax { .. } => argmax(self.cells, self.nearest),
+            Reduction::Maximum => argmax(self.cells, None).into_iter().take(1).collect(),
+            _ => (0..self.cells.len()).collect(),
+        };
+        let answer = rows.into_iter().map(|position| row(position, self.cells[position])).collect();
+        Ok(Answer { question: self.model.ask_text(self.ask), ln_evidence, answer })
+    }
+
+    fn value_name(&self, variable: VariableId, ordinal: usize) -> String {
+        self.model.value_name(variable, ordinal)
+    }
+}
+
+/// How close to the largest a score must be to be as good, as a fraction of it.
+const TIE: f64 = 1e-9;
+
+/// The positions at which a score is largest; with `nearest`, the one of these at which that field is smallest
+/// (the first, if several), so that at most one is left. None where no score is positive.
+pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
+    let best = scores.iter().fold(T::ZERO, |best, score| best.maximum(*score));
+    if best <= T::ZERO {
+        return Vec::new();
+    }
+    // In f32 neighbouring numbers are further apart than the tolerance; their own spacing is used then.
+    let spacing = if T::from_f64(1.0 + TIE) == T::ONE { 1e-6 } else { TIE };
+    let least = T::from_f64(best.to_f64() * (1.0 - spacing));
+    let tied = (0..scores.len()).filter(|position| scores[*position] >= least);
+    match nearest {
+        None => tied.collect(),
+        Some(field) => tied
+            .reduce(|best, other| if field[other] < field[best] { other } else { best })
+            .into_iter()
+            .collect(),
+    }
+}
