@@ -5,6 +5,7 @@
 
 pub mod answer;
 pub mod diagnostic;
+pub mod emit;
 pub mod error;
 pub mod exec;
 pub mod ids;

@@ -24,6 +24,7 @@ pub enum Edge {
 pub struct Space {
     extents: [usize; 3],
     edges: [Edge; 3],
+    steps: Moves,
 }
 
 /// A space that cannot be.
@@ -57,7 +58,9 @@ impl Space {
         if edges[1] == Edge::Pole && !extents[2].is_multiple_of(2) {
             return Err(SpaceError::OddLanes(extents[2]));
         }
-        Ok(Self { extents, edges })
+        let [depth, _, lane] = edges;
+        let steps = antecedents(extents, [depth, Edge::Open, lane], &[[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+        Ok(Self { extents, edges, steps })
     }
 
     /// Cells along (depth, row, lane).
@@ -77,44 +80,44 @@ impl Space {
 
     /// Where each displacement comes from: for a cell c and displacement v, the cell c − v.
     pub fn antecedents(&self, displacements: &[[i32; 3]]) -> Moves {
-        let [depths, rows, lanes] = self.extents;
-        let mut moves = Moves {
-            depth: Vec::with_capacity(displacements.len() * depths * rows),
-            row: Vec::with_capacity(displacements.len() * depths * rows),
-            turn: Vec::with_capacity(displacements.len() * depths * rows),
-            displacements: displacements.len(),
-        };
-        for displacement in displacements {
-            for depth in 0..depths as i32 {
-                for row in 0..rows as i32 {
-                    let depth = depth - displacement[0];
-                    let (mut row, mut turn) = (row - displacement[1], -displacement[2]);
-                    let rows = rows as i32;
-                    if self.edges[1] == Edge::Pole && (row < 0 || row >= rows) {
-                        row = if row < 0 { -1 - row } else { 2 * rows - 1 - row };
-                        turn += lanes as i32 / 2;
-                    }
-                    let inside = (0..depths as i32).contains(&depth) && (0..rows).contains(&row);
-                    moves.depth.push(if inside { depth } else { -1 });
-                    moves.row.push(if inside { row } else { -1 });
-                    moves.turn.push(turn);
-                }
-            }
-        }
-        moves
+        antecedents(self.extents, self.edges, displacements)
     }
 
     /// The contiguous cell along the negative direction of each axis, as differences are taken over it (paper,
     /// Eq. 6). A pole is an end here: there is no cell below the lowest row.
-    pub fn unit_antecedents(&self) -> Moves {
-        let [depth, _, lane] = self.edges;
-        let open = Self { extents: self.extents, edges: [depth, Edge::Open, lane] };
-        open.antecedents(&[[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    pub fn steps(&self) -> &Moves {
+        &self.steps
     }
 }
 
+fn antecedents([depths, rows, lanes]: [usize; 3], edges: [Edge; 3], displacements: &[[i32; 3]]) -> Moves {
+    let count = displacements.len() * depths * rows;
+    let mut moves = Moves {
+        depth: Vec::with_capacity(count),
+        row: Vec::with_capacity(count),
+        turn: Vec::with_capacity(count),
+        displacements: displacements.len(),
+    };
+    let (depths, rows, lanes) = (depths as i32, rows as i32, lanes as i32);
+    for displacement in displacements {
+        for (depth, row) in (0..depths).flat_map(|depth| (0..rows).map(move |row| (depth, row))) {
+            let depth = depth - displacement[0];
+            let (mut row, mut turn) = (row - displacement[1], -displacement[2]);
+            if edges[1] == Edge::Pole && !(0..rows).contains(&row) {
+                row = if row < 0 { -1 - row } else { 2 * rows - 1 - row };
+                turn += lanes / 2;
+            }
+            let inside = (0..depths).contains(&depth) && (0..rows).contains(&row);
+            moves.depth.push(if inside { depth } else { -1 });
+            moves.row.push(if inside { row } else { -1 });
+            moves.turn.push(turn);
+        }
+    }
+    moves
+}
+
 /// Where displacements come from; each table is \[displacement\]\[depth\]\[row\].
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Moves {
     /// Depth of the antecedent, −1 outside.
     pub depth: Vec<i32>,

@@ -46,16 +46,16 @@ impl<'a, T: Clone> Inputs<'a, T> {
     }
 
     /// The extents of a grid, and whether its lanes go round.
-    pub fn grid(mut self, name: &str, space: &Space) -> Self
+    pub fn grid(mut self, name: &str, space: &'a Space) -> Self
     where
         T: From<f32>,
     {
         for (part, extent) in ["depth", "rows", "lanes"].iter().zip(space.extents()) {
             self.sizes.insert(format!("{name}.{part}"), extent);
         }
-        let steps = space.unit_antecedents();
-        for (part, table) in [("depth", steps.depth), ("row", steps.row), ("turn", steps.turn)] {
-            self.positions.insert(format!("{name} step from {part}"), Cow::Owned(table));
+        let steps = space.steps();
+        for (part, table) in [("depth", &steps.depth), ("row", &steps.row), ("turn", &steps.turn)] {
+            self.positions.insert(format!("{name} step from {part}"), Cow::Borrowed(table));
         }
         self.number(&format!("{name}.wraps"), T::from(if space.wraps() { 1.0 } else { 0.0 }))
     }

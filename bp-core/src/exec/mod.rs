@@ -3,6 +3,7 @@
 //! In: a [`Kernel`](crate::kernel::Kernel) and [`Inputs`]. Out: [`Outputs`]. Invariant: every buffer's length is
 //! checked against the kernel once, in [`Inputs`]' binding; after that no back end can fail.
 
+pub mod compiled;
 mod gaussian;
 mod inputs;
 mod interpreter;

@@ -1,0 +1,64 @@
+//! Emitting: programs as Rust text.
+//!
+//! In: a checked model and the text that it came from. Out: the body of a Rust module: the text, the model, and a
+//! compiled function for each question. Invariant: what is emitted needs only `std`, slices and
+//! [`crate::exec::compiled`]; it reads the same schedule as the lanes.
+
+mod names;
+mod nest;
+mod question;
+mod text;
+
+use crate::error::Error;
+use crate::lower::lower;
+use crate::model::{Model, Question};
+use crate::plan::{self, Options, Route};
+use crate::source::Source;
+use text::Text;
+
+pub use names::snake;
+
+/// The body of the module of a program.
+///
+/// # Errors
+/// The questions that have no exact answer, each with the reason.
+pub fn emit_rust(model: &Model, source: &Source) -> Result<String, Vec<(String, Error)>> {
+    let mut text = Text::default();
+    text.line(format!("/// The program's text.\npub const SOURCE: &str = {:?};", source.text));
+    text.open("/// The program's meaning.\npub fn model() -> ::bp_core::model::Model");
+    text.line(format!("let source = ::bp_core::source::Source::new({:?}, SOURCE);", model.name));
+    text.line(
+        "::bp_core::syntax::compile(&source).expect(\"internal: it was checked when it was compiled\")",
+    );
+    text.close();
+    for parameter in model.parameters.values() {
+        if let Some(default) = parameter.default {
+            let name = names::snake(&parameter.name).to_uppercase();
+            text.line(format!("/// What `{}` is where nothing else is said.", parameter.name));
+            text.line(format!("pub const DEFAULT_{name}: f64 = {default:?};"));
+        }
+    }
+    let mut wrong = Vec::new();
+    for question in model.questions.values() {
+        if let Err(error) = emit_question(model, question, &mut text) {
+            wrong.push((question.name.clone(), error));
+        }
+    }
+    if wrong.is_empty() { Ok(text.finish()) } else { Err(wrong) }
+}
+
+fn emit_question(model: &Model, asked: &Question, text: &mut Text) -> Result<(), Error> {
+    let plan = plan::plan(model, asked, Options::default())?;
+    for (number, route) in plan.routes.iter().enumerate() {
+        let mut name = names::snake(&asked.name);
+        if number > 0 {
+            name = format!("{name}_{}", number + 1);
+        }
+        let equation = &plan.equations(model, plan::Notation::Unicode)[number];
+        match route {
+            Route::Exact(exact) => question::emit(&lower(model, exact, &asked.name)?, &name, equation, text),
+            Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, text),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,206 @@
+//! One question: its inputs, its outputs, and the function that computes them.
+//!
+//! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths are checked once, at
+//! the top; the loop below neither allocates nor fails.
+
+use super::names::{self, Given, local, snake};
+use super::nest::Nests;
+use super::text::Text;
+use crate::ids::{BufferId, Id};
+use crate::kernel::schedule::{Group, Schedule};
+use crate::kernel::{Kernel, Role};
+use crate::lower::Lowered;
+use crate::model::Question;
+
+pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Text) {
+    let kernel = &lowered.kernel;
+    text.line(format!("/// {equation}"));
+    text.open(format!("pub mod {name}"));
+    text.line("use ::bp_core::exec::compiled::*;");
+    text.line("use ::bp_core::exec::scalar::Scalar;");
+    structures(kernel, text);
+    text.line("/// Computes the answer; outputs are made as long as they have to be.\n///\n/// # Errors\n/// An input of the wrong length.");
+    text.line("#[allow(clippy::all, unused)]");
+    text.open("pub fn run<T: Scalar>(inputs: &Inputs<'_, T>, outputs: &mut Outputs<T>) -> Result<(), ::bp_core::error::Error>");
+    extents(kernel, text);
+    buffers(kernel, text);
+    let schedule = Schedule::of(kernel);
+    for group in &schedule.groups {
+        match group.parallel {
+            true => parallel(kernel, &schedule, group, text),
+            false => Nests::new(kernel, &schedule, group).serial(text),
+        }
+    }
+    text.line("Ok(())");
+    text.close();
+    text.close();
+}
+
+/// A question that is answered in closed form: a function that makes its filter.
+pub(super) fn emit_filter(question: &Question, number: usize, name: &str, equation: &str, text: &mut Text) {
+    text.line(format!("/// {equation}"));
+    text.open(format!("pub mod {name}"));
+    text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value that it cannot have.");
+    text.open(
+        "pub fn filter(parameters: &[(&str, f64)]) -> Result<::bp_core::exec::Filter, ::bp_core::error::Error>",
+    );
+    text.line("let model = super::model();");
+    text.line(format!(
+        "let question = model.question({:?}).expect(\"internal: it was there\");",
+        question.name
+    ));
+    text.line("let plan = ::bp_core::plan::plan(&model, question, ::bp_core::plan::Options::default())?;");
+    text.open(format!("match &plan.routes[{number}]"));
+    text.line(
+        "::bp_core::plan::Route::Gaussian(plan) => ::bp_core::exec::Filter::new(&model, plan, parameters),",
+    );
+    text.line("_ => unreachable!(\"internal: it was linear and Gaussian\"),");
+    text.close();
+    text.close();
+    text.close();
+}
+
+fn structures(kernel: &Kernel, text: &mut Text) {
+    let mut fields: Vec<String> = Vec::new();
+    for (field, kind, what) in names::sizes(kernel) {
+        fields.push(format!("/// {what}\npub {field}: {kind},"));
+    }
+    for (id, buffer) in kernel.inputs() {
+        let shape: Vec<&str> = buffer.axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();
+        let shape = shape.join("][");
+        let once = match buffer.role {
+            Role::Input { broadcast: true, .. } => ", or one for the whole plate",
+            _ => "",
+        };
+        match names::given(kernel, id) {
+            Given::Number(field) => fields.push(format!("/// `{}`.\npub {field}: T,", buffer.name)),
+            Given::Slice(field) => {
+                fields.push(format!("/// `{}`, by \\[{shape}\\]{once}.\npub {field}: &'a [T],", buffer.name));
+            }
+            Given::Derived(_) => {}
+        }
+    }
+    text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
+    text.open("pub struct Inputs<'a, T>");
+    fields.iter().for_each(|field| text.line(field));
+    text.line("/// Nothing.\n#[doc(hidden)]\npub marker: ::std::marker::PhantomData<&'a T>,");
+    text.close();
+    text.line("/// What the question answers.\n#[derive(Clone, Debug, Default)]");
+    text.open("pub struct Outputs<T>");
+    for (_, buffer) in kernel.outputs() {
+        let shape: Vec<&str> = buffer.axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();
+        text.line(format!("/// `{}`, by \\[{}\\].", buffer.name, shape.join("][")));
+        text.line(format!("pub {}: Vec<T>,", snake(&buffer.name)));
+    }
+    text.close();
+}
+
+fn extents(kernel: &Kernel, text: &mut Text) {
+    for (id, axis) in kernel.axes.iter() {
+        text.line(format!("let {}: usize = {};", local("e", id), names::extent(kernel, &axis.extent)));
+    }
+}
+
+/// Binds inputs, makes room for what is made, and gives strides.
+fn buffers(kernel: &Kernel, text: &mut Text) {
+    for (id, buffer) in kernel.buffers.iter() {
+        let product = |axes: &mut dyn Iterator<Item = crate::ids::AxisId>| {
+            let factors: Vec<String> = axes.map(|axis| local("e", axis)).collect();
+            if factors.is_empty() { "1usize".to_owned() } else { factors.join(" * ") }
+        };
+        let (len, name) = (local("n", id), local("m", id));
+        let whole = product(&mut buffer.axes.iter().copied());
+        let once = product(&mut buffer.axes.iter().copied().filter(|axis| !kernel.parallel.contains(axis)));
+        text.line(format!("let {len}: usize = {whole};"));
+        let broadcast = matches!(buffer.role, Role::Input { broadcast: true, .. });
+        match &buffer.role {
+            Role::Input { .. } => match names::given(kernel, id) {
+                Given::Number(field) => {
+                    text.line(format!("let {name}: &[T] = ::std::slice::from_ref(&inputs.{field});"))
+                }
+                Given::Slice(field) => {
+                    text.line(format!("let {name}: &[T] = inputs.{field};"));
+                    text.line(match broadcast {
+                        true => format!("check_broadcast({:?}, {name}.len(), {len}, {once})?;", buffer.name),
+                        false => format!("check_length({:?}, {name}.len(), {len})?;", buffer.name),
+                    });
+                }
+                Given::Derived(expression) => {
+                    text.line(format!("let {name} = [{expression}];"));
+                    text.line(format!("let {name}: &[T] = &{name};"));
+                }
+            },
+            Role::Positions => {
+                let Given::Derived(expression) = names::given(kernel, id) else {
+                    unreachable!("internal: positions belong to a set")
+                };
+                text.line(format!("let {name}: &[i32] = {expression};"));
+                text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
+            }
+            Role::Output => text.line(format!("outputs.{}.resize({len}, T::ZERO);", snake(&buffer.name))),
+            Role::Scratch => {}
+        }
+        // A parallel axis of an input that was given once for the plate has stride 0.
+        if broadcast {
+            text.line(format!(
+                "let g{}: usize = usize::from({name}.len() == {len} && {len} != {once} || {len} == 1);",
+                id.position()
+            ));
+        }
+        for (position, axis) in buffer.axes.iter().enumerate() {
+            let after = &buffer.axes[position + 1..];
+            let parallel = |axis: &crate::ids::AxisId| kernel.parallel.contains(axis);
+            let stride = match broadcast {
+                false => product(&mut after.iter().copied()),
+                true if parallel(axis) => {
+                    format!("g{} * {}", id.position(), product(&mut after.iter().copied()))
+                }
+                true => format!(
+                    "if g{} == 1 {{ {} }} else {{ {} }}",
+                    id.position(),
+                    product(&mut after.iter().copied()),
+                    product(&mut after.iter().copied().filter(|axis| !parallel(axis)))
+                ),
+            };
+            text.line(format!("let q{}_{position}: usize = {stride};", id.position()));
+        }
+    }
+}
+
+/// Room for a buffer that a serial group makes, or that a parallel one makes for another.
+pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
+    let buffer = &kernel.buffers[id];
+    let (len, name) = (local("n", id), local("m", id));
+    let known: Option<usize> = buffer.axes.iter().map(|axis| kernel.axes[*axis].extent.known()).product();
+    match (&buffer.role, known) {
+        (Role::Output, _) => {
+            text.line(format!("let {name}: &mut [T] = &mut outputs.{}[..];", snake(&buffer.name)))
+        }
+        (_, Some(known)) if known <= 1024 => text.line(format!("let mut {name} = [T::ZERO; {known}];")),
+        _ => text.line(format!("let mut {name} = vec![T::ZERO; {len}];")),
+    }
+}
+
+fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, text: &mut Text) {
+    let mut shared: Vec<BufferId> = Vec::new();
+    for nest in &group.nests {
+        let out = kernel.nests[nest.nest].out;
+        if !schedule.local[out.position()] {
+            room(kernel, out, text);
+            shared.push(out);
+        }
+    }
+    let (lane, rows) = kernel.parallel.split_last().expect("internal: a parallel group has axes");
+    let row_count: Vec<String> = rows.iter().map(|axis| local("e", *axis)).collect();
+    let (units, unit) = match rows.is_empty() {
+        true => (local("e", *lane), "1".to_owned()),
+        false => (row_count.join(" * "), local("e", *lane)),
+    };
+    let slices: Vec<String> = shared.iter().map(|id| format!("&mut {}[..]", local("m", *id))).collect();
+    text.open(format!(
+        "each_piece({units}, {unit}, vec![{}], |first: usize, count: usize, planes: &mut [Planes<'_, T>]|",
+        slices.join(", ")
+    ));
+    Nests::new(kernel, schedule, group).blocks(&shared, text);
+    text.close_with("});");
+}

@@ -1,0 +1,43 @@
+//! Rust text in the making.
+//!
+//! In: lines. Out: indented text. Invariant: every block that is opened is closed.
+
+/// Rust text.
+#[derive(Default)]
+pub(super) struct Text {
+    text: String,
+    depth: usize,
+}
+
+impl Text {
+    /// One or more lines.
+    pub(super) fn line(&mut self, line: impl AsRef<str>) {
+        for line in line.as_ref().lines() {
+            self.text.push_str(&"    ".repeat(self.depth));
+            self.text.push_str(line);
+            self.text.push('\n');
+        }
+    }
+
+    /// Opens a block.
+    pub(super) fn open(&mut self, head: impl AsRef<str>) {
+        self.line(format!("{} {{", head.as_ref()));
+        self.depth += 1;
+    }
+
+    /// Closes a block.
+    pub(super) fn close(&mut self) {
+        self.close_with("}");
+    }
+
+    /// Closes a block with more than a brace.
+    pub(super) fn close_with(&mut self, end: &str) {
+        self.depth = self.depth.checked_sub(1).expect("internal: a block is closed that was not opened");
+        self.line(end);
+    }
+
+    pub(super) fn finish(self) -> String {
+        assert_eq!(self.depth, 0, "internal: a block is left open");
+        self.text
+    }
+}
