@@ -4,7 +4,7 @@
 //! Invariant: whatever the text, parsing ends, without a panic.
 
 use bp_core::source::Source;
-use bp_core::syntax::{parse, parse_file};
+use bp_core::syntax::{check, compile, parse, parse_file};
 use proptest::prelude::*;
 
 mod trees;
@@ -36,13 +36,15 @@ fn programs_print_to_text_that_parses_to_an_equal_tree() {
 
 #[test]
 fn comments_survive_printing() {
-    let text = "// head\n/// says\nprogram A { // open\n variables { A : bool; /* star */ // one\n // two\n B : bool; }\n\
+    let text = "// head\n/// says\nprogram A { // open\n variables { A : bool; /* star */ // one\n // two\n B : bool;\n // thirteen\n }\n\
                 decomposition { P(A) // three\n P(B /* four */ | A) }\n forms { P(A) = table { // five\n 0.5, 0.5; // six\n };\n\
-                P(B | A) = uniform; } question q { P(A) // seven\n } // eight\n } // nine\n // ten";
+                P(B | A) = uniform; } question q { P(A) // seven\n // eleven\n } // eight\n // twelve\n } // nine\n // ten";
     let source = Source::new("comments", text);
     round_trip(&source);
     let printed = parse_file(&source).unwrap().to_string();
-    for word in "head says open star one two three four five six seven eight nine ten".split(' ') {
+    for word in "head says open star one two three four five six seven eight nine ten eleven twelve thirteen"
+        .split(' ')
+    {
         assert_eq!(printed.matches(word).count(), 1, "{word} in\n{printed}");
     }
     assert_eq!(parse(&source).unwrap().comments.documentation(), "says");
@@ -69,12 +71,46 @@ fn a_text_that_nests_deeply_is_refused() {
         assert!(parse(&source).is_err(), "{}", &body[..20]);
     }
     for body in [format!("{}1{}", "(".repeat(44), ")".repeat(44)), format!("1{}", " + 1".repeat(500))] {
-        round_trip(&Source::new("almost", format!("{head}bernoulli({body}); }} }}")));
+        let almost = Source::new("almost", format!("{head}bernoulli({body}); }} }}"));
+        round_trip(&almost);
+        if let Err(wrong) = compile(&almost) {
+            wrong.render(&almost, false);
+        }
+    }
+}
+
+#[test]
+fn nothing_takes_long_to_read() {
+    let started = std::time::Instant::now();
+    for opening in ["first(A[", "ask(A[", "A.P(B[", "f(A[", "(match A[", "(if A["] {
+        let text = format!("program A {{ forms {{ P(A) = dirac({}", opening.repeat(23));
+        assert!(parse(&Source::new("long", text)).is_err());
+    }
+    assert!(started.elapsed().as_secs() < 5);
+}
+
+/// What a macro writes back from its tokens has blanks where the author had none.
+#[test]
+fn blanks_and_newlines_mean_nothing() {
+    for source in programs() {
+        let bare: String =
+            source.text.lines().map(|line| line.split("//").next().unwrap_or("").to_owned() + " ").collect();
+        let mut spaced = String::new();
+        for character in bare.chars() {
+            match character {
+                '(' | ')' | '[' | ']' | '{' | '}' | ';' | ',' | '|' | '^' | '+' | '-' | '*' => {
+                    spaced.push_str(&format!("\n{character} "));
+                }
+                _ => spaced.push(character),
+            }
+        }
+        let tree = |text: String| parse_file(&Source::new("blanks", text)).unwrap();
+        assert_eq!(tree(bare), tree(spaced));
     }
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) })]
 
     #[test]
     fn trees_print_to_text_that_parses_to_an_equal_tree(file in trees::file()) {
@@ -82,12 +118,17 @@ proptest! {
         let again = parse_file(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
         prop_assert_eq!(&file, &again, "{}", printed.text);
         prop_assert_eq!(&printed.text, &again.to_string());
+        for program in &again.programs {
+            if let Err(wrong) = check(program) {
+                wrong.render(&printed, false);
+            }
+        }
     }
 
     #[test]
     fn any_text_gets_an_answer(text in "\\PC{0,200}") {
         let source = Source::new("any", text);
-        if let Err(wrong) = parse_file(&source) {
+        if let Err(wrong) = compile(&source) {
             wrong.render(&source, false);
         }
     }
@@ -113,7 +154,7 @@ proptest! {
         let start = place(cut.index(text.len()));
         let end = place((start + length).min(text.len())).max(start);
         let source = Source::new("mutated", format!("{}{piece}{}", &text[..start], &text[end..]));
-        if let Err(wrong) = parse_file(&source) {
+        if let Err(wrong) = compile(&source) {
             wrong.render(&source, false);
         }
     }

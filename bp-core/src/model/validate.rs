@@ -306,7 +306,8 @@ fn table_faults(model: &Model, id: FactorId, rows: &[Vec<ExpressionId>], faults:
     let factor = &model.factors[id];
     let count = |id: VariableId| model.variables[id].domain.count();
     let names: Vec<_> = factor.right.iter().map(|use_| model.variable_name(use_.variable)).collect();
-    let expected: Option<usize> = factor.right.iter().map(|use_| count(use_.variable)).product();
+    let expected =
+        factor.right.iter().try_fold(1usize, |product, use_| product.checked_mul(count(use_.variable)?));
     match expected {
         Some(expected) if expected != rows.len() => {
             let of = if names.is_empty() { String::new() } else { format!(" of `{}`", names.join(" ")) };

@@ -110,10 +110,10 @@ fn expr() -> impl Strategy<Value = Expr> {
             (inner.clone(), name()).prop_map(|(of, name)| ExprKind::Field(operand(of), name)),
             (inner.clone(), occurrences(), prop::collection::vec(occurrence(), 0..3))
                 .prop_map(|(of, searched, known)| ExprKind::Answer { of: operand(of), searched, known }),
-            (occurrence(), occurrence(), inner.clone()).prop_map(|(family, with, index)| ExprKind::First {
-                family,
-                with,
-                index: Box::new(index)
+            (name(), any::<bool>(), occurrence(), inner.clone()).prop_map(|(name, before, with, index)| {
+                // `first` looks along a whole family: it takes no index.
+                let family = Occurrence { at: At::default(), name, index: Vec::new(), before };
+                ExprKind::First { family, with, index: Box::new(index) }
             }),
             (unary, inner.clone()).prop_map(|(op, of)| ExprKind::Unary(op, operand(of))),
             (binary, inner.clone(), inner.clone()).prop_map(|(op, left, right)| ExprKind::Binary(
@@ -253,15 +253,31 @@ fn section() -> impl Strategy<Value = Section> {
         (name(), prop::collection::vec(ask, 1..3))
             .prop_map(|(name, asks)| SectionKind::Question { name, asks }),
     ];
-    (comments(), kind).prop_map(|(comments, kind)| Section { at: At::default(), comments, kind })
+    (comments(), kind, closing()).prop_map(|(comments, kind, closing)| Section {
+        at: At::default(),
+        comments,
+        kind,
+        closing,
+    })
+}
+
+fn closing() -> impl Strategy<Value = Vec<String>> {
+    prop_oneof![4 => Just(Vec::new()), 1 => Just(vec!["// closing".to_owned()])]
 }
 
 /// A file of one or two programs.
 pub(crate) fn file() -> impl Strategy<Value = File> {
     let plate = prop::option::of((name(), name()).prop_map(|(index, set)| Plate { index, set }));
-    let program = (comments(), name(), plate, prop::collection::vec(section(), 0..4)).prop_map(
-        |(comments, name, plate, sections)| Program { at: At::default(), comments, name, plate, sections },
+    let program = (comments(), name(), plate, prop::collection::vec(section(), 0..4), closing()).prop_map(
+        |(comments, name, plate, sections, closing)| Program {
+            at: At::default(),
+            comments,
+            name,
+            plate,
+            sections,
+            closing,
+        },
     );
-    let closing = prop::collection::vec(Just("// closing".to_owned()), 0..2);
-    (prop::collection::vec(program, 1..3), closing).prop_map(|(programs, closing)| File { programs, closing })
+    (prop::collection::vec(program, 1..3), closing())
+        .prop_map(|(programs, closing)| File { programs, closing })
 }

@@ -77,6 +77,8 @@ pub struct Program {
     pub plate: Option<Plate>,
     /// Its sections, in the order written.
     pub sections: Vec<Section>,
+    /// Comments after the last section.
+    pub closing: Vec<String>,
 }
 
 /// `over index in set`.
@@ -97,6 +99,8 @@ pub struct Section {
     pub comments: Comments,
     /// What it holds.
     pub kind: SectionKind,
+    /// Comments after the last thing that it holds.
+    pub closing: Vec<String>,
 }
 
 /// The sections that the formalism has.

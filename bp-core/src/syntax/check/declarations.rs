@@ -139,8 +139,9 @@ impl Checker<'_> {
                 None
             }
             None => {
-                let known = self.names.keys().map(String::as_str);
-                let help = did_you_mean(&name.text, known)
+                let sizes =
+                    self.model.so_far().parameters.values().filter(|known| known.kind == ParameterKind::Size);
+                let help = did_you_mean(&name.text, sizes.map(|known| known.name.as_str()))
                     .unwrap_or_else(|| format!("declare it: `parameters {{ {} : size; }}`", name.text));
                 self.complain_and_help(name.span(), format!("unknown name `{}`", name.text), help);
                 None

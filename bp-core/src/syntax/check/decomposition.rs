@@ -4,7 +4,7 @@
 //! its factor. Invariant: a factor that is wrong is left out, and neither its variables nor its form are spoken of again.
 
 use super::expressions::Scope;
-use super::names::did_you_mean;
+use super::names::{did_you_mean, nearest};
 use super::{Checker, Meaning};
 use crate::diagnostic::Diagnostic;
 use crate::ids::VariableId;
@@ -91,6 +91,15 @@ impl Checker<'_> {
     fn forget_factor(&mut self, factor: &ast::Factor) {
         self.broken_heads.insert(key(factor));
         for occurrence in &factor.left {
+            let meant = self.meaning(&occurrence.name.text).is_none().then(|| {
+                let known =
+                    self.names.iter().filter(|(_, (meaning, _))| matches!(meaning, Meaning::Variable(_)));
+                nearest(&occurrence.name.text, known.map(|(name, _)| name.as_str()))
+                    .and_then(|name| self.meaning(name))
+            });
+            if let Some(Some(Meaning::Variable(id))) = meant {
+                self.broken_variables.insert(id);
+            }
             if let Some(Meaning::Variable(id)) = self.meaning(&occurrence.name.text) {
                 let model = self.model.so_far();
                 let previous = model.variables.find(|variable| variable.previous_of == Some(id));

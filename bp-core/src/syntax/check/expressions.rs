@@ -8,10 +8,9 @@ use super::types::Type;
 use super::{Checker, Meaning, number};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Domain, Expression, IndexSpace, SetKind, VariableUse};
-use crate::operators::{Binary, Unary};
+use crate::model::{Domain, Expression, IndexSpace, VariableUse};
 use crate::source::Span;
-use crate::syntax::ast::{self, BinaryOp, Expr, ExprKind, UnaryOp};
+use crate::syntax::ast::{self, Expr, ExprKind};
 
 /// A node and its type.
 pub(super) type Typed = (ExpressionId, Type);
@@ -222,6 +221,9 @@ impl Checker<'_> {
             let value = (ordinal + domain.base()) as f64;
             return Some((self.node(span, Expression::Number(value)), Type::of(&domain)));
         }
+        if !self.unknown.insert(text.clone()) {
+            return None;
+        }
         let labels = hint.into_iter().chain(model.variables.values().map(|variable| &variable.domain));
         let labels = labels.filter_map(|domain| match domain {
             Domain::Finite { labels, .. } => Some(labels),
@@ -305,94 +307,6 @@ impl Checker<'_> {
         self.value_of(before, element, span, scope)
     }
 
-    fn unary(&mut self, span: Span, op: UnaryOp, operand: &Expr, scope: &Scope) -> Option<Typed> {
-        let (id, kind) = self.expression(operand, scope, None)?;
-        match (op, &kind) {
-            (UnaryOp::Minus, Type::Number | Type::Vector(_)) => {
-                Some((self.node(span, Expression::Unary(Unary::Negate, id)), kind))
-            }
-            (UnaryOp::Not, Type::Boolean) => Some((self.node(span, Expression::Unary(Unary::Not, id)), kind)),
-            _ => {
-                let expected = if op == UnaryOp::Minus { Type::Number } else { Type::Boolean };
-                self.expect(operand.span(), &kind, &expected);
-                None
-            }
-        }
-    }
-
-    fn binary(
-        &mut self,
-        span: Span,
-        op: BinaryOp,
-        left: &Expr,
-        right: &Expr,
-        scope: &Scope,
-        hint: Option<&Domain>,
-    ) -> Option<Typed> {
-        // A label is of the domain of what it is compared with.
-        let domains = (self.domain_of(left), self.domain_of(right));
-        let first = self.expression(left, scope, domains.1.as_ref());
-        let second = self.expression(right, scope, domains.0.as_ref());
-        let ((left_id, left_type), (right_id, right_type)) = (first?, second?);
-        use BinaryOp::*;
-        let operator = operator(op);
-        let kind = match (op, &left_type, &right_type) {
-            (Or | And, Type::Boolean, Type::Boolean) => Type::Boolean,
-            (Or | And, found, _) => {
-                let bad =
-                    if *found == Type::Boolean { (right.span(), &right_type) } else { (left.span(), found) };
-                self.expect(bad.0, bad.1, &Type::Boolean);
-                return None;
-            }
-            (Equal | Different, one, other) if one == other && !matches!(one, Type::Vector(_)) => {
-                Type::Boolean
-            }
-            (Less | LessOrEqual | Greater | GreaterOrEqual, Type::Number, Type::Number) => Type::Boolean,
-            (Plus | Minus | Times | Over, Type::Number, Type::Number) => Type::Number,
-            (Plus | Minus, Type::Vector(one), Type::Vector(other)) if one == other => left_type.clone(),
-            (Times | Over, Type::Vector(_), Type::Number) => left_type.clone(),
-            (Times, Type::Number, Type::Vector(_)) => right_type.clone(),
-            (Plus | Minus, Type::Element(one), Type::Element(other)) if one != other => {
-                return self.displaced(span, op, (left_id, *one), (right_id, *other), hint);
-            }
-            _ => {
-                let model = self.model.so_far();
-                let (one, other) = (left_type.words(model), right_type.words(model));
-                let message = format!("`{}` cannot take {one} and {other}", op.text());
-                self.complain(span, message);
-                return None;
-            }
-        };
-        Some((self.node(span, Expression::Binary(operator, left_id, right_id)), kind))
-    }
-
-    /// `A + V`: a cell moved by a displacement. It tells that one set is a grid, and the other its displacements.
-    fn displaced(
-        &mut self,
-        span: Span,
-        op: BinaryOp,
-        left: (ExpressionId, crate::ids::SetId),
-        right: (ExpressionId, crate::ids::SetId),
-        hint: Option<&Domain>,
-    ) -> Option<Typed> {
-        let sets = &self.model.so_far().sets;
-        let is_displacement = |set| matches!(sets[set].kind, SetKind::Displacements(_));
-        let swapped = hint == Some(&Domain::Set(right.1)) || is_displacement(left.1);
-        let (cells, moves) = if swapped { (right.1, left.1) } else { (left.1, right.1) };
-        let fits = sets[cells].kind != SetKind::Displacements(moves)
-            && !is_displacement(cells)
-            && matches!(sets[moves].kind, SetKind::Plain | SetKind::Displacements(_))
-            && !matches!(sets[moves].kind, SetKind::Displacements(of) if of != cells);
-        if !fits {
-            let (cells, moves) = (sets[cells].name.clone(), sets[moves].name.clone());
-            self.complain(span, format!("`{moves}` is not a set of displacements of `{cells}`"));
-            return None;
-        }
-        self.model.set_kind(cells, SetKind::Grid);
-        self.model.set_kind(moves, SetKind::Displacements(cells));
-        Some((self.node(span, Expression::Binary(operator(op), left.0, right.0)), Type::Element(cells)))
-    }
-
     /// The domain of an expression that is just a variable.
     pub(super) fn domain_of(&self, expr: &Expr) -> Option<Domain> {
         let occurrence = match &expr.kind {
@@ -415,23 +329,6 @@ impl Checker<'_> {
             Domain::Finite { labels, range: None } => listed(labels.iter().map(String::as_str), "and"),
             _ => format!("`{}`", self.model.so_far().domain_text(domain)),
         }
-    }
-}
-
-fn operator(op: BinaryOp) -> Binary {
-    match op {
-        BinaryOp::Or => Binary::Or,
-        BinaryOp::And => Binary::And,
-        BinaryOp::Equal => Binary::Equal,
-        BinaryOp::Different => Binary::NotEqual,
-        BinaryOp::Less => Binary::Less,
-        BinaryOp::LessOrEqual => Binary::LessOrEqual,
-        BinaryOp::Greater => Binary::Greater,
-        BinaryOp::GreaterOrEqual => Binary::GreaterOrEqual,
-        BinaryOp::Plus => Binary::Add,
-        BinaryOp::Minus => Binary::Subtract,
-        BinaryOp::Times => Binary::Multiply,
-        BinaryOp::Over => Binary::Divide,
     }
 }
 

@@ -44,11 +44,10 @@ impl Checker<'_> {
         let mut given: HashMap<FactorId, Span> = HashMap::new();
         for definition in definitions {
             let key = key(&definition.head);
-            if self.broken_heads.contains(&key) {
-                continue;
-            }
             let Some(factor) = self.factors.get(&key).copied() else {
-                self.form_without_factor(definition);
+                if !self.broken_heads.contains(&key) {
+                    self.form_without_factor(definition);
+                }
                 continue;
             };
             if let Some(first) = given.insert(factor, definition.head.at.0) {
@@ -69,9 +68,11 @@ impl Checker<'_> {
             self.model.so_far().factors.ids().filter(|id| !given.contains_key(id)).collect();
         for factor in missing {
             self.broken_forms.insert(factor);
-            // The twin of a factor that has one is already told as a variable with two distributions.
-            if self.factors.values().any(|known| *known == factor) {
-                let model = self.model.so_far();
+            let model = self.model.so_far();
+            // A second factor of a variable is already told as its second distribution.
+            let is_second =
+                model.factors[factor].left.iter().any(|use_| model.factor_of(use_.variable) != Some(factor));
+            if !is_second && self.factors.values().any(|known| *known == factor) {
                 let head = model.head(&model.factors[factor]);
                 let span = self.factor_spans[&factor];
                 let help = format!("add `{head} = …;` to `forms`");
@@ -82,6 +83,13 @@ impl Checker<'_> {
 
     fn form_without_factor(&mut self, definition: &Definition) {
         let head = &definition.head;
+        let is_broken = |occurrence: &ast::Occurrence| match self.meaning(&occurrence.name.text) {
+            Some(Meaning::Variable(id)) => self.broken_variables.contains(&id),
+            _ => false,
+        };
+        if head.left.iter().any(is_broken) {
+            return;
+        }
         let left = |key: &str| key.split(" | ").next().unwrap_or("").to_owned();
         let wanted = left(&key(head));
         let mut wrong =

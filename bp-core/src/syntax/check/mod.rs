@@ -12,6 +12,7 @@ mod foreign;
 mod forms;
 mod functions;
 mod names;
+mod operators;
 mod questions;
 mod tables;
 mod types;
@@ -98,6 +99,8 @@ struct Checker<'p> {
     broken_variables: HashSet<VariableId>,
     /// Factors whose form is wrong or missing: nothing more is said of them.
     broken_forms: HashSet<FactorId>,
+    /// Names that nothing answers to, and that have been told.
+    unknown: HashSet<String>,
 }
 
 impl<'p> Checker<'p> {
@@ -117,6 +120,7 @@ impl<'p> Checker<'p> {
             broken_heads: HashSet::new(),
             broken_variables: HashSet::new(),
             broken_forms: HashSet::new(),
+            unknown: HashSet::new(),
         }
     }
 

@@ -3,9 +3,9 @@
 //! In: a name that nothing answers to, and those that something does. Out: the nearest, if it is near. Invariant: a
 //! suggestion is a slip of the hand away, never another word.
 
-/// The nearest of the names, if it is within a third of its letters.
+/// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
 pub(super) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let most = (wanted.chars().count() / 3).max(1);
+    let most = wanted.chars().count() / 4;
     known
         .into_iter()
         .filter(|name| *name != wanted)

@@ -10,6 +10,7 @@ use super::{Checker, constant, number};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Searched, Value};
+use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name, Occurrence, Sign, ValueKind};
 
 const REDUCTIONS: [&str; 3] = ["argmax", "max", "entropy"];
@@ -19,17 +20,19 @@ impl Checker<'_> {
         if self.model.so_far().question(&name.text).is_some() {
             self.complain(name.span(), format!("the question `{name}` is declared twice"));
         }
-        let before = self.wrong.0.len();
-        let mut wrong = std::mem::take(&mut self.wrong);
-        let model = self.model.so_far();
-        let read: Vec<Ask> = asks.iter().map(|written| ask(model, written, &mut wrong)).collect();
-        self.wrong = wrong;
-        // A question that is already wrong would only be found wrong again.
-        if self.wrong.0.len() == before {
-            let id = self.model.question(Question { name: name.text.clone(), asks: read });
-            for (position, ask) in asks.iter().enumerate() {
-                self.ask_spans.insert((id, position), ask.at.0);
+        let mut read: Vec<(Ask, Span)> = Vec::new();
+        for written in asks {
+            let told = self.wrong.0.len();
+            let ask = ask(self.model.so_far(), written, &mut self.wrong);
+            // One that is already wrong would only be found wrong again.
+            if self.wrong.0.len() == told {
+                read.push((ask, written.at.0));
             }
+        }
+        let (read, spans): (Vec<Ask>, Vec<Span>) = read.into_iter().unzip();
+        let id = self.model.question(Question { name: name.text.clone(), asks: read });
+        for (position, span) in spans.into_iter().enumerate() {
+            self.ask_spans.insert((id, position), span);
         }
     }
 }
@@ -117,7 +120,7 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
     let Some(id) = model.variable(&spoken) else {
         let known: Vec<String> = model.variables.ids().map(|id| model.variable_name(id)).collect();
         let mut diagnostic = Diagnostic::new(occurrence.at.0, format!("unknown variable `{spoken}`"));
-        diagnostic.help = did_you_mean(&spoken, known.iter().map(String::as_str)).or_else(|| {
+        diagnostic.help = did_you_mean(name, known.iter().map(String::as_str)).or_else(|| {
             let listed = listed(known.iter().map(String::as_str), "and");
             (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
         });

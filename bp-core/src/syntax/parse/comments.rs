@@ -1,7 +1,8 @@
 //! Comments: found in the text, and given to the items that they speak of.
 //!
 //! In: the text, and the tree without comments. Out: the tree with them. Invariant: no comment is lost; one that
-//! follows an item on its line goes with that item, any other with the next item, and what is left closes the file.
+//! follows an item on its line goes with that item, any other with the next item in the same braces, and what is left
+//! closes the section, the program or the file.
 
 use crate::source::Span;
 use crate::syntax::ast::*;
@@ -31,10 +32,13 @@ pub(super) fn find(text: &str) -> Vec<Span> {
 pub(super) fn attach(text: &str, file: &mut File) {
     let mut closing = Vec::new();
     let mut items: Vec<(Span, &mut Comments)> = Vec::new();
+    let mut braces: Vec<(Span, &mut Vec<String>)> = Vec::new();
     for program in &mut file.programs {
         items.push((program.at.0, &mut program.comments));
+        braces.push((program.at.0, &mut program.closing));
         for section in &mut program.sections {
             items.push((section.at.0, &mut section.comments));
+            braces.push((section.at.0, &mut section.closing));
             of_section(&mut section.kind, &mut items);
         }
     }
@@ -48,13 +52,19 @@ pub(super) fn attach(text: &str, file: &mut File) {
             ended.max_by_key(|(index, (item, _))| (item.end, usize::MAX - index)).map(|(index, _)| index);
         if let Some(index) = behind {
             items[index].1.after.push(words);
-        } else if let Some((_, comments)) = items.iter_mut().find(|(item, _)| item.start >= span.end) {
-            comments.before.push(words);
-        } else {
-            closing.push(words);
+            continue;
+        }
+        // The innermost braces around it, which come last.
+        let around = braces.iter_mut().rfind(|(brace, _)| brace.start < span.start && span.end <= brace.end);
+        let end = around.as_ref().map_or(usize::MAX, |(brace, _)| brace.end);
+        let next = items.iter_mut().find(|(item, _)| item.start >= span.end && item.start < end);
+        match (next, around) {
+            (Some((_, comments)), _) => comments.before.push(words),
+            (None, Some((_, closing))) => closing.push(words),
+            (None, None) => closing.push(words),
         }
     }
-    drop(items);
+    drop((items, braces));
     file.closing = closing;
 }
 

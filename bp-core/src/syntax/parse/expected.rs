@@ -3,6 +3,7 @@
 //! In: the parser's error. Out: one diagnostic under the token that was not expected. Invariant: no rule's name is ever
 //! shown; where the end of a statement or of a list would do, only that is asked for.
 
+use super::comments;
 use super::grammar::Rule;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -18,9 +19,18 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         ErrorVariant::CustomError { .. } => &[],
     };
     let found = token(text, position);
-    let span = Span::new(position, position + found.len());
     let shown = if found.is_empty() { "the end of the text".to_owned() } else { format!("`{found}`") };
-    let mut diagnostic = Diagnostic::new(span, format!("expected {}, found {shown}", expected(rules)));
+    let expected = expected(rules);
+    let before = token_before(text, position);
+    let is_end = ["`;`", "`)`", "`]`", "`}`", "`,` or `)`", "`,` or `]`"].contains(&expected.as_str());
+    let mut diagnostic = if is_end && text[before.end..position].contains('\n') {
+        // What is missing is missing at the end of that line, not at the start of this one.
+        let after = &text[before.start..before.end];
+        Diagnostic::new(before, format!("expected {expected} after `{after}`, found {shown}"))
+    } else {
+        let span = Span::new(position, position + found.len());
+        Diagnostic::new(span, format!("expected {expected}, found {shown}"))
+    };
     if rules.contains(&Rule::kw_parameters) {
         diagnostic = diagnostic.with_help(
             "a program has the sections `parameters`, `variables`, `decomposition`, `forms`, `identification` and `question`",
@@ -76,6 +86,24 @@ fn token(text: &str, position: usize) -> &str {
     }
 }
 
+/// The token that ends before a position, whatever blanks and comments are between.
+fn token_before(text: &str, position: usize) -> Span {
+    let comments = comments::find(text);
+    let mut end = position;
+    loop {
+        end = text[..end].trim_end().len();
+        match comments.iter().find(|comment| comment.start < end && end <= comment.end) {
+            Some(comment) => end = comment.start,
+            None => break,
+        }
+    }
+    let rest = &text[..end];
+    let word = |character: char| character.is_alphanumeric() || character == '_';
+    let letters = rest.len() - rest.trim_end_matches(word).len();
+    let last = rest.chars().next_back().map_or(0, char::len_utf8);
+    Span::new(end - letters.max(last), end)
+}
+
 /// What was expected, as an English list.
 fn expected(rules: &[Rule]) -> String {
     let has = |rule| rules.contains(&rule);
@@ -97,9 +125,13 @@ fn expected(rules: &[Rule]) -> String {
             }
         }
         if words.contains(&"an expression") || words.contains(&"a form") {
-            words.retain(|word| {
-                !["a name", "a number", "`not`", "`-`", "`if`", "`match`", "`(`"].contains(word)
-            });
+            let parts = ["a name", "a number", "`true` or `false`", "`-`", "`if`", "`match`", "`(`", "`[`"];
+            words.retain(|word| !parts.contains(word));
+        }
+        // An index or an argument could follow nearly anything.
+        let suffixes = ["`(`", "`[`", "`.`", "`^`"];
+        if words.iter().any(|word| !suffixes.contains(word)) {
+            words.retain(|word| !suffixes.contains(word));
         }
         words.truncate(6);
     }

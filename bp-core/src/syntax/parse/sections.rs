@@ -20,7 +20,7 @@ pub(super) fn program(pair: Pair<'_, Rule>) -> Program {
         Plate { index: children.name(), set: children.name() }
     });
     let sections = std::iter::from_fn(|| children.any()).map(section).collect();
-    Program { at: place, comments: Comments::default(), name, plate, sections }
+    Program { at: place, comments: Comments::default(), name, plate, sections, closing: Vec::new() }
 }
 
 fn section(pair: Pair<'_, Rule>) -> Section {
@@ -46,7 +46,7 @@ fn section(pair: Pair<'_, Rule>) -> Section {
             SectionKind::Question { name, asks: children.all(Rule::ask).into_iter().map(ask).collect() }
         }
     };
-    Section { at: place, comments: Comments::default(), kind }
+    Section { at: place, comments: Comments::default(), kind, closing: Vec::new() }
 }
 
 fn parameter(pair: Pair<'_, Rule>) -> Parameter {

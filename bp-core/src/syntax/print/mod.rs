@@ -58,59 +58,72 @@ impl Page {
             None => String::new(),
         };
         self.line(&format!("program {}{plate} {{", program.name));
-        self.deeper(|page| program.sections.iter().for_each(|section| page.section(section)));
+        self.deeper(|page| {
+            program.sections.iter().for_each(|section| page.section(section));
+            program.closing.iter().for_each(|comment| page.line(comment));
+        });
         self.line(&format!("}}{}", after(&program.comments)));
     }
 
     fn section(&mut self, section: &Section) {
         self.before(&section.comments);
-        let behind = after(&section.comments);
+        let end = &End { closing: &section.closing, behind: after(&section.comments) };
         match &section.kind {
             SectionKind::Parameters(list) => {
-                self.items("parameters", &behind, list, |item| (&item.comments, item.to_string()));
+                self.items("parameters", end, list, |item| (&item.comments, item.to_string()));
             }
             SectionKind::Variables(list) => {
-                self.items("variables", &behind, list, |item| (&item.comments, item.to_string()));
+                self.items("variables", end, list, |item| (&item.comments, item.to_string()));
             }
             SectionKind::Identification(list) => {
-                self.items("identification", &behind, list, |item| (&item.comments, item.to_string()));
+                self.items("identification", end, list, |item| (&item.comments, item.to_string()));
             }
             SectionKind::Question { name, asks } => {
                 let last = asks.len().saturating_sub(1);
                 let numbered: Vec<_> = asks.iter().enumerate().collect();
-                self.items(&format!("question {name}"), &behind, &numbered, |(position, ask)| {
+                self.items(&format!("question {name}"), end, &numbered, |(position, ask)| {
                     (&ask.comments, format!("{ask}{}", if *position == last { "" } else { ";" }))
                 });
             }
             SectionKind::Decomposition(terms) => {
-                let inline = inline_terms(terms).map(|terms| format!("decomposition {{ {terms} }}{behind}"));
-                match inline.filter(|line| self.fits(line)) {
+                let inline =
+                    inline_terms(terms).map(|terms| format!("decomposition {{ {terms} }}{}", end.behind));
+                match inline.filter(|line| end.closing.is_empty() && self.fits(line)) {
                     Some(line) => self.line(&line),
-                    None => self.block("decomposition", &behind, |page| page.terms(terms)),
+                    None => self.block("decomposition", end, |page| page.terms(terms)),
                 }
             }
-            SectionKind::Forms(definitions) => self.block("forms", &behind, |page| {
+            SectionKind::Forms(definitions) => self.block("forms", end, |page| {
                 definitions.iter().for_each(|definition| page.definition(definition));
             }),
         }
     }
 
-    fn block(&mut self, title: &str, behind: &str, write: impl FnOnce(&mut Page)) {
+    fn block(&mut self, title: &str, end: &End<'_>, write: impl FnOnce(&mut Page)) {
         self.line(&format!("{title} {{"));
-        self.deeper(write);
-        self.line(&format!("}}{behind}"));
+        self.deeper(|page| {
+            write(page);
+            end.closing.iter().for_each(|comment| page.line(comment));
+        });
+        self.line(&format!("}}{}", end.behind));
     }
 
     /// A section of items: on one line if there is only one and it fits.
-    fn items<T>(&mut self, title: &str, behind: &str, items: &[T], show: impl Fn(&T) -> (&Comments, String)) {
+    fn items<T>(
+        &mut self,
+        title: &str,
+        end: &End<'_>,
+        items: &[T],
+        show: impl Fn(&T) -> (&Comments, String),
+    ) {
         if let [item] = items {
             let (comments, words) = show(item);
-            let line = format!("{title} {{ {words} }}{behind}");
-            if *comments == Comments::default() && self.fits(&line) {
+            let line = format!("{title} {{ {words} }}{}", end.behind);
+            if *comments == Comments::default() && end.closing.is_empty() && self.fits(&line) {
                 return self.line(&line);
             }
         }
-        self.block(title, behind, |page| {
+        self.block(title, end, |page| {
             for item in items {
                 let (comments, words) = show(item);
                 page.item(comments, &words);
@@ -138,8 +151,8 @@ impl Page {
                 (_, Term::Product(product)) => {
                     self.flush(&mut line);
                     self.before(&product.comments);
-                    let behind = after(&product.comments);
-                    self.block(&head(product), &behind, |page| page.terms(&product.terms));
+                    let end = End { closing: &[], behind: after(&product.comments) };
+                    self.block(&head(product), &end, |page| page.terms(&product.terms));
                 }
             }
         }
@@ -151,6 +164,12 @@ impl Page {
             self.line(&std::mem::take(line));
         }
     }
+}
+
+/// What ends a block: the comments before its brace, and those behind it.
+struct End<'t> {
+    closing: &'t [String],
+    behind: String,
 }
 
 /// The comments behind an item, with the blank that precedes them.

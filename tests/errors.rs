@@ -9,7 +9,7 @@ use bp_core::syntax::compile;
 use std::path::PathBuf;
 
 fn pages(extension: &str) -> Vec<PathBuf> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/errors");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/errors");
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut paths: Vec<_> =
         entries.filter(|path| path.extension().is_some_and(|found| found == extension)).collect();
