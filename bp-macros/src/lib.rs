@@ -1,1 +1,38 @@
-//! The door for Rust programs.
+//! The door for Rust programs: `bayesian_program!`, which checks and compiles a Bayesian Program with the code around it.
+//!
+//! In: the tokens of a program, or the path of a `.bp` file. Out: a module named after the program that holds its text,
+//! its model and its questions as Rust, or one `compile_error!` for each mistake, under the words that are wrong.
+//! Invariant: nothing is decided here; the front end judges the program and the back end writes the code.
+
+mod errors;
+mod expand;
+mod origin;
+mod quoted;
+mod tokens;
+
+use proc_macro::TokenStream;
+use std::path::PathBuf;
+
+/// Compiles a Bayesian Program into a module named after it, in snake case: `program WetGrass` becomes `wet_grass`.
+///
+/// The program stands between the braces, or in a file whose path starts at the folder of the package's `Cargo.toml`:
+///
+/// ```ignore
+/// bayesian_program! {
+///     /// Is the coin fair?
+///     program Coin {
+///         variables { Heads : bool; }
+///         decomposition { P(Heads) }
+///         forms { P(Heads) = bernoulli(0.5); }
+///         question heads { P(Heads) }
+///     }
+/// }
+/// bayesian_program!("models/cell.bp");
+/// ```
+///
+/// The package that calls it depends on `bp-core`, which the module speaks to.
+#[proc_macro]
+pub fn bayesian_program(input: TokenStream) -> TokenStream {
+    let root = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from).unwrap_or_default();
+    expand::expand(input.into(), &root).unwrap_or_else(|errors| errors).into()
+}

@@ -1,0 +1,47 @@
+//! Diagnostics as `compile_error!`s.
+//!
+//! In: a diagnostic and the tokens it stands on. Out: the invocation that makes the compiler say it there. Invariant: the
+//! first line is the diagnostic's own message.
+
+use bp_core::diagnostic::{Diagnostic, Diagnostics};
+use bp_core::source::Source;
+use proc_macro2::{Delimiter, Group, Literal, Span, TokenStream, TokenTree};
+use quote::quote_spanned;
+
+/// An error under everything from the first to the last token.
+///
+/// The compiler underlines an invocation from the start of its path to the end of its brackets, so these two carry the
+/// two places.
+pub(crate) fn compile_error(message: &str, (first, last): (Span, Span)) -> TokenStream {
+    let mut text = Literal::string(message);
+    text.set_span(last);
+    let mut brackets = Group::new(Delimiter::Brace, TokenTree::from(text).into());
+    brackets.set_span(last);
+    let mut error = quote_spanned! { first => ::core::compile_error! };
+    error.extend([TokenTree::from(brackets)]);
+    error
+}
+
+/// The message with its remarks, which quote the words that they are about, and the way out.
+pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source) -> String {
+    let mut text = format!("{}\n", diagnostic.message);
+    for (span, remark) in &diagnostic.labels {
+        let words: Vec<&str> = source.slice(*span).split_whitespace().collect();
+        if *span == diagnostic.span || words.is_empty() {
+            text.push_str(&format!("\nnote: {remark}"));
+        } else {
+            text.push_str(&format!("\nnote: {remark}: `{}`", words.join(" ")));
+        }
+    }
+    if let Some(help) = &diagnostic.help {
+        text.push_str(&format!("\nhelp: {help}"));
+    }
+    text.trim_end().to_owned()
+}
+
+/// The message with the lines of the file that it is about.
+pub(crate) fn with_its_lines(diagnostic: &Diagnostic, source: &Source) -> String {
+    let shown = Diagnostics::from(diagnostic.clone()).render(source, false);
+    // The compiler writes `error:` itself.
+    shown.strip_prefix("Error: ").unwrap_or(&shown).trim_end().to_owned()
+}

@@ -1,0 +1,97 @@
+//! The whole way of one invocation: tokens, text, tree, model, Rust.
+//!
+//! In: the tokens between the brackets, and the folder where paths start. Out: the module, or the errors. Invariant: the
+//! module's name carries the place of the program's name, and the module sets off no lint of the code around it.
+
+use crate::origin::{self, Origin};
+use bp_core::diagnostic::{Diagnostic, Diagnostics};
+use bp_core::emit::{emit_rust, snake};
+use bp_core::error::Error;
+use bp_core::syntax::ast::{Program, SectionKind};
+use bp_core::syntax::{check, parse};
+use proc_macro2::{Ident, TokenStream};
+use quote::quote;
+use std::path::Path;
+
+/// What the macro writes: the module on success, `compile_error!`s otherwise.
+pub(crate) fn expand(input: TokenStream, root: &Path) -> Result<TokenStream, TokenStream> {
+    let (source, origin) = origin::open(input, root)?;
+    let program = parse(&source).map_err(|wrong| origin.errors(&wrong, &source))?;
+    let model = check(&program).map_err(|wrong| origin.errors(&wrong, &source))?;
+    let body =
+        emit_rust(&model, &source).map_err(|wrong| origin.errors(&unanswered(&program, wrong), &source))?;
+    let body = body.parse().expect("internal: the emitted text is Rust");
+    Ok(module(&program, &origin, body))
+}
+
+/// Each question that cannot be compiled, with the reason, at its name.
+fn unanswered(program: &Program, wrong: Vec<(String, Error)>) -> Diagnostics {
+    let name = |asked: &str| {
+        let question = program.sections.iter().find_map(|section| match &section.kind {
+            SectionKind::Question { name, .. } if name.text == asked => Some(name),
+            _ => None,
+        });
+        question.unwrap_or(&program.name).span()
+    };
+    Diagnostics(wrong.iter().map(|(asked, error)| Diagnostic::new(name(asked), error.to_string())).collect())
+}
+
+fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream {
+    let name = Ident::new(&snake(&program.name.text), origin.span(program.name.span()).0);
+    let said = program.comments.documentation();
+    let called = format!("The Bayesian Program `{}`.", program.name.text);
+    let documentation = if said.is_empty() { called } else { said };
+    // The compiler looks at the file again when it changes, because the module reads it.
+    let file = origin.path().map(|path| quote! { const _: &[u8] = ::core::include_bytes!(#path); });
+    quote! {
+        #[doc = #documentation]
+        #[allow(missing_docs, unused, nonstandard_style, unreachable_pub)]
+        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+        pub mod #name {
+            #file
+            #body
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn expanded(input: &str) -> String {
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+        let (Ok(tokens) | Err(tokens)) = expand(input.parse().unwrap(), root);
+        tokens.to_string()
+    }
+
+    #[test]
+    fn a_file_is_read_again_when_it_changes() {
+        let file = expanded("\"tests/programs/wet_grass.bp\"");
+        assert!(file.contains("include_bytes"), "{file}");
+        assert!(file.contains("Is it the rain or the sprinkler?"), "{file}");
+        assert!(!file.contains("compile_error"), "{file}");
+    }
+
+    #[test]
+    fn wrong_input_is_one_error() {
+        let cases = [
+            ("", "expected a program"),
+            ("\"a.bp\", 3", "nothing may follow the path"),
+            ("\"no/such.bp\"", "there is no file `no/such.bp`"),
+            ("\"tests\"", "cannot read `tests`"),
+            ("3", "expected `program`, found `3`"),
+        ];
+        for (input, message) in cases {
+            let text = expanded(input);
+            assert_eq!(text.matches("compile_error").count(), 1, "{text}");
+            assert!(text.contains(message), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_file_is_shown_by_line_and_column() {
+        let text = expanded("\"tests/errors/unknown_names.bp\"");
+        assert_eq!(text.matches("compile_error").count(), 6, "{text}");
+        assert!(text.contains("tests/errors/unknown_names.bp:9:30"), "{text}");
+    }
+}

@@ -1,0 +1,106 @@
+//! The door for Rust programs, from the outside: what `bayesian_program!` makes, and what it says of mistakes.
+//!
+//! In: programs written here, the programs of `tests/programs`, and the wrong ones of `tests/macros`. Out: models equal
+//! to those that the text gives, and the compiler's words kept beside each wrong program. Invariant: a mistake stands
+//! under its own tokens; the module sets off no lint of the code around it.
+#![deny(warnings, missing_docs, unused, unreachable_pub, clippy::all, clippy::pedantic)]
+
+use bp_core::source::Source;
+use bp_core::syntax::compile;
+use bp_macros::bayesian_program;
+use std::path::Path;
+
+bayesian_program! {
+    /// Is it the "rain" or the sprinkler?
+    program WetGrass {
+        variables { Rain, Sprinkler, Wet : bool; }
+        decomposition { P(Rain) P(Sprinkler | Rain) P(Wet | Rain Sprinkler) } // said nowhere
+        forms {
+            P(Rain)             = bernoulli(0.3);
+            P(Sprinkler | Rain) = bernoulli(if Rain { 0.1 } else { 0.9 });
+            P(Wet | Rain Sprinkler) = dirac(Rain or Sprinkler);
+        }
+        question rain { P(Rain | Wet) }
+    }
+}
+
+mod files {
+    //! The programs of `tests/programs`, through the macro.
+    use bp_macros::bayesian_program;
+
+    bayesian_program!("tests/programs/cell.bp");
+    bayesian_program!("tests/programs/gaze.bp");
+    bayesian_program!("tests/programs/line_of_sight.bp");
+    bayesian_program!("tests/programs/wet_grass.bp");
+}
+
+macro_rules! coin {
+    ($name:ident, $rate:expr) => {
+        bayesian_program! {
+            program $name {
+                variables { Heads, Again : bool; }
+                decomposition { P(Heads) P(Again | Heads) }
+                forms { P(Heads) = bernoulli(2 * $rate); P(Again | Heads) = uniform; }
+                question heads { P(Heads | Again) }
+            }
+        }
+    };
+}
+
+coin!(Loop, 0.125 + 0.125);
+
+#[test]
+fn the_text_is_as_it_was_written() {
+    let written = wet_grass::SOURCE;
+    assert!(written.starts_with(
+        "/// Is it the \"rain\" or the sprinkler?\n    program WetGrass {\n        variables {"
+    ));
+    assert!(written.contains("P(Rain)             = bernoulli(0.3);"), "{written}");
+    assert_eq!(compile(&Source::new("written", written)).unwrap(), wet_grass::model());
+}
+
+#[test]
+fn a_program_may_stand_in_a_function() {
+    bayesian_program! {
+        program Die {
+            variables { Face : 1..=6; Low : bool; }
+            decomposition { P(Face) P(Low | Face) }
+            forms { P(Face) = uniform; P(Low | Face) = dirac(Face <= 3); }
+            question low { P(Low) }
+        }
+    }
+    assert_eq!(die::model().name, "Die");
+}
+
+#[test]
+fn what_another_macro_passes_on_stays_together() {
+    assert!(loop_::SOURCE.contains("bernoulli(2 * (0.125 + 0.125))"), "{}", loop_::SOURCE);
+    assert_eq!(loop_::model().name, "Loop");
+}
+
+#[test]
+fn files_and_text_mean_the_same() {
+    let models = [
+        ("cell", files::cell::model()),
+        ("gaze", files::gaze::model()),
+        ("line_of_sight", files::line_of_sight::model()),
+        ("wet_grass", files::wet_grass::model()),
+    ];
+    for (name, model) in models {
+        let path = format!("{}/tests/programs/{name}.bp", env!("CARGO_MANIFEST_DIR"));
+        let source = Source::new(name, std::fs::read_to_string(path).unwrap());
+        assert_eq!(compile(&source).unwrap(), model, "{name}");
+    }
+}
+
+#[test]
+fn mistakes_are_told_in_their_places() {
+    // The wrong programs are compiled as a package of their own in this folder, where their paths start too.
+    let package =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join("../tests/trybuild").join(env!("CARGO_PKG_NAME"));
+    std::fs::create_dir_all(&package).unwrap();
+    for file in ["wrong.bp", "not_utf8.bp"] {
+        std::fs::copy(Path::new("tests/macros").join(file), package.join(file)).unwrap();
+    }
+    trybuild::TestCases::new().compile_fail("tests/macros/*.rs");
+}

@@ -1,0 +1,7 @@
+//! A file that holds no text.
+
+use bp_macros::bayesian_program;
+
+bayesian_program!("not_utf8.bp");
+
+fn main() {}
