@@ -9,6 +9,9 @@ use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
 use std::collections::BTreeMap;
 
+/// The rule by which a question means what it means.
+pub(super) const DEFINITION: &str = "definition";
+
 /// The rule by which values take the place of what is known.
 pub(super) const EVIDENCE: &str = "evidence";
 
@@ -61,7 +64,7 @@ impl<'m> Draft<'m> {
             }
         }
         draft.record(
-            "definition",
+            DEFINITION,
             "a conditional distribution is the joint one over that of what is known".to_owned(),
         );
         draft

@@ -163,11 +163,17 @@ impl Printer<'_> {
         let Some(element) = use_.element else { return text };
         let index = self.expression(element, &self.model.factors[factor].products);
         let name = self.notation.name(self.model, use_.variable);
-        let indexed = match self.notation {
+        let at = |name: &str| match self.notation {
             Notation::Unicode => format!("{name}[{index}]"),
             Notation::Latex => format!("{name}_{{{index}}}"),
         };
-        text.replacen(&name, &indexed, 1)
+        match self.bindings.get(&use_.variable) {
+            // A family's values are given one for each element.
+            Some(Binding::Value(Value::Given(_))) => {
+                self.notation.item(&at(&name), &at(&self.value_of(use_.variable)))
+            }
+            _ => text.replacen(&name, &at(&name), 1),
+        }
     }
 
     /// A variable, or what it stands for.

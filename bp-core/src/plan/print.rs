@@ -3,7 +3,7 @@
 //! In: a plan. Out: for each step its rule, its reason and its equation, in Unicode or in LaTeX. Invariant: every line
 //! is true as it stands: values enter on both sides at once, and `∝` stands where constants have been dropped.
 
-use super::draft::EVIDENCE;
+use super::draft::{DEFINITION, EVIDENCE};
 use super::equation::Printer;
 use super::{Binding, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
 use crate::ids::VariableId;
@@ -53,7 +53,13 @@ impl Exact {
             printer.bindings = bindings;
             printer.conditioned |= *rule == EVIDENCE;
             printer.proportional |= *rule == cancel::CONSTANTS;
-            lines.push(((*rule).to_owned(), reason.clone(), printer.equation(*term)));
+            let equation = printer.equation(*term);
+            // Where nothing is known, the definition says nothing, and a normaliser of 1 goes without being seen.
+            let repeats = lines.last().is_some_and(|(_, _, before): &Line| *before == equation);
+            let says_nothing = printer.evidence().is_none() && *rule == DEFINITION;
+            if !repeats && !says_nothing {
+                lines.push(((*rule).to_owned(), reason.clone(), equation));
+            }
         }
         lines.extend(self.last_line(&printer));
         for ask in &self.asks {

@@ -72,7 +72,7 @@ fn write_text(model: &Model, plan: &Plan, out: &mut impl Write) -> std::io::Resu
         let number = position + 1;
         writeln!(out, "\n{number:>2}. {bold}{rule}{plain}")?;
         write!(out, "{}", wrap::wrapped("    ", reason, 4))?;
-        write!(out, "{}", wrap::wrapped("      ", equation, 10))?;
+        write!(out, "{}", wrap::wrapped_equation("      ", equation, 10))?;
     }
     writeln!(out)?;
     write!(out, "{}", wrap::wrapped("decomposition: ", &parameters::in_words(model), 4))?;
@@ -80,7 +80,7 @@ fn write_text(model: &Model, plan: &Plan, out: &mut impl Write) -> std::io::Resu
         writeln!(out, "cost: about {cost:.0} products")?;
     }
     for equation in plan.equations(model, Notation::Unicode) {
-        write!(out, "{}", wrap::wrapped("computed: ", &equation, 10))?;
+        write!(out, "{}", wrap::wrapped_equation("computed: ", &equation, 10))?;
     }
     Ok(())
 }

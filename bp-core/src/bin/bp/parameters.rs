@@ -6,15 +6,18 @@ use bp_core::model::{Factor, Form, Model, VariableUse};
 
 /// The counts, as a sentence.
 pub(crate) fn in_words(model: &Model) -> String {
-    let factors = model.factors.len();
+    let factors = match model.factors.len() {
+        1 => "1 factor".to_owned(),
+        several => format!("{several} factors"),
+    };
     let whole = model.variables.ids().filter(|id| Some(*id) != model.plate_index());
     let joint = whole.map(|id| values(model, &VariableUse::from(id))).product::<Option<f64>>();
     match (free(model), joint) {
         (Some(free), Some(joint)) => format!(
-            "{factors} factors have {free} free parameters; a table of the joint distribution would have {}",
+            "{factors} with {free} free parameters; a table of the joint distribution would have {}",
             joint - 1.0
         ),
-        _ => format!("{factors} factors; how many free parameters they have depends on sizes, or on reals"),
+        _ => format!("{factors}; how many free parameters depends on sizes, or on reals"),
     }
 }
 

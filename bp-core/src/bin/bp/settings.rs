@@ -78,8 +78,8 @@ impl Settings {
                         }
                     }
                 })?;
-                if let (ParameterKind::Size, [size]) = (kind, values.as_slice()) {
-                    self.sizes.insert(name.to_owned(), *size as usize);
+                if kind == ParameterKind::Size {
+                    self.sizes.insert(name.to_owned(), size(name, text)?);
                 }
                 self.arrays.insert(name.to_owned(), values);
             }
