@@ -126,19 +126,29 @@ fn ask_gaussian(
     gaussian: &plan::Gaussian,
     inputs: &Inputs<'_, f64>,
 ) -> Result<Vec<Answer>, Error> {
-    let given = |name: &str| inputs.find(name).and_then(|numbers| numbers.first().copied());
-    let parameters: Vec<(&str, f64)> = (model.parameters.values())
-        .filter_map(|parameter| Some((parameter.name.as_str(), given(&parameter.name)?)))
-        .collect();
+    let given = |name: &str| match inputs.find(name) {
+        None => Ok(None),
+        Some([number]) => Ok(Some(*number)),
+        Some(several) => {
+            let count = several.len();
+            Err(Error::input(name, format!("{count} numbers were given, but 1 is expected")))
+        }
+    };
+    let mut parameters: Vec<(&str, f64)> = Vec::new();
+    for parameter in model.parameters.values() {
+        if let Some(number) = given(&parameter.name)? {
+            parameters.push((&parameter.name, number));
+        }
+    }
     let mut observations = Vec::new();
     for known in &gaussian.asks[0].known {
         let name = model.variable_name(known.variable);
         let value = match &known.evidence {
             Evidence::Hard(Value::Real(number)) => *number,
             Evidence::Hard(Value::Given(given_as)) => {
-                given(given_as).ok_or_else(|| Error::input(given_as, "it was not given"))?
+                given(given_as)?.ok_or_else(|| Error::input(given_as, "it was not given"))?
             }
-            _ => given(&name).ok_or_else(|| Error::input(&name, "it was not given"))?,
+            _ => given(&name)?.ok_or_else(|| Error::input(&name, "it was not given"))?,
         };
         observations.push((name, value));
     }

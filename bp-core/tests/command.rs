@@ -162,6 +162,12 @@ fn a_normal_law_has_a_mean_and_a_deviation() {
         forms { P(T) = normal(20, 3); P(M | T) = normal(T, 4); } question t { P(T | M) } }";
     let output = bp_fed(&["ask", "-", "--set", "M=25"], text);
     assert!(written(&output).contains("T  21.8000 ± 2.40000"), "{}{}", written(&output), said(&output));
+    let output = bp_fed(&["ask", "-", "--set", "M=25,26"], text);
+    assert!(
+        said(&output).contains("input `M`: 2 numbers were given, but 1 is expected"),
+        "{}",
+        said(&output)
+    );
     let output = bp_fed(&["ask", "-", "P(T | M = 25)", "--json"], text);
     let answer: Value = serde_json::from_str(&written(&output)).unwrap();
     assert!((answer["answer"][0]["mean"].as_f64().unwrap() - 21.8).abs() < 1e-12);
@@ -280,6 +286,21 @@ fn explain_derives_step_by_step() {
     assert!(latex.contains("P(\\mathit{Rain} \\mid \\mathit{Wet}) &= \\frac{"), "{latex}");
     let json: Value = serde_json::from_str(&well(&["explain", file, "rain", "--json"])).unwrap();
     assert_eq!((&json["question"], &json["free_parameters"]), (&"P(Rain | Wet)".into(), &3.0.into()));
+}
+
+#[test]
+fn every_line_of_a_derivation_is_true() {
+    let text = well(&["explain", program("cell.bp").to_str().unwrap()]);
+    // The plate's index is known like any other variable where a factor distributes it.
+    assert!(text.contains("P(O V | Z C) = P(O V Z C) / P(Z C)\n"), "{text}");
+    assert!(text.contains("1/P(Z C) · Σ_{A O⁻¹} P(A O O⁻¹ V Z C)\n"), "{text}");
+    assert!(text.contains("P(O V | Z = z, C) ∝ "), "{text}");
+    let path = program("line_of_sight.bp");
+    let text = well(&["explain", path.to_str().unwrap(), "P(Z = z | O C)"]);
+    assert!(text.contains("P(Z | O C ray) = P(Z O C | ray) / P(O C | ray)\n"), "{text}");
+    assert!(text.contains("`Z` is wanted at one value\n"), "{text}");
+    let text = well(&["explain", program("wet_grass.bp").to_str().unwrap(), "P(Wet | Rain virtual [1, 2])"]);
+    assert!(text.contains("P(Wet | λ(Rain)) = 1/P(λ(Rain)) · "), "{text}");
 }
 
 #[test]

@@ -54,19 +54,26 @@ impl Printer<'_> {
     }
 
     fn known(&self) -> Vec<String> {
-        (self.exact.asks[0].known.iter())
-            .filter_map(|known| match known.evidence {
-                Evidence::Virtual(_) => {
-                    let name = self.notation.name(self.model, known.variable);
-                    self.conditioned.then(|| self.notation.likelihood(&name))
-                }
-                _ => Some(self.variable(known.variable)),
-            })
-            .collect()
+        let known = self.exact.asks[0].known.iter().filter_map(|known| match known.evidence {
+            Evidence::Virtual(_) => {
+                let name = self.notation.name(self.model, known.variable);
+                self.conditioned.then(|| self.notation.likelihood(&name))
+            }
+            _ => Some(self.variable(known.variable)),
+        });
+        known.chain(self.index(true)).collect()
     }
 
+    /// The plate's index, where no factor distributes it: then everything is given it.
     fn plate(&self) -> Vec<String> {
-        self.model.plate_index().map(|index| self.notation.name(self.model, index)).into_iter().collect()
+        self.index(false).into_iter().collect()
+    }
+
+    /// The plate's index, if it is one that a factor distributes, or one that none does.
+    fn index(&self, distributed: bool) -> Option<String> {
+        let index = self.model.plate_index()?;
+        let is_distributed = self.model.factor_of(index).is_some();
+        (is_distributed == distributed).then(|| self.notation.name(self.model, index))
     }
 
     /// A term.
@@ -108,7 +115,8 @@ impl Printer<'_> {
 
     fn joint_of_all(&self) -> String {
         let all = self.model.variables.ids().filter(|id| Some(*id) != self.model.plate_index());
-        self.notation.distribution(&all.map(|id| self.variable(id)).collect::<Vec<_>>(), &self.plate())
+        let all: Vec<_> = all.map(|id| self.variable(id)).chain(self.index(true)).collect();
+        self.notation.distribution(&all, &self.plate())
     }
 
     /// A term that others follow.

@@ -3,7 +3,7 @@
 //! In: a plan. Out: for each step its rule, its reason and its equation, in Unicode or in LaTeX. Invariant: every line
 //! is true as it stands: values enter on both sides at once, and `∝` stands where constants have been dropped.
 
-use super::draft::{DEFINITION, EVIDENCE};
+use super::draft::{DEFINITION, EVIDENCE, are};
 use super::equation::Printer;
 use super::{Binding, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
 use crate::ids::VariableId;
@@ -76,9 +76,11 @@ impl Exact {
         let at = Printer { bindings: &bindings, ..*printer };
         let (asked, above) = (at.asked(), at.term(self.joint));
         if self.normalised || (printer.evidence().is_none() && !printer.proportional) {
-            let reason = "one value is wanted";
-            return (!wanted.is_empty())
-                .then(|| ("value".to_owned(), reason.to_owned(), format!("{asked} = {above}")));
+            let names: Vec<_> = wanted.iter().map(|(id, _)| printer.model.variable_name(*id)).collect();
+            return (!wanted.is_empty()).then(|| {
+                let reason = format!("{} wanted at one value", are(&names));
+                ("value".to_owned(), reason, format!("{asked} = {above}"))
+            });
         }
         let notation = printer.notation;
         let searched = notation.sum(&notation.names(printer.model, &self.searched));
