@@ -1,2 +1,40 @@
-//! The command `bvm`.
-fn main() {}
+//! The command `bvm`: a map that looks around.
+//!
+//! In: arguments. Out: pictures, figures, an exit status: 0, 1 for wrong data, 2 for wrong usage. Invariant: errors go
+//! to stderr, one line each; stdout holds the answer only.
+
+mod command;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// The Bayesian Volumetric Map: sight, hearing and balance fused, and a gaze that explores.
+#[derive(Parser)]
+#[command(version, about)]
+#[command(
+    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml"
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Explore(command::explore::Arguments),
+    Look(command::look::Arguments),
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Explore(arguments) => command::explore::run(&arguments),
+        Command::Look(arguments) => command::look::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(1)
+        }
+    }
+}

@@ -15,10 +15,12 @@ pub mod error;
 pub mod image;
 mod netpbm;
 pub mod readings;
+mod sight;
 pub mod stereo;
 
 pub use calibration::Calibration;
 pub use error::VisionError;
 pub use image::GreyImage;
 pub use readings::{RangeReading, readings};
+pub use sight::Sight;
 pub use stereo::{DisparityMap, match_pair};

@@ -17,7 +17,7 @@ use super::stereo::DisparityMap;
 /// What one direction of sight says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeReading {
-    /// Distance ρ from the left camera, metres.
+    /// Distance ρ along the line of sight, metres. Beyond the grid it means "No Detection".
     pub range_m: f32,
     /// Confidence λ in ]0, 1].
     pub confidence: f32,

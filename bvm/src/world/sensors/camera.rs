@@ -7,18 +7,10 @@
 //! lambda` gives the error back. Invariant: a confidence is in `]0; 1]`.
 
 use crate::grid::{Grid, unit_vector};
+use crate::vision::RangeReading;
 use crate::world::World;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
-
-/// One reading along one line of sight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RangeReading {
-    /// Distance along the line of sight in metres. Beyond the grid's `rho_max_m` it means "No Detection".
-    pub range_m: f32,
-    /// Confidence lambda in `]0; 1]`; the standard deviation is `sigma_min / lambda`.
-    pub confidence: f32,
-}
 
 /// The optics and the errors of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,6 +12,6 @@ mod camera;
 mod ears;
 mod gyroscope;
 
-pub use camera::{DepthCamera, RangeReading};
+pub use camera::DepthCamera;
 pub use ears::{CHANNEL_HZ, CHANNELS, Cues, Ears, HEAD_RADIUS_M, SOUND_SPEED_M_S, cues_of};
 pub use gyroscope::{Gyroscope, turn_profile};

@@ -1,0 +1,217 @@
+//! `bvm look`: a real stereo pair becomes a map and a gaze.
+//!
+//! In: two images and a calibration. Out: a folder of pictures, `look.json`, and a few lines. Invariant: what the pair
+//! does not show stays unknown.
+
+use super::{check_folder, print};
+use bvm::error::Error;
+use bvm::exploration::{Chooser, Gaze};
+use bvm::grid::{Grid, GridConfiguration};
+use bvm::map::{Heading, Map};
+use bvm::report::{
+    ColourMap, Panorama, TopView, Window, first_occupied_range, maximum, mean, panorama, top_view,
+    write_atomically,
+};
+use bvm::vision::image::{read, write_png_rgb};
+use bvm::vision::{Calibration, DisparityMap, RangeReading, Sight, match_pair, readings};
+use clap::Args;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Standard deviation of a confident disparity, pixels.
+const DISPARITY_SIGMA_PX: f64 = 0.5;
+
+/// Degrees of azimuth and of elevation in a cell.
+const CELL_DEGREES: f64 = 0.5;
+
+/// Look through two eyes: disparity, readings, map and gaze of a rectified stereo pair.
+#[derive(Args)]
+#[command(
+    after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n\n\
+The calibration is TOML with the keys focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px:\n  \
+depth = focal_px * baseline_m / (disparity + doffs_px)."
+)]
+pub(crate) struct Arguments {
+    /// Image of the left eye (PNG, PGM or PPM).
+    #[arg(long)]
+    left: PathBuf,
+    /// Image of the right eye.
+    #[arg(long)]
+    right: PathBuf,
+    /// Calibration of the pair (TOML).
+    #[arg(long)]
+    calibration: PathBuf,
+    /// The folder to write.
+    #[arg(long, default_value = "bvm-look")]
+    out: PathBuf,
+    /// Print the figures as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Figures {
+    width: usize,
+    height: usize,
+    /// Share of the pixels that got a disparity.
+    density: f64,
+    /// Directions with a range.
+    readings: usize,
+    /// Nearest and farthest range, m.
+    nearest_m: f32,
+    farthest_m: f32,
+    grid: GridConfiguration,
+    gaze: Gaze,
+    gaze_azimuth_degrees: f64,
+    gaze_elevation_degrees: f64,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let calibration = Calibration::read(&arguments.calibration)?;
+    let (left, right) = (read(&arguments.left)?, read(&arguments.right)?);
+    check_folder(&arguments.out)?;
+    let disparity = match_pair(&left, &right, calibration.max_disparity_px())?;
+    let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
+    let step = CELL_DEGREES.to_radians();
+    let mut seen = readings(&disparity, &calibration, azimuth_cells, azimuth_cells / 2, step, step)?;
+    let ranges = || seen.iter().flatten().map(|reading| reading.range_m);
+    let nearest = ranges().fold(f32::INFINITY, f32::min);
+    let farthest = ranges().fold(0f32, f32::max);
+    let (nearest, farthest) = if nearest <= farthest { (nearest, farthest) } else { (0.5, 5.0) };
+    let grid = Grid::new(GridConfiguration {
+        cells_rho: 16,
+        rho_min_m: 0.7 * f64::from(nearest),
+        rho_max_m: 1.1 * f64::from(farthest).max(1.2 * f64::from(nearest)),
+        azimuth_cells,
+        elevation_cells: azimuth_cells / 2,
+    })?;
+    // A confident pixel errs by a fixed part of a pixel, which in metres grows with the square of the range.
+    let sigma_min = calibration.range_sigma_m(f64::from(nearest), DISPARITY_SIGMA_PX);
+    for reading in seen.iter_mut().flatten() {
+        let sigma = calibration.range_sigma_m(f64::from(reading.range_m), DISPARITY_SIGMA_PX);
+        reading.confidence = (f64::from(reading.confidence) * sigma_min / sigma).min(1.0) as f32;
+    }
+    let mut map = Map::new(grid)?;
+    map.observe(&[&Sight::default().likelihood(map.grid(), &seen, sigma_min)?])?;
+    let gaze = Chooser::default().choose(&map, &Heading::default())?;
+    let figures = Figures {
+        width: left.width(),
+        height: left.height(),
+        density: disparity.density(),
+        readings: seen.iter().flatten().count(),
+        nearest_m: nearest,
+        farthest_m: farthest,
+        grid: *map.grid().configuration(),
+        gaze,
+        gaze_azimuth_degrees: gaze.azimuth.to_degrees(),
+        gaze_elevation_degrees: gaze.elevation.to_degrees(),
+    };
+    let files = write(arguments, &disparity, &map, &seen, &gaze, &figures)?;
+    if arguments.json {
+        print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
+        return Ok(());
+    }
+    print(&format!(
+        "disparity     {:.1} % of {} x {} pixels",
+        100.0 * figures.density,
+        figures.width,
+        figures.height
+    ));
+    print(&format!("readings      {} directions, {nearest:.2} to {farthest:.2} m", figures.readings));
+    match gaze.range_m {
+        Some(range) => print(&format!(
+            "look next at  azimuth {:.1}°, elevation {:.1}° (a frontier cell at {range:.2} m)",
+            figures.gaze_azimuth_degrees, figures.gaze_elevation_degrees
+        )),
+        None => print("look next     straight ahead: nothing was seen that has a frontier"),
+    }
+    files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
+    Ok(())
+}
+
+fn write(
+    arguments: &Arguments,
+    disparity: &DisparityMap,
+    map: &Map,
+    seen: &[Option<RangeReading>],
+    gaze: &Gaze,
+    figures: &Figures,
+) -> Result<Vec<PathBuf>, Error> {
+    let path = |name: &str| arguments.out.join(name);
+    let mut written = Vec::new();
+    let largest = disparity.disparity.iter().copied().filter(|value| value.is_finite()).fold(1.0, f32::max);
+    let pixels = |values: &[f32], most: f32| -> Vec<u8> {
+        let colour = |value: &f32| match value.is_finite() && *value > 0.0 {
+            true => ColourMap::Sequential.colour(f64::from(value / most)),
+            false => [40, 40, 40],
+        };
+        values.iter().flat_map(colour).collect()
+    };
+    for (name, values, most) in
+        [("disparity.png", &disparity.disparity, largest), ("confidence.png", &disparity.confidence, 1.0)]
+    {
+        write_png_rgb(&path(name), disparity.width, disparity.height, &pixels(values, most))?;
+        written.push(path(name));
+    }
+    let grid = map.grid();
+    let window = window(grid, seen);
+    let near = Some([grid.configuration().rho_max_m, grid.configuration().rho_min_m]);
+    let draw = |title: &str, quantity: &str, values: &[f64], colours, limits| {
+        let gaze_path = [(gaze.azimuth, gaze.elevation)];
+        panorama(grid, &Panorama { title, quantity, values, colours, limits, window, gaze_path: &gaze_path })
+    };
+    let range: Vec<f64> =
+        seen.iter().map(|reading| reading.map_or(f64::NAN, |reading| f64::from(reading.range_m))).collect();
+    let first = first_occupied_range(grid, map.occupancy(), 0.05)?;
+    let occupied = maximum(grid, map.occupancy())?;
+    let entropy = mean(grid, map.entropy())?;
+    let what = TopView {
+        occupancy: map.occupancy(),
+        truth: None,
+        heading: 0.0,
+        field: (window.azimuth_degrees[1] - window.azimuth_degrees[0]).to_radians(),
+        band: 3f64.to_radians(),
+    };
+    for (name, picture) in [
+        ("range_panorama.png", draw("What was read", "range (m)", &range, ColourMap::Sequential, near)?),
+        (
+            "first_occupied_panorama.png",
+            draw("First occupied cell", "range (m)", &first, ColourMap::Sequential, near)?,
+        ),
+        (
+            "occupancy_panorama.png",
+            draw("Most occupied cell", "P(O = 1)", &occupied, ColourMap::Occupancy, None)?,
+        ),
+        (
+            "entropy_panorama.png",
+            draw("Mean entropy, and the gaze", "H (nats)", &entropy, ColourMap::Sequential, None)?,
+        ),
+        ("top_view.png", top_view(grid, &what)?),
+    ] {
+        picture.write(&path(name))?;
+        written.push(path(name));
+    }
+    let json = serde_json::to_string_pretty(figures).expect("internal: figures are numbers");
+    write_atomically(&path("look.json"), json.as_bytes())?;
+    written.push(path("look.json"));
+    Ok(written)
+}
+
+/// The part of the sphere that was seen, with a margin.
+fn window(grid: &Grid, seen: &[Option<RangeReading>]) -> Window {
+    let directions = grid.all_directions().zip(seen).filter(|(_, reading)| reading.is_some());
+    let centres: Vec<(f64, f64)> =
+        directions.map(|(direction, _)| grid.direction_centre(direction)).collect();
+    if centres.is_empty() {
+        return Window::default();
+    }
+    let bounds = |value: &dyn Fn(&(f64, f64)) -> f64, end: f64| {
+        let low = centres.iter().map(value).fold(f64::INFINITY, f64::min).to_degrees();
+        let high = centres.iter().map(value).fold(f64::NEG_INFINITY, f64::max).to_degrees();
+        [(low - 3.0).max(-end), (high + 3.0).min(end)]
+    };
+    Window {
+        azimuth_degrees: bounds(&|centre| centre.0, 180.0),
+        elevation_degrees: bounds(&|centre| centre.1, 90.0),
+    }
+}

@@ -1,0 +1,24 @@
+//! The subcommands of `bvm`, one file each.
+//!
+//! In: parsed arguments. Out: what the command prints and writes. Invariant: what can be refused is refused before
+//! anything long is begun.
+
+pub(crate) mod explore;
+pub(crate) mod look;
+
+use bvm::error::Error;
+use std::io::Write;
+use std::path::Path;
+
+/// Prints a line; a reader that has gone away is no error.
+fn print(line: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{line}");
+}
+
+/// Makes sure, before the work begins, that a folder can be written into.
+fn check_folder(folder: &Path) -> Result<(), Error> {
+    let cannot = |source| Error::Folder { path: folder.to_owned(), source };
+    std::fs::create_dir_all(folder).map_err(cannot)?;
+    let probe = folder.join(".bvm-probe.tmp");
+    std::fs::write(&probe, b"").and_then(|()| std::fs::remove_file(&probe)).map_err(cannot)
+}

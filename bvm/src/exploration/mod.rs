@@ -1,0 +1,164 @@
+//! Active exploration: sense, predict, estimate, choose a gaze, turn, again.
+//!
+//! In: a world and a rule for choosing gazes. Out: an [`Episode`]: the map, and what happened at each step.
+//! Invariant: all rules live in the same world with the same noise; only the gaze differs.
+
+mod gaze;
+mod report;
+
+pub use gaze::{Chooser, Gaze};
+pub use report::Report;
+
+use crate::audition::Hearing;
+use crate::error::Error;
+use crate::grid::{Grid, GridConfiguration};
+use crate::map::{Heading, Map};
+use crate::vestibular::{Balance, Vestibular};
+use crate::vision::Sight;
+use crate::world::sensors::{DepthCamera, Ears, Gyroscope, turn_profile};
+use crate::world::{World, seeded};
+use rand::{Rng, RngExt};
+use serde::Serialize;
+
+/// Seconds from one look to the next.
+const STEP_S: f64 = 0.5;
+
+/// How far up and down the camera tilts, rad.
+const MOST_TILT: f64 = 1.1;
+
+/// How gazes are chosen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// By entropy: `models/gaze.bp`.
+    Entropy,
+    /// Uniformly on the sphere.
+    Random,
+    /// Round and round, at three elevations.
+    Sweep,
+}
+
+impl Rule {
+    /// All of them, the paper's first.
+    pub const ALL: [Rule; 3] = [Rule::Entropy, Rule::Random, Rule::Sweep];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Rule::Entropy => "entropy gradient",
+            Rule::Random => "random gaze",
+            Rule::Sweep => "sweep",
+        }
+    }
+}
+
+/// What happened at a step.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Step {
+    /// Where the head looked, in the map's frame.
+    pub gaze: Gaze,
+    /// Where the head really pointed, rad.
+    pub true_yaw: f64,
+    /// Where balance said that it pointed, rad.
+    pub estimated_yaw: f64,
+    /// Whether a sound was heard.
+    pub heard: bool,
+    /// Directions that gave a range.
+    pub readings: usize,
+    /// Σ H(O, V) over the map after the step, nats.
+    pub entropy: f64,
+    /// Σ H(O) over the map after the step, nats.
+    pub occupancy_entropy: f64,
+}
+
+/// A run of one rule.
+#[derive(Clone, Debug)]
+pub struct Episode {
+    /// The rule.
+    pub rule: Rule,
+    /// Entropies before the first step: Σ H(O, V) and Σ H(O), nats.
+    pub initial: [f64; 2],
+    /// The steps.
+    pub steps: Vec<Step>,
+    /// The map at the end.
+    pub map: Map,
+    /// Where the head pointed at the end.
+    pub heading: Heading,
+    /// World time at the end, s.
+    pub time_s: f64,
+}
+
+/// Explores the embedded world.
+///
+/// # Errors
+/// A grid that cannot be.
+pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> Result<Episode, Error> {
+    let grid = Grid::new(GridConfiguration::default_exploration())?;
+    let world = World::embedded(seed);
+    let (camera, ears, gyroscope) = (DepthCamera::default(), Ears::default(), Gyroscope::default());
+    let mut noise = ["sight", "hearing", "balance", "gaze"].map(|purpose| seeded(seed, purpose));
+    let mut map = Map::new(grid.clone())?;
+    let mut hearing = Hearing::calibrated(&grid);
+    let (mut sight, mut chooser) = (Sight::default(), Chooser::default());
+    let mut balance = Vestibular::at_rest(Balance::Gyroscope)?;
+    let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
+    let initial = [sum(map.entropy()), sum(map.occupancy_entropy())];
+    let (mut true_yaw, mut time_s) = (0.0, 0.0);
+    let mut gaze = Gaze { azimuth: 0.0, elevation: 0.0, score: 0.0, range_m: None };
+    let mut history = Vec::with_capacity(steps);
+    for number in 0..steps {
+        let heading = Heading { yaw: balance.yaw() };
+        let mut readings = camera.look(&world, &grid, true_yaw, gaze.elevation, time_s, &mut noise[0]);
+        heading.turn_rows(&grid, &mut readings);
+        let seen = sight.likelihood(&grid, &readings, camera.sigma_min_m)?;
+        let cues = ears.hear(&world, true_yaw, &mut noise[1]);
+        let heard = match &cues {
+            None => None,
+            Some(cues) => {
+                let mut likelihood = hearing.likelihood(cues)?;
+                heading.turn_rows(&grid, &mut likelihood);
+                Some(likelihood)
+            }
+        };
+        let likelihoods: Vec<_> = std::iter::once(&seen).chain(&heard).collect();
+        map.observe(&likelihoods)?;
+        history.push(Step {
+            gaze,
+            true_yaw,
+            estimated_yaw: heading.yaw,
+            heard: heard.is_some(),
+            readings: readings.iter().flatten().count(),
+            entropy: sum(map.entropy()),
+            occupancy_entropy: sum(map.occupancy_entropy()),
+        });
+        gaze = match rule {
+            Rule::Entropy => chooser.choose(&map, &heading)?,
+            Rule::Random => random_gaze(&mut noise[3]),
+            Rule::Sweep => sweep_gaze(number + 1, camera.field_degrees),
+        };
+        gaze.elevation = gaze.elevation.clamp(-MOST_TILT, MOST_TILT);
+        let turn = heading.relative(gaze.azimuth);
+        for rate in turn_profile(turn, Vestibular::DT) {
+            true_yaw += rate * Vestibular::DT;
+            balance.feel(gyroscope.measure(rate, &mut noise[2]))?;
+        }
+        time_s += STEP_S;
+        done();
+    }
+    let heading = Heading { yaw: balance.yaw() };
+    Ok(Episode { rule, initial, steps: history, map, heading, time_s })
+}
+
+fn random_gaze(random: &mut impl Rng) -> Gaze {
+    let azimuth = random.random_range(-std::f64::consts::PI..std::f64::consts::PI);
+    let elevation = random.random_range(-1.0..1.0f64).asin();
+    Gaze { azimuth, elevation, score: 0.0, range_m: None }
+}
+
+/// Fields of view side by side, a round at the horizon, then one above, then one below.
+fn sweep_gaze(number: usize, [across, upwards]: [f64; 2]) -> Gaze {
+    let around = (360.0 / across).ceil() as usize;
+    let elevation = [0.0, upwards, -upwards][(number / around) % 3].to_radians();
+    let azimuth = ((number % around) as f64 * across).to_radians();
+    Gaze { azimuth, elevation, score: 0.0, range_m: None }
+}

@@ -1,0 +1,116 @@
+//! The Bayesian Volumetric Map: a log-spherical grid whose cells are filtered by `models/cell.bp`.
+//!
+//! In: for each sensor, the likelihood of what it read given that a cell is empty or occupied. Out: P(O), P(V) and
+//! the entropies of every cell. Invariant: the map stands still in the world; the head turns over it by an index
+//! shift (paper, section 2.3), so that nothing is resampled.
+//!
+//! Layout: \[value\]\[ρ\]\[φ\]\[θ\], θ contiguous (see [`crate::grid`]).
+
+mod heading;
+
+pub use heading::Heading;
+
+use crate::error::Error;
+use crate::grid::Grid;
+use crate::programs::cell;
+use bp_core::space::{Edge, Moves, Space};
+use std::marker::PhantomData;
+
+/// The displacements that a cell's content can make in a step, along (ρ, φ, θ).
+pub const VELOCITIES: [[i32; 3]; 7] =
+    [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+
+/// What a sensor says of each cell: the likelihood of its reading where the cell is empty, then where it is
+/// occupied, each by \[ρ\]\[φ\]\[θ\]. Ones where it says nothing.
+pub type Likelihood = Vec<f32>;
+
+/// The map.
+#[derive(Clone, Debug)]
+pub struct Map {
+    grid: Grid,
+    space: Space,
+    moves: Moves,
+    epsilon: f32,
+    /// P(O) and P(V) of the last step, and the entropies.
+    state: cell::observe::Outputs<f32>,
+    /// Where the next step is made.
+    next: cell::observe::Outputs<f32>,
+    readings: Vec<f32>,
+}
+
+impl Map {
+    /// A map of which nothing is known.
+    ///
+    /// # Errors
+    /// A grid that has poles over an odd number of azimuth cells.
+    pub fn new(grid: Grid) -> Result<Self, Error> {
+        let extents = [grid.cells_rho(), grid.elevation_cells(), grid.azimuth_cells()];
+        let space = Space::new(extents, [Edge::Open, Edge::Pole, Edge::Circle])?;
+        let moves = space.antecedents(&VELOCITIES);
+        let (cells, motions) = (grid.cells(), VELOCITIES.len());
+        let state = cell::observe::Outputs {
+            p_o_z: vec![0.5; 2 * cells],
+            p_v_z: vec![1.0 / motions as f32; motions * cells],
+            entropy_p_o_v_z: vec![(2.0 * motions as f32).ln(); cells],
+            entropy_p_o_z: vec![2f32.ln(); cells],
+        };
+        let epsilon = cell::DEFAULT_EPSILON as f32;
+        let next = cell::observe::Outputs::default();
+        Ok(Self { grid, space, moves, epsilon, state, next, readings: Vec::new() })
+    }
+
+    /// One step of the filter: prediction by constant velocity, estimation by what the sensors read.
+    ///
+    /// # Errors
+    /// A likelihood of the wrong length.
+    pub fn observe(&mut self, likelihoods: &[&Likelihood]) -> Result<(), Error> {
+        self.readings.clear();
+        likelihoods.iter().for_each(|likelihood| self.readings.extend_from_slice(likelihood));
+        if likelihoods.is_empty() {
+            self.readings.resize(2 * self.grid.cells(), 1.0);
+        }
+        let inputs = cell::observe::Inputs {
+            grid: &self.space,
+            velocity: &self.moves,
+            sensors: likelihoods.len().max(1),
+            epsilon: self.epsilon,
+            previous_o: &self.state.p_o_z,
+            previous_v: &self.state.p_v_z,
+            sensors_i_reading: &self.readings,
+            marker: PhantomData,
+        };
+        cell::observe::run(&inputs, &mut self.next)?;
+        std::mem::swap(&mut self.state, &mut self.next);
+        Ok(())
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The grid as kernels know it.
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// P(O = 1) of each cell.
+    pub fn occupancy(&self) -> &[f32] {
+        &self.state.p_o_z[self.grid.cells()..]
+    }
+
+    /// P(V = v) of each cell, by \[velocity\]\[ρ\]\[φ\]\[θ\].
+    pub fn velocity(&self) -> &[f32] {
+        &self.state.p_v_z
+    }
+
+    /// H(O, V) of each cell, in nats (paper, Eq. 5).
+    pub fn entropy(&self) -> &[f32] {
+        &self.state.entropy_p_o_v_z
+    }
+
+    /// H(O) of each cell, in nats.
+    pub fn occupancy_entropy(&self) -> &[f32] {
+        &self.state.entropy_p_o_z
+    }
+}

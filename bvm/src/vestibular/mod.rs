@@ -1,0 +1,61 @@
+//! Balance: how far the head has turned (`models/vestibular.bp`, as the compiler's closed-form filter).
+//!
+//! In: what the canal, or a gyroscope, reports at each instant. Out: the estimated yaw. Invariant: the filter is
+//! the program's; this file only chooses between two sets of parameters.
+
+use crate::error::Error;
+use crate::programs::vestibular::heading;
+use bp_core::exec::Filter;
+
+/// Whose organ of balance.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Balance {
+    /// People's: canals that forget in 4 s, and noise of 10 °/s (Laurens and Angelaki 2017).
+    Human,
+    /// A gyroscope's: it forgets nothing, with noise of 0.01 rad/s.
+    Gyroscope,
+}
+
+impl Balance {
+    fn parameters(self) -> Vec<(&'static str, f64)> {
+        match self {
+            Balance::Human => Vec::new(),
+            Balance::Gyroscope => vec![("sigma_omega", 2.0), ("sigma_v", 0.01), ("tau_c", 1e6)],
+        }
+    }
+}
+
+/// The estimate of the head's yaw over time.
+#[derive(Clone, Debug)]
+pub struct Vestibular {
+    filter: Filter,
+    yaw: f64,
+}
+
+impl Vestibular {
+    /// Seconds between two instants.
+    pub const DT: f64 = 0.01;
+
+    /// At rest, looking ahead.
+    ///
+    /// # Errors
+    /// None that data can cause; the program's own checks.
+    pub fn at_rest(balance: Balance) -> Result<Self, Error> {
+        Ok(Self { filter: heading::filter(&balance.parameters())?, yaw: 0.0 })
+    }
+
+    /// One instant: the measured yaw rate in rad/s. Gives the estimated yaw in rad.
+    ///
+    /// # Errors
+    /// A rate that is not finite.
+    pub fn feel(&mut self, rate: f64) -> Result<f64, Error> {
+        let belief = self.filter.step(&[("V", rate)])?;
+        self.yaw = belief.mean_of("Theta").unwrap_or(self.yaw);
+        Ok(self.yaw)
+    }
+
+    /// The estimated yaw in rad.
+    pub fn yaw(&self) -> f64 {
+        self.yaw
+    }
+}
