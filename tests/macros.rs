@@ -74,8 +74,13 @@ fn a_program_may_stand_in_a_function() {
 
 #[test]
 fn what_another_macro_passes_on_stays_together() {
-    assert!(loop_::SOURCE.contains("bernoulli(2 * (0.125 + 0.125))"), "{}", loop_::SOURCE);
-    assert_eq!(loop_::model().name, "Loop");
+    let text = "program Loop {
+        variables { Heads, Again : bool; }
+        decomposition { P(Heads) P(Again | Heads) }
+        forms { P(Heads) = bernoulli(2 * (0.125 + 0.125)); P(Again | Heads) = uniform; }
+        question heads { P(Heads | Again) }
+    }";
+    assert_eq!(compile(&Source::new("text", text)).unwrap(), loop_::model());
 }
 
 #[test]

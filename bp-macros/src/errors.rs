@@ -24,7 +24,7 @@ pub(crate) fn compile_error(message: &str, (first, last): (Span, Span)) -> Token
 
 /// The message with its remarks, which quote the words that they are about, and the way out.
 pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source) -> String {
-    let mut text = format!("{}\n", diagnostic.message);
+    let mut text = diagnostic.message.clone();
     for (span, remark) in &diagnostic.labels {
         let words: Vec<&str> = source.slice(*span).split_whitespace().collect();
         if *span == diagnostic.span || words.is_empty() {
@@ -36,7 +36,7 @@ pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source) -> String {
     if let Some(help) = &diagnostic.help {
         text.push_str(&format!("\nhelp: {help}"));
     }
-    text.trim_end().to_owned()
+    text
 }
 
 /// The message with the lines of the file that it is about.

@@ -46,7 +46,7 @@ fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream 
     quote! {
         #[doc = #documentation]
         #[allow(missing_docs, unused, nonstandard_style, unreachable_pub)]
-        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+        #[allow(clippy::all, clippy::pedantic, clippy::nursery, rustdoc::all)]
         pub mod #name {
             #file
             #body

@@ -90,7 +90,7 @@ fn read(path: &str, root: &Path, literal: Span) -> Result<(Source, Origin), Stri
     let bytes = std::fs::read(&whole).map_err(|error| match error.kind() {
         ErrorKind::NotFound => {
             format!(
-                "there is no file `{path}`\n\nhelp: paths start at the folder of the package's Cargo.toml"
+                "there is no file `{path}`\nhelp: paths start at the folder of the package's Cargo.toml"
             )
         }
         _ => format!("cannot read `{path}`: {error}"),
