@@ -4,12 +4,14 @@
 //! probabilities of a row's context sum to one, or are all zero where the context itself has probability zero;
 //! evidence of probability zero is an error.
 
+mod reading;
+
 use crate::error::Error;
 use crate::exec::{Filter, Inputs, Lanes, scalar::Scalar};
-use crate::ids::VariableId;
-use crate::lower::{Output, lower};
-use crate::model::{Ask, Evidence, Model, Question, Reduction, Value};
+use crate::lower::lower;
+use crate::model::{Ask, Evidence, Model, Question, Value};
 use crate::plan::{self, Options, Plan, Route};
+use reading::Reading;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
@@ -104,12 +106,10 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
                 let ln_evidence = exact.ln_evidence.then(|| outputs.get("ln_evidence")[0]);
                 for output in &lowered.outputs {
                     let Some(ask) = &output.ask else { continue };
-                    let nearest = match &ask.reduction {
-                        Reduction::Argmax { nearest: Some(field) } => inputs.find(field),
-                        _ => None,
-                    };
-                    let read = Reading { model, ask, output, cells: outputs.get(&output.name), nearest };
-                    let answer = read.answer(&lanes, inputs, ln_evidence)?;
+                    let cells = outputs.get(&output.name);
+                    let extents = lanes.extents(&output.name, inputs)?;
+                    let rows = Reading::new(model, ask, output, cells, &extents, inputs).rows()?;
+                    let answer = Answer { question: model.ask_text(ask), ln_evidence, answer: rows };
                     if exact.ln_evidence && answer.ln_evidence == Some(f64::NEG_INFINITY) {
                         return Err(Error::Impossible(answer.question));
                     }
@@ -126,19 +126,29 @@ fn ask_gaussian(
     gaussian: &plan::Gaussian,
     inputs: &Inputs<'_, f64>,
 ) -> Result<Vec<Answer>, Error> {
-    let given = |name: &str| inputs.find(name).and_then(|numbers| numbers.first().copied());
-    let parameters: Vec<(&str, f64)> = (model.parameters.values())
-        .filter_map(|parameter| Some((parameter.name.as_str(), given(&parameter.name)?)))
-        .collect();
+    let given = |name: &str| match inputs.find(name) {
+        None => Ok(None),
+        Some([number]) => Ok(Some(*number)),
+        Some(several) => {
+            let count = several.len();
+            Err(Error::input(name, format!("{count} numbers were given, but 1 is expected")))
+        }
+    };
+    let mut parameters: Vec<(&str, f64)> = Vec::new();
+    for parameter in model.parameters.values() {
+        if let Some(number) = given(&parameter.name)? {
+            parameters.push((&parameter.name, number));
+        }
+    }
     let mut observations = Vec::new();
     for known in &gaussian.asks[0].known {
         let name = model.variable_name(known.variable);
         let value = match &known.evidence {
             Evidence::Hard(Value::Real(number)) => *number,
             Evidence::Hard(Value::Given(given_as)) => {
-                given(given_as).ok_or_else(|| Error::input(given_as, "it was not given"))?
+                given(given_as)?.ok_or_else(|| Error::input(given_as, "it was not given"))?
             }
-            _ => given(&name).ok_or_else(|| Error::input(&name, "it was not given"))?,
+            _ => given(&name)?.ok_or_else(|| Error::input(&name, "it was not given"))?,
         };
         observations.push((name, value));
     }
@@ -159,71 +169,6 @@ fn ask_gaussian(
                 .collect(),
         })
         .collect())
-}
-
-struct Reading<'r> {
-    model: &'r Model,
-    ask: &'r Ask,
-    output: &'r Output,
-    cells: &'r [f64],
-    nearest: Option<&'r [f64]>,
-}
-
-impl Reading<'_> {
-    fn answer(
-        &self,
-        lanes: &Lanes,
-        inputs: &Inputs<'_, f64>,
-        ln_evidence: Option<f64>,
-    ) -> Result<Answer, Error> {
-        let extents = lanes.extents(&self.output.name, inputs)?;
-        // The plate's axes, if any, are numbered after the named variables.
-        let plate = extents.len().saturating_sub(self.output.variables.len());
-        let fixed = self.ask.searched.iter().filter_map(|searched| match &searched.at {
-            Some(Value::Ordinal(ordinal)) if !self.output.variables.contains(&searched.variable) => {
-                Some((searched.variable, self.model.value_name(searched.variable, *ordinal)))
-            }
-            Some(Value::Given(name)) => Some((searched.variable, name.clone())),
-            Some(Value::Real(number)) => Some((searched.variable, number.to_string())),
-            _ => None,
-        });
-        let fixed: Vec<(String, String)> =
-            fixed.map(|(variable, value)| (self.model.variable_name(variable), value)).collect();
-        let row = |position: usize, p: f64| {
-            let (mut rest, mut ordinals) = (position, vec![0; extents.len()]);
-            for (axis, extent) in extents.iter().enumerate().rev() {
-                ordinals[axis] = rest % extent;
-                rest /= extent;
-            }
-            let mut values: Vec<(String, String)> = Vec::new();
-            for (variable, ordinal) in self.output.variables.iter().zip(&ordinals) {
-                values.push((self.model.variable_name(*variable), self.value_name(*variable, *ordinal)));
-            }
-            if plate > 0 {
-                let index =
-                    self.model.plate_index().map_or_else(String::new, |id| self.model.variable_name(id));
-                let place: Vec<_> = ordinals[extents.len() - plate..].iter().map(usize::to_string).collect();
-                values.push((index, place.join(",")));
-            }
-            values.extend(fixed.clone());
-            let figure = match self.ask.reduction {
-                Reduction::Entropy => Figure::Entropy { entropy: p },
-                _ => Figure::Probability { p },
-            };
-            Row { values, figure }
-        };
-        let rows = match &self.ask.reduction {
-            Reduction::Argmax { .. } => argmax(self.cells, self.nearest),
-            Reduction::Maximum => argmax(self.cells, None).into_iter().take(1).collect(),
-            _ => (0..self.cells.len()).collect(),
-        };
-        let answer = rows.into_iter().map(|position| row(position, self.cells[position])).collect();
-        Ok(Answer { question: self.model.ask_text(self.ask), ln_evidence, answer })
-    }
-
-    fn value_name(&self, variable: VariableId, ordinal: usize) -> String {
-        self.model.value_name(variable, ordinal)
-    }
 }
 
 /// How close to the largest a score must be to be as good, as a fraction of it.

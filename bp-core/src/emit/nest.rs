@@ -196,10 +196,7 @@ impl<'k> Nests<'k> {
         if nest.reduce.fold().is_some() && depth == outer {
             let (target, copy) = self.target(nest.out, shared, text);
             match lanes {
-                true => {
-                    text.line(format!("{target}.copy_from_slice(&folded);"));
-                    copy.iter().for_each(|copy| text.line(copy));
-                }
+                true => copy.iter().for_each(|copy| text.line(copy.replace("made", "folded"))),
                 false => text.line(format!("{target} = T::from_f64(folded);")),
             }
         }
@@ -220,11 +217,11 @@ impl<'k> Nests<'k> {
         }
         match shared.iter().position(|other| *other == out) {
             None => {
+                // Lanes are made on the stack, where nothing else can be, and then kept.
                 let name = local("m", out);
-                text.line(format!(
-                    "let made: &mut [T; LANES] = {name}[({plane}) * LANES..].first_chunk_mut::<LANES>().expect(\"internal: room\");"
-                ));
-                ("made".to_owned(), Vec::new())
+                text.line("let mut made = [T::ZERO; LANES];");
+                let copy = format!("{name}[({plane}) * LANES..][..LANES].copy_from_slice(&made);");
+                ("made".to_owned(), vec![copy])
             }
             Some(number) => {
                 text.line("let mut made = [T::ZERO; LANES];");

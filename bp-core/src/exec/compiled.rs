@@ -84,11 +84,10 @@ pub fn fetch_turned<'f, T: Scalar>(
     width: usize,
     outside: T,
 ) -> &'f [T; LANES] {
-    let start = if wraps { from.rem_euclid(extent as isize) } else { from };
-    if start >= 0 && start as usize + LANES <= extent {
-        return fetch(copy, source, base + start as usize, width);
+    if from >= 0 && from as usize + LANES <= extent {
+        return fetch(copy, source, base + from as usize, width);
     }
-    turned_slowly(copy, &source[base..base + extent], start, wraps, width, outside);
+    turned_slowly(copy, &source[base..base + extent], from, wraps, width, outside);
     copy
 }
 

@@ -37,9 +37,23 @@ impl Lowering<'_> {
         self.products = outer;
         let value = value?;
         match loops.is_empty() {
-            true => Ok(value),
+            true => Ok(self.computed_once(value)),
             false => Ok(self.fold_over("product", Fold::Product, &loops, value)),
         }
+    }
+
+    /// What does not depend on the plate, but takes some computing, is a small array that is filled once.
+    fn computed_once(&mut self, value: ValueId) -> ValueId {
+        let axes: Vec<AxisId> = self.axes(value).into_iter().collect();
+        let cheap = matches!(
+            self.builder.so_far().nodes[value],
+            crate::kernel::Node::Constant(_) | crate::kernel::Node::Load { .. } | crate::kernel::Node::Axis(_)
+        );
+        if self.plate.is_empty() || cheap || axes.iter().any(|axis| self.plate.contains(axis)) {
+            return value;
+        }
+        let name = self.name("once");
+        self.builder.compute(&name, &axes, Reduce::None, value)
     }
 
     fn unrolled(&mut self, factor: &Factor, count: usize, outer: Vec<ValueId>) -> Result<ValueId, Error> {

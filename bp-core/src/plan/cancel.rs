@@ -9,6 +9,9 @@ use super::draft::Draft;
 use super::{Term, barren, scope};
 use crate::model::Form;
 
+/// The rule by which constants are dropped.
+pub(super) const CONSTANTS: &str = "cancellation";
+
 /// Drops factors of known variables only, and uniform factors, which are constants.
 pub(super) fn constants(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.cancel || draft.options.ln_evidence {
@@ -35,7 +38,7 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
         }
     }
     if !dropped.is_empty() {
-        draft.record("cancellation", format!("constant in what is normalised: {}", dropped.join(", ")));
+        draft.record(CONSTANTS, format!("constant in what is normalised: {}", dropped.join(", ")));
     }
 }
 
@@ -68,6 +71,7 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
     let whole = draft.free.iter().chain(&draft.searched).all(|variable| distributed.contains(variable));
     if proper && whole {
         draft.normalise = false;
-        draft.record("normaliser", "what is left is a product of distributions, so Z = 1".to_owned());
+        draft
+            .record("normaliser", "what is left is a product of distributions, which sums to one".to_owned());
     }
 }

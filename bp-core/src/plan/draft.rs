@@ -1,13 +1,19 @@
 //! A plan in the making: a normaliser, a sum and a product of factors, on which the rules work.
 //!
 //! In: a question. Out: [`Exact`]. Invariant: at any time the draft denotes
-//! (1/Z) Σ_free Π factors, under its bindings; each change is recorded with its reason.
+//! Σ_free Π factors, normalised, under its bindings; each change is recorded with its reason.
 
 use super::{Binding, Exact, Options, Step, Term};
 use crate::error::Error;
 use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
 use std::collections::BTreeMap;
+
+/// The rule by which a question means what it means.
+pub(super) const DEFINITION: &str = "definition";
+
+/// The rule by which values take the place of what is known.
+pub(super) const EVIDENCE: &str = "evidence";
 
 pub(super) struct Draft<'m> {
     pub(super) model: &'m Model,
@@ -57,7 +63,10 @@ impl<'m> Draft<'m> {
                 _ => {}
             }
         }
-        draft.record("definition", "a conditional distribution is the joint one, normalised".to_owned());
+        draft.record(
+            DEFINITION,
+            "a conditional distribution is the joint one over that of what is known".to_owned(),
+        );
         draft
     }
 
@@ -94,8 +103,20 @@ impl<'m> Draft<'m> {
         for known in self.asks[0].known.clone() {
             let name = self.model.variable_name(known.variable);
             let value = match known.evidence {
-                Evidence::Hard(value) => value,
-                Evidence::Each if given_when_asked(self.model, known.variable) => Value::Given(name.clone()),
+                Evidence::Hard(value) => {
+                    reasons.push(match &value {
+                        Value::Ordinal(ordinal) => {
+                            format!("`{name}` is {}", self.model.value_name(known.variable, *ordinal))
+                        }
+                        Value::Real(number) => format!("`{name}` is {number}"),
+                        Value::Given(given) => format!("`{name}` is given when asked, as `{given}`"),
+                    });
+                    value
+                }
+                Evidence::Each if given_when_asked(self.model, known.variable) => {
+                    reasons.push(format!("`{name}` is given when asked"));
+                    Value::Given(name)
+                }
                 Evidence::Each => continue,
                 Evidence::Virtual(weights) => {
                     let likelihood = self.terms.push(Term::Likelihood(known.variable, weights));
@@ -105,16 +126,16 @@ impl<'m> Draft<'m> {
                 }
             };
             self.bindings.insert(known.variable, Binding::Value(value));
-            reasons.push(format!("`{name}` is given"));
         }
         // A searched real that is wanted at one value has no axis: it stands for that value from the start.
         for item in self.asks.iter().flat_map(|ask| &ask.searched) {
             if let (Some(value), false) = (&item.at, self.model.variables[item.variable].domain.is_finite()) {
                 self.bindings.insert(item.variable, Binding::Value(value.clone()));
+                reasons.push(format!("`{}` is wanted at one value", self.model.variable_name(item.variable)));
             }
         }
         if !reasons.is_empty() {
-            self.record("evidence", reasons.join("; "));
+            self.record(EVIDENCE, reasons.join("; "));
         }
     }
 

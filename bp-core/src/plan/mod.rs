@@ -4,20 +4,22 @@
 //! Invariant: every step of a derivation denotes the same answer; a rule may be turned off ([`Rewrites`]) and
 //! the answer stays what it was.
 //!
-//! P(S | K) = (1/Z) Σ_F P(S F K): searched, known and free variables partition the variables of the program.
+//! P(S | K) = Σ_F P(S F K) / P(K): searched, known and free variables partition the variables of the program.
 
 mod barren;
 mod cancel;
 mod dirac;
 mod draft;
 mod eliminate;
+mod equation;
 mod gaussian;
+mod notation;
 mod print;
 mod scan;
 mod scope;
 
 pub use gaussian::{Gaussian, LinearForm, Source};
-pub use print::Notation;
+pub use notation::Notation;
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};

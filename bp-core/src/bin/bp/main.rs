@@ -1,2 +1,65 @@
-//! The command `bp`.
-fn main() {}
+//! The command `bp`: Bayesian Programs from the shell.
+//!
+//! In: a subcommand and files. Out: text on stdout, what is wrong on stderr, and an exit code: 0 when all is well, 1
+//! when a program, a question or data are wrong, 2 when the command line is. Invariant: a reader that closes the pipe
+//! ends the command quietly.
+
+mod ask;
+mod check;
+mod explain;
+mod failure;
+mod format;
+mod latex;
+mod numbers;
+mod parameters;
+mod program;
+mod settings;
+mod table;
+mod wrap;
+
+use clap::{Parser, Subcommand};
+use failure::Failure;
+use std::io::{BufWriter, Write};
+use std::process::ExitCode;
+
+/// Bayesian Programs, declared as the formalism prints them: checked, explained and answered.
+#[derive(Parser)]
+#[command(name = "bp", version, after_help = EXAMPLES)]
+struct CommandLine {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  bp check wet_grass.bp
+  bp ask wet_grass.bp 'P(Rain | Wet = true)'
+  bp explain wet_grass.bp 'P(Rain | Wet = true)'
+  bp fmt --check *.bp
+
+Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
+2 when the command line is.";
+
+#[derive(Subcommand)]
+enum Verb {
+    Check(check::Arguments),
+    Fmt(format::Arguments),
+    Explain(explain::Arguments),
+    Ask(ask::Arguments),
+}
+
+fn main() -> ExitCode {
+    let CommandLine { verb } = CommandLine::parse();
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let done = match verb {
+        Verb::Check(arguments) => check::run(&arguments, &mut out),
+        Verb::Fmt(arguments) => format::run(&arguments, &mut out),
+        Verb::Explain(arguments) => explain::run(&arguments, &mut out),
+        Verb::Ask(arguments) => ask::run(&arguments, &mut out),
+    };
+    let flushed = out.flush().map_err(Failure::Output);
+    match done.and(flushed) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.tell(),
+    }
+}

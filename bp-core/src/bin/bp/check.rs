@@ -1,0 +1,53 @@
+//! `bp check`: is a program right?
+//!
+//! In: files. Out: a line for each that is right; the mistakes of the others on stderr. Invariant: every file is looked
+//! at, whatever is wrong with those before it.
+
+use crate::failure::Failure;
+use crate::program;
+use bp_core::model::Model;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Checks programs: names, types, shapes, and that they are Bayesian Programs at all.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp check wet_grass.bp
+  bp check models/*.bp
+  cat wet_grass.bp | bp check -")]
+pub(crate) struct Arguments {
+    /// Programs; `-` is stdin.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let mut right = true;
+    for path in &arguments.files {
+        match program::model(path) {
+            Ok(model) => writeln!(out, "ok: {}", summary(&model))?,
+            Err(failure) => {
+                // What is right and what is wrong come in the order of the files.
+                out.flush()?;
+                failure.tell();
+                right = false;
+            }
+        }
+    }
+    if right { Ok(()) } else { Err(Failure::Told) }
+}
+
+fn summary(model: &Model) -> String {
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let index = usize::from(model.plate.is_some());
+    let mut parts = vec![
+        counted(model.variables.len() - index, "variable"),
+        counted(model.factors.len(), "factor"),
+        counted(model.questions.len(), "question"),
+    ];
+    if !model.parameters.is_empty() {
+        parts.push(counted(model.parameters.len(), "parameter"));
+    }
+    format!("program {}: {}", model.name, parts.join(", "))
+}

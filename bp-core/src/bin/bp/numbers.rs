@@ -1,0 +1,47 @@
+//! Numbers and bars, as people read them.
+//!
+//! In: numbers. Out: text. Invariant: six significant digits, whatever the size.
+
+/// A number with six significant digits.
+pub(crate) fn six_digits(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return number.to_string();
+    }
+    // The exponent after rounding: 0.9999999 is 1.00000.
+    let scientific = format!("{number:.5e}");
+    let exponent: i32 = scientific.rsplit('e').next().and_then(|text| text.parse().ok()).unwrap_or(0);
+    match exponent {
+        -4..=5 => format!("{number:.*}", (5 - exponent) as usize),
+        _ => scientific,
+    }
+}
+
+/// A bar for a fraction of the width, in eighths of a cell; something that is not nothing shows.
+pub(crate) fn bar(fraction: f64, width: usize) -> String {
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+    let eighths = (fraction * width as f64 * 8.0).round() as usize;
+    let eighths = if fraction > 0.0 { eighths.max(1) } else { 0 };
+    format!("{}{}", "█".repeat(eighths / 8), EIGHTHS[eighths % 8])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn six_digits_whatever_the_size() {
+        let texts = [0.0, 1.0, 0.322580645, 0.99999999, 123456.7, 7.139e-9, -0.0725707, 1234567.0];
+        let expected =
+            ["0", "1.00000", "0.322581", "1.00000", "123457", "7.13900e-9", "-0.0725707", "1.23457e6"];
+        assert_eq!(texts.map(six_digits), expected);
+    }
+
+    #[test]
+    fn bars_are_in_eighths() {
+        assert_eq!(bar(1.0, 3), "███");
+        assert_eq!(bar(0.5, 3), "█▌");
+        assert_eq!(bar(1e-9, 3), "▏");
+        assert_eq!(bar(0.0, 3), "");
+    }
+}

@@ -1,0 +1,84 @@
+//! Text in lines that fit a terminal.
+//!
+//! In: words. Out: lines of at most [`WIDTH`] columns. Invariant: lines break at blanks only; a single word that is too
+//! long stays whole.
+
+/// The columns of a terminal.
+pub(crate) const WIDTH: usize = 80;
+
+/// A text in lines; the first starts with `head`, the others with as many blanks as `hang` says.
+pub(crate) fn wrapped(head: &str, text: &str, hang: usize) -> String {
+    let mut lines = String::new();
+    let mut line = head.to_owned();
+    let mut empty = true;
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        if !empty && columns(&line) + 1 + columns(word) > WIDTH {
+            lines.push_str(line.trim_end());
+            lines.push('\n');
+            line = " ".repeat(hang);
+            empty = true;
+        }
+        if !empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        empty = false;
+    }
+    lines.push_str(line.trim_end());
+    lines.push('\n');
+    lines
+}
+
+/// An equation in lines: a distribution, and what follows a sum's sign, stay whole where they fit.
+pub(crate) fn wrapped_equation(head: &str, equation: &str, hang: usize) -> String {
+    const KEPT: char = '\u{a0}';
+    let mut kept = String::with_capacity(equation.len());
+    // For each bracket that is open, whether it belongs to a name before it.
+    let mut open: Vec<bool> = Vec::new();
+    for (at, character) in equation.char_indices() {
+        let word = equation[..at].rsplit([' ', '(']).next().unwrap_or("");
+        match character {
+            '(' => open.push(word.ends_with(char::is_alphanumeric)),
+            ')' => drop(open.pop()),
+            _ => {}
+        }
+        let whole = open.contains(&true) || word.starts_with(['Σ', 'Π']);
+        kept.push(if character == ' ' && whole { KEPT } else { character });
+    }
+    let fits = |word: &str| hang + columns(word) <= WIDTH;
+    let words: Vec<_> = kept
+        .split(' ')
+        .map(|word| if fits(word) { word.to_owned() } else { word.replace(KEPT, " ") })
+        .collect();
+    wrapped(head, &words.join(" "), hang).replace(KEPT, " ")
+}
+
+/// The columns that a text takes.
+pub(crate) fn columns(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// A text, filled with blanks to a width.
+pub(crate) fn filled(text: &str, width: usize) -> String {
+    format!("{text}{}", " ".repeat(width.saturating_sub(columns(text))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distribution_stays_whole() {
+        let text = format!("P(A | B) = {}", "Σ_C P(Weather | Wind Pressure) ".repeat(4));
+        let lines = wrapped_equation("  ", &text, 6);
+        assert!(lines.lines().count() > 1 && lines.lines().all(|line| columns(line) <= WIDTH));
+        let rest: Vec<_> = lines.lines().skip(1).collect();
+        assert!(rest.iter().all(|line| line.starts_with("      Σ_C P(")), "{lines}");
+    }
+
+    #[test]
+    fn what_is_too_long_breaks_somewhere() {
+        let lines = wrapped_equation("", &format!("P({})", "Variable ".repeat(20)), 4);
+        assert!(lines.lines().all(|line| columns(line) <= WIDTH), "{lines}");
+    }
+}

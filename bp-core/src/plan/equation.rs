@@ -1,0 +1,224 @@
+//! Terms as mathematics.
+//!
+//! In: a term under its bindings. Out: one line of mathematics. Invariant: what is printed is what is computed:
+//! the printer reads the same terms as lowering.
+
+use super::{Binding, Exact, FirstScan, Notation, Term, scope};
+use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
+use crate::model::{Evidence, Expression, IndexSpace, Model, Value, VariableUse};
+use std::collections::BTreeMap;
+
+pub(super) struct Printer<'p> {
+    pub(super) model: &'p Model,
+    pub(super) exact: &'p Exact,
+    pub(super) bindings: &'p BTreeMap<VariableId, Binding>,
+    /// Whether the evidence has taken its place.
+    pub(super) conditioned: bool,
+    /// Whether constants have been dropped, so that the body is only proportional to the answer.
+    pub(super) proportional: bool,
+    pub(super) notation: Notation,
+}
+
+impl Printer<'_> {
+    /// A step as an equation.
+    pub(super) fn equation(&self, term: TermId) -> String {
+        let (relation, right) = match (&self.exact.terms[term], self.evidence()) {
+            (Term::Normalise(_, body), _) if self.proportional => {
+                (self.notation.choose("∝", "\\propto"), self.term(*body))
+            }
+            (Term::Normalise(_, body), Some(evidence)) => match self.exact.terms[*body] {
+                Term::Joint => ("=", self.notation.ratio(&self.term(*body), &evidence)),
+                _ => ("=", self.notation.over(&self.term(*body), &evidence)),
+            },
+            (Term::Normalise(_, body), None) => ("=", self.term(*body)),
+            _ => ("=", self.term(term)),
+        };
+        format!("{} {relation} {right}", self.asked())
+    }
+
+    /// What is asked, as far as its values are already in place: `P(Rain | Wet)`, then `P(Rain | Wet = true)`.
+    pub(super) fn asked(&self) -> String {
+        let mut right = self.known();
+        right.extend(self.plate());
+        self.notation.distribution(&self.searched(), &right)
+    }
+
+    /// The probability of what is known; `None` where nothing is.
+    pub(super) fn evidence(&self) -> Option<String> {
+        let known = self.known();
+        (!known.is_empty()).then(|| self.notation.distribution(&known, &self.plate()))
+    }
+
+    fn searched(&self) -> Vec<String> {
+        self.exact.searched.iter().map(|variable| self.variable(*variable)).collect()
+    }
+
+    fn known(&self) -> Vec<String> {
+        let known = self.exact.asks[0].known.iter().filter_map(|known| match known.evidence {
+            Evidence::Virtual(_) => {
+                let name = self.notation.name(self.model, known.variable);
+                self.conditioned.then(|| self.notation.likelihood(&name))
+            }
+            _ => Some(self.variable(known.variable)),
+        });
+        known.chain(self.index(true)).collect()
+    }
+
+    /// The plate's index, where no factor distributes it: then everything is given it.
+    fn plate(&self) -> Vec<String> {
+        self.index(false).into_iter().collect()
+    }
+
+    /// The plate's index, if it is one that a factor distributes, or one that none does.
+    fn index(&self, distributed: bool) -> Option<String> {
+        let index = self.model.plate_index()?;
+        let is_distributed = self.model.factor_of(index).is_some();
+        (is_distributed == distributed).then(|| self.notation.name(self.model, index))
+    }
+
+    /// A term.
+    pub(super) fn term(&self, id: TermId) -> String {
+        let notation = self.notation;
+        match &self.exact.terms[id] {
+            // Before anything is summed out, the joint is that of what the question mentions.
+            Term::Joint => {
+                let mut all = self.searched();
+                all.extend(self.known());
+                notation.distribution(&all, &self.plate())
+            }
+            Term::Factor(factor) => self.factor(*factor),
+            Term::Likelihood(variable, _) => notation.likelihood(&self.variable(*variable)),
+            Term::Inside(variable) => {
+                let domain = self.model.domain_text(&self.model.variables[*variable].domain);
+                let sign = notation.choose("∈", "\\in");
+                format!("[{} {sign} {}]", self.value_of(*variable), notation.label(&domain))
+            }
+            Term::Product(factors) => match factors.split_last() {
+                None => "1".to_owned(),
+                Some((last, first)) => {
+                    let mut parts: Vec<_> = first.iter().map(|factor| self.grouped(*factor)).collect();
+                    parts.push(self.term(*last));
+                    parts.join(" ")
+                }
+            },
+            Term::Sum(over, body) => {
+                let body = match self.exact.terms[*body] {
+                    Term::Joint => self.joint_of_all(),
+                    _ => self.term(*body),
+                };
+                format!("{}{body}", notation.sum(&notation.names(self.model, over)))
+            }
+            Term::FirstScan(scan) => self.first_scan(scan),
+            Term::Normalise(_, body) => self.term(*body),
+        }
+    }
+
+    fn joint_of_all(&self) -> String {
+        let all = self.model.variables.ids().filter(|id| Some(*id) != self.model.plate_index());
+        let all: Vec<_> = all.map(|id| self.variable(id)).chain(self.index(true)).collect();
+        self.notation.distribution(&all, &self.plate())
+    }
+
+    /// A term that others follow.
+    fn grouped(&self, id: TermId) -> String {
+        match &self.exact.terms[id] {
+            Term::Sum(..) | Term::FirstScan(_) => format!("({})", self.term(id)),
+            _ => self.term(id),
+        }
+    }
+
+    /// Σ_k P(first = k | …) P(Z | first = k).
+    fn first_scan(&self, scan: &FirstScan) -> String {
+        let family = self.notation.name(self.model, scan.family);
+        let first = match scan.with {
+            Some((value, at)) => {
+                let (value, at) = (self.expression(value, &[]), self.expression(at, &[]));
+                match self.notation {
+                    Notation::Unicode => format!("first({family} with {value} at {at})"),
+                    Notation::Latex => {
+                        format!("\\text{{first}}({family} \\text{{ with }} {value} \\text{{ at }} {at})")
+                    }
+                }
+            }
+            None => format!("{}({family})", self.notation.label("first")),
+        };
+        let event = vec![self.notation.item(&first, "k")];
+        let factor = &self.model.factors[scan.factor];
+        let left: Vec<_> = factor.left.iter().map(|use_| self.use_(use_, scan.factor)).collect();
+        let mut given = scope::of_form(self.model, scan.prior);
+        for part in scan.with.iter().flat_map(|(value, at)| [*value, *at]) {
+            scope::of_expression(self.model, part, &mut given);
+        }
+        let order = |id: &VariableId| factor.right.iter().position(|use_| use_.variable == *id);
+        let mut given: Vec<_> = given.into_iter().filter(|id| *id != scan.family).collect();
+        given.sort_by_key(order);
+        let given: Vec<_> = given.into_iter().map(|id| self.variable(id)).collect();
+        let weight = self.notation.distribution(&event, &given);
+        let sum = self.notation.sum(&["k".to_owned()]);
+        format!("{sum}{weight} {}", self.notation.distribution(&left, &event))
+    }
+
+    fn factor(&self, id: FactorId) -> String {
+        let factor = &self.model.factors[id];
+        let list = |uses: &[VariableUse]| uses.iter().map(|use_| self.use_(use_, id)).collect::<Vec<_>>();
+        let products: String =
+            factor.products.iter().map(|(index, _)| self.notation.product(index)).collect();
+        format!("{products}{}", self.notation.distribution(&list(&factor.left), &list(&factor.right)))
+    }
+
+    fn use_(&self, use_: &VariableUse, factor: FactorId) -> String {
+        let text = self.variable(use_.variable);
+        let Some(element) = use_.element else { return text };
+        let index = self.expression(element, &self.model.factors[factor].products);
+        let name = self.notation.name(self.model, use_.variable);
+        let at = |name: &str| match self.notation {
+            Notation::Unicode => format!("{name}[{index}]"),
+            Notation::Latex => format!("{name}_{{{index}}}"),
+        };
+        match self.bindings.get(&use_.variable) {
+            // A family's values are given one for each element.
+            Some(Binding::Value(Value::Given(_))) => {
+                self.notation.item(&at(&name), &at(&self.value_of(use_.variable)))
+            }
+            _ => text.replacen(&name, &at(&name), 1),
+        }
+    }
+
+    /// A variable, or what it stands for.
+    fn variable(&self, id: VariableId) -> String {
+        let written = self.notation.name(self.model, id);
+        match self.bindings.get(&id) {
+            None => written,
+            Some(Binding::Value(_)) => self.notation.item(&written, &self.value_of(id)),
+            Some(_) => self.value_of(id),
+        }
+    }
+
+    fn value_of(&self, id: VariableId) -> String {
+        let name = |id| self.notation.name(self.model, id);
+        match self.bindings.get(&id) {
+            None => name(id),
+            Some(Binding::Value(Value::Ordinal(ordinal))) => {
+                self.notation.label(&self.model.value_name(id, *ordinal))
+            }
+            Some(Binding::Value(Value::Real(number))) => number.to_string(),
+            Some(Binding::Value(Value::Given(given))) if *given == self.model.variable_name(id) => {
+                self.notation.label(&given.to_lowercase())
+            }
+            Some(Binding::Value(Value::Given(given))) => self.notation.label(given),
+            Some(Binding::Expression(expression)) => self.expression(*expression, &[]),
+            Some(Binding::Antecedent { cell, displacement }) => {
+                format!("{} {} {}", name(*cell), self.notation.choose("−", "-"), name(*displacement))
+            }
+        }
+    }
+
+    fn expression(&self, id: ExpressionId, products: &[(String, IndexSpace)]) -> String {
+        match &self.model.expressions[id] {
+            Expression::Variable(use_) if use_.element.is_none() => {
+                self.notation.name(self.model, use_.variable)
+            }
+            _ => self.notation.label(&self.model.expression_text(id, products)),
+        }
+    }
+}
