@@ -3,6 +3,7 @@
 //! In: a diagnostic and the tokens it stands on. Out: the invocation that makes the compiler say it there. Invariant: the
 //! first line is the diagnostic's own message.
 
+use crate::tokens::Written;
 use bp_core::diagnostic::{Diagnostic, Diagnostics};
 use bp_core::source::Source;
 use proc_macro2::{Delimiter, Group, Literal, Span, TokenStream, TokenTree};
@@ -22,21 +23,21 @@ pub(crate) fn compile_error(message: &str, (first, last): (Span, Span)) -> Token
     error
 }
 
-/// The message with its remarks, which quote the words that they are about, and the way out.
-pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source) -> String {
-    let mut text = format!("{}\n", diagnostic.message);
+/// The message with its remarks, which quote the words that they are about and tell their line, and the way out.
+pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source, written: &Written) -> String {
+    let mut text = diagnostic.message.clone();
     for (span, remark) in &diagnostic.labels {
-        let words: Vec<&str> = source.slice(*span).split_whitespace().collect();
-        if *span == diagnostic.span || words.is_empty() {
-            text.push_str(&format!("\nnote: {remark}"));
-        } else {
-            text.push_str(&format!("\nnote: {remark}: `{}`", words.join(" ")));
+        text.push_str(&format!("\nnote: {remark}"));
+        if *span != diagnostic.span {
+            let words: Vec<&str> = source.slice(*span).split_whitespace().collect();
+            let line = written.span(*span).0.start().line;
+            text.push_str(&format!(": `{}` on line {line}", words.join(" ")));
         }
     }
     if let Some(help) = &diagnostic.help {
         text.push_str(&format!("\nhelp: {help}"));
     }
-    text.trim_end().to_owned()
+    text
 }
 
 /// The message with the lines of the file that it is about.

@@ -46,7 +46,7 @@ fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream 
     quote! {
         #[doc = #documentation]
         #[allow(missing_docs, unused, nonstandard_style, unreachable_pub)]
-        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+        #[allow(clippy::all, clippy::pedantic, clippy::nursery, rustdoc::all)]
         pub mod #name {
             #file
             #body
@@ -57,6 +57,8 @@ fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bp_core::source::Source;
+    use bp_core::syntax::compile;
 
     fn expanded(input: &str) -> String {
         let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
@@ -89,9 +91,29 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_file_is_shown_by_line_and_column() {
-        let text = expanded("\"tests/errors/unknown_names.bp\"");
-        assert_eq!(text.matches("compile_error").count(), 6, "{text}");
-        assert!(text.contains("tests/errors/unknown_names.bp:9:30"), "{text}");
+    fn both_ways_in_say_what_the_text_says() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/errors");
+        let mut count = 0;
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            let text = std::fs::read_to_string(Path::new(folder).join(&name)).unwrap();
+            // Not every wrong text is Rust tokens, and no tokens at all are the macro's own mistake.
+            let (true, Ok(here)) = (name.ends_with(".bp"), text.parse::<TokenStream>()) else { continue };
+            if here.is_empty() {
+                continue;
+            }
+            let Err(wrong) = compile(&Source::new(&name, &text)) else { continue };
+            let (file, tokens) = (expanded(&format!("\"tests/errors/{name}\"")), expanded(&text));
+            for expansion in [&file, &tokens] {
+                assert_eq!(expansion.matches("compile_error").count(), wrong.0.len(), "{name}: {expansion}");
+                for diagnostic in wrong.iter() {
+                    let message = format!("{:?}", diagnostic.message);
+                    assert!(expansion.contains(message.trim_matches('"')), "{name}: {expansion}");
+                }
+            }
+            assert!(file.contains(&format!("tests/errors/{name}:")), "{file}");
+            count += 1;
+        }
+        assert!(count >= 30, "programs are missing from {folder}");
     }
 }

@@ -17,7 +17,9 @@ use std::path::PathBuf;
 ///
 /// The program stands between the braces, or in a file whose path starts at the folder of the package's `Cargo.toml`:
 ///
-/// ```ignore
+/// ```
+/// use bp_macros::bayesian_program;
+///
 /// bayesian_program! {
 ///     /// Is the coin fair?
 ///     program Coin {
@@ -27,7 +29,11 @@ use std::path::PathBuf;
 ///         question heads { P(Heads) }
 ///     }
 /// }
-/// bayesian_program!("models/cell.bp");
+/// # mod files { use bp_macros::bayesian_program;
+/// bayesian_program!("../tests/programs/wet_grass.bp");
+/// # }
+///
+/// assert_eq!(coin::model().name, "Coin");
 /// ```
 ///
 /// The package that calls it depends on `bp-core`, which the module speaks to.

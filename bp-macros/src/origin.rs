@@ -41,7 +41,7 @@ impl Origin {
     pub(crate) fn errors(&self, wrong: &Diagnostics, source: &Source) -> TokenStream {
         let errors = wrong.iter().map(|diagnostic| {
             let message = match self {
-                Origin::Here(_) => errors::in_words(diagnostic, source),
+                Origin::Here(written) => errors::in_words(diagnostic, source, written),
                 Origin::File { .. } => errors::with_its_lines(diagnostic, source),
             };
             errors::compile_error(&message, self.span(diagnostic.span))
@@ -89,9 +89,7 @@ fn read(path: &str, root: &Path, literal: Span) -> Result<(Source, Origin), Stri
     let whole = root.join(path);
     let bytes = std::fs::read(&whole).map_err(|error| match error.kind() {
         ErrorKind::NotFound => {
-            format!(
-                "there is no file `{path}`\n\nhelp: paths start at the folder of the package's Cargo.toml"
-            )
+            format!("there is no file `{path}`\nhelp: paths start at the folder of the package's Cargo.toml")
         }
         _ => format!("cannot read `{path}`: {error}"),
     })?;

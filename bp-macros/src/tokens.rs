@@ -43,7 +43,7 @@ impl Written {
         let mut touched =
             self.table.iter().filter(|(bytes, _)| bytes.start < span.end && span.start < bytes.end);
         if let Some((_, first)) = touched.next() {
-            return (*first, touched.last().map_or(*first, |(_, last)| *last));
+            return (*first, touched.next_back().map_or(*first, |(_, last)| *last));
         }
         let next = self.table.iter().find(|(bytes, _)| bytes.start >= span.start).or(self.table.last());
         let near = next.map_or_else(Span::call_site, |(_, span)| *span);
