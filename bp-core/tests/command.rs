@@ -196,6 +196,8 @@ fn what_is_set_must_be_known_and_fit() {
     for syntax in ["N", "N=", "=3"] {
         assert!(wrong(2, &[syntax]).contains("expected NAME=VALUE"), "{syntax}");
     }
+    let two = ill(1, &["ask", path.to_str().unwrap(), "P(Z | O = v, C = v)", "--set", "v=1"]);
+    assert!(two.contains("input `v`: it stands for values of `O` and `C`"), "{two}");
     let cell = ill(1, &["ask", program("cell.bp").to_str().unwrap(), "--set", "epsilon=1.5"]);
     assert!(cell.contains("input `epsilon`: it is 1.5, but it must be a probability"), "{cell}");
 }
@@ -285,6 +287,7 @@ fn explain_derives_step_by_step() {
     assert!(latex.contains("\\begin{align*}\n") && latex.ends_with("\\end{align*}\n"), "{latex}");
     assert!(latex.contains("P(\\mathit{Rain} \\mid \\mathit{Wet}) &= \\frac{"), "{latex}");
     let json: Value = serde_json::from_str(&well(&["explain", file, "rain", "--json"])).unwrap();
+    assert_eq!(json["computed"].as_array().unwrap().len(), 1);
     assert_eq!((&json["question"], &json["free_parameters"]), (&"P(Rain | Wet)".into(), &3.0.into()));
 }
 
@@ -299,8 +302,20 @@ fn every_line_of_a_derivation_is_true() {
     let text = well(&["explain", path.to_str().unwrap(), "P(Z = z | O C)"]);
     assert!(text.contains("P(Z | O C ray) = P(Z O C | ray) / P(O C | ray)\n"), "{text}");
     assert!(text.contains("`Z` is wanted at one value\n"), "{text}");
+    let gaze = well(&["explain", program("gaze.bp").to_str().unwrap()]);
+    assert!(gaze.contains("\ncomputed: P(G | C) = P(G)\ncomputed: argmax_G P(G | C)\n"), "{gaze}");
     let text = well(&["explain", program("wet_grass.bp").to_str().unwrap(), "P(Wet | Rain virtual [1, 2])"]);
     assert!(text.contains("P(Wet | λ(Rain)) = 1/P(λ(Rain)) · "), "{text}");
+}
+
+#[test]
+fn reals_are_integrated_out() {
+    let text = "program A { variables { X : bool; Y : real; } decomposition { P(X) P(Y | X) }
+        forms { P(X) = uniform; P(Y | X) = if X { normal(0, 1) } else { normal(1, 2) }; } question x { P(X) } }";
+    let output = bp_fed(&["explain", "-"], text);
+    assert!(written(&output).contains("P(X) = ∫_Y P(X Y)\n"), "{}{}", written(&output), said(&output));
+    let output = bp_fed(&["explain", "-", "--latex"], text);
+    assert!(written(&output).contains("P(X) &= \\int_{Y} P(X\\,Y) "), "{}", written(&output));
 }
 
 #[test]

@@ -19,6 +19,15 @@ impl Plan {
         self.routes.iter().flat_map(|route| route.derivation(model, notation)).collect()
     }
 
+    /// All that is computed: the equation of each distribution, then what each ask makes of it.
+    pub fn computed(&self, model: &Model, notation: Notation) -> Vec<String> {
+        let of_route = |route: &Route| {
+            let (mut steps, read_outs) = route.lines(model, notation);
+            steps.pop().into_iter().chain(read_outs).map(|(_, _, equation)| equation).collect::<Vec<_>>()
+        };
+        self.routes.iter().flat_map(of_route).collect()
+    }
+
     /// The equation that is computed: the last line of each derivation.
     pub fn equations(&self, model: &Model, notation: Notation) -> Vec<String> {
         (self.routes.iter())
@@ -30,15 +39,22 @@ impl Plan {
 
 impl Route {
     fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let (mut lines, read_outs) = self.lines(model, notation);
+        lines.extend(read_outs);
+        lines
+    }
+
+    /// The lines that lead to the distribution, and those that make the answers of it.
+    fn lines(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
         match self {
-            Route::Exact(exact) => exact.derivation(model, notation),
-            Route::Gaussian(gaussian) => gaussian.derivation(model, notation),
+            Route::Exact(exact) => exact.lines(model, notation),
+            Route::Gaussian(gaussian) => (gaussian.derivation(model, notation), Vec::new()),
         }
     }
 }
 
 impl Exact {
-    fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+    fn lines(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
         let known = BTreeMap::new();
         let mut printer = Printer {
             model,
@@ -62,10 +78,8 @@ impl Exact {
             }
         }
         lines.extend(self.last_line(&printer));
-        for ask in &self.asks {
-            lines.extend(self.read_out(ask, &printer));
-        }
-        lines
+        let read_outs = self.asks.iter().filter_map(|ask| self.read_out(ask, &printer)).collect();
+        (lines, read_outs)
     }
 
     /// The whole answer, normaliser and wanted values included, where the last step does not yet say it.

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::settings::{Meaning, Settings};
 use crate::{program, table};
 use bp_core::answer::{self, Answer};
+use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::Role;
 use bp_core::lower::lower;
@@ -102,8 +103,16 @@ fn names(model: &Model, questions: &[Question]) -> Result<BTreeMap<String, Meani
                 Evidence::Virtual(_) => None,
             });
             for (variable, value) in searched.chain(known) {
-                if let Value::Given(name) = value {
-                    names.insert(name, Meaning::Value(variable));
+                let Value::Given(name) = value else { continue };
+                let before = names.insert(name.clone(), Meaning::Value(variable));
+                if let Some(Meaning::Value(other)) = before
+                    && model.variables[other].domain != model.variables[variable].domain
+                {
+                    let (one, other) = (model.variable_name(variable), model.variable_name(other));
+                    let message = format!(
+                        "it stands for values of `{other}` and `{one}`, which have different domains"
+                    );
+                    return Err(Error::input(name, message).into());
                 }
             }
             if let Reduction::Argmax { nearest: Some(field) } = &ask.reduction {

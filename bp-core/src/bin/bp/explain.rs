@@ -79,7 +79,7 @@ fn write_text(model: &Model, plan: &Plan, out: &mut impl Write) -> std::io::Resu
     if let Some(cost) = cost(plan) {
         writeln!(out, "cost: about {cost:.0} products")?;
     }
-    for equation in plan.equations(model, Notation::Unicode) {
+    for equation in plan.computed(model, Notation::Unicode) {
         write!(out, "{}", wrap::wrapped_equation("computed: ", &equation, 10))?;
     }
     Ok(())
@@ -95,7 +95,7 @@ fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
     json!({
         "question": asked(model, &plan.question),
         "steps": steps,
-        "equations": plan.equations(model, Notation::Unicode),
+        "computed": plan.computed(model, Notation::Unicode),
         "free_parameters": parameters::free(model),
         "products": cost(plan),
     })

@@ -28,7 +28,8 @@ pub(crate) fn write(answer: &Answer, all: bool, out: &mut impl Write) -> Result<
     if shown < answer.answer.len() {
         writeln!(out, "  … and {} more rows; --all shows them", answer.answer.len() - shown)?;
     }
-    if let Some(ln_evidence) = answer.ln_evidence {
+    let knows = answer.question.contains('|');
+    if let Some(ln_evidence) = answer.ln_evidence.filter(|_| knows) {
         writeln!(out, "\n  ln P(evidence) = {}", six_digits(ln_evidence))?;
     }
     Ok(())

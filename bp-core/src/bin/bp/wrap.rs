@@ -39,10 +39,11 @@ pub(crate) fn wrapped_equation(head: &str, equation: &str, hang: usize) -> Strin
         let word = equation[..at].rsplit([' ', '(']).next().unwrap_or("");
         match character {
             '(' => open.push(word.ends_with(char::is_alphanumeric)),
-            ')' => drop(open.pop()),
+            '[' => open.push(true),
+            ')' | ']' => drop(open.pop()),
             _ => {}
         }
-        let whole = open.contains(&true) || word.starts_with(['Σ', 'Π']);
+        let whole = open.contains(&true) || word.starts_with(['Σ', 'Π', '∫']);
         kept.push(if character == ' ' && whole { KEPT } else { character });
     }
     let fits = |word: &str| hang + columns(word) <= WIDTH;
