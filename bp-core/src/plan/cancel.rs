@@ -1,13 +1,14 @@
 //! What cancels: factors that are the same above and below the bar of the normaliser, and a normaliser of 1.
 //!
 //! In: a draft. Out: the draft without them. Invariant: where ln P(evidence) is wanted, nothing that is part of
-//! it goes.
+//! it goes; and nothing goes that can be 0, since a context of probability zero answers all zeros.
 //!
 //! before: P(C) P(O | C) P(Z | O C) / Σ_Z …      after: P(Z | O C)
 
 use super::draft::Draft;
 use super::{Term, barren, scope};
-use crate::model::Form;
+use crate::ids::ExpressionId;
+use crate::model::{Form, Model};
 
 /// Drops factors of known variables only, and uniform factors, which are constants.
 pub(super) fn constants(draft: &mut Draft<'_>) {
@@ -22,7 +23,9 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
             continue;
         };
         let known = |variable| draft.is_known(variable);
-        let all_known = scope::of_factor(draft.model, factor).into_iter().all(known);
+        // A factor that may be 0 stays: it tells that its context is impossible.
+        let all_known = scope::of_factor(draft.model, factor).into_iter().all(known)
+            && is_positive(draft.model, &draft.model.factors[factor].form);
         let left = &draft.model.factors[factor].left;
         // A uniform factor of a summed variable is the same number in every term of the sum.
         let uniform = matches!(draft.model.factors[factor].form, Form::Uniform)
@@ -36,6 +39,19 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
     }
     if !dropped.is_empty() {
         draft.record("cancellation", format!("constant in what is normalised: {}", dropped.join(", ")));
+    }
+}
+
+/// Whether a form gives no value probability 0, whatever its parents are.
+fn is_positive(model: &Model, form: &Form) -> bool {
+    let positive = |id: &ExpressionId| model.constant(*id).is_some_and(|p| p > 0.0);
+    match form {
+        Form::Uniform | Form::Normal { .. } => true,
+        Form::Bernoulli(p) => model.constant(*p).is_some_and(|p| p > 0.0 && p < 1.0),
+        Form::Categorical(entries) => entries.iter().all(positive),
+        Form::Table(rows) => rows.iter().flatten().all(positive),
+        Form::If { then, otherwise, .. } => is_positive(model, then) && is_positive(model, otherwise),
+        _ => false,
     }
 }
 
