@@ -179,7 +179,9 @@ impl Lowering<'_> {
 
     fn choose_value(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
         if let Some(constant) = self.builder.as_constant(ordinal) {
-            return values[constant as usize];
+            // A Dirac may say a value outside the domain: an indicator then stands beside this entry.
+            let inside = constant >= 0.0 && constant < values.len() as f64;
+            return if inside { values[constant as usize] } else { self.builder.constant(0.0) };
         }
         let (last, first) = values.split_last().expect("internal: a row has entries");
         let mut chosen = *last;
@@ -230,6 +232,13 @@ impl Lowering<'_> {
         self.builder.compute(&name, &[axis], Reduce::None, entry);
         let buffer = self.builder.so_far().buffer(&name).expect("internal: the table has just been made");
         let place = self.builder.at(position);
+        let substituted = |use_: &VariableUse| {
+            matches!(self.exact.bindings.get(&use_.variable), Some(crate::plan::Binding::Expression(_)))
+        };
+        if factor.right.iter().chain(&factor.left).any(substituted) {
+            let zero = self.builder.constant(0.0);
+            return Ok(self.builder.load_or(buffer, vec![place], zero));
+        }
         Ok(self.builder.load(buffer, vec![place]))
     }
 
