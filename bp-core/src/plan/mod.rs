@@ -170,9 +170,18 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
     let mut routes = Vec::new();
     let mut rest: Vec<Ask> = question.asks.clone();
     while let Some(first) = rest.first().cloned() {
-        let (asks, others) = rest.into_iter().partition(|ask| ask.known == first.known);
+        let closed = gaussian::applies(model, &first);
+        // A searched real stands for one value, which must not be taken for that of another ask.
+        let real =
+            |ask: &Ask| ask.searched.iter().any(|item| !model.variables[item.variable].domain.is_finite());
+        let (asks, others) = rest.into_iter().partition(|ask| {
+            *ask == first
+                || ask.known == first.known
+                    && gaussian::applies(model, ask) == closed
+                    && (closed || !(real(ask) || real(&first)))
+        });
         rest = others;
-        routes.push(match gaussian::applies(model, &first) {
+        routes.push(match closed {
             true => Route::Gaussian(gaussian::plan(model, asks)?),
             false => Route::Exact(plan_exact(model, asks, options)?),
         });
