@@ -4,11 +4,13 @@
 //! probabilities of a row's context sum to one, or are all zero where the context itself has probability zero;
 //! evidence of probability zero is an error.
 
+mod check;
+
 use crate::error::Error;
 use crate::exec::{Filter, Inputs, Lanes, scalar::Scalar};
 use crate::ids::VariableId;
 use crate::lower::{Output, lower};
-use crate::model::{Ask, Evidence, Model, Question, Reduction, Value};
+use crate::model::{Ask, Domain, Evidence, IndexSpace, Model, Question, Reduction, SetKind, Value};
 use crate::plan::{self, Options, Plan, Route};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -83,8 +85,13 @@ fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S
 /// See [`plan::plan`].
 pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
     let event = |ask: &Ask| ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each));
-    let ln_evidence = model.plate.is_none() && question.asks.iter().all(event);
-    plan::plan(model, question, Options { ln_evidence, ..Options::default() })
+    let (events, tables): (Vec<Ask>, Vec<Ask>) = question.asks.iter().cloned().partition(event);
+    let mut routes = Vec::new();
+    for (asks, ln_evidence) in [(events, model.plate.is_none()), (tables, false)] {
+        let part = Question { name: question.name.clone(), asks };
+        routes.extend(plan::plan(model, &part, Options { ln_evidence, ..Options::default() })?.routes);
+    }
+    Ok(Plan { question: question.clone(), routes })
 }
 
 /// Asks a question of a model.
@@ -93,6 +100,7 @@ pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error
 /// No exact route; inputs that are missing or do not fit; evidence of probability zero.
 pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
     let plan = plan_for_answer(model, question)?;
+    check::inputs(model, question, inputs)?;
     let mut answers = Vec::new();
     for route in &plan.routes {
         match route {
@@ -104,11 +112,14 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
                 let ln_evidence = exact.ln_evidence.then(|| outputs.get("ln_evidence")[0]);
                 for output in &lowered.outputs {
                     let Some(ask) = &output.ask else { continue };
+                    let cells = outputs.get(&output.name);
                     let nearest = match &ask.reduction {
-                        Reduction::Argmax { nearest: Some(field) } => inputs.find(field),
+                        Reduction::Argmax { nearest: Some(field) } => {
+                            Some(tie_breaker(field, cells, inputs)?)
+                        }
                         _ => None,
                     };
-                    let read = Reading { model, ask, output, cells: outputs.get(&output.name), nearest };
+                    let read = Reading { model, ask, output, cells, nearest };
                     let answer = read.answer(&lanes, inputs, ln_evidence)?;
                     if exact.ln_evidence && answer.ln_evidence == Some(f64::NEG_INFINITY) {
                         return Err(Error::Impossible(answer.question));
@@ -118,7 +129,22 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
             }
         }
     }
+    // Asks that know the same were answered together; they are given back in the order of the question.
+    let order: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
+    answers.sort_by_key(|answer| order.iter().position(|asked| *asked == answer.question));
     Ok(answers)
+}
+
+/// The field whose smallest value breaks ties.
+fn tie_breaker<'i>(field: &str, cells: &[f64], inputs: &'i Inputs<'_, f64>) -> Result<&'i [f64], Error> {
+    let found = inputs.find(field).ok_or_else(|| Error::input(field, "it was not given; it breaks ties"))?;
+    match found.len() == cells.len() {
+        true => Ok(found),
+        false => Err(Error::input(
+            field,
+            format!("{} numbers were given, but {} are expected", found.len(), cells.len()),
+        )),
+    }
 }
 
 fn ask_gaussian(
@@ -177,8 +203,9 @@ impl Reading<'_> {
         ln_evidence: Option<f64>,
     ) -> Result<Answer, Error> {
         let extents = lanes.extents(&self.output.name, inputs)?;
-        // The plate's axes, if any, are numbered after the named variables.
-        let plate = extents.len().saturating_sub(self.output.variables.len());
+        // The plate's axes, if any, come after those of the named variables.
+        let widths: Vec<usize> = self.output.variables.iter().map(|id| self.width(*id)).collect();
+        let plate = extents.len() - widths.iter().sum::<usize>();
         let fixed = self.ask.searched.iter().filter_map(|searched| match &searched.at {
             Some(Value::Ordinal(ordinal)) if !self.output.variables.contains(&searched.variable) => {
                 Some((searched.variable, self.model.value_name(searched.variable, *ordinal)))
@@ -196,14 +223,14 @@ impl Reading<'_> {
                 rest /= extent;
             }
             let mut values: Vec<(String, String)> = Vec::new();
-            for (variable, ordinal) in self.output.variables.iter().zip(&ordinals) {
-                values.push((self.model.variable_name(*variable), self.value_name(*variable, *ordinal)));
+            let (own, place) = ordinals.split_at(ordinals.len() - plate);
+            let mut own = own.iter().copied();
+            for (variable, width) in self.output.variables.iter().zip(&widths) {
+                let ordinals: Vec<usize> = own.by_ref().take(*width).collect();
+                self.name_values(*variable, if *width == 0 { place } else { &ordinals }, &mut values);
             }
-            if plate > 0 {
-                let index =
-                    self.model.plate_index().map_or_else(String::new, |id| self.model.variable_name(id));
-                let place: Vec<_> = ordinals[extents.len() - plate..].iter().map(usize::to_string).collect();
-                values.push((index, place.join(",")));
+            if let (Some(index), false) = (self.model.plate_index(), self.over_plate()) {
+                values.push((self.model.variable_name(index), joined(place)));
             }
             values.extend(fixed.clone());
             let figure = match self.ask.reduction {
@@ -213,17 +240,76 @@ impl Reading<'_> {
             Row { values, figure }
         };
         let rows = match &self.ask.reduction {
-            Reduction::Argmax { .. } => argmax(self.cells, self.nearest),
-            Reduction::Maximum => argmax(self.cells, None).into_iter().take(1).collect(),
+            Reduction::Argmax { .. } | Reduction::Maximum => {
+                let known = |variable: &&VariableId| {
+                    self.ask.searched.iter().all(|searched| searched.variable != **variable)
+                };
+                let rows = self.output.variables.iter().take_while(known).count();
+                let rows: usize = widths[..rows].iter().sum();
+                let searched_end = extents.len() - if self.over_plate() { 0 } else { plate };
+                self.best(&extents, rows, searched_end)
+            }
             _ => (0..self.cells.len()).collect(),
         };
         let answer = rows.into_iter().map(|position| row(position, self.cells[position])).collect();
         Ok(Answer { question: self.model.ask_text(self.ask), ln_evidence, answer })
     }
 
-    fn value_name(&self, variable: VariableId, ordinal: usize) -> String {
-        self.model.value_name(variable, ordinal)
+    /// The best positions of each context, which the axes before `start` and from `end` on tell apart.
+    fn best(&self, extents: &[usize], start: usize, end: usize) -> Vec<usize> {
+        let (rows, searched): (usize, usize) =
+            (extents[..start].iter().product(), extents[start..end].iter().product());
+        let places: usize = extents[end..].iter().product();
+        let mut best = Vec::new();
+        for context in 0..rows * places {
+            let (row, place) = (context / places, context % places);
+            let positions: Vec<usize> =
+                (0..searched).map(|value| (row * searched + value) * places + place).collect();
+            let gather =
+                |field: &[f64]| positions.iter().map(|position| field[*position]).collect::<Vec<_>>();
+            let tied = argmax(&gather(self.cells), self.nearest.map(gather).as_deref());
+            let most = if self.ask.reduction == Reduction::Maximum { 1 } else { tied.len() };
+            best.extend(tied.into_iter().take(most).map(|tied| positions[tied]));
+        }
+        best
     }
+
+    /// How many axes of the output are a variable's own: none where it ranges over the plate's grid.
+    fn width(&self, variable: VariableId) -> usize {
+        let declared = &self.model.variables[variable];
+        match (&declared.family, &declared.domain) {
+            (Some(family), _) => self.model.index_count(&family.over).unwrap_or(1),
+            (None, Domain::Set(set)) if self.model.sets[*set].kind == SetKind::Grid => {
+                if self.model.plate.is_some_and(|plate| plate.set == *set) { 0 } else { 3 }
+            }
+            _ => 1,
+        }
+    }
+
+    /// Whether a variable of the output ranges over the plate's grid.
+    fn over_plate(&self) -> bool {
+        self.output.variables.iter().any(|variable| self.width(*variable) == 0)
+    }
+
+    /// The names of a variable's value; of a family, one for each element.
+    fn name_values(&self, variable: VariableId, ordinals: &[usize], values: &mut Vec<(String, String)>) {
+        let name = self.model.variable_name(variable);
+        match self.model.variables[variable].family.map(|family| family.over) {
+            None if ordinals.len() > 1 => values.push((name, joined(ordinals))),
+            None => values.push((name, self.model.value_name(variable, ordinals[0]))),
+            Some(over) => {
+                let low = if let IndexSpace::Range(range) = over { range.low } else { 0 };
+                values.extend(ordinals.iter().zip(low..).map(|(ordinal, index)| {
+                    (format!("{name}[{index}]"), self.model.value_name(variable, *ordinal))
+                }));
+            }
+        }
+    }
+}
+
+/// A cell, as text.
+fn joined(place: &[usize]) -> String {
+    place.iter().map(usize::to_string).collect::<Vec<_>>().join(",")
 }
 
 /// How close to the largest a score must be to be as good, as a fraction of it.
