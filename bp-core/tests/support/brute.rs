@@ -9,7 +9,7 @@ use bp_core::model::{Ask, Domain, Evidence, Expression, Factor, Form, Model, Red
 use bp_core::operators::{Binary, Unary};
 
 /// All assignments of some variables.
-pub fn assignments(model: &Model, variables: &[VariableId]) -> Vec<Values> {
+pub(crate) fn assignments(model: &Model, variables: &[VariableId]) -> Vec<Values> {
     let mut all = vec![Values::new()];
     for variable in variables {
         let count = model.variables[*variable].domain.count().unwrap();
@@ -136,7 +136,7 @@ fn density(model: &Model, values: &Values, factor: &Factor, form: &Form) -> f64 
 }
 
 /// The probability of an assignment of all variables.
-pub fn joint(model: &Model, values: &Values) -> f64 {
+pub(crate) fn joint(model: &Model, values: &Values) -> f64 {
     model.factors.values().map(|factor| density(model, values, factor, &factor.form)).product()
 }
 
@@ -158,7 +158,7 @@ fn mass(ask: &Ask, all: &[(Values, f64)], fixed: &Values) -> f64 {
 }
 
 /// Every assignment with its probability.
-pub fn enumerate(model: &Model) -> Vec<(Values, f64)> {
+pub(crate) fn enumerate(model: &Model) -> Vec<(Values, f64)> {
     let variables: Vec<VariableId> = model.variables.ids().collect();
     assignments(model, &variables)
         .into_iter()
@@ -170,7 +170,7 @@ pub fn enumerate(model: &Model) -> Vec<(Values, f64)> {
 }
 
 /// The answer to an ask as a table, and the mass of the evidence.
-pub fn answer(model: &Model, all: &[(Values, f64)], ask: &Ask) -> (Table, f64) {
+pub(crate) fn answer(model: &Model, all: &[(Values, f64)], ask: &Ask) -> (Table, f64) {
     let each: Vec<VariableId> = (ask.known.iter())
         .filter(|known| known.evidence == Evidence::Each)
         .map(|known| known.variable)

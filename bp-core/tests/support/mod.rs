@@ -4,8 +4,8 @@
 
 #![allow(dead_code)]
 
-pub mod brute;
-pub mod random;
+pub(crate) mod brute;
+pub(crate) mod random;
 
 use bp_core::exec::{Inputs, interpret};
 use bp_core::ids::VariableId;
@@ -17,31 +17,35 @@ use bp_core::syntax::{compile, parse_question};
 use std::collections::BTreeMap;
 
 /// The model of a text.
-pub fn model_of(text: &str) -> Model {
+pub(crate) fn model_of(text: &str) -> Model {
     let source = Source::new("test", text);
     compile(&source).unwrap_or_else(|wrong| panic!("{text}\n{}", wrong.render(&source, false)))
 }
 
 /// A question as a user types it.
-pub fn question(model: &Model, text: &str) -> Question {
+pub(crate) fn question(model: &Model, text: &str) -> Question {
     let source = Source::new("question", text);
     parse_question(&source, model).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)))
 }
 
 /// A program of `tests/programs`.
-pub fn program(name: &str) -> String {
+pub(crate) fn program(name: &str) -> String {
     let path = format!("{}/../tests/programs/{name}.bp", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(path).unwrap()
 }
 
 /// Which value each variable has.
-pub type Values = BTreeMap<VariableId, usize>;
+pub(crate) type Values = BTreeMap<VariableId, usize>;
 
 /// What one ask is answered, cell by cell.
-pub type Table = Vec<(Values, f64)>;
+pub(crate) type Table = Vec<(Values, f64)>;
 
 /// Answers by plan, lower and interpreter, ask by ask; and ln P(evidence) of each, where it is wanted.
-pub fn interpreted(model: &Model, question: &Question, options: Options) -> Vec<(Ask, Table, Option<f64>)> {
+pub(crate) fn interpreted(
+    model: &Model,
+    question: &Question,
+    options: Options,
+) -> Vec<(Ask, Table, Option<f64>)> {
     let plan = plan(model, question, options).unwrap_or_else(|error| panic!("{error}"));
     let mut answers = Vec::new();
     for route in &plan.routes {
@@ -74,7 +78,7 @@ pub fn interpreted(model: &Model, question: &Question, options: Options) -> Vec<
 }
 
 /// All rules but one.
-pub fn without() -> [(&'static str, Rewrites); 6] {
+pub(crate) fn without() -> [(&'static str, Rewrites); 6] {
     let all = Rewrites::default();
     [
         ("none left out", all),

@@ -6,18 +6,18 @@
 use std::fmt::Write;
 
 /// Choices, read from a tape; 0 once it has run out.
-pub struct Tape<'t> {
+pub(crate) struct Tape<'t> {
     bytes: &'t [u8],
     next: usize,
 }
 
 impl<'t> Tape<'t> {
-    pub fn new(bytes: &'t [u8]) -> Self {
+    pub(crate) fn new(bytes: &'t [u8]) -> Self {
         Self { bytes, next: 0 }
     }
 
     /// A number below `many`.
-    pub fn below(&mut self, many: usize) -> usize {
+    pub(crate) fn below(&mut self, many: usize) -> usize {
         let byte = self.bytes.get(self.next).copied().unwrap_or(0);
         self.next += 1;
         byte as usize % many
@@ -67,7 +67,7 @@ impl Kind {
 }
 
 /// A program in the making.
-pub struct Random {
+pub(crate) struct Random {
     kinds: Vec<Kind>,
     text: String,
 }
@@ -87,7 +87,7 @@ fn row(tape: &mut Tape<'_>, count: usize) -> String {
 
 impl Random {
     /// A program of 2 to 6 variables.
-    pub fn program(tape: &mut Tape<'_>) -> Self {
+    pub(crate) fn program(tape: &mut Tape<'_>) -> Self {
         let count = 2 + tape.below(5);
         let mut made = Self { kinds: Vec::new(), text: String::new() };
         let (mut variables, mut decomposition, mut forms) = (String::new(), String::new(), String::new());
@@ -124,7 +124,7 @@ impl Random {
         made
     }
 
-    pub fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         &self.text
     }
 
@@ -225,7 +225,7 @@ impl Random {
     }
 
     /// Something asked: `each` allows known variables of which each value is a row, `soft` virtual evidence.
-    pub fn ask(&self, tape: &mut Tape<'_>, each: bool, reductions: bool) -> String {
+    pub(crate) fn ask(&self, tape: &mut Tape<'_>, each: bool, reductions: bool) -> String {
         let (mut searched, mut known) = (Vec::new(), Vec::new());
         let first = tape.below(self.kinds.len());
         for (number, kind) in self.kinds.iter().enumerate() {
