@@ -32,6 +32,10 @@ impl Lowering<'_> {
                 Ok(chosen)
             }
             Term::Inside(variable) => self.inside(variable),
+            Term::Possible(factor) => {
+                let (value, zero) = (self.factor(factor)?, self.builder.constant(0.0));
+                Ok(self.builder.binary(Binary::Greater, value, zero))
+            }
             Term::Product(factors) => {
                 // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
                 let is_guard = |id: &TermId| matches!(self.exact.terms[*id], Term::Inside(_));

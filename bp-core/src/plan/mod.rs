@@ -36,6 +36,8 @@ pub enum Term {
     Likelihood(VariableId, Vec<f64>),
     /// 1 where the value that a variable is bound to lies in its domain, else 0.
     Inside(VariableId),
+    /// 1 where a factor of known variables is positive, else 0: its number cancels, an impossible context does not.
+    Possible(FactorId),
     /// A product.
     Product(Vec<TermId>),
     /// A sum over the values of variables.

@@ -225,6 +225,7 @@ impl Printer<'_> {
                 Notation::Unicode => format!("λ({})", self.variable(*variable)),
                 Notation::Latex => format!("\\lambda({})", self.variable(*variable)),
             },
+            Term::Possible(factor) => format!("[{} > 0]", self.factor(*factor)),
             Term::Inside(variable) => {
                 let domain = self.model.domain_text(&self.model.variables[*variable].domain);
                 match self.notation {
