@@ -84,7 +84,12 @@ fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S
 /// # Errors
 /// See [`plan::plan`].
 pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
-    let event = |ask: &Ask| ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each));
+    let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
+    // The density of a real is told without ln P(evidence), for which it would have to be integrated.
+    let event = |ask: &Ask| {
+        ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
+            && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
+    };
     let (events, tables): (Vec<Ask>, Vec<Ask>) = question.asks.iter().cloned().partition(event);
     let mut routes = Vec::new();
     for (asks, ln_evidence) in [(events, model.plate.is_none()), (tables, false)] {
