@@ -32,11 +32,23 @@ impl Lowering<'_> {
                 Ok(chosen)
             }
             Term::Inside(variable) => self.inside(variable),
+            Term::Possible(factor) => {
+                let (value, zero) = (self.factor(factor)?, self.builder.constant(0.0));
+                Ok(self.builder.binary(Binary::Greater, value, zero))
+            }
             Term::Product(factors) => {
+                // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
+                let is_guard = |id: &TermId| matches!(self.exact.terms[*id], Term::Inside(_));
+                let (guards, factors): (Vec<_>, Vec<_>) = factors.into_iter().partition(is_guard);
                 let mut product = self.builder.constant(1.0);
                 for factor in factors {
                     let factor = self.term(factor)?;
                     product = self.builder.binary(Binary::Multiply, product, factor);
+                }
+                let zero = self.builder.constant(0.0);
+                for guard in guards {
+                    let guard = self.term(guard)?;
+                    product = self.builder.select(guard, product, zero);
                 }
                 Ok(product)
             }

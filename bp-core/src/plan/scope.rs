@@ -101,7 +101,7 @@ pub(super) fn of_term(
     let rest = |id| of_term(model, terms, bindings, id);
     match &terms[id] {
         Term::Joint => scope.extend(model.variables.ids()),
-        Term::Factor(factor) => scope = of_factor(model, *factor),
+        Term::Factor(factor) | Term::Possible(factor) => scope = of_factor(model, *factor),
         Term::Likelihood(variable, _) | Term::Inside(variable) => {
             scope.insert(*variable);
         }
