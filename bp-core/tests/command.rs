@@ -309,6 +309,16 @@ fn every_line_of_a_derivation_is_true() {
 }
 
 #[test]
+fn reals_are_integrated_out() {
+    let text = "program A { variables { X : bool; Y : real; } decomposition { P(X) P(Y | X) }
+        forms { P(X) = uniform; P(Y | X) = if X { normal(0, 1) } else { normal(1, 2) }; } question x { P(X) } }";
+    let output = bp_fed(&["explain", "-"], text);
+    assert!(written(&output).contains("P(X) = ∫_Y P(X Y)\n"), "{}{}", written(&output), said(&output));
+    let output = bp_fed(&["explain", "-", "--latex"], text);
+    assert!(written(&output).contains("P(X) &= \\int_{Y} P(X\\,Y) "), "{}", written(&output));
+}
+
+#[test]
 fn every_program_explains_its_questions() {
     for name in ["wet_grass", "cell", "gaze", "line_of_sight"] {
         let path = program(&format!("{name}.bp"));

@@ -107,7 +107,16 @@ impl Printer<'_> {
                     Term::Joint => self.joint_of_all(),
                     _ => self.term(*body),
                 };
-                format!("{}{body}", notation.sum(&notation.names(self.model, over)))
+                let finite = |id: &VariableId| self.model.variables[*id].domain.is_finite();
+                let (finite, real): (Vec<_>, Vec<_>) = over.iter().copied().partition(finite);
+                let mut signs = String::new();
+                if !real.is_empty() {
+                    signs.push_str(&notation.integral(&notation.names(self.model, &real)));
+                }
+                if !finite.is_empty() {
+                    signs.push_str(&notation.sum(&notation.names(self.model, &finite)));
+                }
+                format!("{signs}{body}")
             }
             Term::FirstScan(scan) => self.first_scan(scan),
             Term::Normalise(_, body) => self.term(*body),

@@ -89,6 +89,11 @@ impl Notation {
         }
     }
 
+    /// `∫_X`, with the blank behind it.
+    pub(super) fn integral(self, over: &[String]) -> String {
+        self.sum(over).replacen("Σ", "∫", 1).replacen("\\sum", "\\int", 1)
+    }
+
     /// `Π_i`, with the blank behind it.
     pub(super) fn product(self, over: &str) -> String {
         match self {

@@ -43,7 +43,7 @@ pub(crate) fn wrapped_equation(head: &str, equation: &str, hang: usize) -> Strin
             ')' | ']' => drop(open.pop()),
             _ => {}
         }
-        let whole = open.contains(&true) || word.starts_with(['Σ', 'Π']);
+        let whole = open.contains(&true) || word.starts_with(['Σ', 'Π', '∫']);
         kept.push(if character == ' ' && whole { KEPT } else { character });
     }
     let fits = |word: &str| hang + columns(word) <= WIDTH;
