@@ -118,6 +118,10 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
                 for output in &lowered.outputs {
                     let Some(ask) = &output.ask else { continue };
                     let cells = outputs.get(&output.name);
+                    if cells.iter().any(|cell| cell.is_nan()) {
+                        let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
+                        return Err(Error::input(&output.name, reason));
+                    }
                     let nearest = match &ask.reduction {
                         Reduction::Argmax { nearest: Some(field) } => {
                             Some(tie_breaker(field, cells, inputs)?)
