@@ -120,6 +120,10 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
                 for output in &lowered.outputs {
                     let Some(ask) = &output.ask else { continue };
                     let cells = outputs.get(&output.name);
+                    if cells.iter().any(|cell| cell.is_nan()) {
+                        let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
+                        return Err(Error::input(&output.name, reason));
+                    }
                     let extents = lanes.extents(&output.name, inputs)?;
                     let rows = Reading::new(model, ask, output, cells, &extents, inputs).rows()?;
                     let answer = Answer { question: model.ask_text(ask), ln_evidence, answer: rows };

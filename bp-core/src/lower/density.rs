@@ -298,7 +298,7 @@ impl Lowering<'_> {
     }
 
     /// How many values an axis has, and `more`.
-    fn count_of(&mut self, extent: Extent, more: i64) -> ValueId {
+    pub(super) fn count_of(&mut self, extent: Extent, more: i64) -> ValueId {
         let more = self.builder.constant(more as f64);
         let count = match extent.known() {
             Some(known) => self.builder.constant(known as f64),

@@ -44,7 +44,7 @@ impl Lowering<'_> {
                 searched.push((*variable, axes));
             } else if !exact.bindings.contains_key(variable) {
                 let value = self.wanted(*variable)?;
-                self.running.insert(*variable, value);
+                self.run(*variable, value);
             }
         }
         let joint = self.term(exact.joint)?;

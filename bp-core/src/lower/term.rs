@@ -60,9 +60,7 @@ impl Lowering<'_> {
                         axes.extend(self.run_through(*variable));
                     }
                     let value = self.term(body)?;
-                    several.iter().for_each(|variable| {
-                        self.running.remove(variable);
-                    });
+                    several.iter().for_each(|variable| self.stop(*variable));
                     Ok(self.fold_over("sum", Fold::Sum, &axes, value))
                 }
             },
@@ -92,11 +90,11 @@ impl Lowering<'_> {
         let mut sum = self.builder.constant(0.0);
         for ordinal in 0..count {
             let value = self.builder.constant(ordinal as f64);
-            self.running.insert(variable, Meaning::Ordinal(value));
+            self.run(variable, Meaning::Ordinal(value));
             let term = self.term(body)?;
             sum = self.builder.binary(Binary::Add, sum, term);
         }
-        self.running.remove(&variable);
+        self.stop(variable);
         Ok(sum)
     }
 
@@ -105,10 +103,8 @@ impl Lowering<'_> {
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
             return Ok(self.builder.constant(1.0));
         };
-        let Some(count) = self.model.variables[variable].domain.count() else {
-            return Err(self.unplanned("a Dirac on a domain whose size is not known"));
-        };
-        let (zero, count) = (self.builder.constant(0.0), self.builder.constant(count as f64));
+        let extent = self.extent(&self.model.variables[variable].domain);
+        let (zero, count) = (self.builder.constant(0.0), self.count_of(extent, 0));
         let above = self.builder.binary(Binary::GreaterOrEqual, ordinal, zero);
         let below = self.builder.binary(Binary::Less, ordinal, count);
         let whole = self.builder.unary(crate::operators::Unary::Floor, ordinal);
