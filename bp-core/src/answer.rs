@@ -4,10 +4,12 @@
 //! probabilities of a row's context sum to one, or are all zero where the context itself has probability zero;
 //! evidence of probability zero is an error.
 
+mod check;
 mod reading;
 
 use crate::error::Error;
 use crate::exec::{Filter, Inputs, Lanes, scalar::Scalar};
+use crate::ids::VariableId;
 use crate::lower::lower;
 use crate::model::{Ask, Evidence, Model, Question, Value};
 use crate::plan::{self, Options, Plan, Route};
@@ -84,9 +86,19 @@ fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S
 /// # Errors
 /// See [`plan::plan`].
 pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
-    let event = |ask: &Ask| ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each));
-    let ln_evidence = model.plate.is_none() && question.asks.iter().all(event);
-    plan::plan(model, question, Options { ln_evidence, ..Options::default() })
+    let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
+    // The density of a real is told without ln P(evidence), for which it would have to be integrated.
+    let event = |ask: &Ask| {
+        ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
+            && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
+    };
+    let (events, tables): (Vec<Ask>, Vec<Ask>) = question.asks.iter().cloned().partition(event);
+    let mut routes = Vec::new();
+    for (asks, ln_evidence) in [(events, model.plate.is_none()), (tables, false)] {
+        let part = Question { name: question.name.clone(), asks };
+        routes.extend(plan::plan(model, &part, Options { ln_evidence, ..Options::default() })?.routes);
+    }
+    Ok(Plan { question: question.clone(), routes })
 }
 
 /// Asks a question of a model.
@@ -95,6 +107,7 @@ pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error
 /// No exact route; inputs that are missing or do not fit; evidence of probability zero.
 pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
     let plan = plan_for_answer(model, question)?;
+    check::inputs(model, question, inputs)?;
     let mut answers = Vec::new();
     for route in &plan.routes {
         match route {
@@ -107,6 +120,10 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
                 for output in &lowered.outputs {
                     let Some(ask) = &output.ask else { continue };
                     let cells = outputs.get(&output.name);
+                    if cells.iter().any(|cell| cell.is_nan()) {
+                        let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
+                        return Err(Error::input(&output.name, reason));
+                    }
                     let extents = lanes.extents(&output.name, inputs)?;
                     let rows = Reading::new(model, ask, output, cells, &extents, inputs).rows()?;
                     let answer = Answer { question: model.ask_text(ask), ln_evidence, answer: rows };
@@ -118,6 +135,9 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
             }
         }
     }
+    // Asks that know the same were answered together; they are given back in the order of the question.
+    let order: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
+    answers.sort_by_key(|answer| order.iter().position(|asked| *asked == answer.question));
     Ok(answers)
 }
 

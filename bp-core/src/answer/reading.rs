@@ -66,9 +66,11 @@ impl<'r> Reading<'r> {
     fn largest(&self, nearest: Option<&str>) -> Result<Vec<Vec<usize>>, Error> {
         let field = match nearest {
             None => None,
-            Some(name) => Some(self.inputs.find(name).ok_or_else(|| {
-                Error::input(name, "this field was not given, and it decides between equals")
-            })?),
+            Some(name) => Some(
+                self.inputs
+                    .find(name)
+                    .ok_or_else(|| Error::input(name, "it was not given; it breaks ties"))?,
+            ),
         };
         if let (Some(field), Some(name)) = (field, nearest)
             && field.len() != self.cells.len()

@@ -74,6 +74,11 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self.arrays.get(name).map(|values| values.as_ref())
     }
 
+    /// The size that was given under a name.
+    pub fn find_size(&self, name: &str) -> Option<usize> {
+        self.sizes.get(name).copied()
+    }
+
     /// Checks everything against a kernel.
     pub(crate) fn bind<'k>(&'k self, kernel: &'k Kernel) -> Result<Bound<'k, T>, Error> {
         let mut extents = Vec::with_capacity(kernel.axes.len());

@@ -193,7 +193,9 @@ impl Lowering<'_> {
 
     fn choose_value(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
         if let Some(constant) = self.builder.as_constant(ordinal) {
-            return values[constant as usize];
+            // A Dirac may say a value outside the domain: an indicator then stands beside this entry.
+            let inside = constant >= 0.0 && constant < values.len() as f64;
+            return if inside { values[constant as usize] } else { self.builder.constant(0.0) };
         }
         let (last, first) = values.split_last().expect("internal: a row has entries");
         let mut chosen = *last;
@@ -244,6 +246,13 @@ impl Lowering<'_> {
         self.builder.compute(&name, &[axis], Reduce::None, entry);
         let buffer = self.builder.so_far().buffer(&name).expect("internal: the table has just been made");
         let place = self.builder.at(position);
+        let substituted = |use_: &VariableUse| {
+            matches!(self.exact.bindings.get(&use_.variable), Some(crate::plan::Binding::Expression(_)))
+        };
+        if factor.right.iter().chain(&factor.left).any(substituted) {
+            let zero = self.builder.constant(0.0);
+            return Ok(self.builder.load_or(buffer, vec![place], zero));
+        }
         Ok(self.builder.load(buffer, vec![place]))
     }
 
@@ -258,32 +267,64 @@ impl Lowering<'_> {
     ) -> Result<ValueId, Error> {
         let (mean, deviation) = (self.expression(mean)?, self.expression(deviation)?);
         let x = self.to_number(variable, at)?;
-        let bell = self.bell(x, mean, deviation);
-        let total = match domain {
-            Domain::Real => {
-                let root = self.builder.constant(std::f64::consts::TAU.sqrt());
-                self.builder.binary(Binary::Multiply, deviation, root)
-            }
-            _ => {
-                let extent = self.extent(domain);
-                let name = self.name("support");
-                let axis = self.builder.axis(&name, extent);
-                let running = self.builder.running(axis);
-                let number = self.to_number(variable, &Meaning::Ordinal(running))?;
-                let value = self.bell(number, mean, deviation);
-                self.fold_over("normal total", Fold::Sum, &[axis], value)
-            }
-        };
+        let zero = self.builder.constant(0.0);
+        if *domain == Domain::Real {
+            let standard = self.standard(x, mean, deviation);
+            let bell = self.bell(standard, zero);
+            let root = self.builder.constant(std::f64::consts::TAU.sqrt());
+            let total = self.builder.binary(Binary::Multiply, deviation, root);
+            return Ok(self.builder.binary(Binary::Divide, bell, total));
+        }
+        // Relative to the value nearest to the mean, so that a mean far outside leaves something to divide by.
+        let extent = self.extent(domain);
+        let (last, half) = (self.count_of(extent.clone(), -1), self.builder.constant(0.5));
+        let low = self.to_number(variable, &Meaning::Ordinal(zero))?;
+        let high = self.to_number(variable, &Meaning::Ordinal(last))?;
+        let rounded = self.builder.binary(Binary::Add, mean, half);
+        let rounded = self.builder.unary(Unary::Floor, rounded);
+        let nearest = self.builder.binary(Binary::Maximum, rounded, low);
+        let nearest = self.builder.binary(Binary::Minimum, nearest, high);
+        let nearest = self.standard(nearest, mean, deviation);
+        let standard = self.standard(x, mean, deviation);
+        let bell = self.bell(standard, nearest);
+        let name = self.name("support");
+        let axis = self.builder.axis(&name, extent);
+        let running = self.builder.running(axis);
+        let number = self.to_number(variable, &Meaning::Ordinal(running))?;
+        let standard = self.standard(number, mean, deviation);
+        let value = self.bell(standard, nearest);
+        let total = self.fold_over("normal total", Fold::Sum, &[axis], value);
         Ok(self.builder.binary(Binary::Divide, bell, total))
     }
 
-    /// exp(−½ ((x − m) / s)²)
-    fn bell(&mut self, x: ValueId, mean: ValueId, deviation: ValueId) -> ValueId {
+    /// How many values an axis has, and `more`.
+    pub(super) fn count_of(&mut self, extent: Extent, more: i64) -> ValueId {
+        let more = self.builder.constant(more as f64);
+        let count = match extent.known() {
+            Some(known) => self.builder.constant(known as f64),
+            None => {
+                let name = self.name("number of values");
+                let axis = self.builder.axis(&name, extent);
+                let one = self.builder.constant(1.0);
+                self.builder.fold(&name, &[], Fold::Sum, &[axis], one)
+            }
+        };
+        self.builder.binary(Binary::Add, count, more)
+    }
+
+    /// (x − m) / s
+    fn standard(&mut self, x: ValueId, mean: ValueId, deviation: ValueId) -> ValueId {
         let centred = self.builder.binary(Binary::Subtract, x, mean);
-        let standard = self.builder.binary(Binary::Divide, centred, deviation);
-        let square = self.builder.binary(Binary::Multiply, standard, standard);
-        let half = self.builder.constant(-0.5);
-        let exponent = self.builder.binary(Binary::Multiply, half, square);
+        self.builder.binary(Binary::Divide, centred, deviation)
+    }
+
+    /// exp(−½ z²) / exp(−½ z₀²) = exp(½ (z₀ − z) (z₀ + z))
+    fn bell(&mut self, standard: ValueId, from: ValueId) -> ValueId {
+        let difference = self.builder.binary(Binary::Subtract, from, standard);
+        let sum = self.builder.binary(Binary::Add, from, standard);
+        let product = self.builder.binary(Binary::Multiply, difference, sum);
+        let half = self.builder.constant(0.5);
+        let exponent = self.builder.binary(Binary::Multiply, half, product);
         self.builder.unary(Unary::Exponential, exponent)
     }
 

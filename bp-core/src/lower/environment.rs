@@ -32,8 +32,15 @@ impl Lowering<'_> {
             Some(Binding::Value(Value::Real(number))) => Ok(Meaning::Real(self.builder.constant(number))),
             Some(Binding::Value(Value::Given(given))) => Ok(self.given(variable, &given, element)),
             Some(Binding::Expression(expression)) => {
+                if let (Some(said), None) = (self.said.get(&variable), self.first) {
+                    return Ok(said.clone());
+                }
                 let number = self.expression(expression)?;
-                Ok(self.from_number(variable, number))
+                let meaning = self.from_number(variable, number);
+                if self.first.is_none() {
+                    self.said.insert(variable, meaning.clone());
+                }
+                Ok(meaning)
             }
             Some(Binding::Antecedent { cell, displacement }) => self.antecedent(cell, displacement),
             None => Err(self.unplanned(format!("`{name}` would be needed, but nothing says what it is"))),

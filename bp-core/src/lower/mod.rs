@@ -50,6 +50,8 @@ struct Lowering<'m> {
     plate: Vec<AxisId>,
     /// Loop variables.
     running: HashMap<VariableId, Meaning>,
+    /// What Diracs say of variables, while no loop begins or ends: chains of them are lowered once.
+    said: HashMap<VariableId, Meaning>,
     /// The indices of the `prod`s around the factor that is being lowered, outermost first.
     products: Vec<ValueId>,
     /// While a factor is lowered inside a scan: what its `first(…)` is.
@@ -67,6 +69,7 @@ impl<'m> Lowering<'m> {
             builder: KernelBuilder::new(name),
             plate: Vec::new(),
             running: HashMap::new(),
+            said: HashMap::new(),
             products: Vec::new(),
             first: None,
             axes_of: HashMap::new(),
@@ -97,8 +100,20 @@ impl<'m> Lowering<'m> {
                 (Meaning::Family(parts.into_iter().map(|(meaning, _)| meaning).collect()), axes)
             }
         };
-        self.running.insert(variable, meaning);
+        self.run(variable, meaning);
         axes
+    }
+
+    /// A variable stands for this from now on.
+    fn run(&mut self, variable: VariableId, meaning: Meaning) {
+        self.said.clear();
+        self.running.insert(variable, meaning);
+    }
+
+    /// A variable stands for nothing any more.
+    fn stop(&mut self, variable: VariableId) {
+        self.said.clear();
+        self.running.remove(&variable);
     }
 
     fn values(&mut self, name: &str, domain: &Domain) -> (Meaning, Vec<AxisId>) {

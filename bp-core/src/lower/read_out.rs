@@ -44,7 +44,7 @@ impl Lowering<'_> {
                 searched.push((*variable, axes));
             } else if !exact.bindings.contains_key(variable) {
                 let value = self.wanted(*variable)?;
-                self.running.insert(*variable, value);
+                self.run(*variable, value);
             }
         }
         let joint = self.term(exact.joint)?;
@@ -138,7 +138,20 @@ impl Lowering<'_> {
             value = self.builder.binary(Binary::Multiply, value, reciprocal);
         }
         let mut variables = self.exact.each.clone();
-        variables.extend(kept.iter().map(|(variable, _)| *variable));
+        // Where one value of a searched variable is wanted, its other values are left out.
+        let wanted = |variable: &VariableId| {
+            ask.searched.iter().any(|item| item.variable == *variable && item.at.is_some())
+        };
+        let (fixed, open): (Vec<_>, Vec<_>) =
+            kept.into_iter().partition(|(variable, _)| wanted(variable) && !over_plate);
+        let fixed_axes: Vec<AxisId> = fixed.iter().flat_map(|(_, axes)| axes.clone()).collect();
+        variables.extend(open.iter().map(|(variable, _)| *variable));
+        axes.retain(|axis| !fixed_axes.contains(axis));
+        if !fixed.is_empty() {
+            let here = self.at_wanted(ask, &fixed)?;
+            let zero = self.builder.constant(0.0);
+            value = self.builder.select(here, value, zero);
+        }
         let reduce = match ask.reduction {
             Reduction::Entropy => {
                 value = self.minus_p_ln_p(value);
@@ -146,17 +159,7 @@ impl Lowering<'_> {
                 variables.retain(|variable| !own(variable));
                 Reduce::Fold(Fold::Sum, own_axes)
             }
-            // One value of each searched variable is wanted: the answer is a probability.
-            Reduction::Probability
-                if !kept.is_empty() && ask.searched.iter().all(|item| item.at.is_some()) =>
-            {
-                let here = self.at_wanted(ask, &kept)?;
-                let zero = self.builder.constant(0.0);
-                value = self.builder.select(here, value, zero);
-                axes.retain(|axis| !own_axes.contains(axis));
-                variables.retain(|variable| !own(variable));
-                Reduce::Fold(Fold::Sum, own_axes)
-            }
+            _ if !fixed.is_empty() => Reduce::Fold(Fold::Sum, fixed_axes),
             _ => Reduce::None,
         };
         let name = self.model.ask_text(ask);
@@ -165,10 +168,10 @@ impl Lowering<'_> {
         Ok(Output { name, ask: Some(ask.clone()), variables })
     }
 
-    /// Whether the running values of the searched variables are those that are wanted.
-    fn at_wanted(&mut self, ask: &Ask, kept: &[(VariableId, Vec<AxisId>)]) -> Result<ValueId, Error> {
+    /// Whether the running values of these searched variables are those that are wanted.
+    fn at_wanted(&mut self, ask: &Ask, fixed: &[(VariableId, Vec<AxisId>)]) -> Result<ValueId, Error> {
         let mut here = self.builder.constant(1.0);
-        for (variable, axes) in kept {
+        for (variable, axes) in fixed {
             let running = self.builder.running(axes[0]);
             let wanted = match ask
                 .searched

@@ -32,11 +32,23 @@ impl Lowering<'_> {
                 Ok(chosen)
             }
             Term::Inside(variable) => self.inside(variable),
+            Term::Possible(factor) => {
+                let (value, zero) = (self.factor(factor)?, self.builder.constant(0.0));
+                Ok(self.builder.binary(Binary::Greater, value, zero))
+            }
             Term::Product(factors) => {
+                // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
+                let is_guard = |id: &TermId| matches!(self.exact.terms[*id], Term::Inside(_));
+                let (guards, factors): (Vec<_>, Vec<_>) = factors.into_iter().partition(is_guard);
                 let mut product = self.builder.constant(1.0);
                 for factor in factors {
                     let factor = self.term(factor)?;
                     product = self.builder.binary(Binary::Multiply, product, factor);
+                }
+                let zero = self.builder.constant(0.0);
+                for guard in guards {
+                    let guard = self.term(guard)?;
+                    product = self.builder.select(guard, product, zero);
                 }
                 Ok(product)
             }
@@ -48,9 +60,7 @@ impl Lowering<'_> {
                         axes.extend(self.run_through(*variable));
                     }
                     let value = self.term(body)?;
-                    several.iter().for_each(|variable| {
-                        self.running.remove(variable);
-                    });
+                    several.iter().for_each(|variable| self.stop(*variable));
                     Ok(self.fold_over("sum", Fold::Sum, &axes, value))
                 }
             },
@@ -80,11 +90,11 @@ impl Lowering<'_> {
         let mut sum = self.builder.constant(0.0);
         for ordinal in 0..count {
             let value = self.builder.constant(ordinal as f64);
-            self.running.insert(variable, Meaning::Ordinal(value));
+            self.run(variable, Meaning::Ordinal(value));
             let term = self.term(body)?;
             sum = self.builder.binary(Binary::Add, sum, term);
         }
-        self.running.remove(&variable);
+        self.stop(variable);
         Ok(sum)
     }
 
@@ -93,10 +103,8 @@ impl Lowering<'_> {
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
             return Ok(self.builder.constant(1.0));
         };
-        let Some(count) = self.model.variables[variable].domain.count() else {
-            return Err(self.unplanned("a Dirac on a domain whose size is not known"));
-        };
-        let (zero, count) = (self.builder.constant(0.0), self.builder.constant(count as f64));
+        let extent = self.extent(&self.model.variables[variable].domain);
+        let (zero, count) = (self.builder.constant(0.0), self.count_of(extent, 0));
         let above = self.builder.binary(Binary::GreaterOrEqual, ordinal, zero);
         let below = self.builder.binary(Binary::Less, ordinal, count);
         let whole = self.builder.unary(crate::operators::Unary::Floor, ordinal);

@@ -207,7 +207,9 @@ fn branch_faults(
             }
             faults.extend(probability_faults(model, id, *argument));
         }
-        Form::Categorical(entries) => row_faults(model, id, entries, domain, name, faults),
+        Form::Categorical(entries) => {
+            row_faults(model, id, entries, domain.count(), name, &|| model.domain_text(domain), faults)
+        }
         Form::Table(rows) => table_faults(model, id, rows, faults),
         Form::Normal { deviation, .. } | Form::NormalBins { deviation, .. } => {
             let fits = match (form, domain) {
@@ -269,14 +271,15 @@ fn row_faults(
     model: &Model,
     id: FactorId,
     row: &[ExpressionId],
-    domain: &Domain,
+    count: Option<usize>,
     name: &str,
+    values: &dyn Fn() -> String,
     faults: &mut Vec<Fault>,
 ) {
     let place = row.first().map_or(Place::Form(id), |first| Place::Expression(id, *first));
-    match domain.count() {
+    match count {
         Some(count) if count != row.len() => {
-            let text = model.domain_text(domain);
+            let text = values();
             faults.push(fault(
                 place,
                 format!("`{name}` has {count} values (`{text}`), but this row has {} entries", row.len()),
@@ -284,10 +287,7 @@ fn row_faults(
         }
         None => faults.push(fault(
             Place::Form(id),
-            format!(
-                "`{}` cannot be written in rows: its values are not known here",
-                model.domain_text(domain)
-            ),
+            format!("`{}` cannot be written in rows: its values are not known here", values()),
         )),
         _ => {}
     }
@@ -327,7 +327,21 @@ fn table_faults(model: &Model, id: FactorId, rows: &[Vec<ExpressionId>], faults:
     if let [left] = factor.left.as_slice() {
         let variable = &model.variables[left.variable];
         for row in rows {
-            row_faults(model, id, row, &variable.domain, &variable.name, faults);
+            row_faults(
+                model,
+                id,
+                row,
+                variable.domain.count(),
+                &variable.name,
+                &|| model.domain_text(&variable.domain),
+                faults,
+            );
+        }
+    } else {
+        let entries: Option<usize> = factor.left.iter().map(|use_| count(use_.variable)).product();
+        let names: Vec<_> = factor.left.iter().map(|use_| model.variable_name(use_.variable)).collect();
+        for row in rows {
+            row_faults(model, id, row, entries, &names.join(" "), &|| "all combinations".to_owned(), faults);
         }
     }
 }

@@ -1,13 +1,15 @@
 //! What cancels: factors that are the same above and below the bar of the normaliser, and a normaliser of 1.
 //!
 //! In: a draft. Out: the draft without them. Invariant: where ln P(evidence) is wanted, nothing that is part of
-//! it goes.
+//! it goes; of what can be 0 it stays whether it is,
+//! since a context of probability zero answers all zeros.
 //!
 //! before: P(C) P(O | C) P(Z | O C) / Σ_Z …      after: P(Z | O C)
 
 use super::draft::Draft;
 use super::{Term, barren, scope};
-use crate::model::Form;
+use crate::ids::ExpressionId;
+use crate::model::{Form, Model};
 
 /// The rule by which constants are dropped.
 pub(super) const CONSTANTS: &str = "cancellation";
@@ -17,7 +19,7 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.cancel || draft.options.ln_evidence {
         return;
     }
-    let mut dropped = Vec::new();
+    let (mut dropped, mut reduced) = (Vec::new(), Vec::new());
     let factors = std::mem::take(&mut draft.factors);
     for term in factors {
         let Term::Factor(factor) = draft.terms[term] else {
@@ -26,6 +28,12 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
         };
         let known = |variable| draft.is_known(variable);
         let all_known = scope::of_factor(draft.model, factor).into_iter().all(known);
+        if all_known && !is_positive(draft.model, &draft.model.factors[factor].form) {
+            let possible = draft.terms.push(Term::Possible(factor));
+            draft.factors.push(possible);
+            reduced.push(draft.model.head(&draft.model.factors[factor]));
+            continue;
+        }
         let left = &draft.model.factors[factor].left;
         // A uniform factor of a summed variable is the same number in every term of the sum.
         let uniform = matches!(draft.model.factors[factor].form, Form::Uniform)
@@ -39,6 +47,23 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
     }
     if !dropped.is_empty() {
         draft.record(CONSTANTS, format!("constant in what is normalised: {}", dropped.join(", ")));
+    }
+    if !reduced.is_empty() {
+        let reason = format!("constant in what is normalised, unless it is 0: {}", reduced.join(", "));
+        draft.record(CONSTANTS, reason);
+    }
+}
+
+/// Whether a form gives no value probability 0, whatever its parents are.
+fn is_positive(model: &Model, form: &Form) -> bool {
+    let positive = |id: &ExpressionId| model.constant(*id).is_some_and(|p| p > 0.0);
+    match form {
+        Form::Uniform | Form::Normal { .. } => true,
+        Form::Bernoulli(p) => model.constant(*p).is_some_and(|p| p > 0.0 && p < 1.0),
+        Form::Categorical(entries) => entries.iter().all(positive),
+        Form::Table(rows) => rows.iter().flatten().all(positive),
+        Form::If { then, otherwise, .. } => is_positive(model, then) && is_positive(model, otherwise),
+        _ => false,
     }
 }
 
@@ -64,7 +89,9 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
             distributed.extend(left.clone());
             left.into_iter().all(|variable| !draft.is_known(variable))
                 && barren::is_proper(draft.model, scan.factor)
+                && barren::is_proper(draft.model, scan.prior)
         }
+        Term::Possible(_) => true,
         _ => false,
     });
     // Every free variable that is left must still have its own distribution in the product.

@@ -3,7 +3,7 @@
 //! In: a question. Out: [`Exact`]. Invariant: at any time the draft denotes
 //! Σ_free Π factors, normalised, under its bindings; each change is recorded with its reason.
 
-use super::{Binding, Exact, Options, Step, Term};
+use super::{Binding, Exact, Options, Step, Term, eliminate};
 use crate::error::Error;
 use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
@@ -179,6 +179,11 @@ impl<'m> Draft<'m> {
         if let (Some(variable), true) = (self.searched.iter().find(bound), self.normalise) {
             let name = self.model.variable_name(*variable);
             return Err(self.unplanned(format!("its normaliser is an integral over `{name}`")));
+        }
+        for variable in self.searched.iter().chain(&self.each) {
+            if !self.bindings.contains_key(variable) {
+                eliminate::summable(&self, *variable)?;
+            }
         }
         let joint = self.body();
         Ok(Exact {

@@ -74,7 +74,8 @@ fn size(model: &Model, variable: VariableId) -> f64 {
     }
 }
 
-fn summable(draft: &Draft<'_>, variable: VariableId) -> Result<(), Error> {
+/// Whether all values of a variable can be run through.
+pub(super) fn summable(draft: &Draft<'_>, variable: VariableId) -> Result<(), Error> {
     let name = draft.model.variable_name(variable);
     let declared = &draft.model.variables[variable];
     if matches!(declared.domain, Domain::Real | Domain::Vector(_)) {

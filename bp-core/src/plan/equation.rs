@@ -88,6 +88,7 @@ impl Printer<'_> {
             }
             Term::Factor(factor) => self.factor(*factor),
             Term::Likelihood(variable, _) => notation.likelihood(&self.variable(*variable)),
+            Term::Possible(factor) => format!("[{} > 0]", self.factor(*factor)),
             Term::Inside(variable) => {
                 let domain = self.model.domain_text(&self.model.variables[*variable].domain);
                 let sign = notation.choose("∈", "\\in");

@@ -9,7 +9,7 @@
 
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Ask, Domain, Evidence, Expression, Form, Model};
+use crate::model::{Ask, Domain, Evidence, Expression, Form, Model, Reduction};
 use crate::operators::{Binary, Unary};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -74,7 +74,8 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
 }
 
 fn distribution(ask: &Ask) -> bool {
-    ask.searched.iter().all(|searched| searched.at.is_none())
+    ask.reduction == Reduction::Probability
+        && ask.searched.iter().all(|searched| searched.at.is_none())
         && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
 }
 

@@ -38,6 +38,8 @@ pub enum Term {
     Likelihood(VariableId, Vec<f64>),
     /// 1 where the value that a variable is bound to lies in its domain, else 0.
     Inside(VariableId),
+    /// 1 where a factor of known variables is positive, else 0: its number cancels, an impossible context does not.
+    Possible(FactorId),
     /// A product.
     Product(Vec<TermId>),
     /// A sum over the values of variables.
@@ -172,9 +174,18 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
     let mut routes = Vec::new();
     let mut rest: Vec<Ask> = question.asks.clone();
     while let Some(first) = rest.first().cloned() {
-        let (asks, others) = rest.into_iter().partition(|ask| ask.known == first.known);
+        let closed = gaussian::applies(model, &first);
+        // A searched real stands for one value, which must not be taken for that of another ask.
+        let real =
+            |ask: &Ask| ask.searched.iter().any(|item| !model.variables[item.variable].domain.is_finite());
+        let (asks, others) = rest.into_iter().partition(|ask| {
+            *ask == first
+                || ask.known == first.known
+                    && gaussian::applies(model, ask) == closed
+                    && (closed || !(real(ask) || real(&first)))
+        });
         rest = others;
-        routes.push(match gaussian::applies(model, &first) {
+        routes.push(match closed {
             true => Route::Gaussian(gaussian::plan(model, asks)?),
             false => Route::Exact(plan_exact(model, asks, options)?),
         });

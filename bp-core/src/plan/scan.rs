@@ -12,7 +12,7 @@
 
 use super::draft::Draft;
 use super::{FirstScan, Term, scope};
-use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Domain, Expression, Model};
 
 pub(super) fn chains(draft: &mut Draft<'_>) {
@@ -42,14 +42,15 @@ fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])
     if variable.domain != Domain::Boolean || variable.family.is_none() {
         return None;
     }
-    let factors: Vec<(usize, FactorId)> = (draft.factors.iter().enumerate())
-        .filter_map(|(position, term)| match draft.terms[*term] {
-            Term::Factor(factor) => Some((position, factor)),
-            _ => None,
-        })
-        .filter(|(_, factor)| scope::of_factor(model, *factor).contains(&family))
-        .collect();
-    let [(a, first), (b, second)] = factors.as_slice() else { return None };
+    // What depends on the family through a Dirac that was substituted depends on it too.
+    let depends =
+        |term: &TermId| scope::of_term(model, &draft.terms, &draft.bindings, *term).contains(&family);
+    let dependent: Vec<(usize, TermId)> =
+        draft.factors.iter().copied().enumerate().filter(|(_, term)| depends(term)).collect();
+    let [(a, first), (b, second)] = dependent.as_slice() else { return None };
+    let (Term::Factor(first), Term::Factor(second)) = (&draft.terms[*first], &draft.terms[*second]) else {
+        return None;
+    };
     let distributes =
         |factor: FactorId| model.factors[factor].left.iter().any(|use_| use_.variable == family);
     let (prior, factor) = if distributes(*first) { (*first, *second) } else { (*second, *first) };
@@ -73,7 +74,12 @@ fn first_uses(
 ) {
     let mut inner = |id| first_uses(model, id, family, uses);
     match &model.expressions[id] {
-        Expression::First { family: of, with } if *of == family => uses.push(Some(*with)),
+        Expression::First { family: of, with } => {
+            with.iter().flat_map(|(value, at)| [*value, *at]).for_each(&mut inner);
+            if *of == family {
+                uses.push(Some(*with));
+            }
+        }
         Expression::Variable(use_) if use_.variable == family => uses.push(None),
         Expression::Unary(_, operand) => inner(*operand),
         Expression::Binary(_, left, right) => {

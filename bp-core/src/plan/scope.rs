@@ -101,7 +101,7 @@ pub(super) fn of_term(
     let rest = |id| of_term(model, terms, bindings, id);
     match &terms[id] {
         Term::Joint => scope.extend(model.variables.ids()),
-        Term::Factor(factor) => scope = of_factor(model, *factor),
+        Term::Factor(factor) | Term::Possible(factor) => scope = of_factor(model, *factor),
         Term::Likelihood(variable, _) | Term::Inside(variable) => {
             scope.insert(*variable);
         }
@@ -122,9 +122,12 @@ pub(super) fn of_term(
 
 /// Replaces bound variables by the variables that they depend on.
 fn resolve(model: &Model, bindings: &BTreeMap<VariableId, Binding>, scope: Scope) -> Scope {
-    let mut resolved = Scope::new();
+    let (mut resolved, mut seen) = (Scope::new(), Scope::new());
     let mut rest: Vec<VariableId> = scope.into_iter().collect();
     while let Some(variable) = rest.pop() {
+        if !seen.insert(variable) {
+            continue;
+        }
         match bindings.get(&variable) {
             None => {
                 resolved.insert(variable);

@@ -1,0 +1,66 @@
+//! What the host gives to a question, judged before it runs.
+//!
+//! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant:
+//! kernels know nothing of probability, so this is the one place where given numbers meet their domains.
+
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Domain, Evidence, Model, Question, Value};
+
+/// Checks parameters against their kinds, and given values against their domains.
+pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    for parameter in model.parameters.values() {
+        for value in inputs.find(&parameter.name).unwrap_or_default() {
+            if let Some(expected) = parameter.kind.refuses(*value) {
+                return Err(Error::input(
+                    &parameter.name,
+                    format!("it is {value}, but it must be {expected}"),
+                ));
+            }
+        }
+    }
+    for ask in &question.asks {
+        for searched in &ask.searched {
+            if let Some(Value::Given(name)) = &searched.at {
+                given(model, searched.variable, name, inputs)?;
+            }
+        }
+        for known in &ask.known {
+            match &known.evidence {
+                Evidence::Hard(Value::Given(name)) => given(model, known.variable, name, inputs)?,
+                Evidence::Each => given(model, known.variable, &model.variable_name(known.variable), inputs)?,
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
+
+fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let domain = &model.variables[variable].domain;
+    let count = match domain {
+        Domain::Set(set) => inputs.find_size(&model.sets[*set].name),
+        Domain::Finite { range: Some(range), labels } => match range.high.size {
+            None => domain.count(),
+            Some(size) => inputs
+                .find_size(&model.parameters[size].name)
+                .map(|size| (size as i64 + range.high.offset + 1 - range.low) as usize + labels.len()),
+        },
+        _ => domain.count(),
+    };
+    for value in inputs.find(name).unwrap_or_default() {
+        let inside = match domain {
+            Domain::Real | Domain::Vector(_) => value.is_finite(),
+            _ => value.fract() == 0.0 && *value >= 0.0 && count.is_none_or(|count| *value < count as f64),
+        };
+        if !inside {
+            let (variable, text) = (model.variable_name(variable), model.domain_text(domain));
+            return Err(Error::input(
+                name,
+                format!("{value} is not (the position of) a value of `{variable}`, which is `{text}`"),
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,91 @@
+//! What the tests of laws share: brute force, and random programs.
+//!
+//! In: a model. Out: its joint distribution, by enumeration. Invariant: nothing here knows plans or kernels.
+
+#![allow(dead_code)]
+
+pub(crate) mod brute;
+pub(crate) mod random;
+
+use bp_core::exec::{Inputs, interpret};
+use bp_core::ids::VariableId;
+use bp_core::lower::lower;
+use bp_core::model::{Ask, Model, Question};
+use bp_core::plan::{Options, Rewrites, Route, plan};
+use bp_core::source::Source;
+use bp_core::syntax::{compile, parse_question};
+use std::collections::BTreeMap;
+
+/// The model of a text.
+pub(crate) fn model_of(text: &str) -> Model {
+    let source = Source::new("test", text);
+    compile(&source).unwrap_or_else(|wrong| panic!("{text}\n{}", wrong.render(&source, false)))
+}
+
+/// A question as a user types it.
+pub(crate) fn question(model: &Model, text: &str) -> Question {
+    let source = Source::new("question", text);
+    parse_question(&source, model).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)))
+}
+
+/// A program of `tests/programs`.
+pub(crate) fn program(name: &str) -> String {
+    let path = format!("{}/../tests/programs/{name}.bp", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// Which value each variable has.
+pub(crate) type Values = BTreeMap<VariableId, usize>;
+
+/// What one ask is answered, cell by cell.
+pub(crate) type Table = Vec<(Values, f64)>;
+
+/// Answers by plan, lower and interpreter, ask by ask; and ln P(evidence) of each, where it is wanted.
+pub(crate) fn interpreted(
+    model: &Model,
+    question: &Question,
+    options: Options,
+) -> Vec<(Ask, Table, Option<f64>)> {
+    let plan = plan(model, question, options).unwrap_or_else(|error| panic!("{error}"));
+    let mut answers = Vec::new();
+    for route in &plan.routes {
+        let Route::Exact(exact) = route else { panic!("a closed form for a discrete program") };
+        let lowered = lower(model, exact, "test").unwrap_or_else(|error| panic!("{error}"));
+        let outputs = interpret(&lowered.kernel, &Inputs::new()).unwrap_or_else(|error| panic!("{error}"));
+        let ln_evidence = options.ln_evidence.then(|| outputs.get("ln_evidence")[0]);
+        for output in &lowered.outputs {
+            let Some(ask) = &output.ask else { continue };
+            let cells = outputs.get(&output.name);
+            let counts: Vec<usize> = (output.variables.iter())
+                .map(|variable| model.variables[*variable].domain.count().unwrap())
+                .collect();
+            assert_eq!(cells.len(), counts.iter().product::<usize>(), "{}", output.name);
+            let table = (cells.iter().enumerate())
+                .map(|(position, p)| {
+                    let mut rest = position;
+                    let mut values = Values::new();
+                    for (variable, count) in output.variables.iter().zip(&counts).rev() {
+                        values.insert(*variable, rest % count);
+                        rest /= count;
+                    }
+                    (values, *p)
+                })
+                .collect();
+            answers.push((ask.clone(), table, ln_evidence));
+        }
+    }
+    answers
+}
+
+/// All rules but one.
+pub(crate) fn without() -> [(&'static str, Rewrites); 6] {
+    let all = Rewrites::default();
+    [
+        ("none left out", all),
+        ("barren", Rewrites { barren: false, ..all }),
+        ("dirac", Rewrites { dirac: false, ..all }),
+        ("scan", Rewrites { scan: false, ..all }),
+        ("order", Rewrites { order: false, ..all }),
+        ("cancel", Rewrites { cancel: false, ..all }),
+    ]
+}
