@@ -48,7 +48,7 @@ fn same(context: &str, found: &Table, expected: &Table) -> Result<(), TestCaseEr
         let Some(q) = expected.get(values) else {
             return Err(TestCaseError::fail(format!("{context}: no row {values:?} is expected")));
         };
-        if !((p - q).abs() <= TOLERANCE) {
+        if p.is_nan() || (p - q).abs() > TOLERANCE {
             return Err(TestCaseError::fail(format!("{context}: {p} at {values:?}, expected {q}")));
         }
     }

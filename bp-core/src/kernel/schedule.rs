@@ -146,7 +146,7 @@ fn loops(kernel: &Kernel, position: usize, parallel: bool) -> Loops {
         Reduce::Scan { axis, .. } => vec![*axis],
     };
     let mut outer: Vec<AxisId> = kernel.buffers[nest.out].axes.clone();
-    outer.retain(|axis| !inner.contains(axis) && !(parallel && kernel.parallel.contains(axis)));
+    outer.retain(|axis| !(inner.contains(axis) || parallel && kernel.parallel.contains(axis)));
     // Axes of unknown extent go outside: what does not depend on the short, known ones inside is then hoisted.
     let known = |axis: &AxisId| kernel.axes[*axis].extent.known().is_some();
     outer.sort_by_key(known);

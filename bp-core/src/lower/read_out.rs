@@ -128,7 +128,7 @@ impl Lowering<'_> {
             value = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
         }
         let argmax = matches!(ask.reduction, Reduction::Argmax { .. });
-        if !self.exact.normalised && !(argmax && over_plate) {
+        if !(self.exact.normalised || argmax && over_plate) {
             let totals: Vec<AxisId> = axes.iter().copied().filter(|axis| !own_axes.contains(axis)).collect();
             let name = self.name("total");
             let total = self.builder.fold(&name, &totals, Fold::Sum, &own_axes, value);

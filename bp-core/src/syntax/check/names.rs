@@ -6,12 +6,14 @@
 /// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
 pub(super) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let most = wanted.chars().count() / 4;
+    let capital = |name: &str| name.starts_with(char::is_uppercase);
+    // Names come in any order: among equally near ones those written alike go first, then the alphabet decides.
     known
         .into_iter()
         .filter(|name| *name != wanted)
         .map(|name| (distance(&wanted.to_lowercase(), &name.to_lowercase()), name))
         .filter(|(distance, _)| *distance <= most)
-        .min_by_key(|(distance, _)| *distance)
+        .min_by_key(|(distance, name)| (*distance, capital(name) != capital(wanted), *name))
         .map(|(_, name)| name)
 }
 
