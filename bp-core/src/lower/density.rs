@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, Index, Reduce, Role};
 use crate::model::{Domain, Factor, Form, VariableUse};
-use crate::operators::{Binary, Unary};
+use crate::operators::Binary;
 
 impl Lowering<'_> {
     /// The density of a factor; under `prod`s, the product over their indices.
@@ -254,128 +254,6 @@ impl Lowering<'_> {
             return Ok(self.builder.load_or(buffer, vec![place], zero));
         }
         Ok(self.builder.load(buffer, vec![place]))
-    }
-
-    /// A normal density; over integers, normalised over the domain.
-    fn normal(
-        &mut self,
-        variable: VariableId,
-        domain: &Domain,
-        at: &Meaning,
-        mean: ExpressionId,
-        deviation: ExpressionId,
-    ) -> Result<ValueId, Error> {
-        let (mean, deviation) = (self.expression(mean)?, self.expression(deviation)?);
-        let x = self.to_number(variable, at)?;
-        let zero = self.builder.constant(0.0);
-        if *domain == Domain::Real {
-            let standard = self.standard(x, mean, deviation);
-            let bell = self.bell(standard, zero);
-            let root = self.builder.constant(std::f64::consts::TAU.sqrt());
-            let total = self.builder.binary(Binary::Multiply, deviation, root);
-            return Ok(self.builder.binary(Binary::Divide, bell, total));
-        }
-        // Relative to the value nearest to the mean, so that a mean far outside leaves something to divide by.
-        let extent = self.extent(domain);
-        let (last, half) = (self.count_of(extent.clone(), -1), self.builder.constant(0.5));
-        let low = self.to_number(variable, &Meaning::Ordinal(zero))?;
-        let high = self.to_number(variable, &Meaning::Ordinal(last))?;
-        let rounded = self.builder.binary(Binary::Add, mean, half);
-        let rounded = self.builder.unary(Unary::Floor, rounded);
-        let nearest = self.builder.binary(Binary::Maximum, rounded, low);
-        let nearest = self.builder.binary(Binary::Minimum, nearest, high);
-        let nearest = self.standard(nearest, mean, deviation);
-        let standard = self.standard(x, mean, deviation);
-        let bell = self.bell(standard, nearest);
-        let name = self.name("support");
-        let axis = self.builder.axis(&name, extent);
-        let running = self.builder.running(axis);
-        let number = self.to_number(variable, &Meaning::Ordinal(running))?;
-        let standard = self.standard(number, mean, deviation);
-        let value = self.bell(standard, nearest);
-        let total = self.fold_over("normal total", Fold::Sum, &[axis], value);
-        Ok(self.builder.binary(Binary::Divide, bell, total))
-    }
-
-    /// How many values an axis has, and `more`.
-    pub(super) fn count_of(&mut self, extent: Extent, more: i64) -> ValueId {
-        let more = self.builder.constant(more as f64);
-        let count = match extent.known() {
-            Some(known) => self.builder.constant(known as f64),
-            None => {
-                let name = self.name("number of values");
-                let axis = self.builder.axis(&name, extent);
-                let one = self.builder.constant(1.0);
-                self.builder.fold(&name, &[], Fold::Sum, &[axis], one)
-            }
-        };
-        self.builder.binary(Binary::Add, count, more)
-    }
-
-    /// (x − m) / s
-    fn standard(&mut self, x: ValueId, mean: ValueId, deviation: ValueId) -> ValueId {
-        let centred = self.builder.binary(Binary::Subtract, x, mean);
-        self.builder.binary(Binary::Divide, centred, deviation)
-    }
-
-    /// exp(−½ z²) / exp(−½ z₀²) = exp(½ (z₀ − z) (z₀ + z))
-    fn bell(&mut self, standard: ValueId, from: ValueId) -> ValueId {
-        let difference = self.builder.binary(Binary::Subtract, from, standard);
-        let sum = self.builder.binary(Binary::Add, from, standard);
-        let product = self.builder.binary(Binary::Multiply, difference, sum);
-        let half = self.builder.constant(0.5);
-        let exponent = self.builder.binary(Binary::Multiply, half, product);
-        self.builder.unary(Unary::Exponential, exponent)
-    }
-
-    /// Paper, Eq. 4, made exact: Φ((j−m)/s) − Φ((j−1−m)/s) for bin j, all below for the first, the rest for
-    /// "nothing"; and "nothing" for sure where the mean lies beyond N + ½.
-    fn normal_bins(
-        &mut self,
-        domain: &Domain,
-        at: &Meaning,
-        mean: ExpressionId,
-        deviation: ExpressionId,
-    ) -> Result<ValueId, Error> {
-        let Meaning::Ordinal(bin) = *at else {
-            return Err(self.unplanned("`normal_bins` distributes one label and a range"));
-        };
-        let (mean, deviation) = (self.expression(mean)?, self.expression(deviation)?);
-        let bins = match domain {
-            Domain::Finite { range: Some(range), .. } => self.bounded(range.high, 1 - range.low),
-            _ => return Err(self.unplanned("`normal_bins` distributes one label and a range")),
-        };
-        let bins = match bins.known() {
-            Some(known) => self.builder.constant(known as f64),
-            None => {
-                let name = "number of bins";
-                let axis = self.builder.axis(name, bins);
-                let one = self.builder.constant(1.0);
-                self.builder.fold(name, &[], Fold::Sum, &[axis], one)
-            }
-        };
-        let (zero, half, one) =
-            (self.builder.constant(0.0), self.builder.constant(0.5), self.builder.constant(1.0));
-        let below = |lowering: &mut Self, edge: ValueId| {
-            let centred = lowering.builder.binary(Binary::Subtract, edge, mean);
-            let standard = lowering.builder.binary(Binary::Divide, centred, deviation);
-            lowering.builder.unary(Unary::NormalCumulative, standard)
-        };
-        let nothing = self.builder.binary(Binary::LessOrEqual, bin, zero);
-        let first = self.builder.binary(Binary::LessOrEqual, bin, one);
-        // Upper edge of the bin, or N for "nothing"; what lies below its lower edge.
-        let upper = self.builder.select(nothing, bins, bin);
-        let up_to = below(self, upper);
-        let lower = self.builder.binary(Binary::Subtract, bin, one);
-        let before = below(self, lower);
-        let before = self.builder.select(first, zero, before);
-        let within = self.builder.binary(Binary::Subtract, up_to, before);
-        let beyond = self.builder.binary(Binary::Subtract, one, up_to);
-        let value = self.builder.select(nothing, beyond, within);
-        let edge = self.builder.binary(Binary::Add, bins, half);
-        let empty = self.builder.binary(Binary::GreaterOrEqual, mean, edge);
-        let sure = self.builder.select(nothing, one, zero);
-        Ok(self.builder.select(empty, sure, value))
     }
 
     /// The marginal that the last step kept.

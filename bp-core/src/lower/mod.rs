@@ -8,6 +8,7 @@ mod density;
 mod environment;
 mod expression;
 mod first_scan;
+mod normal;
 mod read_out;
 mod term;
 
