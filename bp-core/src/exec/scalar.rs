@@ -44,7 +44,7 @@ pub trait Scalar:
     fn round_down(self) -> Self;
     /// eˣ
     fn exponential(self) -> Self;
-    /// ln x; −∞ at 0 and at subnormal numbers.
+    /// ln x; −∞ at 0.
     fn natural_logarithm(self) -> Self;
     /// Φ(x)
     fn normal_cumulative(self) -> Self;
@@ -159,11 +159,14 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn natural_logarithm(self) -> f32 {
-        // x = m · 2ᵉ with m in [√½, √2): subtracting the bits of √½ leaves the exponent in the high bits.
-        let bits = self.to_bits() as i32;
+        // Subnormal numbers are scaled up first. Then x = m · 2ᵉ with m in [√½, √2): subtracting the bits of √½
+        // leaves the exponent in the high bits.
+        let subnormal = self < f32::MIN_POSITIVE;
+        let bits = (if subnormal { self * 33_554_432.0 } else { self }).to_bits() as i32;
         let shifted = bits.wrapping_sub(std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32);
-        let exponent = shifted >> 23;
-        let mantissa = f32::from_bits(bits.wrapping_sub(exponent << 23) as u32);
+        let raised = shifted >> 23;
+        let mantissa = f32::from_bits(bits.wrapping_sub(raised << 23) as u32);
+        let exponent = raised - if subnormal { 25 } else { 0 };
         let (f, e) = (mantissa - 1.0, exponent as f32);
         let coefficients = [
             7.037_683_6e-2,
@@ -179,7 +182,7 @@ impl Scalar for f32 {
         let square = f * f;
         let tail = polynomial(f, coefficients) * f * square + e * LN_2_LOW - 0.5 * square;
         let value = (f + tail) + e * LN_2_HIGH;
-        if self < f32::MIN_POSITIVE { f32::NEG_INFINITY } else { value }
+        if self > 0.0 { value } else { f32::NEG_INFINITY }
     }
 
     #[inline(always)]
@@ -221,6 +224,10 @@ mod tests {
             );
         }
         assert_eq!(0f32.natural_logarithm(), f32::NEG_INFINITY);
+        for subnormal in [1e-39f32, 3e-42, f32::from_bits(1)] {
+            let ln = f64::from(subnormal).ln();
+            assert!((subnormal.natural_logarithm().to_f64() / ln - 1.0).abs() < 4e-7, "ln {subnormal:e}");
+        }
         assert_eq!((-1e30f32).exponential(), 0.0);
         for step in -800..800 {
             let x = step as f32 * 1e-2;

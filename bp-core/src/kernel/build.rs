@@ -143,12 +143,11 @@ impl KernelBuilder {
         }
     }
 
-    /// 1 / `total`, or 0 where the total is 0, so that an impossible context answers zeros.
-    pub fn reciprocal_or_zero(&mut self, total: ValueId) -> ValueId {
+    /// `total`, or 1 where it is 0, so that dividing zeros by it leaves zeros: an impossible context.
+    pub fn or_one(&mut self, total: ValueId) -> ValueId {
         let (zero, one) = (self.constant(0.0), self.constant(1.0));
         let positive = self.binary(Binary::Greater, total, zero);
-        let reciprocal = self.binary(Binary::Divide, one, total);
-        self.select(positive, reciprocal, zero)
+        self.select(positive, total, one)
     }
 
     /// A fold over axes into a new scratch buffer over `axes`.

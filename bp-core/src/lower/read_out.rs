@@ -132,10 +132,11 @@ impl Lowering<'_> {
             let totals: Vec<AxisId> = axes.iter().copied().filter(|axis| !own_axes.contains(axis)).collect();
             let name = self.name("total");
             let total = self.builder.fold(&name, &totals, Fold::Sum, &own_axes, value);
-            let reciprocal = self.builder.reciprocal_or_zero(total);
-            let name = self.name("reciprocal");
-            let reciprocal = self.builder.compute(&name, &totals, Reduce::None, reciprocal);
-            value = self.builder.binary(Binary::Multiply, value, reciprocal);
+            let divisor = self.builder.or_one(total);
+            let name = self.name("divisor");
+            let divisor = self.builder.compute(&name, &totals, Reduce::None, divisor);
+            // A division, not a product with a reciprocal, which overflows where the total is subnormal.
+            value = self.builder.binary(Binary::Divide, value, divisor);
         }
         let mut variables = self.exact.each.clone();
         // Where one value of a searched variable is wanted, its other values are left out.
