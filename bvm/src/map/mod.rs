@@ -31,6 +31,7 @@ pub struct Map {
     space: Space,
     moves: Moves,
     epsilon: f32,
+    motion: Vec<f32>,
     /// P(O) and P(V) of the last step, and the entropies.
     state: cell::observe::Outputs<f32>,
     /// Where the next step is made.
@@ -48,15 +49,20 @@ impl Map {
         let space = Space::new(extents, [Edge::Open, Edge::Pole, Edge::Circle])?;
         let moves = space.antecedents(&VELOCITIES);
         let (cells, motions) = (grid.cells(), VELOCITIES.len());
+        let still = cell::DEFAULT_STILL as f32;
+        let motion: Vec<f32> = (VELOCITIES.iter())
+            .map(|velocity| if *velocity == [0; 3] { still } else { (1.0 - still) / (motions - 1) as f32 })
+            .collect();
+        let unknown: f32 = 2f32.ln() - motion.iter().map(|p| p * p.ln()).sum::<f32>();
         let state = cell::observe::Outputs {
             p_o_z: vec![0.5; 2 * cells],
-            p_v_z: vec![1.0 / motions as f32; motions * cells],
-            entropy_p_o_v_z: vec![(2.0 * motions as f32).ln(); cells],
+            p_v_z: motion.iter().flat_map(|p| std::iter::repeat_n(*p, cells)).collect(),
+            entropy_p_o_v_z: vec![unknown; cells],
             entropy_p_o_z: vec![2f32.ln(); cells],
         };
         let epsilon = cell::DEFAULT_EPSILON as f32;
         let next = cell::observe::Outputs::default();
-        Ok(Self { grid, space, moves, epsilon, state, next, readings: Vec::new() })
+        Ok(Self { grid, space, moves, epsilon, motion, state, next, readings: Vec::new() })
     }
 
     /// One step of the filter: prediction by constant velocity, estimation by what the sensors read.
@@ -74,6 +80,7 @@ impl Map {
             velocity: &self.moves,
             sensors: likelihoods.len().max(1),
             epsilon: self.epsilon,
+            motion: &self.motion,
             previous_o: &self.state.p_o_z,
             previous_v: &self.state.p_v_z,
             sensors_i_reading: &self.readings,

@@ -33,6 +33,8 @@ pub(super) const FORMS: [&str; 10] = [
 
 /// What a form is written for.
 pub(super) struct Target {
+    /// The left-hand variable.
+    pub(super) left: VariableId,
     /// The domain of its first variable on the left.
     pub(super) domain: Domain,
     /// The variables on the right.
@@ -120,10 +122,7 @@ impl Checker<'_> {
         let domain = model.variables[left].domain.clone();
         let products = meant.products.clone();
         let mut scope = Scope { head: definition.head.to_string(), visible, products, bound: Vec::new() };
-        if matches!(&definition.form.kind, FormKind::Named { name, .. } if name.text == "weights") {
-            scope.visible.push(left);
-        }
-        self.form(&definition.form, &Target { domain, right }, &mut scope)
+        self.form(&definition.form, &Target { left, domain, right }, &mut scope)
     }
 
     fn form(&mut self, form: &ast::Form, target: &Target, scope: &mut Scope) -> Option<Form> {
@@ -210,7 +209,7 @@ impl Checker<'_> {
         name: &Name,
         arguments: Option<&[Expr]>,
         target: &Target,
-        scope: &Scope,
+        scope: &mut Scope,
     ) -> Option<Form> {
         let given = arguments.unwrap_or_default();
         match name.text.as_str() {
@@ -255,8 +254,12 @@ impl Checker<'_> {
                 (is_zero || self.expect(argument.span(), &found, &expected)).then_some(Form::Dirac(id))
             }
             "weights" => {
+                // Weights are over the left-hand variable, and so may speak of it.
                 let [argument] = self.arguments(span, name, given)?;
-                Some(Form::Weights(self.number_of(argument, scope)?))
+                scope.visible.push(target.left);
+                let weight = self.number_of(argument, scope);
+                scope.visible.pop();
+                Some(Form::Weights(weight?))
             }
             other => {
                 let message =

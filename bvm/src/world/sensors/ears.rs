@@ -64,9 +64,9 @@ pub struct Ears {
 }
 
 impl Default for Ears {
-    /// 20 microseconds, 1.5 dB, silent one time in four.
+    /// 20 microseconds, 1.5 dB, silent three times in five.
     fn default() -> Ears {
-        Ears { itd_sigma_s: 20e-6, ild_sigma_db: 1.5, silence: 0.25 }
+        Ears { itd_sigma_s: 20e-6, ild_sigma_db: 1.5, silence: 0.6 }
     }
 }
 
