@@ -6,7 +6,7 @@
 mod gaze;
 mod report;
 
-pub use gaze::{Chooser, Gaze};
+pub use gaze::{Chooser, Field, Gaze};
 pub use report::Report;
 
 use crate::audition::Hearing;
@@ -30,8 +30,10 @@ const MOST_TILT: f64 = 1.1;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
-    /// By entropy: `models/gaze.bp`.
+    /// By entropy: `models/gaze.bp` over [`Field::LineOfSight`].
     Entropy,
+    /// By entropy, cell by cell, as the paper prints it: [`Field::Cell`].
+    Printed,
     /// Uniformly on the sphere.
     Random,
     /// Round and round, at three elevations.
@@ -39,13 +41,14 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// All of them, the paper's first.
-    pub const ALL: [Rule; 3] = [Rule::Entropy, Rule::Random, Rule::Sweep];
+    /// All of them, the default first.
+    pub const ALL: [Rule; 4] = [Rule::Entropy, Rule::Printed, Rule::Random, Rule::Sweep];
 
     /// What people call it.
     pub fn name(self) -> &'static str {
         match self {
             Rule::Entropy => "entropy gradient",
+            Rule::Printed => "same, as printed",
             Rule::Random => "random gaze",
             Rule::Sweep => "sweep",
         }
@@ -99,7 +102,8 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
     let mut noise = ["sight", "hearing", "balance", "gaze"].map(|purpose| seeded(seed, purpose));
     let mut map = Map::new(grid.clone())?;
     let mut hearing = Hearing::calibrated(&grid);
-    let (mut sight, mut chooser) = (Sight::default(), Chooser::default());
+    let field = if rule == Rule::Printed { Field::Cell } else { Field::LineOfSight };
+    let (mut sight, mut chooser) = (Sight::default(), Chooser::of(field));
     let mut balance = Vestibular::at_rest(Balance::Gyroscope)?;
     let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
     let initial = [sum(map.entropy()), sum(map.occupancy_entropy())];
@@ -132,7 +136,7 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
             occupancy_entropy: sum(map.occupancy_entropy()),
         });
         gaze = match rule {
-            Rule::Entropy => chooser.choose(&map, &heading)?,
+            Rule::Entropy | Rule::Printed => chooser.choose(&map, &heading)?,
             Rule::Random => random_gaze(&mut noise[3]),
             Rule::Sweep => sweep_gaze(number + 1, camera.field_degrees),
         };
