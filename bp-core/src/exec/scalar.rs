@@ -151,7 +151,7 @@ impl Scalar for f32 {
         let n = (x * std::f32::consts::LOG2_E + ROUND) - ROUND;
         let x = (x - n * LN_2_HIGH) - n * LN_2_LOW;
         let coefficients =
-            [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1];
+            [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
         let value = polynomial(x, coefficients) * x * x + x + 1.0;
         let power = f32::from_bits((((n as i32) + 127) << 23) as u32);
         if self < -87.3 { 0.0 } else { value * power }
@@ -177,7 +177,7 @@ impl Scalar for f32 {
             -1.666_805_8e-1,
             2.000_071_5e-1,
             -2.499_999_4e-1,
-            3.333_333_1e-1,
+            3.333_333e-1,
         ];
         let square = f * f;
         let tail = polynomial(f, coefficients) * f * square + e * LN_2_LOW - 0.5 * square;
@@ -192,14 +192,14 @@ impl Scalar for f32 {
         let coefficients = [
             0.170_872_77,
             -0.822_152_23,
-            1.488_515_87,
-            -1.135_203_98,
+            1.488_515_9,
+            -1.135_204,
             0.278_868_07,
             -0.186_288_06,
             0.096_784_18,
             0.374_091_96,
-            1.000_023_68,
-            -1.265_512_23,
+            1.000_023_7,
+            -1.265_512_2,
         ];
         let half_tail = 0.5 * t * (polynomial(t, coefficients) - z * z).exponential();
         if self < 0.0 { half_tail } else { 1.0 - half_tail }

@@ -47,7 +47,9 @@ impl Lowering<'_> {
         let axes: Vec<AxisId> = self.axes(value).into_iter().collect();
         let cheap = matches!(
             self.builder.so_far().nodes[value],
-            crate::kernel::Node::Constant(_) | crate::kernel::Node::Load { .. } | crate::kernel::Node::Axis(_)
+            crate::kernel::Node::Constant(_)
+                | crate::kernel::Node::Load { .. }
+                | crate::kernel::Node::Axis(_)
         );
         if self.plate.is_empty() || cheap || axes.iter().any(|axis| self.plate.contains(axis)) {
             return value;
@@ -86,7 +88,7 @@ impl Lowering<'_> {
             }
             (_, [left]) => {
                 let meaning = self.use_meaning(left)?;
-                self.density(factor, form, left.variable, &meaning)
+                self.density(form, left.variable, &meaning)
             }
             _ => Err(self.unplanned("this form distributes one variable")),
         }
@@ -100,7 +102,6 @@ impl Lowering<'_> {
     /// The density of a form at a value of the left-hand variable.
     pub(super) fn density(
         &mut self,
-        factor: &Factor,
         form: &Form,
         variable: VariableId,
         at: &Meaning,
@@ -109,7 +110,7 @@ impl Lowering<'_> {
         match form {
             Form::Uniform => Ok(self.uniform(&domain)),
             Form::UniformInterval { low, high } => {
-                let x = self.to_number(variable, at)?;
+                let x = self.number_of(variable, at)?;
                 let (low, high) = (self.expression(*low)?, self.expression(*high)?);
                 let above = self.builder.binary(Binary::GreaterOrEqual, x, low);
                 let below = self.builder.binary(Binary::LessOrEqual, x, high);
@@ -137,18 +138,18 @@ impl Lowering<'_> {
             Form::NormalBins { mean, deviation } => self.normal_bins(&domain, at, *mean, *deviation),
             Form::Dirac(value) => {
                 let value = self.expression(*value)?;
-                let x = self.to_number(variable, at)?;
+                let x = self.number_of(variable, at)?;
                 Ok(self.builder.binary(Binary::Equal, x, value))
             }
             Form::Previous { of, at: cell, otherwise } => {
-                let otherwise = self.density(factor, otherwise, variable, at)?;
+                let otherwise = self.density(otherwise, variable, at)?;
                 self.previous(*of, *cell, at, otherwise)
             }
             Form::Weights(weight) => self.expression(*weight),
             Form::If { condition, then, otherwise } => {
                 let condition = self.expression(*condition)?;
-                let then = self.density(factor, then, variable, at)?;
-                let otherwise = self.density(factor, otherwise, variable, at)?;
+                let then = self.density(then, variable, at)?;
+                let otherwise = self.density(otherwise, variable, at)?;
                 Ok(self.builder.select(condition, then, otherwise))
             }
             Form::Ask { .. } | Form::Table(_) => {

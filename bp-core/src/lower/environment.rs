@@ -36,7 +36,7 @@ impl Lowering<'_> {
                     return Ok(said.clone());
                 }
                 let number = self.expression(expression)?;
-                let meaning = self.from_number(variable, number);
+                let meaning = self.meaning_of(variable, number);
                 if self.first.is_none() {
                     self.said.insert(variable, meaning.clone());
                 }
@@ -169,7 +169,7 @@ impl Lowering<'_> {
     }
 
     /// The number that a variable's value is in an expression.
-    pub(super) fn to_number(&mut self, variable: VariableId, meaning: &Meaning) -> Result<ValueId, Error> {
+    pub(super) fn number_of(&mut self, variable: VariableId, meaning: &Meaning) -> Result<ValueId, Error> {
         match meaning {
             Meaning::Real(value) => Ok(*value),
             Meaning::Ordinal(ordinal) => {
@@ -184,7 +184,7 @@ impl Lowering<'_> {
     }
 
     /// The value of a variable that is this number in an expression.
-    pub(super) fn from_number(&mut self, variable: VariableId, number: ValueId) -> Meaning {
+    pub(super) fn meaning_of(&mut self, variable: VariableId, number: ValueId) -> Meaning {
         let domain = &self.model.variables[variable].domain;
         match domain {
             Domain::Real | Domain::Vector(_) => Meaning::Real(number),

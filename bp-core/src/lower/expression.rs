@@ -41,7 +41,7 @@ impl Lowering<'_> {
                 let element =
                     use_.element.map(|element| self.element_ordinal(use_.variable, element)).transpose()?;
                 let meaning = self.meaning(use_.variable, element)?;
-                self.to_number(use_.variable, &meaning)
+                self.number_of(use_.variable, &meaning)
             }
             Expression::Index(depth) => Ok(self.products[depth]),
             Expression::Unary(operator, operand) => {

@@ -21,7 +21,7 @@ impl Lowering<'_> {
         deviation: ExpressionId,
     ) -> Result<ValueId, Error> {
         let (mean, deviation) = (self.expression(mean)?, self.expression(deviation)?);
-        let x = self.to_number(variable, at)?;
+        let x = self.number_of(variable, at)?;
         let zero = self.builder.constant(0.0);
         if *domain == Domain::Real {
             let standard = self.standard(x, mean, deviation);
@@ -33,8 +33,8 @@ impl Lowering<'_> {
         // Relative to the value nearest to the mean, so that a mean far outside leaves something to divide by.
         let extent = self.extent(domain);
         let (last, half) = (self.count_of(extent.clone(), -1), self.builder.constant(0.5));
-        let low = self.to_number(variable, &Meaning::Ordinal(zero))?;
-        let high = self.to_number(variable, &Meaning::Ordinal(last))?;
+        let low = self.number_of(variable, &Meaning::Ordinal(zero))?;
+        let high = self.number_of(variable, &Meaning::Ordinal(last))?;
         let rounded = self.builder.binary(Binary::Add, mean, half);
         let rounded = self.builder.unary(Unary::Floor, rounded);
         let nearest = self.builder.binary(Binary::Maximum, rounded, low);
@@ -45,7 +45,7 @@ impl Lowering<'_> {
         let name = self.name("support");
         let axis = self.builder.axis(&name, extent);
         let running = self.builder.running(axis);
-        let number = self.to_number(variable, &Meaning::Ordinal(running))?;
+        let number = self.number_of(variable, &Meaning::Ordinal(running))?;
         let standard = self.standard(number, mean, deviation);
         let value = self.bell(standard, nearest);
         let total = self.fold_over("normal total", Fold::Sum, &[axis], value);

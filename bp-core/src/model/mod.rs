@@ -1,7 +1,7 @@
 //! A model: what a Bayesian Program means.
 //!
 //! In: the checker's reading of a program, or a Rust user's calls of [`ModelBuilder`]. Out: plain data, ids
-//! instead of names. Invariant: a `Model` has passed [`validate`]: its factors give each variable exactly one
+//! instead of names. Invariant: a `Model` has passed `validate`: its factors give each variable exactly one
 //! distribution, in an order without cycles, and its forms have the shape of their factors.
 //!
 //! Bessière, Mazer, Ahuactzin and Mekhnacha, *Bayesian Programming*, CRC 2013:

@@ -163,8 +163,10 @@ fn form() -> impl Strategy<Value = Form> {
     .prop_map(form_of)
     .boxed();
     let otherwise = prop::option::of(leaf.clone().prop_map(Box::new));
-    let previous = (occurrence(), prop::option::of(expr()), otherwise)
-        .prop_map(|(variable, of, otherwise)| form_of(FormKind::Previous { variable, of, otherwise }));
+    let previous =
+        (occurrence(), prop::option::of(expr()), otherwise).prop_map(|(variable, of, otherwise)| {
+            form_of(FormKind::Previous { variable: Box::new(variable), of: of.map(Box::new), otherwise })
+        });
     prop_oneof![leaf, previous].prop_recursive(2, 6, 2, |inner| {
         let branches = prop::collection::vec((expr(), inner.clone()), 1..3);
         let arms = prop::collection::vec((pattern(), inner.clone()), 0..3);
@@ -196,7 +198,7 @@ fn term() -> impl Strategy<Value = Term> {
     leaf.prop_recursive(2, 6, 3, |term| {
         (comments(), name(), prop::option::of(space()), prop::collection::vec(term, 0..3)).prop_map(
             |(comments, index, space, terms)| {
-                Term::Product(Product { at: At::default(), comments, index, space, terms })
+                Term::Product(Box::new(Product { at: At::default(), comments, index, space, terms }))
             },
         )
     })

@@ -50,9 +50,9 @@ pub enum FormKind {
     /// `previous(X, A) else form`
     Previous {
         /// The variable whose marginal was kept.
-        variable: Occurrence,
+        variable: Box<Occurrence>,
         /// The cell it was kept in.
-        of: Option<Expr>,
+        of: Option<Box<Expr>>,
         /// The form at the first instant.
         otherwise: Option<Box<Form>>,
     },

@@ -249,7 +249,7 @@ pub enum Term {
     /// `P(left | right)`
     Factor(Factor),
     /// `prod(i in Sensors) { … }`
-    Product(Product),
+    Product(Box<Product>),
 }
 
 /// `P(left | right)`.

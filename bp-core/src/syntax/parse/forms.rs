@@ -39,8 +39,8 @@ fn plain(pair: Pair<'_, Rule>) -> Form {
     let mut children = Children::of(pair);
     let kind = match rule {
         Rule::previous => FormKind::Previous {
-            variable: occurrence(children.one()),
-            of: children.take(Rule::expression).map(expression),
+            variable: Box::new(occurrence(children.one())),
+            of: children.take(Rule::expression).map(|of| Box::new(expression(of))),
             otherwise: children
                 .take(Rule::otherwise)
                 .map(|otherwise| Box::new(plain(Children::of(otherwise).one()))),

@@ -135,7 +135,7 @@ fn domain(pair: Pair<'_, Rule>) -> Domain {
 fn terms(mut children: Children<'_>) -> Vec<Term> {
     let pairs = std::iter::from_fn(|| children.any());
     let build = |pair: Pair<'_, Rule>| match pair.as_rule() {
-        Rule::product => Term::Product(product(pair)),
+        Rule::product => Term::Product(Box::new(product(pair))),
         _ => Term::Factor(factor(pair)),
     };
     pairs.map(build).collect()

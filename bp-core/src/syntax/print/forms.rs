@@ -28,7 +28,7 @@ impl Page {
                 self.form(&format!("{opening}let {name} = {value} in "), body, closing);
             }
             FormKind::Previous { variable, of, otherwise: Some(body) } => {
-                self.form(&format!("{opening}{} else ", previous(variable, of.as_ref())), body, closing);
+                self.form(&format!("{opening}{} else ", previous(variable, of.as_deref())), body, closing);
             }
             FormKind::Table(rows) => {
                 self.line(&format!("{opening}table {{"));
@@ -74,9 +74,9 @@ fn inline(form: &Form) -> Option<String> {
             let rows: String = rows.iter().map(|row| format!("{}; ", words_of(row))).collect();
             format!("table {{ {rows}}}")
         }
-        FormKind::Previous { variable, of, otherwise: None } => previous(variable, of.as_ref()),
+        FormKind::Previous { variable, of, otherwise: None } => previous(variable, of.as_deref()),
         FormKind::Previous { variable, of, otherwise: Some(body) } => {
-            format!("{} else {}", previous(variable, of.as_ref()), inline(body)?)
+            format!("{} else {}", previous(variable, of.as_deref()), inline(body)?)
         }
         FormKind::Ask { path, given: None } => format!("ask({})", list(path, ".")),
         FormKind::Ask { path, given: Some(given) } => {
