@@ -5,7 +5,7 @@
 
 use super::{check_folder, print};
 use bvm::error::Error;
-use bvm::exploration::{Chooser, Gaze};
+use bvm::exploration::{Gaze, Gradient};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
 use bvm::report::{
@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     let mut map = Map::new(grid)?;
     map.observe(&[&Sight::default().likelihood(map.grid(), &seen, sigma_min)?])?;
-    let gaze = Chooser::default().choose(&map, &Heading::default())?;
+    let gaze = Gradient::default().choose(&map, &Heading::default())?;
     let figures = Figures {
         width: left.width(),
         height: left.height(),
