@@ -9,7 +9,6 @@ use crate::grid::great_circle;
 use crate::map::{Heading, Map};
 use crate::programs::gaze::{self, look};
 use bp_core::answer::argmax;
-use std::marker::PhantomData;
 
 /// A direction to look at.
 #[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
@@ -42,7 +41,6 @@ impl Chooser {
             eta: gaze::DEFAULT_ETA as f32,
             map_p_o_c: map.occupancy(),
             map_h: map.entropy(),
-            marker: PhantomData,
         };
         look::run(&inputs, &mut self.answer)?;
         let scores = &self.answer.argmax_p_g_nearest_heading;
