@@ -8,7 +8,6 @@
 use bp_core::source::Source;
 use bp_core::syntax::compile;
 use bp_macros::bayesian_program;
-use std::marker::PhantomData;
 use std::path::Path;
 
 bayesian_program! {
@@ -64,8 +63,8 @@ fn the_text_is_as_it_was_written() {
 
 #[test]
 fn a_question_is_a_function() {
-    let mut answer = wet_grass::rain::Outputs::default();
-    let inputs = wet_grass::rain::Inputs::<f64> { marker: PhantomData };
+    let mut answer = wet_grass::rain::Outputs::<f64>::default();
+    let inputs = wet_grass::rain::Inputs {};
     wet_grass::rain::run(&inputs, &mut answer).unwrap();
     // P(Rain | Wet): it is wet when it rains, and without rain when the sprinkler runs.
     let wet = 0.3 / (0.3 + 0.7 * 0.9);

@@ -119,7 +119,7 @@ fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String 
     };
     let config =
         Config::new().with_color(colour).with_index_type(IndexType::Byte).with_char_set(CharSet::Unicode);
-    let mut report = Report::build(ReportKind::Error, fit(diagnostic.span))
+    let mut report = Report::build(ReportKind::Custom("error", Color::Red), fit(diagnostic.span))
         .with_config(config)
         .with_message(&diagnostic.message);
     if !diagnostic.labels.iter().any(|(span, _)| *span == diagnostic.span) {

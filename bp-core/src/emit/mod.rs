@@ -14,6 +14,7 @@ use crate::lower::lower;
 use crate::model::{Model, Question};
 use crate::plan::{self, Options, Route};
 use crate::source::Source;
+use names::Taken;
 use text::Text;
 
 pub use names::snake;
@@ -21,7 +22,8 @@ pub use names::snake;
 /// The body of the module of a program.
 ///
 /// # Errors
-/// The questions that have no exact answer, each with the reason.
+/// The questions that have no exact answer, each with the reason, and names that Rust could not tell apart; what
+/// concerns no question bears the name of the program.
 pub fn emit_rust(model: &Model, source: &Source) -> Result<String, Vec<(String, Error)>> {
     let mut text = Text::default();
     text.line(format!("/// The program's text.\npub const SOURCE: &str = {:?};", source.text));
@@ -31,32 +33,37 @@ pub fn emit_rust(model: &Model, source: &Source) -> Result<String, Vec<(String, 
         "::bp_core::syntax::compile(&source).expect(\"internal: it was checked when it was compiled\")",
     );
     text.close();
+    let mut wrong = Vec::new();
+    let (mut constants, mut modules) = (Taken::default(), Taken::default());
     for parameter in model.parameters.values() {
         if let Some(default) = parameter.default {
+            if let Err(error) = constants.take(names::snake(&parameter.name), &parameter.name) {
+                wrong.push((model.name.clone(), error));
+            }
             let name = names::snake(&parameter.name).to_uppercase();
             text.line(format!("/// What `{}` is where nothing else is said.", parameter.name));
             text.line(format!("pub const DEFAULT_{name}: f64 = {default:?};"));
         }
     }
-    let mut wrong = Vec::new();
     for question in model.questions.values() {
-        if let Err(error) = emit_question(model, question, &mut text) {
+        if let Err(error) = emit_question(model, question, &mut modules, &mut text) {
             wrong.push((question.name.clone(), error));
         }
     }
     if wrong.is_empty() { Ok(text.finish()) } else { Err(wrong) }
 }
 
-fn emit_question(model: &Model, asked: &Question, text: &mut Text) -> Result<(), Error> {
+fn emit_question(model: &Model, asked: &Question, modules: &mut Taken, text: &mut Text) -> Result<(), Error> {
     let plan = plan::plan(model, asked, Options::default())?;
     for (number, route) in plan.routes.iter().enumerate() {
         let mut name = names::snake(&asked.name);
         if number > 0 {
             name = format!("{name}_{}", number + 1);
         }
+        modules.take(name.clone(), &asked.name)?;
         let equation = &plan.equations(model, plan::Notation::Unicode)[number];
         match route {
-            Route::Exact(exact) => question::emit(&lower(model, exact, &asked.name)?, &name, equation, text),
+            Route::Exact(exact) => question::emit(&lower(model, exact, &asked.name)?, &name, equation, text)?,
             Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, text),
         }
     }

@@ -1,15 +1,42 @@
 //! Names of emitted things.
 //!
 //! In: names of buffers, sizes and questions. Out: Rust identifiers. Invariant: `P(O | Z)` is `p_o_z`,
-//! `previous V` is `previous_v`, `Sensors[i].reading` is `sensors_i_reading`; words that Rust keeps get a `_`.
+//! `previous V` is `previous_v`, `Sensors[i].reading` is `sensors_i_reading`; words that Rust keeps get a `_`. Two
+//! names that would be one identifier are an error, never broken Rust.
 
+use crate::error::Error;
 use crate::ids::{BufferId, Id};
 use crate::kernel::{Extent, Kernel, Role};
+use std::collections::HashMap;
 
-const KEPT: [&str; 21] = [
-    "as", "box", "const", "dyn", "else", "enum", "fn", "for", "if", "impl", "in", "let", "loop", "match",
-    "mod", "move", "ref", "self", "type", "use", "where",
+/// The keywords of Rust 2024, those that it only keeps for later included; `Self` is `self` in snake case.
+const KEPT: [&str; 51] = [
+    "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do", "dyn",
+    "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop",
+    "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static",
+    "struct", "super", "trait", "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual",
+    "where", "while", "yield",
 ];
+
+/// Identifiers of one place, and the names that they come from.
+#[derive(Default)]
+pub(super) struct Taken(HashMap<String, String>);
+
+impl Taken {
+    /// Takes an identifier for a name.
+    ///
+    /// # Errors
+    /// Another name has it.
+    pub(super) fn take(&mut self, identifier: String, name: &str) -> Result<(), Error> {
+        match self.0.get(&identifier) {
+            Some(first) => Err(Error::SameName { first: first.clone(), second: name.to_owned(), identifier }),
+            None => {
+                self.0.insert(identifier, name.to_owned());
+                Ok(())
+            }
+        }
+    }
+}
 
 /// A name in snake case.
 pub fn snake(name: &str) -> String {
@@ -29,8 +56,18 @@ pub fn snake(name: &str) -> String {
             previous_lower = false;
         }
     }
-    let snake = snake.trim_end_matches('_').to_owned();
-    if KEPT.contains(&snake.as_str()) { format!("{snake}_") } else { snake }
+    let mut snake = snake.trim_end_matches('_').to_owned();
+    // What an author wrote at the end stays; what stands for a bracket goes.
+    let underscores = name.len() - name.trim_end_matches('_').len();
+    snake.push_str(&"_".repeat(underscores));
+    match snake.chars().next() {
+        None => "nameless".to_owned(),
+        Some(first) if first.is_numeric() => format!("_{snake}"),
+        // `_` alone is no name.
+        Some('_') if snake == "_" => "__".to_owned(),
+        _ if KEPT.contains(&snake.as_str()) => format!("{snake}_"),
+        _ => snake,
+    }
 }
 
 /// How an input is given.
@@ -106,4 +143,43 @@ pub(super) fn extent(kernel: &Kernel, extent: &Extent) -> String {
 /// A local name.
 pub(super) fn local(prefix: &str, id: impl Id) -> String {
     format!("{prefix}{}", id.position())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_identifiers() {
+        let cases = [
+            ("P(O | Z)", "p_o_z"),
+            ("WetGrass", "wet_grass"),
+            ("Sensors[i].reading", "sensors_i_reading"),
+            ("O^-1", "o_1"),
+            ("crate", "crate_"),
+            ("crate_", "crate_"),
+            ("Self", "self_"),
+            ("gen", "gen_"),
+            ("async", "async_"),
+            ("rate_", "rate_"),
+            ("__", "__"),
+            ("_", "__"),
+            ("2nd", "_2nd"),
+            ("()", "nameless"),
+        ];
+        for (name, identifier) in cases {
+            assert_eq!(snake(name), identifier, "{name}");
+        }
+    }
+
+    #[test]
+    fn an_identifier_is_taken_once() {
+        let mut taken = Taken::default();
+        taken.take(snake("rain"), "rain").unwrap();
+        let error = taken.take(snake("Rain"), "Rain").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "`rain` and `Rain` would both be called `rain` in Rust; rename one of them"
+        );
+    }
 }

@@ -3,25 +3,31 @@
 //! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths are checked once, at
 //! the top; the loop below neither allocates nor fails.
 
-use super::names::{self, Given, local, snake};
+use super::names::{self, Given, Taken, local, snake};
 use super::nest::Nests;
 use super::text::Text;
+use crate::error::Error;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
 use crate::kernel::{Kernel, Role};
 use crate::lower::Lowered;
 use crate::model::Question;
 
-pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Text) {
+/// Writes the module of a question.
+///
+/// # Errors
+/// Two names that would be one in Rust; nothing is written then.
+pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Text) -> Result<(), Error> {
     let kernel = &lowered.kernel;
+    check_names(kernel)?;
     text.line(format!("/// {equation}"));
     text.open(format!("pub mod {name}"));
     text.line("use ::bp_core::exec::compiled::*;");
     text.line("use ::bp_core::exec::scalar::Scalar;");
-    structures(kernel, text);
+    let generics = structures(kernel, text);
     text.line("/// Computes the answer; outputs are made as long as they have to be.\n///\n/// # Errors\n/// An input of the wrong length.");
     text.line("#[allow(clippy::all, unused)]");
-    text.open("pub fn run<T: Scalar>(inputs: &Inputs<'_, T>, outputs: &mut Outputs<T>) -> Result<(), ::bp_core::error::Error>");
+    text.open(format!("pub fn run<T: Scalar>(inputs: &Inputs{}, outputs: &mut Outputs<T>) -> Result<(), ::bp_core::error::Error>", generics.replace("'a", "'_")));
     extents(kernel, text);
     buffers(kernel, text);
     let schedule = Schedule::of(kernel);
@@ -34,6 +40,7 @@ pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Tex
     text.line("Ok(())");
     text.close();
     text.close();
+    Ok(())
 }
 
 /// A question that is answered in closed form: a function that makes its filter.
@@ -60,9 +67,12 @@ pub(super) fn emit_filter(question: &Question, number: usize, name: &str, equati
     text.close();
 }
 
-fn structures(kernel: &Kernel, text: &mut Text) {
+/// What goes in and what comes out; gives the generics of the inputs: those that a field needs.
+fn structures(kernel: &Kernel, text: &mut Text) -> &'static str {
     let mut fields: Vec<String> = Vec::new();
+    let (mut borrows, mut numbers) = (false, false);
     for (field, kind, what) in names::sizes(kernel) {
+        borrows |= kind.starts_with('&');
         fields.push(format!("/// {what}\npub {field}: {kind},"));
     }
     for (id, buffer) in kernel.inputs() {
@@ -73,17 +83,26 @@ fn structures(kernel: &Kernel, text: &mut Text) {
             _ => "",
         };
         match names::given(kernel, id) {
-            Given::Number(field) => fields.push(format!("/// `{}`.\npub {field}: T,", buffer.name)),
+            Given::Number(field) => {
+                numbers = true;
+                fields.push(format!("/// `{}`.\npub {field}: T,", buffer.name));
+            }
             Given::Slice(field) => {
+                (borrows, numbers) = (true, true);
                 fields.push(format!("/// `{}`, by \\[{shape}\\]{once}.\npub {field}: &'a [T],", buffer.name));
             }
             Given::Derived(_) => {}
         }
     }
     text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
-    text.open("pub struct Inputs<'a, T>");
+    let generics = match (borrows, numbers) {
+        (true, true) => "<'a, T>",
+        (true, false) => "<'a>",
+        (false, true) => "<T>",
+        (false, false) => "",
+    };
+    text.open(format!("pub struct Inputs{generics}"));
     fields.iter().for_each(|field| text.line(field));
-    text.line("/// Nothing.\n#[doc(hidden)]\npub marker: ::std::marker::PhantomData<&'a T>,");
     text.close();
     text.line("/// What the question answers.\n#[derive(Clone, Debug, Default)]");
     text.open("pub struct Outputs<T>");
@@ -93,6 +112,25 @@ fn structures(kernel: &Kernel, text: &mut Text) {
         text.line(format!("pub {}: Vec<T>,", snake(&buffer.name)));
     }
     text.close();
+    generics
+}
+
+/// Names of the kernel that would be one name in Rust.
+fn check_names(kernel: &Kernel) -> Result<(), Error> {
+    let mut fields = Taken::default();
+    for (field, _, _) in names::sizes(kernel) {
+        let size =
+            kernel.sizes().into_iter().find(|size| snake(size.split('.').next().unwrap_or(size)) == field);
+        fields.take(field, size.unwrap_or("a size"))?;
+    }
+    for (id, buffer) in kernel.inputs() {
+        match names::given(kernel, id) {
+            Given::Number(field) | Given::Slice(field) => fields.take(field, &buffer.name)?,
+            Given::Derived(_) => {}
+        }
+    }
+    let mut fields = Taken::default();
+    kernel.outputs().try_for_each(|(_, buffer)| fields.take(snake(&buffer.name), &buffer.name))
 }
 
 fn extents(kernel: &Kernel, text: &mut Text) {

@@ -9,6 +9,7 @@
 
 mod builder;
 mod domain;
+mod evaluate;
 mod expression;
 mod form;
 mod notation;

@@ -9,7 +9,6 @@ use crate::grid::Grid;
 use crate::map::Likelihood;
 use crate::programs::binaural::{self, reading, source};
 use crate::world::sensors::{CHANNELS, Cues, cues_of};
-use std::marker::PhantomData;
 
 /// The calibrated ears.
 #[derive(Clone, Debug)]
@@ -55,7 +54,6 @@ impl Hearing {
             mu_l: &self.mu_l,
             tau: &tau,
             l: &l,
-            marker: PhantomData,
         };
         reading::run(&inputs, &mut self.answer)?;
         let likelihood = &self.answer.p_tau_tau_l_l_o;
@@ -82,7 +80,6 @@ impl Hearing {
             mu_l: &self.mu_l,
             tau: &tau,
             l: &l,
-            marker: PhantomData,
         };
         source::run(&inputs, &mut self.sounding)?;
         Ok(&self.sounding.p_s_tau_tau_l_l[self.cells..])

@@ -13,7 +13,6 @@ use crate::map::{Heading, Map};
 use crate::programs::{gaze, view};
 use crate::world::sensors::DepthCamera;
 use bp_core::answer::argmax;
-use std::marker::PhantomData;
 
 /// A direction to look at.
 #[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
@@ -61,7 +60,6 @@ impl Gradient {
             eta: gaze::DEFAULT_ETA as f32,
             map_p_o_c: map.occupancy(),
             map_h: map.entropy(),
-            marker: PhantomData,
         };
         gaze::look::run(&inputs, &mut self.answer)?;
         let scores = &self.answer.argmax_p_g_nearest_heading;

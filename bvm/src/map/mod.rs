@@ -14,7 +14,6 @@ use crate::error::Error;
 use crate::grid::Grid;
 use crate::programs::cell;
 use bp_core::space::{Edge, Moves, Space};
-use std::marker::PhantomData;
 
 /// The displacements that a cell's content can make in a step, along (ρ, φ, θ).
 pub const VELOCITIES: [[i32; 3]; 7] =
@@ -84,7 +83,6 @@ impl Map {
             previous_o: &self.state.p_o_z,
             previous_v: &self.state.p_v_z,
             sensors_i_reading: &self.readings,
-            marker: PhantomData,
         };
         cell::observe::run(&inputs, &mut self.next)?;
         std::mem::swap(&mut self.state, &mut self.next);

@@ -8,7 +8,6 @@ use crate::error::Error;
 use crate::grid::Grid;
 use crate::map::Likelihood;
 use crate::programs::line_of_sight::reading;
-use std::marker::PhantomData;
 
 /// Readings made into likelihoods; keeps its buffers.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +43,6 @@ impl Sight {
             ln_b: grid.base().ln() as f32,
             lambda: &given(&|reading| reading.confidence, 1.0),
             rho: &given(&|reading| reading.range_m, 1.0),
-            marker: PhantomData,
         };
         reading::run(&inputs, &mut self.answer)?;
         let mut likelihood = self.answer.p_z_z_o_c.clone();

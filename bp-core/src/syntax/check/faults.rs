@@ -36,7 +36,7 @@ impl Checker<'_> {
     fn is_told(&self, model: &Model, place: Place) -> bool {
         match place {
             Place::Variable(id) => self.broken_variables.contains(&id),
-            Place::Form(id) | Place::Expression(id, _) => {
+            Place::Form(id) | Place::Expression(id, _) | Place::Row(id, ..) => {
                 let factor = &model.factors[id];
                 let mut uses = factor.left.iter().chain(&factor.right);
                 self.broken_forms.contains(&id)
@@ -48,16 +48,20 @@ impl Checker<'_> {
 
     fn span_of(&self, place: Place) -> Span {
         let found = match place {
-            Place::Parameter(id) => self.parameter_spans.get(&id),
-            Place::Variable(id) => self.variable_spans.get(&id),
-            Place::Factor(id) => self.factor_spans.get(&id),
-            Place::Form(id) => self.form_spans.get(&id).or_else(|| self.factor_spans.get(&id)),
+            Place::Parameter(id) => self.parameter_spans.get(&id).copied(),
+            Place::Variable(id) => self.variable_spans.get(&id).copied(),
+            Place::Factor(id) => self.factor_spans.get(&id).copied(),
+            Place::Form(id) => self.form_spans.get(&id).or_else(|| self.factor_spans.get(&id)).copied(),
             Place::Expression(id, expression) => {
-                self.expression_spans.get(&expression).or_else(|| self.form_spans.get(&id))
+                self.expression_spans.get(&expression).or_else(|| self.form_spans.get(&id)).copied()
             }
-            Place::Ask(Some(question), position) => self.ask_spans.get(&(question, position)),
+            Place::Row(id, first, last) => {
+                let of = |entry| self.span_of(Place::Expression(id, entry));
+                Some(of(first).to(of(last)))
+            }
+            Place::Ask(Some(question), position) => self.ask_spans.get(&(question, position)).copied(),
             Place::Ask(None, _) => None,
         };
-        found.copied().unwrap_or(self.program.name.at.0)
+        found.unwrap_or(self.program.name.at.0)
     }
 }

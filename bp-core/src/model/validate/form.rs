@@ -1,0 +1,253 @@
+//! What a form must be: shapes of tables, probabilities that are, Diracs that have a solution.
+//!
+//! In: a factor and its form. Out: its faults. Invariant: one mistake is told once: of a row that has the wrong
+//! length or an impossible entry, nothing is said about its sum.
+
+use super::{Fault, Place, fault, fault_with_help};
+use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::model::{Domain, Expression, Form, Model};
+use std::collections::HashMap;
+
+/// How far constant probabilities may sum from one.
+const SUM_TOLERANCE: f64 = 1e-6;
+
+/// How many combinations of parents are tried when looking for a value that a Dirac can take.
+const MOST_COMBINATIONS: usize = 4096;
+
+pub(super) fn form_faults(model: &Model, id: FactorId) -> Vec<Fault> {
+    let factor = &model.factors[id];
+    let Some(left) = factor.left.first() else { return Vec::new() };
+    let mut faults = Vec::new();
+    let place = Place::Form(id);
+    if factor.left.len() > 1 && !matches!(factor.form, Form::Uniform | Form::Table(_)) {
+        let (name, count) = (factor.form.name(), factor.left.len());
+        faults.push(fault(
+            place,
+            format!("`{name}` distributes one variable, but there are {count} on the left"),
+        ));
+        return faults;
+    }
+    let name = model.variable_name(left.variable);
+    branch_faults(model, id, &factor.form, &model.variables[left.variable].domain, &name, &mut faults);
+    faults
+}
+
+fn branch_faults(
+    model: &Model,
+    id: FactorId,
+    form: &Form,
+    domain: &Domain,
+    name: &str,
+    faults: &mut Vec<Fault>,
+) {
+    let place = Place::Form(id);
+    let is = || format!("`{name}` is `{}`", model.domain_text(domain));
+    match form {
+        Form::Uniform if !domain.is_finite() => faults.push(fault_with_help(
+            place,
+            format!("`uniform` spreads over the values of a finite domain, but {}", is()),
+            "give its bounds: `uniform(low, high)`",
+        )),
+        Form::UniformInterval { low, high } => {
+            if *domain != Domain::Real {
+                faults
+                    .push(fault(place, format!("`uniform(low, high)` needs a real variable, but {}", is())));
+            }
+            if let (Some(low), Some(high)) = (model.constant(*low), model.constant(*high))
+                && low >= high
+            {
+                faults.push(fault(place, format!("`uniform` needs low < high, but {low} ≥ {high}")));
+            }
+        }
+        Form::Bernoulli(argument) => {
+            if *domain != Domain::Boolean {
+                let message = format!("`bernoulli` distributes a `bool`, but {}", is());
+                faults.push(fault_with_help(place, message, "`categorical` takes one probability per value"));
+            }
+            faults.extend(probability_faults(model, id, *argument));
+        }
+        Form::Categorical(entries) => {
+            row_faults(model, id, entries, domain.count(), name, &|| model.domain_text(domain), faults)
+        }
+        Form::Table(rows) => table_faults(model, id, rows, faults),
+        Form::Normal { deviation, .. } | Form::NormalBins { deviation, .. } => {
+            let fits = match (form, domain) {
+                (Form::NormalBins { .. }, Domain::Finite { labels, range: Some(_) }) => labels.len() == 1,
+                (Form::NormalBins { .. }, _) => false,
+                (_, Domain::Real | Domain::Vector(_)) => true,
+                (_, Domain::Finite { labels, range: Some(_) }) => labels.is_empty(),
+                _ => false,
+            };
+            let expected = match form {
+                Form::Normal { .. } => "a real or an integer range",
+                _ => "one label and an integer range, as in `{ NoDetection } or 1..=N`",
+            };
+            if !fits {
+                faults.push(fault(place, format!("`{}` needs {expected}, but {}", form.name(), is())));
+            }
+            if let Some(value) = model.constant(*deviation).filter(|value| *value <= 0.0) {
+                let place = Place::Expression(id, *deviation);
+                faults.push(fault(
+                    place,
+                    format!("a standard deviation must be positive, but this is {value}"),
+                ));
+            }
+        }
+        Form::Dirac(value) => faults.extend(dirac_fault(model, id, *value, domain, name)),
+        Form::Previous { of, otherwise, .. } => {
+            if model.variables[*of].domain != *domain {
+                let of = model.variable_name(*of);
+                faults.push(fault(
+                    place,
+                    format!("`previous({of})` is a distribution of `{of}`, but {}", is()),
+                ));
+            }
+            branch_faults(model, id, otherwise, domain, name, faults);
+        }
+        Form::Weights(_) if !domain.is_finite() => {
+            faults.push(fault(place, format!("`weights` needs a finite domain, but {}", is())));
+        }
+        Form::If { then, otherwise, .. } => {
+            branch_faults(model, id, then, domain, name, faults);
+            branch_faults(model, id, otherwise, domain, name, faults);
+        }
+        Form::Uniform | Form::Weights(_) | Form::Ask { .. } => {}
+    }
+}
+
+fn probability_faults(model: &Model, id: FactorId, entry: ExpressionId) -> Option<Fault> {
+    if let Expression::If { then, otherwise, .. } = model.expressions[entry] {
+        return probability_faults(model, id, then).or_else(|| probability_faults(model, id, otherwise));
+    }
+    let value = model.constant(entry).filter(|value| !(0.0..=1.0).contains(value))?;
+    Some(fault(
+        Place::Expression(id, entry),
+        format!("a probability lies between 0 and 1, but this is {value}"),
+    ))
+}
+
+fn row_faults(
+    model: &Model,
+    id: FactorId,
+    row: &[ExpressionId],
+    count: Option<usize>,
+    name: &str,
+    values: &dyn Fn() -> String,
+    faults: &mut Vec<Fault>,
+) {
+    let place = match row {
+        [first, .., last] => Place::Row(id, *first, *last),
+        [only] => Place::Expression(id, *only),
+        [] => Place::Form(id),
+    };
+    let before = faults.len();
+    match count {
+        Some(count) if count != row.len() => {
+            let text = values();
+            faults.push(fault(
+                place,
+                format!("`{name}` has {count} values (`{text}`), but this row has {} entries", row.len()),
+            ));
+        }
+        None => faults.push(fault(
+            Place::Form(id),
+            format!("`{}` cannot be written in rows: its values are not known here", values()),
+        )),
+        _ => {}
+    }
+    faults.extend(row.iter().filter_map(|entry| probability_faults(model, id, *entry)));
+    if faults.len() > before {
+        return;
+    }
+    let constants: Option<Vec<f64>> = row.iter().map(|entry| model.constant(*entry)).collect();
+    if let Some(sum) =
+        constants.map(|row| row.iter().sum::<f64>()).filter(|sum| (sum - 1.0).abs() > SUM_TOLERANCE)
+    {
+        let sum = (sum * 1e9).round() / 1e9;
+        faults
+            .push(fault(place, format!("the probabilities of a row must sum to 1, but these sum to {sum}")));
+    }
+}
+
+fn table_faults(model: &Model, id: FactorId, rows: &[Vec<ExpressionId>], faults: &mut Vec<Fault>) {
+    let factor = &model.factors[id];
+    let count = |id: VariableId| model.variables[id].domain.count();
+    let names: Vec<_> = factor.right.iter().map(|use_| model.variable_name(use_.variable)).collect();
+    let expected =
+        factor.right.iter().try_fold(1usize, |product, use_| product.checked_mul(count(use_.variable)?));
+    match expected {
+        Some(expected) if expected != rows.len() => {
+            let of = if names.is_empty() { String::new() } else { format!(" of `{}`", names.join(" ")) };
+            let message = format!(
+                "a table for `{}` has one row for each combination{of}: {expected}, but this has {}",
+                model.head(factor),
+                rows.len()
+            );
+            faults.push(fault(Place::Form(id), message));
+        }
+        None => faults.push(fault(
+            Place::Form(id),
+            format!("a table needs finite parents of known size, but `{}` has others", model.head(factor)),
+        )),
+        _ => {}
+    }
+    if let [left] = factor.left.as_slice() {
+        let variable = &model.variables[left.variable];
+        for row in rows {
+            row_faults(
+                model,
+                id,
+                row,
+                variable.domain.count(),
+                &variable.name,
+                &|| model.domain_text(&variable.domain),
+                faults,
+            );
+        }
+    } else {
+        let entries: Option<usize> = factor.left.iter().map(|use_| count(use_.variable)).product();
+        let names: Vec<_> = factor.left.iter().map(|use_| model.variable_name(use_.variable)).collect();
+        for row in rows {
+            row_faults(model, id, row, entries, &names.join(" "), &|| "all combinations".to_owned(), faults);
+        }
+    }
+}
+
+fn dirac_fault(
+    model: &Model,
+    id: FactorId,
+    value: ExpressionId,
+    domain: &Domain,
+    name: &str,
+) -> Option<Fault> {
+    let count = domain.count()?;
+    let mut parents: Vec<(VariableId, usize, i64)> = Vec::new();
+    for use_ in &model.factors[id].right {
+        let domain = &model.variables[use_.variable].domain;
+        parents.push((use_.variable, domain.count()?, domain.base()));
+    }
+    let combinations = parents.iter().try_fold(1usize, |product, parent| product.checked_mul(parent.1))?;
+    if combinations > MOST_COMBINATIONS {
+        return None;
+    }
+    let mut example = None;
+    for combination in 0..combinations {
+        let (mut rest, mut values) = (combination, HashMap::new());
+        for (variable, count, base) in &parents {
+            values.insert(*variable, (rest % count) as f64 + *base as f64);
+            rest /= count;
+        }
+        let result = model.evaluate(value, &|variable| values.get(&variable).copied())?;
+        let ordinal = result - domain.base() as f64;
+        if ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < count as f64 {
+            return None;
+        }
+        example = Some(result);
+    }
+    let found = example.map_or_else(String::new, |found| format!(", for example {found}"));
+    Some(fault_with_help(
+        Place::Expression(id, value),
+        format!("this `dirac` has no solution: its value is never in `{}`{found}", model.domain_text(domain)),
+        format!("`{name}` would have probability zero everywhere"),
+    ))
+}
