@@ -114,7 +114,7 @@ impl View {
     pub fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
         let grid = map.grid();
         let gain = self.gains(map);
-        let inputs = view::look::Inputs { directions: grid.directions(), gain: &gain, marker: PhantomData };
+        let inputs = view::look::Inputs { directions: grid.directions(), gain: &gain };
         view::look::run(&inputs, &mut self.answer)?;
         let chosen = argmax(&self.answer.argmax_p_g_nearest_heading, Some(&away(grid, heading)));
         Ok(
