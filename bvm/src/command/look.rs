@@ -137,7 +137,9 @@ fn write(
     gaze: &Gaze,
     figures: &Figures,
 ) -> Result<Vec<PathBuf>, Error> {
-    let path = |name: &str| arguments.out.join(name);
+    let folder = &arguments.out;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Folder { path: folder.clone(), source })?;
+    let path = |name: &str| folder.join(name);
     let mut written = Vec::new();
     let largest = disparity.disparity.iter().copied().filter(|value| value.is_finite()).fold(1.0, f32::max);
     let pixels = |values: &[f32], most: f32| -> Vec<u8> {
