@@ -3,7 +3,7 @@
 //! In: the text of every Rust file and `Cargo.toml` of the workspace. Out: a list of what is not as it must be.
 //! Invariant: nothing is excepted but what is listed here, with its reason.
 
-use std::fs::{read_dir, read_to_string};
+use std::fs::{read, read_dir};
 use std::path::{Path, PathBuf};
 
 /// Lines of a file, at most.
@@ -106,12 +106,13 @@ fn files(extension: &str) -> Vec<File> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut paths = Vec::new();
     collect(root, extension, &mut paths);
-    let read = |path: PathBuf| {
-        let text = read_to_string(&path).unwrap();
+    let file = |path: PathBuf| {
+        // One of the wrong programs is not text.
+        let text = String::from_utf8_lossy(&read(&path).unwrap()).into_owned();
         let path = path.strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
         File { path, text }
     };
-    paths.into_iter().map(read).collect()
+    paths.into_iter().map(file).collect()
 }
 
 #[track_caller]

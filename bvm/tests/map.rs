@@ -115,3 +115,21 @@ fn figures_stay_figures() {
     }
     assert!(map.observe(&[&vec![1.0; cells]]).is_err(), "a likelihood of the wrong length is refused");
 }
+
+#[test]
+fn sensors_that_contradict_one_another_leave_figures() {
+    let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
+    let cells = grid.cells();
+    let says = |empty: f32, occupied: f32| [vec![empty; cells], vec![occupied; cells]].concat();
+    for (first, second) in [
+        (says(1.0, 0.0), says(0.0, 1.0)),
+        (says(1e-30, 1e-32), says(1e-30, 1e-32)),
+        (says(1e30, 1e30), says(1e30, 1e32)),
+    ] {
+        let mut map = Map::new(grid.clone()).unwrap();
+        map.observe(&[&first, &second]).unwrap();
+        is_sound(&map, "contradiction");
+        map.observe(&[]).unwrap();
+        is_sound(&map, "after it");
+    }
+}
