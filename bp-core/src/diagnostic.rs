@@ -119,7 +119,7 @@ fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String 
     };
     let config =
         Config::new().with_color(colour).with_index_type(IndexType::Byte).with_char_set(CharSet::Unicode);
-    let mut report = Report::build(ReportKind::Custom("error", Color::Red), fit(diagnostic.span))
+    let mut report = Report::build(ReportKind::Error, fit(diagnostic.span))
         .with_config(config)
         .with_message(&diagnostic.message);
     if !diagnostic.labels.iter().any(|(span, _)| *span == diagnostic.span) {
@@ -137,7 +137,9 @@ fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String 
     match written {
         // Trailing blanks would make the golden pages hard to keep.
         Ok(()) => {
-            String::from_utf8_lossy(&bytes).lines().map(|line| format!("{}\n", line.trim_end())).collect()
+            // The first word is the kind of report; commands write it small.
+            let text = String::from_utf8_lossy(&bytes).replacen("Error:", "error:", 1);
+            text.lines().map(|line| format!("{}\n", line.trim_end())).collect()
         }
         Err(error) => format!("error: {} ({error})\n", diagnostic.message),
     }

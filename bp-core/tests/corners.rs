@@ -121,3 +121,35 @@ fn families_of_unknown_length_are_known_or_told() {
     }
     assert!(answers(text, "P(A | Z = z)", &two().array("z", &[1.0, 4.0])).unwrap_err().contains("`z`"));
 }
+
+#[test]
+fn a_size_that_is_not_given_is_its_default() {
+    let text = "program Sized { parameters { n : size = 3; } variables { A : 1..=n; B : bool; }
+        decomposition { P(A) P(B | A) }
+        forms { P(A) = uniform; P(B | A) = bernoulli(1 / A); } }";
+    // 1 : 1/2 : 1/3 = 6 : 3 : 2.
+    near(answers(text, "P(A | B = true)", &Inputs::new()), &[6.0 / 11.0, 3.0 / 11.0, 2.0 / 11.0]);
+    near(answers(text, "P(A | B = true)", &Inputs::new().size("n", 2)), &[2.0 / 3.0, 1.0 / 3.0]);
+}
+
+#[test]
+fn names_that_rust_could_not_tell_apart_are_told() {
+    let program = |parameters: &str, questions: &str| {
+        format!(
+            "program Twins {{ parameters {{ {parameters} }} variables {{ A, B : bool; }}
+            decomposition {{ P(A) P(B | A) }}
+            forms {{ P(A) = bernoulli(rain); P(B | A) = bernoulli(if A {{ Rain }} else {{ 0.5 }}); }}
+            {questions} }}"
+        )
+    };
+    let cases = [
+        ("rain, Rain : probability;", "question a { P(A | B) }"),
+        ("rain, Rain : probability = 0.5;", "question a { P(A) }"),
+        ("rain, Rain : probability = 0.5;", "question ask { P(A) } question Ask { P(B) }"),
+    ];
+    for (parameters, questions) in cases {
+        let text = program(parameters, questions);
+        let error = bp_core::emit::emit_rust(&model_of(&text), &Source::new("twins", &text)).unwrap_err();
+        assert!(error[0].1.to_string().contains("would both be called"), "{error:?}");
+    }
+}

@@ -44,5 +44,5 @@ pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source, written: &Writt
 pub(crate) fn with_its_lines(diagnostic: &Diagnostic, source: &Source) -> String {
     let shown = Diagnostics::from(diagnostic.clone()).render(source, false);
     // The compiler writes `error:` itself.
-    shown.strip_prefix("Error: ").unwrap_or(&shown).trim_end().to_owned()
+    shown.strip_prefix("error: ").unwrap_or(&shown).trim_end().to_owned()
 }

@@ -85,9 +85,12 @@ impl<'a, T: Clone> Inputs<'a, T> {
         for axis in kernel.axes.values() {
             let size = match &axis.extent.size {
                 None => 0,
-                Some(name) => *self.sizes.get(name).ok_or_else(|| {
-                    Error::input(name, "this size was not given; give the number of its elements")
-                })?,
+                Some(name) => {
+                    let given = self.find_size(name).or_else(|| kernel.size_default(name));
+                    given.ok_or_else(|| {
+                        Error::input(name, "this size was not given; give the number of its elements")
+                    })?
+                }
             };
             let extent = size as i64 + axis.extent.offset;
             if extent < 1 {

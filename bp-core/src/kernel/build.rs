@@ -31,6 +31,11 @@ impl KernelBuilder {
         self.kernel.axes.push(Axis { name: name.to_owned(), extent })
     }
 
+    /// Says what a size is where the host does not give it.
+    pub fn size_default(&mut self, name: &str, size: usize) {
+        self.kernel.size_defaults.push((name.to_owned(), size));
+    }
+
     /// Says along which axes cells are independent.
     pub fn parallel(&mut self, axes: &[AxisId]) {
         self.kernel.parallel = axes.to_vec();

@@ -180,12 +180,14 @@ pub struct Kernel {
     pub nodes: Arena<ValueId, Node>,
     /// What is done, in order.
     pub nests: Vec<Nest>,
+    /// Sizes that stand where the host gives none, by name.
+    pub size_defaults: Vec<(String, usize)>,
     /// The axes of the plate, slowest first: every cell along them is independent of the others.
     pub parallel: Vec<AxisId>,
 }
 
 impl Kernel {
-    /// The names of the sizes that must be given, in order of first use.
+    /// The names of the sizes that the host gives, in order of first use.
     pub fn sizes(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.axes.values().filter_map(|axis| axis.extent.size.as_deref()) {
@@ -194,6 +196,11 @@ impl Kernel {
             }
         }
         names
+    }
+
+    /// What a size is where the host does not give it.
+    pub fn size_default(&self, name: &str) -> Option<usize> {
+        self.size_defaults.iter().find(|(known, _)| known == name).map(|(_, size)| *size)
     }
 
     /// The buffers that the host gives, in order.

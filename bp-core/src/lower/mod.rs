@@ -17,7 +17,7 @@ pub use read_out::{Lowered, Output};
 use crate::error::Error;
 use crate::ids::{AxisId, ValueId, VariableId};
 use crate::kernel::{Extent, Index, Kernel, KernelBuilder, Node};
-use crate::model::{Bound, Domain, IndexSpace, Model, SetKind};
+use crate::model::{Bound, Domain, IndexSpace, Model, ParameterKind, SetKind};
 use crate::plan::Exact;
 use std::collections::{BTreeSet, HashMap};
 
@@ -236,6 +236,11 @@ impl<'m> Lowering<'m> {
         let first = self.plate.iter().rposition(|axis| !independent(axis)).map_or(0, |position| position + 1);
         let parallel: Vec<AxisId> = self.plate[first..].to_vec();
         self.builder.parallel(&parallel);
+        for parameter in self.model.parameters.values() {
+            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default) {
+                self.builder.size_default(&parameter.name, default as usize);
+            }
+        }
         self.builder.build()
     }
 }

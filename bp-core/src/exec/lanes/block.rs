@@ -3,12 +3,15 @@
 //! In: a group of nests and a [`Piece`] of the plate. Out: that piece of the group's buffers. Invariant: a value
 //! is computed before it is needed, because a schedule's levels are in the order of the arena.
 
+mod arithmetic;
+mod loads;
+
 use super::BLOCK;
 use super::{Array, Bound, Scalar};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Fold, Index, Kernel, Node, Reduce};
-use crate::operators::{Binary, Unary};
+use crate::kernel::{Fold, Kernel, Node, Reduce};
+use arithmetic::{Lane, apply_fold, binary, unary};
 
 /// Consecutive rows of the plate (or lanes, where it has one row), and their part of each plane made there.
 pub(super) struct Piece<'p, T> {
@@ -279,54 +282,6 @@ impl<'b, T: Scalar> Block<'b, T> {
         };
     }
 
-    fn cell(&self, buffer: BufferId, offset: usize) -> f64 {
-        match self.source(buffer) {
-            Cells::Numbers(cells) => cells[offset].to_f64(),
-            Cells::Positions(cells) => f64::from(cells[offset]),
-            Cells::Default(number) => number,
-        }
-    }
-
-    fn source(&self, buffer: BufferId) -> Cells<'_, T> {
-        match &self.bound.arrays[buffer] {
-            Array::Given(cells) | Array::Broadcast(cells) => Cells::Numbers(cells),
-            Array::Default => Cells::Default(self.bound.default(buffer)),
-            Array::Positions(cells) => Cells::Positions(cells),
-            Array::Made if !self.made[buffer.position()].is_empty() => {
-                Cells::Numbers(&self.made[buffer.position()])
-            }
-            Array::Made => Cells::Numbers(&self.finished[buffer.position()]),
-        }
-    }
-
-    /// The offset of an element at a lane of this block; `None` outside.
-    fn offset(&self, buffer: BufferId, indices: &[Index], lane: usize) -> Option<usize> {
-        let mut offset = 0;
-        let axes = &self.kernel.buffers[buffer].axes;
-        let own =
-            !self.made[buffer.position()].is_empty() && matches!(self.bound.arrays[buffer], Array::Made);
-        let running = |axis: AxisId| {
-            let is_lane = self.group.parallel && self.kernel.parallel.last() == Some(&axis);
-            self.running[axis.position()] as i64 + if is_lane { lane as i64 } else { 0 }
-        };
-        for ((index, axis), stride) in indices.iter().zip(axes).zip(&self.strides[buffer.position()]) {
-            let extent = self.bound.extent(*axis) as i64;
-            let at = match index {
-                Index::Axis(axis) => running(*axis),
-                Index::At(value) => self.lane(*value, lane).to_f64() as i64,
-                Index::Turned { axis, by, wraps } => {
-                    let at = running(*axis) + self.uniform[by.position()] as i64;
-                    if self.uniform[wraps.position()] != 0.0 { at.rem_euclid(extent) } else { at }
-                }
-            };
-            if !(0..extent).contains(&at) {
-                return None;
-            }
-            offset += at as usize * stride;
-        }
-        Some(if own && self.group.parallel { offset + lane } else { offset })
-    }
-
     fn compute_lanes(&mut self, id: ValueId) {
         let start = self.slot[id.position()] * self.stride;
         let width = self.width;
@@ -370,124 +325,5 @@ impl<'b, T: Scalar> Block<'b, T> {
             }
         }
         self.varying = target;
-    }
-
-    fn load_lanes(&mut self, start: usize, buffer: BufferId, indices: &[Index], otherwise: Option<ValueId>) {
-        let mut target = std::mem::take(&mut self.varying);
-        let fallback: Vec<T> = match otherwise {
-            Some(value) if self.schedule.is_varying(value) => {
-                let at = self.slot[value.position()] * self.stride;
-                target[at..at + self.width].to_vec()
-            }
-            Some(value) => vec![T::from_f64(self.uniform[value.position()]); self.width],
-            None => vec![T::ZERO; self.width],
-        };
-        let out = &mut target[start..start + self.width];
-        let scattered = |index: &Index| matches!(index, Index::At(value) if self.schedule.is_varying(*value));
-        let (first, last) = match indices.iter().any(scattered) {
-            true => (None, None),
-            false => (self.offset(buffer, indices, 0), self.offset(buffer, indices, self.width - 1)),
-        };
-        match (self.source(buffer), first, last) {
-            (Cells::Default(number), ..) => out.fill(T::from_f64(number)),
-            (Cells::Numbers(cells), Some(first), Some(last)) if last == first + self.width - 1 => {
-                out.copy_from_slice(&cells[first..=last]);
-            }
-            (Cells::Numbers(cells), Some(first), Some(last)) if last == first && self.width > 1 => {
-                out.fill(cells[first]);
-            }
-            _ => {
-                self.varying = target;
-                for (lane, fallback) in fallback.into_iter().enumerate() {
-                    let value = match self.offset(buffer, indices, lane) {
-                        Some(offset) => T::from_f64(self.cell(buffer, offset)),
-                        None => fallback,
-                    };
-                    self.varying[start + lane] = value;
-                }
-                return;
-            }
-        }
-        self.varying = target;
-    }
-}
-
-enum Cells<'c, T> {
-    Numbers(&'c [T]),
-    Positions(&'c [i32]),
-    Default(f64),
-}
-
-#[derive(Clone, Copy)]
-enum Lane<'l, T> {
-    One(T),
-    Many(&'l [T]),
-}
-
-impl<T: Copy> Lane<'_, T> {
-    #[inline(always)]
-    fn at(&self, lane: usize) -> T {
-        match self {
-            Lane::One(value) => *value,
-            Lane::Many(values) => values[lane],
-        }
-    }
-}
-
-fn apply_fold<T: Scalar>(fold: Fold, folded: T, value: T) -> T {
-    match fold {
-        Fold::Sum => folded + value,
-        Fold::Product => folded * value,
-        Fold::Maximum => folded.maximum(value),
-    }
-}
-
-fn map<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T) -> T) {
-    match operand {
-        Lane::One(x) => out.fill(f(x)),
-        Lane::Many(x) => out.iter_mut().zip(x).for_each(|(out, x)| *out = f(*x)),
-    }
-}
-
-fn unary<T: Scalar>(operator: Unary, out: &mut [T], operand: Lane<'_, T>) {
-    match operator {
-        Unary::Negate => map(out, operand, |x| -x),
-        Unary::Not => map(out, operand, |x| T::ONE - x),
-        Unary::Absolute => map(out, operand, T::absolute),
-        Unary::Exponential => map(out, operand, T::exponential),
-        Unary::NaturalLogarithm => map(out, operand, T::natural_logarithm),
-        Unary::SquareRoot => map(out, operand, T::square_root),
-        Unary::Floor => map(out, operand, T::round_down),
-        Unary::NormalCumulative => map(out, operand, T::normal_cumulative),
-    }
-}
-
-fn zip<T: Scalar>(out: &mut [T], left: Lane<'_, T>, right: Lane<'_, T>, f: impl Fn(T, T) -> T) {
-    match (left, right) {
-        (Lane::One(x), Lane::One(y)) => out.fill(f(x, y)),
-        (Lane::One(x), Lane::Many(y)) => out.iter_mut().zip(y).for_each(|(out, y)| *out = f(x, *y)),
-        (Lane::Many(x), Lane::One(y)) => out.iter_mut().zip(x).for_each(|(out, x)| *out = f(*x, y)),
-        (Lane::Many(x), Lane::Many(y)) => {
-            out.iter_mut().zip(x.iter().zip(y)).for_each(|(out, (x, y))| *out = f(*x, *y));
-        }
-    }
-}
-
-fn binary<T: Scalar>(operator: Binary, out: &mut [T], left: Lane<'_, T>, right: Lane<'_, T>) {
-    match operator {
-        Binary::Add => zip(out, left, right, |x, y| x + y),
-        Binary::Subtract => zip(out, left, right, |x, y| x - y),
-        Binary::Multiply => zip(out, left, right, |x, y| x * y),
-        Binary::Divide => zip(out, left, right, |x, y| x / y),
-        Binary::Minimum => zip(out, left, right, T::minimum),
-        Binary::Maximum => zip(out, left, right, T::maximum),
-        Binary::Equal => zip(out, left, right, |x, y| T::truth(x == y)),
-        Binary::NotEqual => zip(out, left, right, |x, y| T::truth(x != y)),
-        Binary::Less => zip(out, left, right, |x, y| T::truth(x < y)),
-        Binary::LessOrEqual => zip(out, left, right, |x, y| T::truth(x <= y)),
-        Binary::Greater => zip(out, left, right, |x, y| T::truth(x > y)),
-        Binary::GreaterOrEqual => zip(out, left, right, |x, y| T::truth(x >= y)),
-        Binary::And => zip(out, left, right, |x, y| T::truth(x != T::ZERO && y != T::ZERO)),
-        Binary::Or => zip(out, left, right, |x, y| T::truth(x != T::ZERO || y != T::ZERO)),
     }
 }

@@ -1,0 +1,265 @@
+//! The command `bvm`, from the outside.
+//!
+//! In: arguments, synthetic pairs of images, wrong data of every kind. Out: files, figures, exit codes. Invariant: 0
+//! for success, 1 for wrong data, 2 for wrong usage; a refusal is one line on stderr that names the thing, and leaves
+//! nothing behind.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+const KEYS: [(&str, &str); 6] = [
+    ("focal_px", "100.0"),
+    ("cx_px", "48.0"),
+    ("cy_px", "32.0"),
+    ("baseline_m", "0.1"),
+    ("doffs_px", "0.0"),
+    ("max_disparity_px", "16"),
+];
+
+const WIDTH: usize = 96;
+const HEIGHT: usize = 64;
+
+fn bvm(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_bvm")).args(arguments).output().unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[track_caller]
+fn succeeds(arguments: &[&str]) -> Output {
+    let output = bvm(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+/// A refusal of data: code 1, and one line that names all of these.
+#[track_caller]
+fn refuses(arguments: &[&str], names: &[&str]) {
+    let output = bvm(arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
+    assert!(told.starts_with("error: ") && told.lines().count() == 1, "{arguments:?}: {told}");
+    for name in names {
+        assert!(told.contains(name), "{arguments:?}: {told} should name {name}");
+    }
+    assert!(output.stdout.is_empty(), "{arguments:?}: a refusal answers nothing");
+}
+
+/// Texture that is the same on every machine.
+fn texture(x: usize, y: usize) -> u8 {
+    let mut seed = (x as u64) << 32 | y as u64;
+    for _ in 0..3 {
+        seed = (seed ^ 0x9e37_79b9_7f4a_7c15).wrapping_mul(0xbf58_476d_1ce4_e5b9).rotate_left(27);
+    }
+    (seed >> 56) as u8
+}
+
+/// A wall with a nearer board before it, seen by the left eye or the right one.
+fn picture(right: bool) -> Vec<u8> {
+    let far = if right { 4 } else { 0 };
+    let near = if right { 10 } else { 0 };
+    let mut pixels = vec![0; WIDTH * HEIGHT];
+    for y in 0..HEIGHT {
+        for x in 0..WIDTH {
+            // A board of 40 by 32 pixels in the middle of the left picture.
+            let board = (28..68).contains(&(x + near)) && (16..48).contains(&y);
+            pixels[y * WIDTH + x] = if board { texture(x + near + 1000, y) } else { texture(x + far, y) };
+        }
+    }
+    pixels
+}
+
+fn png(path: &Path, width: usize, height: usize, grey: &[u8]) {
+    let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
+    let mut encoder = png::Encoder::new(file, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header().unwrap().write_image_data(grey).unwrap();
+}
+
+/// A calibration in which one key has another value; `None`: the key is missing.
+fn calibration(key: &str, value: Option<&str>) -> String {
+    let lines = KEYS.iter().filter_map(|(known, good)| match (*known == key, value) {
+        (true, value) => value.map(|value| format!("{known} = {value}\n")),
+        (false, _) => Some(format!("{known} = {good}\n")),
+    });
+    lines.collect()
+}
+
+/// A good pair with its calibration, and a place for what is made of it.
+struct Pair {
+    folder: TempDir,
+}
+
+impl Pair {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        for (name, right) in [("left.png", false), ("right.png", true)] {
+            png(&folder.path().join(name), WIDTH, HEIGHT, &picture(right));
+        }
+        std::fs::write(folder.path().join("pair.toml"), calibration("", None)).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    /// `bvm look` is refused with these files, and leaves nothing.
+    #[track_caller]
+    fn refused(&self, left: &str, right: &str, toml: &str, names: &[&str]) {
+        let (left, right, toml, out) = (self.path(left), self.path(right), self.path(toml), self.path("out"));
+        let arguments =
+            ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
+        refuses(&[&arguments[..], &["--out", text(&out)]].concat(), names);
+        let left_behind = std::fs::read_dir(&out).map_or(0, |entries| entries.count());
+        assert_eq!(left_behind, 0, "{names:?}: something is left in the folder");
+    }
+}
+
+#[test]
+fn explore_leaves_a_folder_and_the_same_figures_twice() {
+    let folder = TempDir::new().unwrap();
+    let runs = ["first", "second"].map(|name| folder.path().join(name));
+    for out in &runs {
+        let output = succeeds(&["explore", "--steps", "2", "--seed", "3", "--out", text(out)]);
+        let told = String::from_utf8(output.stdout).unwrap();
+        for entry in std::fs::read_dir(out).unwrap() {
+            let path = entry.unwrap().path();
+            assert!(told.contains(&format!("wrote {}", path.display())), "{told}");
+        }
+    }
+    let [first, second] = runs.map(|out| std::fs::read(out.join("run.json")).unwrap());
+    assert_eq!(first, second, "the same seed gives the same figures");
+    let run: serde_json::Value = serde_json::from_slice(&first).unwrap();
+    assert_eq!((&run["seed"], &run["steps"]), (&3.into(), &2.into()));
+    let rules = run["rules"].as_array().unwrap();
+    assert_eq!(rules.len(), 3);
+    for rule in rules {
+        assert_eq!(rule["steps"].as_array().unwrap().len(), 2);
+        assert!(rule["final_entropy_share"].as_f64().unwrap() < 1.0, "a look teaches something");
+    }
+    for name in
+        ["entropy.png", "occupancy_panorama.png", "entropy_panorama.png", "gaze_path.png", "top_view.png"]
+    {
+        bvm::vision::image::read(&folder.path().join("first").join(name)).unwrap();
+    }
+}
+
+#[test]
+fn look_makes_a_map_of_a_synthetic_pair() {
+    let pair = Pair::new();
+    let (left, right, toml, out) =
+        (pair.path("left.png"), pair.path("right.png"), pair.path("pair.toml"), pair.path("out"));
+    let arguments = ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
+    let output = succeeds(&[&arguments[..], &["--out", text(&out), "--json"]].concat());
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let kept: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(out.join("look.json")).unwrap()).unwrap();
+    assert_eq!(told, kept);
+    assert!(told["density"].as_f64().unwrap() > 0.6, "{told}");
+    // Disparities of 10 and 4 pixels are 1.0 and 2.5 m deep.
+    let (nearest, farthest) = (told["nearest_m"].as_f64().unwrap(), told["farthest_m"].as_f64().unwrap());
+    assert!((0.95..1.1).contains(&nearest) && (2.4..3.1).contains(&farthest), "{told}");
+    for name in ["disparity.png", "confidence.png", "range_panorama.png", "top_view.png"] {
+        bvm::vision::image::read(&out.join(name)).unwrap();
+    }
+}
+
+#[test]
+fn look_at_a_recorded_pair() {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map(|up| up.join("shared/data"));
+    let root = std::env::var_os("BP_DATA").map(PathBuf::from).or_else(beside).unwrap();
+    let folder = root.join("stereo/middlebury2014_motorcycle");
+    if !folder.is_dir() {
+        println!("skipped: no folder {}", folder.display());
+        return;
+    }
+    let made = TempDir::new().unwrap();
+    let (toml, out) = (made.path().join("motorcycle.toml"), made.path().join("out"));
+    let text_of = "focal_px = 994.978\ncx_px = 311.193\ncy_px = 254.877\nbaseline_m = 0.193001\n\
+                   doffs_px = 31.086\nmax_disparity_px = 64\n";
+    std::fs::write(&toml, text_of).unwrap();
+    let (left, right) = (folder.join("motorcycle_left.png"), folder.join("motorcycle_right.png"));
+    let arguments = ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
+    let output = succeeds(&[&arguments[..], &["--out", text(&out), "--json"]].concat());
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(told["density"].as_f64().unwrap() > 0.8, "{told}");
+}
+
+#[test]
+fn wrong_images_are_named() {
+    let pair = Pair::new();
+    png(&pair.path("small.png"), 95, HEIGHT, &picture(true)[..95 * HEIGHT]);
+    pair.write("empty.png", b"");
+    let whole = std::fs::read(pair.path("left.png")).unwrap();
+    pair.write("truncated.png", &whole[..whole.len() / 2]);
+    pair.write("header.png", &whole[..12]);
+    pair.write("words.png", b"this is no picture");
+    pair.refused("left.png", "small.png", "pair.toml", &["96x64", "95x64"]);
+    pair.refused("empty.png", "right.png", "pair.toml", &["empty.png", "empty"]);
+    pair.refused("truncated.png", "right.png", "pair.toml", &["truncated.png", "truncated"]);
+    pair.refused("left.png", "header.png", "pair.toml", &["header.png"]);
+    pair.refused("left.png", "words.png", "pair.toml", &["words.png", "not an image"]);
+    pair.refused("left.png", "nowhere.png", "pair.toml", &["nowhere.png"]);
+    pair.refused("left.png", "right.png", "nowhere.toml", &["nowhere.toml"]);
+}
+
+#[test]
+fn wrong_calibrations_are_named_by_key() {
+    let pair = Pair::new();
+    let refused = |text: String, names: &[&str]| {
+        pair.write("wrong.toml", text.as_bytes());
+        pair.refused("left.png", "right.png", "wrong.toml", &[&["wrong.toml"], names].concat());
+    };
+    for (key, _) in KEYS {
+        refused(calibration(key, None), &[key, "missing"]);
+        refused(calibration(key, Some("nan")), &[key, "nan"]);
+        refused(calibration(key, Some("\"many\"")), &[key, "many"]);
+    }
+    // The principal point and its offset may be negative; what is a length or a count may not.
+    for key in ["focal_px", "baseline_m", "max_disparity_px"] {
+        refused(calibration(key, Some("-1")), &[key, "-1"]);
+        refused(calibration(key, Some("0")), &[key]);
+    }
+    refused(calibration("", None) + "fokal_px = 3\n", &["fokal_px", "unknown"]);
+    refused("focal_px = = 3\n".to_owned(), &["line 1"]);
+    pair.write("wide.toml", calibration("max_disparity_px", Some("96")).as_bytes());
+    pair.refused("left.png", "right.png", "wide.toml", &["largest disparity", "95", "96"]);
+}
+
+#[test]
+fn folders_that_cannot_be_written_are_refused() {
+    let pair = Pair::new();
+    pair.write("file", b"a regular file");
+    let (left, right, toml) = (pair.path("left.png"), pair.path("right.png"), pair.path("pair.toml"));
+    let below = pair.path("file").join("out");
+    let look = ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
+    refuses(&[&look[..], &["--out", text(&below)]].concat(), &["file", "cannot write"]);
+    refuses(&["explore", "--steps", "1", "--out", text(&below)], &["file", "cannot write"]);
+    assert_eq!(std::fs::read(pair.path("file")).unwrap(), b"a regular file");
+}
+
+#[test]
+fn wrong_usage_is_code_2() {
+    let cases: [&[&str]; 6] = [
+        &[],
+        &["explore", "--steps", "0"],
+        &["explore", "--steps", "many"],
+        &["explore", "--speed", "3"],
+        &["look", "--left", "left.png"],
+        &["listen"],
+    ];
+    for arguments in cases {
+        let output = bvm(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{arguments:?}");
+    }
+}
