@@ -10,3 +10,4 @@ bayesian_program!("models/line_of_sight.bp");
 bayesian_program!("models/binaural.bp");
 bayesian_program!("models/vestibular.bp");
 bayesian_program!("models/gaze.bp");
+bayesian_program!("models/view.bp");

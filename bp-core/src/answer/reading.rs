@@ -190,9 +190,8 @@ fn count_of_axes(model: &Model, variable: VariableId) -> Option<usize> {
         return Some(model.index_count(&family.over).unwrap_or(1));
     }
     match declared.domain {
-        Domain::Set(set) if model.sets[set].kind == SetKind::Grid => {
-            (model.plate.is_none_or(|plate| plate.set != set)).then_some(3)
-        }
+        Domain::Set(set) if model.plate.is_some_and(|plate| plate.set == set) => None,
+        Domain::Set(set) if model.sets[set].kind == SetKind::Grid => Some(3),
         _ => Some(1),
     }
 }

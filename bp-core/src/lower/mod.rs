@@ -86,6 +86,18 @@ impl<'m> Lowering<'m> {
         Error::Unplanned { question: self.model.ask_text(&self.exact.asks[0]), reason: reason.into() }
     }
 
+    /// Loops over the values of a searched variable. One that ranges over the plate's own set is distributed over
+    /// the plate: its value is the plate's element.
+    fn run_through_searched(&mut self, variable: VariableId) -> Vec<AxisId> {
+        let own = self.model.plate.filter(|plate| {
+            self.model.variables[variable].domain == Domain::Set(plate.set)
+                && self.model.variables[variable].family.is_none()
+        });
+        let Some(plate) = own else { return self.run_through(variable) };
+        self.running.insert(variable, self.running[&plate.index].clone());
+        self.plate.clone()
+    }
+
     /// Makes loops over the values of a variable; gives their axes.
     fn run_through(&mut self, variable: VariableId) -> Vec<AxisId> {
         let name = self.model.variable_name(variable);
@@ -121,12 +133,6 @@ impl<'m> Lowering<'m> {
         if let Domain::Set(set) = domain
             && self.model.sets[*set].kind == SetKind::Grid
         {
-            // A variable that ranges over the plate's own grid is the plate's cell.
-            if let (Some(plate), false) = (self.model.plate, self.plate.is_empty())
-                && plate.set == *set
-            {
-                return (self.running[&plate.index].clone(), self.plate.clone());
-            }
             let set = &self.model.sets[*set].name;
             let axes: Vec<AxisId> = (["depth", "rows", "lanes"].iter())
                 .map(|part| {

@@ -40,7 +40,7 @@ impl Lowering<'_> {
         let mut searched: Vec<(VariableId, Vec<AxisId>)> = Vec::new();
         for variable in &exact.searched {
             if !exact.bindings.contains_key(variable) && !self.stands_for_one_value(*variable) {
-                let axes = self.run_through(*variable);
+                let axes = self.run_through_searched(*variable);
                 searched.push((*variable, axes));
             } else if !exact.bindings.contains_key(variable) {
                 let value = self.wanted(*variable)?;

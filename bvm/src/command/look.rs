@@ -5,7 +5,7 @@
 
 use super::{check_folder, print};
 use bvm::error::Error;
-use bvm::exploration::{Chooser, Gaze};
+use bvm::exploration::{Gaze, Gradient};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
 use bvm::report::{
@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     let mut map = Map::new(grid)?;
     map.observe(&[&Sight::default().likelihood(map.grid(), &seen, sigma_min)?])?;
-    let gaze = Chooser::default().choose(&map, &Heading::default())?;
+    let gaze = Gradient::default().choose(&map, &Heading::default())?;
     let figures = Figures {
         width: left.width(),
         height: left.height(),
@@ -137,7 +137,9 @@ fn write(
     gaze: &Gaze,
     figures: &Figures,
 ) -> Result<Vec<PathBuf>, Error> {
-    let path = |name: &str| arguments.out.join(name);
+    let folder = &arguments.out;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Folder { path: folder.clone(), source })?;
+    let path = |name: &str| folder.join(name);
     let mut written = Vec::new();
     let largest = disparity.disparity.iter().copied().filter(|value| value.is_finite()).fold(1.0, f32::max);
     let pixels = |values: &[f32], most: f32| -> Vec<u8> {

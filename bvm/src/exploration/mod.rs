@@ -6,7 +6,7 @@
 mod gaze;
 mod report;
 
-pub use gaze::{Chooser, Gaze};
+pub use gaze::{Gaze, Gradient, View};
 pub use report::Report;
 
 use crate::audition::Hearing;
@@ -30,8 +30,10 @@ const MOST_TILT: f64 = 1.1;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
-    /// By entropy: `models/gaze.bp`.
-    Entropy,
+    /// The most entropy in view: `models/view.bp`.
+    View,
+    /// The steepest entropy at the frontier, as the paper prints it: `models/gaze.bp`.
+    Gradient,
     /// Uniformly on the sphere.
     Random,
     /// Round and round, at three elevations.
@@ -39,13 +41,14 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// All of them, the paper's first.
-    pub const ALL: [Rule; 3] = [Rule::Entropy, Rule::Random, Rule::Sweep];
+    /// All of them, the default first.
+    pub const ALL: [Rule; 4] = [Rule::View, Rule::Gradient, Rule::Random, Rule::Sweep];
 
     /// What people call it.
     pub fn name(self) -> &'static str {
         match self {
-            Rule::Entropy => "entropy gradient",
+            Rule::View => "entropy in view",
+            Rule::Gradient => "entropy gradient",
             Rule::Random => "random gaze",
             Rule::Sweep => "sweep",
         }
@@ -99,12 +102,13 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
     let mut noise = ["sight", "hearing", "balance", "gaze"].map(|purpose| seeded(seed, purpose));
     let mut map = Map::new(grid.clone())?;
     let mut hearing = Hearing::calibrated(&grid);
-    let (mut sight, mut chooser) = (Sight::default(), Chooser::default());
+    let mut sight = Sight::default();
+    let (mut view, mut gradient) = (View::of(&camera, &grid, MOST_TILT), Gradient::default());
     let mut balance = Vestibular::at_rest(Balance::Gyroscope)?;
     let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
     let initial = [sum(map.entropy()), sum(map.occupancy_entropy())];
     let (mut true_yaw, mut time_s) = (0.0, 0.0);
-    let mut gaze = Gaze { azimuth: 0.0, elevation: 0.0, score: 0.0, range_m: None };
+    let mut gaze = Gaze::at(0.0, 0.0);
     let mut history = Vec::with_capacity(steps);
     for number in 0..steps {
         let heading = Heading { yaw: balance.yaw() };
@@ -132,7 +136,8 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
             occupancy_entropy: sum(map.occupancy_entropy()),
         });
         gaze = match rule {
-            Rule::Entropy => chooser.choose(&map, &heading)?,
+            Rule::View => view.choose(&map, &heading)?,
+            Rule::Gradient => gradient.choose(&map, &heading)?,
             Rule::Random => random_gaze(&mut noise[3]),
             Rule::Sweep => sweep_gaze(number + 1, camera.field_degrees),
         };
@@ -152,7 +157,7 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
 fn random_gaze(random: &mut impl Rng) -> Gaze {
     let azimuth = random.random_range(-std::f64::consts::PI..std::f64::consts::PI);
     let elevation = random.random_range(-1.0..1.0f64).asin();
-    Gaze { azimuth, elevation, score: 0.0, range_m: None }
+    Gaze::at(azimuth, elevation)
 }
 
 /// Fields of view side by side, a round at the horizon, then one above, then one below.
@@ -160,5 +165,5 @@ fn sweep_gaze(number: usize, [across, upwards]: [f64; 2]) -> Gaze {
     let around = (360.0 / across).ceil() as usize;
     let elevation = [0.0, upwards, -upwards][(number / around) % 3].to_radians();
     let azimuth = ((number % around) as f64 * across).to_radians();
-    Gaze { azimuth, elevation, score: 0.0, range_m: None }
+    Gaze::at(azimuth, elevation)
 }

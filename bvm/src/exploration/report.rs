@@ -117,7 +117,7 @@ impl Report {
                 })?,
             ),
         ];
-        if let Some(episode) = episodes.iter().find(|episode| episode.rule == Rule::Entropy) {
+        if let Some(episode) = episodes.iter().find(|episode| episode.rule == Rule::View) {
             files.extend(pictures(world, episode)?);
         }
         let mut paths = Vec::new();

@@ -41,9 +41,10 @@ pub struct Gyroscope {
 }
 
 impl Default for Gyroscope {
-    /// 0.01 rad/s of noise per sample and 0.001 rad/s of bias: after a turn of a second, a tenth of a degree.
+    /// 0.01 rad/s of noise per sample and 0.0002 rad/s of bias: after a turn of a second, less than a tenth of a
+    /// degree.
     fn default() -> Gyroscope {
-        Gyroscope { sigma: 0.01, bias: 0.001 }
+        Gyroscope { sigma: 0.01, bias: 0.0002 }
     }
 }
 

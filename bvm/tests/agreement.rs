@@ -1,0 +1,206 @@
+//! The map's programs through every back end and both doors: interpreter, lanes, and the Rust that the macro wrote.
+//!
+//! In: seeded inputs. Out: the same answers to 1e-12. Invariant: the compiled function and the kernel made at run time
+//! from the same text are two ways to one answer.
+
+use bp_core::answer::argmax;
+use bp_core::exec::{Inputs, Lanes, interpret};
+use bp_core::model::Model;
+use bp_core::plan::{Options, Route, plan};
+use bp_core::space::{Edge, Moves, Space};
+use bvm::programs::{binaural, cell, gaze, line_of_sight, view};
+
+/// A small generator, so that the inputs are the same everywhere (Knuth's MMIX constants).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn take(&mut self, count: usize) -> Vec<f64> {
+        (0..count).map(|_| self.next()).collect()
+    }
+}
+
+/// Runs a question by the interpreter and by lanes, checks that they agree, and gives the outputs in order.
+fn by_kernel(model: &Model, question: &str, inputs: &Inputs<'_, f64>) -> Vec<Vec<f64>> {
+    let plan = plan(model, model.question(question).unwrap(), Options::default()).unwrap();
+    let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("one exact route") };
+    let lanes = Lanes::new(bp_core::lower::lower(model, exact, question).unwrap().kernel);
+    let truth = interpret(lanes.kernel(), inputs).unwrap();
+    let found = lanes.run(inputs).unwrap();
+    for ((name, truth), (_, found)) in truth.arrays.iter().zip(&found.arrays) {
+        assert_same(name, truth, found);
+    }
+    truth.arrays.into_iter().map(|(_, cells)| cells).collect()
+}
+
+fn assert_same(name: &str, truth: &[f64], found: &[f64]) {
+    assert_eq!(truth.len(), found.len(), "{name}");
+    for (position, (truth, found)) in truth.iter().zip(found).enumerate() {
+        let close = (truth - found).abs() <= 1e-12 * truth.abs().max(1.0);
+        assert!(close && found.is_finite(), "{name}[{position}]: {found}, but it is {truth}");
+    }
+}
+
+const VELOCITIES: [[i32; 3]; 7] =
+    [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+
+fn grid() -> (Space, Moves) {
+    let space = Space::new([4, 6, 130], [Edge::Open, Edge::Pole, Edge::Circle]).unwrap();
+    let moves = space.antecedents(&VELOCITIES);
+    (space, moves)
+}
+
+#[test]
+fn the_cell_program_agrees() {
+    let (space, moves) = grid();
+    let (cells, mut numbers) = (space.cells(), Numbers(1));
+    let occupied = numbers.take(cells);
+    let previous_o: Vec<f64> = occupied.iter().map(|p| 1.0 - p).chain(occupied.iter().copied()).collect();
+    let mut previous_v = numbers.take(7 * cells);
+    for place in 0..cells {
+        let total: f64 = (0..7).map(|v| previous_v[v * cells + place]).sum();
+        (0..7).for_each(|v| previous_v[v * cells + place] /= total);
+    }
+    let readings = numbers.take(2 * 2 * cells);
+    let motion = [0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1];
+    let inputs = Inputs::new()
+        .grid("Grid", &space)
+        .displacements("Velocity", &moves)
+        .size("Sensors", 2)
+        .number("epsilon", 0.02)
+        .array("motion", &motion)
+        .array("previous O", &previous_o)
+        .array("previous V", &previous_v)
+        .array("Sensors[i].reading", &readings);
+    let truth = by_kernel(&cell::model(), "observe", &inputs);
+    let mut found = cell::observe::Outputs::default();
+    let given = cell::observe::Inputs {
+        grid: &space,
+        velocity: &moves,
+        sensors: 2,
+        epsilon: 0.02,
+        motion: &motion,
+        previous_o: &previous_o,
+        previous_v: &previous_v,
+        sensors_i_reading: &readings,
+    };
+    cell::observe::run(&given, &mut found).unwrap();
+    let found = [&found.p_o_z, &found.p_v_z, &found.entropy_p_o_v_z, &found.entropy_p_o_z];
+    truth.iter().zip(found).for_each(|(truth, found)| assert_same("observe", truth, found));
+}
+
+#[test]
+fn the_range_sensor_agrees() {
+    let (rays, mut numbers) = (300, Numbers(2));
+    let z: Vec<f64> = numbers.take(rays).iter().map(|x| (x * 11.0).floor()).collect();
+    let lambda: Vec<f64> = numbers.take(rays).iter().map(|x| 0.05 + 0.95 * x).collect();
+    let rho: Vec<f64> = numbers.take(rays).iter().map(|x| 1.0 + 1.5 * x).collect();
+    let inputs = Inputs::new()
+        .size("Rays", rays)
+        .size("N", 10)
+        .number("sigma_min", 0.01)
+        .number("ln_b", 0.0916)
+        .array("lambda", &lambda)
+        .array("rho", &rho)
+        .array("z", &z);
+    let truth = by_kernel(&line_of_sight::model(), "reading", &inputs);
+    let mut found = line_of_sight::reading::Outputs::default();
+    let given = line_of_sight::reading::Inputs {
+        rays,
+        n: 10,
+        sigma_min: 0.01,
+        ln_b: 0.0916,
+        lambda: &lambda,
+        rho: &rho,
+        z: &z,
+    };
+    line_of_sight::reading::run(&given, &mut found).unwrap();
+    assert_same("reading", &truth[0], &found.p_z_z_o_c);
+}
+
+#[test]
+fn the_ears_agree() {
+    let (cells, mut numbers) = (500, Numbers(3));
+    let mu_tau: Vec<f64> = numbers.take(cells).iter().map(|x| x * 1e-3 - 5e-4).collect();
+    let mu_l: Vec<f64> = numbers.take(4 * cells).iter().map(|x| x * 20.0 - 10.0).collect();
+    let (tau, l) = ([1e-4], [1.0, -2.0, 3.0, 4.0]);
+    let inputs = Inputs::new()
+        .size("Grid", cells)
+        .size("Channels", 4)
+        .number("rate", 0.1)
+        .number("tau_max", 1e-3)
+        .number("l_max", 40.0)
+        .number("sigma_tau", 1e-4)
+        .number("sigma_l", 6.0)
+        .array("mu_tau", &mu_tau)
+        .array("mu_l", &mu_l)
+        .array("tau", &tau)
+        .array("l", &l);
+    let truth = by_kernel(&binaural::model(), "source", &inputs);
+    let mut found = binaural::source::Outputs::default();
+    let given = binaural::source::Inputs {
+        grid: cells,
+        channels: 4,
+        rate: 0.1,
+        tau_max: 1e-3,
+        l_max: 40.0,
+        sigma_tau: 1e-4,
+        sigma_l: 6.0,
+        mu_tau: &mu_tau,
+        mu_l: &mu_l,
+        tau: &tau,
+        l: &l,
+    };
+    binaural::source::run(&given, &mut found).unwrap();
+    assert_same("source", &truth[0], &found.p_s_tau_tau_l_l);
+}
+
+#[test]
+fn the_gaze_agrees_and_is_that_of_steps_1_to_3() {
+    let (space, _) = grid();
+    let (cells, mut numbers) = (space.cells(), Numbers(4));
+    let [depths, rows, lanes] = space.extents();
+    let (occupied, entropy) = (numbers.take(cells), numbers.take(cells));
+    let inputs = Inputs::new()
+        .grid("Grid", &space)
+        .number("eta", 0.001)
+        .array("map.P(O | C)", &occupied)
+        .array("map.H", &entropy);
+    let truth = by_kernel(&gaze::model(), "look", &inputs);
+    let mut found = gaze::look::Outputs::default();
+    let given = gaze::look::Inputs { grid: &space, eta: 0.001, map_p_o_c: &occupied, map_h: &entropy };
+    gaze::look::run(&given, &mut found).unwrap();
+    assert_same("look", &truth[0], &found.argmax_p_g_nearest_heading);
+    // The same by hand: walk each direction outwards, then Eq. 6 at the last close-to-empty cell.
+    let at = |depth: usize, row: usize, lane: usize| (depth * rows + row) * lanes + lane;
+    let mut scores = vec![0.0; cells];
+    for row in 0..rows {
+        for lane in 0..lanes {
+            let empty = (0..depths).take_while(|depth| occupied[at(*depth, row, lane)] < 0.499).last();
+            let Some(depth) = empty else { continue };
+            let here = entropy[at(depth, row, lane)];
+            let nearer = if depth > 0 { here - entropy[at(depth - 1, row, lane)] } else { 0.0 };
+            let left = here - entropy[at(depth, row, (lane + lanes - 1) % lanes)];
+            let below = if row > 0 { here - entropy[at(depth, row - 1, lane)] } else { 0.0 };
+            let norm = (nearer * nearer + left * left + below * below).sqrt();
+            scores[at(depth, row, lane)] = (1.0 - occupied[at(depth, row, lane)]) * norm;
+        }
+    }
+    assert_same("by hand", &scores, &truth[0]);
+    assert_eq!(argmax(&scores, None), argmax(&found.argmax_p_g_nearest_heading, None));
+}
+
+#[test]
+fn the_view_agrees() {
+    let gain = Numbers(5).take(777);
+    let inputs = Inputs::new().size("Directions", gain.len()).array("gain", &gain);
+    let truth = by_kernel(&view::model(), "look", &inputs);
+    let mut found = view::look::Outputs::default();
+    view::look::run(&view::look::Inputs { directions: gain.len(), gain: &gain }, &mut found).unwrap();
+    assert_same("look", &truth[0], &found.argmax_p_g_nearest_heading);
+    assert_same("weights are the gains", &gain, &truth[0]);
+}

@@ -1,0 +1,43 @@
+//! One step of the map, small enough to check by hand: five cells in a row, three velocities.
+//!
+//! Content moves by −1, 0 or +1 cells at constant velocity; then each cell is observed, P(z | empty) = 0.2 and
+//! P(z | occupied) = 0.8. Ferreira, Pinho and Dias (2008), Fig. 4 and 5.
+
+use bp_core::space::{Edge, Space};
+use bp_macros::bayesian_program;
+use std::marker::PhantomData;
+
+bayesian_program!("bvm/models/cell.bp");
+use cell::observe::{Inputs, Outputs, run};
+
+fn main() {
+    let space = Space::new([5, 1, 1], [Edge::Open; 3]).expect("five cells");
+    let velocities = space.antecedents(&[[-1, 0, 0], [0, 0, 0], [1, 0, 0]]);
+    let occupied = [0.5, 0.5, 0.9, 0.2, 0.5];
+    let previous_o: Vec<f64> = occupied.iter().map(|p| 1.0 - p).chain(occupied).collect();
+    // By [velocity][cell]: uniform but in cell 2, which mostly moves on.
+    let mut previous_v = [1.0 / 3.0; 15];
+    (previous_v[2], previous_v[7], previous_v[12]) = (0.1, 0.2, 0.7);
+    let likelihood = [[0.2; 5], [0.8; 5]].concat();
+    let inputs = Inputs {
+        grid: &space,
+        velocity: &velocities,
+        sensors: 1,
+        epsilon: 0.1,
+        motion: &[1.0 / 3.0; 3],
+        previous_o: &previous_o,
+        previous_v: &previous_v,
+        sensors_i_reading: &likelihood,
+        marker: PhantomData,
+    };
+    let mut state = Outputs::default();
+    run(&inputs, &mut state).expect("arrays of the right length");
+    for cell in 0..5 {
+        let (p, h) = (state.p_o_z[5 + cell], state.entropy_p_o_v_z[cell]);
+        println!("cell {cell}: P(O) = {p:.6}, H(O V) = {h:.6} nats");
+    }
+    // Cell 3: what was in cell 2 has probably moved here.
+    assert!((state.p_o_z[5 + 3] - 0.8598648882729949).abs() < 1e-12);
+    assert!((state.entropy_p_o_v_z[3] - 1.2526545790440644).abs() < 1e-12);
+    assert!((state.entropy_p_o_v_z[2] - 1.5426503226262418).abs() < 1e-12);
+}

@@ -1,0 +1,126 @@
+//! The pages: every program in them compiles, every mistake in them is the mistake it is said to be, links lead somewhere.
+//!
+//! In: `README.md` and `docs/*.md`. Out: nothing where all is well. Blocks marked `bp` must compile, and print back to
+//! text that means the same. Blocks marked `bp-error` must not: their first line is `// ` and the message. Invariant: a
+//! page cannot speak of a language that is gone.
+
+use bp_core::source::Source;
+use bp_core::syntax::{compile, parse};
+use std::path::{Path, PathBuf};
+
+/// A page's path from the root, and its text.
+fn pages() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let entries = std::fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> =
+        entries.filter(|path| path.extension().is_some_and(|found| found == "md")).collect();
+    paths.push(root.join("README.md"));
+    paths.sort();
+    paths.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
+}
+
+/// The fenced blocks of a page with this mark: where each begins, and its text.
+fn blocks<'t>(text: &'t str, mark: &str) -> Vec<(usize, String)> {
+    let (mut found, mut open): (Vec<(usize, String)>, Option<&'t str>) = (Vec::new(), None);
+    for (number, line) in text.lines().enumerate() {
+        match (line.trim_start().strip_prefix("```"), open) {
+            (Some(kind), None) => {
+                open = Some(kind);
+                if kind == mark {
+                    found.push((number + 1, String::new()));
+                }
+            }
+            (Some(_), Some(_)) => open = None,
+            (None, Some(kind)) if kind == mark => {
+                let (_, block) = found.last_mut().unwrap();
+                block.push_str(line);
+                block.push('\n');
+            }
+            _ => {}
+        }
+    }
+    assert!(open.is_none(), "a block is not closed");
+    found
+}
+
+#[test]
+fn programs_in_the_pages_compile_and_print_back() {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for (path, text) in pages() {
+        for (line, block) in blocks(&text, "bp") {
+            count += 1;
+            let source = Source::new(format!("{}:{line}", path.display()), block);
+            match compile(&source) {
+                Err(mistakes) => wrong.push(mistakes.render(&source, false)),
+                Ok(model) => {
+                    let printed = Source::new("printed", parse(&source).unwrap().to_string());
+                    assert_eq!(compile(&printed).unwrap(), model, "{}:{line}", path.display());
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(count >= 15, "only {count} programs in the pages");
+}
+
+#[test]
+fn mistakes_in_the_pages_are_the_mistakes_they_are_said_to_be() {
+    for (path, text) in pages() {
+        for (line, block) in blocks(&text, "bp-error") {
+            let place = format!("{}:{line}", path.display());
+            let said = block.lines().next().and_then(|first| first.strip_prefix("// "));
+            let said = said.unwrap_or_else(|| panic!("{place} does not begin with its message"));
+            let Err(mistakes) = compile(&Source::new("page", block.as_str())) else {
+                panic!("{place} compiles")
+            };
+            let found: Vec<_> = mistakes.iter().map(|mistake| mistake.message.as_str()).collect();
+            assert!(found.contains(&said), "{place} says `{said}`, but the messages are {found:#?}");
+        }
+    }
+}
+
+#[test]
+fn links_lead_to_files() {
+    for (path, text) in pages() {
+        // Pictures begin with `![`: a page is read without them too.
+        for (before, after) in text.match_indices("](").map(|(at, _)| text.split_at(at)) {
+            let opened = before.rfind('[').unwrap_or(0);
+            let target = after[2..].split(')').next().unwrap_or_default();
+            let file = target.split('#').next().unwrap_or_default();
+            if before[..opened].ends_with('!') || file.is_empty() || file.contains("://") {
+                continue;
+            }
+            assert!(path.parent().unwrap().join(file).exists(), "{}: {target}", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_list_of_examples_is_complete() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    let mut listed: Vec<_> = (readme.lines())
+        .filter_map(|line| line.strip_prefix("| [`")?.split('`').next())
+        .map(str::to_owned)
+        .collect();
+    let entries = std::fs::read_dir(root.join("examples")).unwrap().map(|entry| entry.unwrap().path());
+    let mut there: Vec<_> = (entries.filter(|path| path.extension().is_some_and(|found| found == "rs")))
+        .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
+    listed.sort();
+    there.sort();
+    assert_eq!(listed, there, "README's table of examples, and the folder");
+}
+
+#[test]
+fn examples_are_short_and_end_in_an_assert() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for entry in std::fs::read_dir(root.join("examples")).unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<_> = text.lines().collect();
+        assert!(lines[0].starts_with("//!"), "{} does not say what it is", path.display());
+        assert!(lines.len() < 60, "{} has {} lines", path.display(), lines.len());
+        assert!(text.contains("assert"), "{} asserts nothing", path.display());
+    }
+}
