@@ -64,7 +64,8 @@ impl Map {
         Ok(Self { grid, space, moves, epsilon, motion, state, next, readings: Vec::new() })
     }
 
-    /// One step of the filter: prediction by constant velocity, estimation by what the sensors read.
+    /// One step of the filter: prediction by constant velocity, estimation by what the sensors read. A cell in which
+    /// the sensors contradict one another, so that nothing is possible, is only predicted.
     ///
     /// # Errors
     /// A likelihood of the wrong length.
@@ -74,19 +75,50 @@ impl Map {
         if likelihoods.is_empty() {
             self.readings.resize(2 * self.grid.cells(), 1.0);
         }
+        let mut next = std::mem::take(&mut self.next);
+        self.step(likelihoods.len().max(1), &self.readings, &mut next)?;
+        let cells = self.grid.cells();
+        let (empty, occupied) = next.p_o_z.split_at(cells);
+        // What is not a number is not above one half either.
+        let is_possible = |cell: &usize| empty[*cell] + occupied[*cell] > 0.5;
+        let impossible: Vec<usize> = (0..cells).filter(|cell| !is_possible(cell)).collect();
+        if !impossible.is_empty() {
+            let mut predicted = cell::observe::Outputs::default();
+            self.step(1, &vec![1.0; 2 * cells], &mut predicted)?;
+            let pairs = [
+                (&mut next.p_o_z, &predicted.p_o_z),
+                (&mut next.p_v_z, &predicted.p_v_z),
+                (&mut next.entropy_p_o_v_z, &predicted.entropy_p_o_v_z),
+                (&mut next.entropy_p_o_z, &predicted.entropy_p_o_z),
+            ];
+            for (to, from) in pairs {
+                for (to, from) in to.chunks_exact_mut(cells).zip(from.chunks_exact(cells)) {
+                    impossible.iter().for_each(|cell| to[*cell] = from[*cell]);
+                }
+            }
+        }
+        self.next = std::mem::replace(&mut self.state, next);
+        Ok(())
+    }
+
+    /// The program's question, asked of the state as it is.
+    fn step(
+        &self,
+        sensors: usize,
+        readings: &[f32],
+        next: &mut cell::observe::Outputs<f32>,
+    ) -> Result<(), Error> {
         let inputs = cell::observe::Inputs {
             grid: &self.space,
             velocity: &self.moves,
-            sensors: likelihoods.len().max(1),
+            sensors,
             epsilon: self.epsilon,
             motion: &self.motion,
             previous_o: &self.state.p_o_z,
             previous_v: &self.state.p_v_z,
-            sensors_i_reading: &self.readings,
+            sensors_i_reading: readings,
         };
-        cell::observe::run(&inputs, &mut self.next)?;
-        std::mem::swap(&mut self.state, &mut self.next);
-        Ok(())
+        Ok(cell::observe::run(&inputs, next)?)
     }
 
     /// The grid.
