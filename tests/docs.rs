@@ -1,9 +1,11 @@
 //! The pages: every program in them compiles, every mistake in them is the mistake it is said to be, links lead somewhere.
 //!
-//! In: `README.md` and `docs/*.md`. Out: nothing where all is well. Blocks marked `bp` must compile, and print back to
-//! text that means the same. Blocks marked `bp-error` must not: their first line is `// ` and the message. Invariant: a
-//! page cannot speak of a language that is gone.
+//! In: `README.md` and `docs/*.md`. Out: nothing where all is well. Blocks marked `bp` must compile, print back to text
+//! that means the same, and have an answer to each question; those marked `bp-unanswered` have none. Blocks marked
+//! `bp-error` must not compile: their first line is `// ` and the message. Invariant: a page cannot speak of a language
+//! that is gone.
 
+use bp_core::plan::{Options, plan};
 use bp_core::source::Source;
 use bp_core::syntax::{compile, parse};
 use std::path::{Path, PathBuf};
@@ -44,10 +46,12 @@ fn blocks<'t>(text: &'t str, mark: &str) -> Vec<(usize, String)> {
 }
 
 #[test]
-fn programs_in_the_pages_compile_and_print_back() {
+fn programs_in_the_pages_compile_print_back_and_are_answered() {
     let (mut count, mut wrong) = (0, Vec::new());
     for (path, text) in pages() {
-        for (line, block) in blocks(&text, "bp") {
+        let answered = blocks(&text, "bp").into_iter().map(|(line, block)| (line, block, true));
+        let unanswered = blocks(&text, "bp-unanswered").into_iter().map(|(line, block)| (line, block, false));
+        for (line, block, answered) in answered.chain(unanswered) {
             count += 1;
             let source = Source::new(format!("{}:{line}", path.display()), block);
             match compile(&source) {
@@ -55,6 +59,10 @@ fn programs_in_the_pages_compile_and_print_back() {
                 Ok(model) => {
                     let printed = Source::new("printed", parse(&source).unwrap().to_string());
                     assert_eq!(compile(&printed).unwrap(), model, "{}:{line}", path.display());
+                    for question in model.questions.values() {
+                        let planned = plan(&model, question, Options::default());
+                        assert_eq!(planned.is_ok(), answered, "{}:{line}: {planned:?}", path.display());
+                    }
                 }
             }
         }

@@ -104,7 +104,14 @@ fn decomposition_faults(model: &Model) -> Vec<Fault> {
     for (id, variable) in model.variables.iter() {
         let name = model.variable_name(id);
         match places.get(&id).map_or(&[][..], Vec::as_slice) {
-            [] if Some(id) == model.plate_index() || variable.previous_of.is_some() => {}
+            [] if Some(id) == model.plate_index() => {}
+            // What a real was a step ago is carried by the closed form; of other variables a form has to say it.
+            [] if variable.previous_of.is_some() && !variable.domain.is_finite() => {}
+            [] if variable.previous_of.is_some() => faults.push(fault_with_help(
+                Place::Variable(id),
+                format!("variable `{name}` has no distribution"),
+                format!("add a factor `P({name})` with the form `previous({})`", variable.name),
+            )),
             [] => faults.push(fault_with_help(
                 Place::Variable(id),
                 format!("variable `{name}` has no distribution"),
