@@ -4,7 +4,6 @@
 //! over all 2³ histories of the door says.
 
 use bp_macros::bayesian_program;
-use std::marker::PhantomData;
 
 bayesian_program! {
     program Door {
@@ -40,7 +39,7 @@ fn by_hand() -> f64 {
 fn main() {
     let (mut belief, mut answer) = (vec![0.5, 0.5], door::open::Outputs::default());
     for seen in READINGS {
-        let inputs = door::open::Inputs { previous_open: &belief, seen: seen as f64, marker: PhantomData };
+        let inputs = door::open::Inputs { previous_open: &belief, seen: seen as f64 };
         door::open::run(&inputs, &mut answer).expect("two numbers and a reading");
         std::mem::swap(&mut belief, &mut answer.p_open_seen_seen);
         println!("seen {seen}: P(Open) = {:.6}", belief[1]);

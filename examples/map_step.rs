@@ -5,7 +5,6 @@
 
 use bp_core::space::{Edge, Space};
 use bp_macros::bayesian_program;
-use std::marker::PhantomData;
 
 bayesian_program!("bvm/models/cell.bp");
 use cell::observe::{Inputs, Outputs, run};
@@ -28,7 +27,6 @@ fn main() {
         previous_o: &previous_o,
         previous_v: &previous_v,
         sensors_i_reading: &likelihood,
-        marker: PhantomData,
     };
     let mut state = Outputs::default();
     run(&inputs, &mut state).expect("arrays of the right length");

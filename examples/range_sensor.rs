@@ -4,7 +4,6 @@
 //! occupied; behind it the reading says nothing: ½. Yguel, Aycard and Laugier (2008); Ferreira et al. (2008), Fig. 6.
 
 use bp_macros::bayesian_program;
-use std::marker::PhantomData;
 
 bayesian_program!("bvm/models/line_of_sight.bp");
 use line_of_sight::reading::{Inputs, Outputs, run};
@@ -13,16 +12,8 @@ const CELLS: usize = 10;
 
 fn main() {
     // sigma_min / (lambda · rho · ln b) is the deviation in cells.
-    let inputs = Inputs {
-        rays: 1,
-        n: CELLS,
-        z: &[3.0],
-        sigma_min: 0.6,
-        lambda: &[1.0],
-        rho: &[1.0],
-        ln_b: 1.0,
-        marker: PhantomData,
-    };
+    let inputs =
+        Inputs { rays: 1, n: CELLS, z: &[3.0], sigma_min: 0.6, lambda: &[1.0], rho: &[1.0], ln_b: 1.0 };
     let mut answer = Outputs::default();
     run(&inputs, &mut answer).expect("one ray");
     // P(Z = 3 | O C) by [O][C]; with P(O) = ½ the posterior is the ratio.

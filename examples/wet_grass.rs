@@ -8,7 +8,6 @@ use bp_core::exec::Inputs;
 use bp_core::source::Source;
 use bp_core::syntax::{compile, parse_question};
 use bp_macros::bayesian_program;
-use std::marker::PhantomData;
 
 bayesian_program! {
     /// Is it the rain or the sprinkler?
@@ -26,8 +25,8 @@ bayesian_program! {
 
 fn main() {
     // At compile time the question has become a function.
-    let mut compiled = wet_grass::rain::Outputs::default();
-    let nothing = wet_grass::rain::Inputs::<f64> { marker: PhantomData };
+    let mut compiled = wet_grass::rain::Outputs::<f64>::default();
+    let nothing = wet_grass::rain::Inputs {};
     wet_grass::rain::run(&nothing, &mut compiled).expect("it needs no input");
     let compiled = compiled.p_rain_wet_true[1];
 

@@ -40,9 +40,10 @@ mod tests {
     #[test]
     fn what_is_ahead_of_a_turned_head_is_to_the_right_in_the_map() {
         let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
-        let heading = Heading { yaw: 90f64.to_radians() };
+        // A whole number of cells, so that nothing is carried.
+        let heading = Heading { yaw: 22.0 * grid.azimuth_step() };
         let ahead = grid.direction_of(0.01, 0.0).unwrap().azimuth;
-        let right = grid.direction_of(90f64.to_radians() + 0.01, 0.0).unwrap().azimuth;
+        let right = grid.direction_of(22.0 * grid.azimuth_step() + 0.01, 0.0).unwrap().azimuth;
         let mut row = vec![0; grid.azimuth_cells()];
         row[ahead] = 1;
         heading.turn_rows(&grid, &mut row);
