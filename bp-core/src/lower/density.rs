@@ -47,7 +47,9 @@ impl Lowering<'_> {
         let axes: Vec<AxisId> = self.axes(value).into_iter().collect();
         let cheap = matches!(
             self.builder.so_far().nodes[value],
-            crate::kernel::Node::Constant(_) | crate::kernel::Node::Load { .. } | crate::kernel::Node::Axis(_)
+            crate::kernel::Node::Constant(_)
+                | crate::kernel::Node::Load { .. }
+                | crate::kernel::Node::Axis(_)
         );
         if self.plate.is_empty() || cheap || axes.iter().any(|axis| self.plate.contains(axis)) {
             return value;

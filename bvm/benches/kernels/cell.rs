@@ -21,7 +21,7 @@ const EXTENTS: [usize; 3] = [10, 90, 360];
 const FLOATS: usize = 2 + 7 + 2 + 2 + 7;
 
 /// Numbers in ]0, 1[ that look like nothing in particular.
-pub fn numbers(count: usize, seed: f32) -> Vec<f32> {
+pub(crate) fn numbers(count: usize, seed: f32) -> Vec<f32> {
     (0..count).map(|i| 0.5 + 0.45 * ((i as f32 * 0.37 + seed).sin())).collect()
 }
 
@@ -53,7 +53,7 @@ fn by_hand(
 }
 
 /// Prints the tables.
-pub fn run(seconds: f64) {
+pub(crate) fn run(seconds: f64) {
     let space = Space::new(EXTENTS, [Edge::Open, Edge::Pole, Edge::Circle]).expect("a grid");
     let moves = space.antecedents(&VELOCITIES);
     let plane = space.cells();

@@ -6,19 +6,19 @@
 use std::time::Instant;
 
 /// One thing to do.
-pub type Task<'t> = (&'static str, Box<dyn FnMut() + 't>);
+pub(crate) type Task<'t> = (&'static str, Box<dyn FnMut() + 't>);
 
 /// Least and median seconds of one run.
 #[derive(Clone, Copy, Debug)]
-pub struct Time {
+pub(crate) struct Time {
     /// The least.
-    pub least: f64,
+    pub(crate) least: f64,
     /// The median.
-    pub median: f64,
+    pub(crate) median: f64,
 }
 
 /// Times tasks in turns, for about `seconds` altogether and at least three turns.
-pub fn race(seconds: f64, tasks: &mut [Task<'_>]) -> Vec<Time> {
+pub(crate) fn race(seconds: f64, tasks: &mut [Task<'_>]) -> Vec<Time> {
     let mut times: Vec<Vec<f64>> = vec![Vec::new(); tasks.len()];
     let begin = Instant::now();
     for turn in 0.. {
@@ -42,7 +42,7 @@ pub fn race(seconds: f64, tasks: &mut [Task<'_>]) -> Vec<Time> {
 }
 
 /// Times tasks in turns and prints them beside the first one; `per` is what a run does, of the unit named.
-pub fn table(title: &str, seconds: f64, scale: (f64, &str), tasks: &mut [Task<'_>]) -> Vec<Time> {
+pub(crate) fn table(title: &str, seconds: f64, scale: (f64, &str), tasks: &mut [Task<'_>]) -> Vec<Time> {
     println!("\n{title}");
     let unit = scale.1;
     println!(

@@ -10,21 +10,21 @@ use bp_core::space::Moves;
 const BLOCK: usize = 64;
 
 /// The cell program's inputs.
-pub struct Cells<'a> {
+pub(crate) struct Cells<'a> {
     /// Depth, rows, lanes.
-    pub extents: [usize; 3],
+    pub(crate) extents: [usize; 3],
     /// Antecedents.
-    pub moves: &'a Moves,
+    pub(crate) moves: &'a Moves,
     /// That occupancy changes.
-    pub epsilon: f32,
+    pub(crate) epsilon: f32,
     /// P(V) of what enters.
-    pub motion: &'a [f32],
+    pub(crate) motion: &'a [f32],
     /// P(O) before, two planes.
-    pub occupancy: &'a [f32],
+    pub(crate) occupancy: &'a [f32],
     /// P(V) before, a plane for each velocity.
-    pub velocity: &'a [f32],
+    pub(crate) velocity: &'a [f32],
     /// The likelihood of what the sensor read, two planes.
-    pub likelihood: &'a [f32],
+    pub(crate) likelihood: &'a [f32],
 }
 
 /// A row read from lane `turn` on, going round, as at most two stretches `(to, from, length)`.
@@ -33,12 +33,19 @@ fn stretches(turn: i32, lanes: usize) -> [(usize, usize, usize); 2] {
     [(0, from, lanes - from), (lanes - from, 0, from)]
 }
 
-/// What one velocity adds to one stretch of a row.
-#[inline(always)]
+/// What one velocity adds to one stretch of a row. A function of its own, so that the compiler knows that what is
+/// written overlaps with nothing that is read.
+#[inline(never)]
+#[allow(clippy::too_many_arguments)] // for the same reason
 fn add_velocity(
-    [empty, full, velocity]: [&[f32]; 3],
-    [likelihood_empty, likelihood_full]: [&[f32]; 2],
-    [sum_empty, sum_full, marginal]: [&mut [f32]; 3],
+    empty: &[f32],
+    full: &[f32],
+    velocity: &[f32],
+    likelihood_empty: &[f32],
+    likelihood_full: &[f32],
+    sum_empty: &mut [f32],
+    sum_full: &mut [f32],
+    marginal: &mut [f32],
     epsilon: f32,
 ) {
     let length = marginal.len();
@@ -58,7 +65,7 @@ fn add_velocity(
 }
 
 /// Predict and estimate: P(O) and P(V) of rows `first..` of the plate; `made` are the planes' parts for them.
-pub fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
+pub(crate) fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
     let [depths, rows, lanes] = cells.extents;
     let plane = depths * rows * lanes;
     let velocities = cells.moves.displacements;
@@ -80,8 +87,17 @@ pub fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
             let marginal = &mut marginals[velocity][mine.clone()];
             if depth < 0 || from < 0 {
                 entering.fill(cells.motion[velocity]);
-                let made = [&mut sum_empty[..], &mut sum_full[..], marginal];
-                add_velocity([&constant, &constant, &entering], likelihood, made, cells.epsilon);
+                add_velocity(
+                    &constant,
+                    &constant,
+                    &entering,
+                    likelihood[0],
+                    likelihood[1],
+                    sum_empty,
+                    sum_full,
+                    marginal,
+                    cells.epsilon,
+                );
                 continue;
             }
             let base = (depth as usize * rows + from as usize) * lanes;
@@ -91,9 +107,14 @@ pub fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
                 let full = &cells.occupancy[read(cells.occupancy, plane)];
                 let before = &cells.velocity[read(cells.velocity, velocity * plane)];
                 add_velocity(
-                    [empty, full, before],
-                    [&likelihood[0][to..], &likelihood[1][to..]],
-                    [&mut sum_empty[to..], &mut sum_full[to..], &mut marginal[to..to + length]],
+                    empty,
+                    full,
+                    before,
+                    &likelihood[0][to..],
+                    &likelihood[1][to..],
+                    &mut sum_empty[to..],
+                    &mut sum_full[to..],
+                    &mut marginal[to..to + length],
                     cells.epsilon,
                 );
             }
@@ -127,48 +148,48 @@ fn minus_p_ln_p(p: f32) -> f32 {
     -p * (if p > 0.0 { p } else { 1.0 }).natural_logarithm()
 }
 
-/// [`step`], and the entropies of (O, V) and O: the last two of `made`. The entropy of the joint needs every term
-/// of it again once its total is known, so H = ln s − Σ j ln j / s, which one pass can sum.
-pub fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
+/// [`step`], and the entropies of (O, V) and O: the last two of `made`.
+///
+/// With j the joint and s its total, H = ln s − Σ j ln j / s: so the joint need not be kept until s is known.
+pub(crate) fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
     let [depths, rows, lanes] = cells.extents;
     let plane = depths * rows * lanes;
     let (planes, entropies) = made.split_at_mut(2 + cells.moves.displacements);
     let (joint, occupancy) = entropies.split_at_mut(1);
     step(cells, first, planes);
     let constant = vec![0.5f32; lanes];
-    let mut row_joint = vec![0.0f32; 2 * lanes];
+    let mut entering = vec![0.0f32; lanes];
+    let (mut sum, mut total) = (vec![0.0f32; lanes], vec![0.0f32; lanes]);
     for row in 0..joint[0].len() / lanes {
         let here = (first + row) * lanes;
-        let (mut sum, mut total) = (vec![0.0f32; lanes], vec![0.0f32; lanes]);
-        let (full_row, empty_row) = row_joint.split_at_mut(lanes);
+        sum.fill(0.0);
+        total.fill(0.0);
         for velocity in 0..cells.moves.displacements {
             let table = velocity * depths * rows + first + row;
             let (depth, from) = (cells.moves.depth[table], cells.moves.row[table]);
             let inside = depth >= 0 && from >= 0;
+            entering.fill(cells.motion[velocity]);
             let base = if inside { (depth as usize * rows + from as usize) * lanes } else { 0 };
             for (to, at, length) in stretches(cells.moves.turn[table], lanes) {
                 let source = |values: &'_ [f32], offset: usize| offset + base + at..values.len();
-                let empty =
-                    if inside { &cells.occupancy[source(cells.occupancy, 0)] } else { &constant[at..] };
-                let full =
-                    if inside { &cells.occupancy[source(cells.occupancy, plane)] } else { &constant[at..] };
-                let before = &cells.velocity[source(cells.velocity, velocity * plane)];
-                let outside = cells.motion[velocity];
-                let (empty, full, before) = (&empty[..length], &full[..length], &before[..length]);
-                let likelihood_empty = &cells.likelihood[here + to..][..length];
-                let likelihood_full = &cells.likelihood[plane + here + to..][..length];
-                let (empty_row, full_row) = (&mut empty_row[to..to + length], &mut full_row[to..to + length]);
-                let (sum, total) = (&mut sum[to..to + length], &mut total[to..to + length]);
-                let (epsilon, stays) = (cells.epsilon, 1.0 - cells.epsilon);
-                for lane in 0..length {
-                    let weight = if inside { before[lane] } else { outside };
-                    empty_row[lane] =
-                        likelihood_empty[lane] * weight * (stays * empty[lane] + epsilon * full[lane]);
-                    full_row[lane] =
-                        likelihood_full[lane] * weight * (epsilon * empty[lane] + stays * full[lane]);
-                    sum[lane] += minus_p_ln_p(empty_row[lane]) + minus_p_ln_p(full_row[lane]);
-                    total[lane] += empty_row[lane] + full_row[lane];
-                }
+                let (empty, full, before) = match inside {
+                    false => (&constant[..], &constant[..], &entering[..]),
+                    true => (
+                        &cells.occupancy[source(cells.occupancy, 0)],
+                        &cells.occupancy[source(cells.occupancy, plane)],
+                        &cells.velocity[source(cells.velocity, velocity * plane)],
+                    ),
+                };
+                add_entropy(
+                    empty,
+                    full,
+                    before,
+                    &cells.likelihood[here + to..],
+                    &cells.likelihood[plane + here + to..],
+                    &mut total[to..],
+                    &mut sum[to..to + length],
+                    cells.epsilon,
+                );
             }
         }
         let mine = row * lanes..(row + 1) * lanes;
@@ -182,11 +203,38 @@ pub fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
     }
 }
 
+/// What one velocity adds to one stretch of Σ −j ln j and of the total.
+#[inline(never)]
+#[allow(clippy::too_many_arguments)] // as for `add_velocity`
+fn add_entropy(
+    empty: &[f32],
+    full: &[f32],
+    velocity: &[f32],
+    likelihood_empty: &[f32],
+    likelihood_full: &[f32],
+    total: &mut [f32],
+    sum: &mut [f32],
+    epsilon: f32,
+) {
+    let length = sum.len();
+    let (empty, full, velocity) = (&empty[..length], &full[..length], &velocity[..length]);
+    let (likelihood_empty, likelihood_full) = (&likelihood_empty[..length], &likelihood_full[..length]);
+    let (total, stays) = (&mut total[..length], 1.0 - epsilon);
+    for lane in 0..length {
+        let joint_empty =
+            likelihood_empty[lane] * velocity[lane] * (stays * empty[lane] + epsilon * full[lane]);
+        let joint_full =
+            likelihood_full[lane] * velocity[lane] * (epsilon * empty[lane] + stays * full[lane]);
+        sum[lane] += minus_p_ln_p(joint_empty) + minus_p_ln_p(joint_full);
+        total[lane] += joint_empty + joint_full;
+    }
+}
+
 /// P(z | O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
 ///
 /// A normal about the first occupied cell k, read on bins: Φ at bin edges, which neighbouring k share. The cells
 /// but C are occupied with probability ½, so the first one is a recurrence along the ray.
-pub fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], made: &mut [f32]) {
+pub(crate) fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], made: &mut [f32]) {
     let rays = readings.len();
     let mut reach = vec![[0.0f32; BLOCK]; bins];
     for start in (0..rays).step_by(BLOCK) {
@@ -233,7 +281,13 @@ pub fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], made: &mu
 }
 
 /// The scores of the gaze program: (1 − P(O)) ‖∇H‖ at each direction's frontier cell, 0 elsewhere; and their best.
-pub fn gaze(extents: [usize; 3], eta: f32, occupied: &[f32], entropy: &[f32], made: &mut [f32]) -> usize {
+pub(crate) fn gaze(
+    extents: [usize; 3],
+    eta: f32,
+    occupied: &[f32],
+    entropy: &[f32],
+    made: &mut [f32],
+) -> usize {
     let [depths, rows, lanes] = extents;
     let mut best = (0.0f32, 0);
     made.fill(0.0);

@@ -19,7 +19,7 @@ use std::marker::PhantomData;
 bayesian_program!("../tests/programs/wet_grass.bp");
 
 /// Prints the tables.
-pub fn run(seconds: f64) {
+pub(crate) fn run(seconds: f64) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     pool.install(|| {
         range_sensor(seconds);

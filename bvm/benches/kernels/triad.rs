@@ -6,7 +6,7 @@ use crate::clock::{Task, race};
 use std::hint::black_box;
 
 /// Prints the table.
-pub fn run(seconds: f64) {
+pub(crate) fn run(seconds: f64) {
     println!("\nMemory triad, f32, one thread, 12 B for each element");
     println!("  {:<34}{:>13}{:>13}", "working set", "best GB/s", "median GB/s");
     for mebibytes in [1usize, 18, 600] {
