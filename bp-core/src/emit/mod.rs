@@ -4,10 +4,14 @@
 //! compiled function for each question. Invariant: what is emitted needs only `std`, slices and
 //! [`crate::exec::compiled`]; it reads the same schedule as the lanes.
 
+mod fused;
+mod load;
 mod names;
 mod nest;
 mod question;
 mod text;
+mod value;
+mod write;
 
 use crate::error::Error;
 use crate::lower::lower;

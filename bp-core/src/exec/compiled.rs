@@ -7,8 +7,8 @@ use super::scalar::Scalar;
 use crate::error::Error;
 use rayon::prelude::*;
 
-/// Lanes in a block of emitted code.
-pub const LANES: usize = 64;
+/// Lanes in a block of emitted code: a few dozen arrays of as many stay in the caches of one core.
+pub const LANES: usize = 512;
 
 /// Work for a thread at a time, in cells.
 const CHUNK_CELLS: usize = 8192;
@@ -47,27 +47,17 @@ pub fn each_piece<T: Scalar>(
     }
 }
 
-/// `LANES` consecutive numbers from `start`: those of `source` itself where there are as many, else the `width`
-/// that there are, copied.
+/// `width` consecutive numbers from `start`.
 #[inline(always)]
-pub fn fetch<'f, T: Scalar>(
-    copy: &'f mut [T; LANES],
-    source: &'f [T],
-    start: usize,
-    width: usize,
-) -> &'f [T; LANES] {
-    if let Some(lanes) = source.get(start..).and_then(<[T]>::first_chunk::<LANES>) {
-        return lanes;
-    }
-    copy[..width].copy_from_slice(&source[start..start + width]);
-    copy
+pub fn fetch<T: Scalar>(source: &[T], start: usize, width: usize) -> &[T] {
+    &source[start..start + width]
 }
 
 /// The same number in all lanes.
 #[inline(always)]
-pub fn splat<T: Scalar>(copy: &mut [T; LANES], number: T) -> &[T; LANES] {
-    copy.fill(number);
-    copy
+pub fn splat<T: Scalar>(copy: &mut [T; LANES], number: T, width: usize) -> &[T] {
+    copy[..width].fill(number);
+    &copy[..width]
 }
 
 /// Lanes of one row of `extent` numbers that begins at `base`, from lane `from` on, which may lie beyond its ends:
@@ -83,27 +73,36 @@ pub fn fetch_turned<'f, T: Scalar>(
     wraps: bool,
     width: usize,
     outside: T,
-) -> &'f [T; LANES] {
-    if from >= 0 && from as usize + LANES <= extent {
-        return fetch(copy, source, base + from as usize, width);
+) -> &'f [T] {
+    let row = &source[base..base + extent];
+    if from >= 0 && from as usize + width <= extent {
+        return &row[from as usize..][..width];
     }
-    turned_slowly(copy, &source[base..base + extent], from, wraps, width, outside);
-    copy
+    turned(&mut copy[..width], row, from, wraps, outside);
+    &copy[..width]
 }
 
+/// Copies a row that is turned, in stretches.
 #[inline(never)]
-fn turned_slowly<T: Scalar>(
-    copy: &mut [T; LANES],
-    row: &[T],
-    start: isize,
-    wraps: bool,
-    width: usize,
-    outside: T,
-) {
-    for (lane, copy) in copy[..width].iter_mut().enumerate() {
-        let at = start + lane as isize;
-        let at = if wraps { at.rem_euclid(row.len() as isize) } else { at };
-        *copy = usize::try_from(at).ok().and_then(|at| row.get(at)).copied().unwrap_or(outside);
+fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outside: T) {
+    let (extent, mut at, mut rest) = (row.len() as isize, from, copy);
+    while !rest.is_empty() {
+        if wraps {
+            at = at.rem_euclid(extent);
+        }
+        let inside = (0..extent).contains(&at);
+        let until = match (inside, at < 0) {
+            (true, _) => extent,
+            (false, true) => 0,
+            (false, false) => isize::MAX,
+        };
+        let count = rest.len().min((until - at) as usize);
+        let (stretch, after) = rest.split_at_mut(count);
+        match inside {
+            true => stretch.copy_from_slice(&row[at as usize..][..count]),
+            false => stretch.fill(outside),
+        }
+        (rest, at) = (after, at + count as isize);
     }
 }
 

@@ -30,6 +30,17 @@ pub struct Output {
     pub variables: Vec<VariableId>,
 }
 
+/// What a joint is divided by.
+#[derive(Clone, Copy)]
+enum Total {
+    Divisor(ValueId),
+    /// Multiply by one, then by the other.
+    Reciprocal {
+        scale: ValueId,
+        reciprocal: ValueId,
+    },
+}
+
 impl Lowering<'_> {
     pub(super) fn read_out(&mut self) -> Result<Vec<Output>, Error> {
         let exact = self.exact;
@@ -58,8 +69,9 @@ impl Lowering<'_> {
             }
         };
         let mut outputs = Vec::new();
+        let mut total = None;
         for ask in &exact.asks {
-            outputs.push(self.answer(ask, joint, &rows, &searched)?);
+            outputs.push(self.answer(ask, joint, &rows, &searched, &mut total)?);
         }
         if exact.ln_evidence {
             let over: Vec<AxisId> = searched.iter().flat_map(|(_, axes)| axes.clone()).collect();
@@ -113,6 +125,7 @@ impl Lowering<'_> {
         joint: ValueId,
         rows: &[AxisId],
         searched: &[(VariableId, Vec<AxisId>)],
+        shared: &mut Option<Total>,
     ) -> Result<Output, Error> {
         let own = |variable: &VariableId| ask.searched.iter().any(|item| item.variable == *variable);
         let (kept, summed): (Vec<_>, Vec<_>) =
@@ -130,13 +143,12 @@ impl Lowering<'_> {
         let argmax = matches!(ask.reduction, Reduction::Argmax { .. });
         if !(self.exact.normalised || argmax && over_plate) {
             let totals: Vec<AxisId> = axes.iter().copied().filter(|axis| !own_axes.contains(axis)).collect();
-            let name = self.name("total");
-            let total = self.builder.fold(&name, &totals, Fold::Sum, &own_axes, value);
-            let divisor = self.builder.or_one(total);
-            let name = self.name("divisor");
-            let divisor = self.builder.compute(&name, &totals, Reduce::None, divisor);
-            // A division, not a product with a reciprocal, which overflows where the total is subnormal.
-            value = self.builder.binary(Binary::Divide, value, divisor);
+            // Every ask has the same total, that of the joint.
+            let total = match shared {
+                Some(total) => *total,
+                None => *shared.insert(self.total(&totals, &own_axes, value)),
+            };
+            value = self.normalised(value, total);
         }
         let mut variables = self.exact.each.clone();
         // Where one value of a searched variable is wanted, its other values are left out.
@@ -167,6 +179,40 @@ impl Lowering<'_> {
         let out = self.builder.buffer(&name, Role::Output, &axes);
         self.builder.nest(out, reduce, value);
         Ok(Output { name, ask: Some(ask.clone()), variables })
+    }
+
+    /// The total of a value over some axes, made ready for dividing by it.
+    fn total(&mut self, totals: &[AxisId], over: &[AxisId], value: ValueId) -> Total {
+        let name = self.name("total");
+        let total = self.builder.fold(&name, totals, Fold::Sum, over, value);
+        let divisor = self.builder.or_one(total);
+        if self.plate.is_empty() {
+            let name = self.name("divisor");
+            return Total::Divisor(self.builder.compute(&name, totals, Reduce::None, divisor));
+        }
+        // One division for each cell of the plate. The reciprocal of a very small total would overflow: such a
+        // total is scaled up first, and so is what is divided by it.
+        let (small, large) = (self.builder.constant(2f64.powi(-100)), self.builder.constant(2f64.powi(100)));
+        let one = self.builder.constant(1.0);
+        let is_small = self.builder.binary(Binary::Less, divisor, small);
+        let scale = self.builder.select(is_small, large, one);
+        let name = self.name("scale");
+        let scale = self.builder.compute(&name, totals, Reduce::None, scale);
+        let scaled = self.builder.binary(Binary::Multiply, divisor, scale);
+        let reciprocal = self.builder.binary(Binary::Divide, one, scaled);
+        let name = self.name("reciprocal");
+        let reciprocal = self.builder.compute(&name, totals, Reduce::None, reciprocal);
+        Total::Reciprocal { scale, reciprocal }
+    }
+
+    fn normalised(&mut self, value: ValueId, total: Total) -> ValueId {
+        match total {
+            Total::Divisor(divisor) => self.builder.binary(Binary::Divide, value, divisor),
+            Total::Reciprocal { scale, reciprocal } => {
+                let scaled = self.builder.binary(Binary::Multiply, value, scale);
+                self.builder.binary(Binary::Multiply, scaled, reciprocal)
+            }
+        }
     }
 
     /// Whether the running values of these searched variables are those that are wanted.

@@ -1,0 +1,177 @@
+//! Nests that share a loop, as one loop: what one makes the next one reads while it is in registers.
+//!
+//! In: the nests of a parallel group. Out: [`Item`]s in an order in which everything is made before it is read.
+//! Invariant: axes of few values are written out; nests of an item have the same other loop, or none, and read
+//! what is made in their item only at the running values.
+
+use super::nest::Nests;
+use crate::ids::{AxisId, BufferId, ValueId};
+use crate::kernel::schedule::{Loops, roots};
+use crate::kernel::{Index, Kernel, Node, Reduce};
+use std::collections::{BTreeSet, HashMap};
+
+/// The longest axis that is written out.
+const WRITTEN_OUT: usize = 4;
+
+/// The most copies of a nest.
+const MOST_COPIES: usize = 16;
+
+/// What is done in one go.
+pub(super) enum Item<'k> {
+    /// One nest, loop by loop.
+    Alone(&'k Loops),
+    /// Nests that share a loop, or have none.
+    Fused(Fused<'k>),
+}
+
+/// Nests that share a loop.
+pub(super) struct Fused<'k> {
+    pub(super) axis: Option<AxisId>,
+    pub(super) nests: Vec<&'k Loops>,
+}
+
+/// The known, short axes of a nest.
+pub(super) fn written_out(kernel: &Kernel, loops: &Loops) -> Vec<AxisId> {
+    let short = |axis: &&AxisId| kernel.axes[**axis].extent.known().is_some_and(|count| count <= WRITTEN_OUT);
+    loops.outer.iter().chain(&loops.inner).filter(short).copied().collect()
+}
+
+impl<'k> Nests<'k> {
+    /// The group's nests in the order in which they are done.
+    pub(super) fn items(&self) -> Vec<Item<'k>> {
+        let mut rest: Vec<&'k Loops> = self.group.nests.iter().collect();
+        let mut items = Vec::new();
+        let mut done: BTreeSet<BufferId> = BTreeSet::new();
+        while !rest.is_empty() {
+            let first = rest.remove(0);
+            let Some(axis) = self.shared_loop(first) else {
+                done.insert(self.kernel.nests[first.nest].out);
+                items.push(Item::Alone(first));
+                continue;
+            };
+            let mut fused = Fused { axis, nests: vec![first] };
+            let mut position = 0;
+            while position < rest.len() {
+                let fits = self.shared_loop(rest[position]) == Some(axis)
+                    && self.may_join(&fused, rest[position], &done);
+                match fits {
+                    true => fused.nests.push(rest.remove(position)),
+                    false => position += 1,
+                }
+            }
+            done.extend(fused.nests.iter().map(|nest| self.kernel.nests[nest.nest].out));
+            items.push(Item::Fused(fused));
+        }
+        items
+    }
+
+    /// The only loop of a nest that is not written out, if its shape is one that can share it.
+    fn shared_loop(&self, loops: &Loops) -> Option<Option<AxisId>> {
+        let nest = &self.kernel.nests[loops.nest];
+        if matches!(nest.reduce, Reduce::Scan { .. }) {
+            return None;
+        }
+        let short = written_out(self.kernel, loops);
+        let copies: usize = short.iter().filter_map(|axis| self.kernel.axes[*axis].extent.known()).product();
+        let long: Vec<AxisId> =
+            loops.outer.iter().chain(&loops.inner).filter(|axis| !short.contains(axis)).copied().collect();
+        let plain = loops.levels.iter().flatten().all(|value| match &self.kernel.nodes[*value] {
+            Node::Load { .. } if self.varies(*value) => self.is_fetched(*value) && !self.is_merged(*value),
+            _ => true,
+        });
+        // A value that varies along the lanes but not along the loop is kept, if it costs more than a few
+        // operations: that is done loop by loop.
+        let kept = loops.levels.iter().take(loops.levels.len() - 1).flatten().any(|value| {
+            self.varies(*value)
+                && !matches!(self.kernel.nodes[*value], Node::Load { .. })
+                && !long.iter().all(|axis| self.axes_of(*value).contains(axis))
+        });
+        match long.as_slice() {
+            _ if !plain || copies > MOST_COPIES || (kept && !long.is_empty()) => None,
+            [] => Some(None),
+            [one] => Some(Some(*one)),
+            _ => None,
+        }
+    }
+
+    /// Whether a nest reads only what is finished, or what is made by these nests at the running values.
+    fn may_join(&self, fused: &Fused<'k>, loops: &Loops, done: &BTreeSet<BufferId>) -> bool {
+        let own: BTreeSet<BufferId> =
+            self.group.nests.iter().map(|nest| self.kernel.nests[nest.nest].out).collect();
+        loops.levels.iter().flatten().all(|value| {
+            let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[*value] else { return true };
+            if !own.contains(buffer) || done.contains(buffer) {
+                return true;
+            }
+            let Some(maker) = fused.nests.iter().find(|nest| self.kernel.nests[nest.nest].out == *buffer)
+            else {
+                return false;
+            };
+            let running = indices.iter().zip(&self.kernel.buffers[*buffer].axes);
+            otherwise.is_none()
+                && running.into_iter().all(|(index, axis)| *index == Index::Axis(*axis))
+                && fused.axis.is_none_or(|axis| maker.outer.contains(&axis))
+        })
+    }
+
+    /// The axes on which a value depends.
+    pub(super) fn axes_of(&self, value: ValueId) -> BTreeSet<AxisId> {
+        let mut axes: BTreeSet<AxisId> = match &self.kernel.nodes[value] {
+            Node::Axis(axis) => BTreeSet::from([*axis]),
+            Node::Load { indices, .. } => (indices.iter())
+                .filter_map(|index| match index {
+                    Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis),
+                    Index::At(_) => None,
+                })
+                .collect(),
+            _ => BTreeSet::new(),
+        };
+        for operand in self.kernel.operands(value) {
+            axes.extend(self.axes_of(operand));
+        }
+        axes
+    }
+
+    /// Buffers that these nests make and others read, or the host gets.
+    pub(super) fn is_stored(&self, fused: &Fused<'k>, out: BufferId, shared: &[BufferId]) -> bool {
+        let inside = |nest: &Loops| fused.nests.iter().any(|other| other.nest == nest.nest);
+        let read = |nest: &&Loops| {
+            nest.levels.iter().flatten().any(
+                |value| matches!(&self.kernel.nodes[*value], Node::Load { buffer, .. } if *buffer == out),
+            )
+        };
+        let folded = fused.nests.iter().any(|nest| {
+            self.kernel.nests[nest.nest].out == out
+                && fused.axis.is_some_and(|axis| nest.inner.contains(&axis))
+        });
+        folded || shared.contains(&out) || self.group.nests.iter().filter(read).any(|nest| !inside(nest))
+    }
+}
+
+/// Every way to choose a value for each of some axes of known extent.
+pub(super) fn choices(kernel: &Kernel, axes: &[AxisId]) -> Vec<HashMap<AxisId, usize>> {
+    let mut choices = vec![HashMap::new()];
+    for axis in axes {
+        let count = kernel.axes[*axis].extent.known().expect("internal: only known extents are written out");
+        choices = (choices.iter())
+            .flat_map(|choice: &HashMap<AxisId, usize>| {
+                (0..count).map(|value| {
+                    let mut choice = choice.clone();
+                    choice.insert(*axis, value);
+                    choice
+                })
+            })
+            .collect();
+    }
+    choices
+}
+
+/// The values that a nest computes, its roots last.
+pub(super) fn values(kernel: &Kernel, loops: &Loops) -> Vec<ValueId> {
+    let nest = &kernel.nests[loops.nest];
+    let mut values: Vec<ValueId> = loops.levels.iter().flatten().copied().collect();
+    values.extend(roots(&nest.reduce, nest.value));
+    values.sort();
+    values.dedup();
+    values
+}

@@ -1,0 +1,167 @@
+//! The cell program over 10 × 360 × 90 cells and 7 velocities, one sensor, f32.
+//!
+//! In: a state that is smooth and nowhere certain. Out: `step` and `observe` by hand, emitted, by lanes and by the
+//! interpreter. Invariant: emitted code and the loop written by hand agree before they are timed.
+
+use crate::clock::{Task, table};
+use crate::hand;
+use bp_core::exec::{Inputs, Lanes, interpret};
+use bp_core::lower::lower;
+use bp_core::plan::{Options, Route, plan};
+use bp_core::space::{Edge, Space};
+use bvm::map::VELOCITIES;
+use bvm::programs::cell;
+use rayon::prelude::*;
+use std::hint::black_box;
+use std::marker::PhantomData;
+
+const EXTENTS: [usize; 3] = [10, 90, 360];
+
+/// Floats read and written by `step` for each cell: P(O) and P(V) before, the likelihood; P(O) and P(V) after.
+const FLOATS: usize = 2 + 7 + 2 + 2 + 7;
+
+/// Numbers in ]0, 1[ that look like nothing in particular.
+pub(crate) fn numbers(count: usize, seed: f32) -> Vec<f32> {
+    (0..count).map(|i| 0.5 + 0.45 * ((i as f32 * 0.37 + seed).sin())).collect()
+}
+
+fn close(one: &[f32], other: &[f32], what: &str) {
+    assert_eq!(one.len(), other.len(), "{what}");
+    for (x, y) in one.iter().zip(other) {
+        assert!((x - y).abs() <= 2e-5, "{what}: {x} is not {y}");
+    }
+}
+
+/// Runs a loop written by hand over rows, on the threads there are; as many rows at a time as emitted code takes.
+fn by_hand(
+    run: impl Fn(&hand::Cells<'_>, usize, &mut [&mut [f32]]) + Sync,
+    cells: &hand::Cells<'_>,
+    planes: &mut [Vec<f32>],
+) {
+    let [_, _, lanes] = cells.extents;
+    if rayon::current_num_threads() == 1 {
+        let mut made: Vec<&mut [f32]> = planes.iter_mut().map(Vec::as_mut_slice).collect();
+        return run(cells, 0, &mut made);
+    }
+    let rows = 22;
+    let pieces = planes[0].len().div_ceil(rows * lanes);
+    let mut parts: Vec<Vec<&mut [f32]>> = (0..pieces).map(|_| Vec::new()).collect();
+    for plane in planes {
+        plane.chunks_mut(rows * lanes).zip(&mut parts).for_each(|(part, parts)| parts.push(part));
+    }
+    parts.par_iter_mut().enumerate().for_each(|(piece, made)| run(cells, piece * rows, made));
+}
+
+/// Prints the tables.
+pub(crate) fn run(seconds: f64) {
+    let space = Space::new(EXTENTS, [Edge::Open, Edge::Pole, Edge::Circle]).expect("a grid");
+    let moves = space.antecedents(&VELOCITIES);
+    let plane = space.cells();
+    let (occupied, likelihood) = (numbers(plane, 0.0), numbers(2 * plane, 1.0));
+    let occupancy: Vec<f32> = occupied.iter().map(|p| 1.0 - p).chain(occupied.iter().copied()).collect();
+    let mut velocity = numbers(7 * plane, 2.0);
+    for at in 0..plane {
+        let total: f32 = (0..7).map(|v| velocity[v * plane + at]).sum();
+        (0..7).for_each(|v| velocity[v * plane + at] /= total);
+    }
+    let motion = [0.4f32, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1];
+    let epsilon = 0.01f32;
+    let cells = hand::Cells {
+        extents: EXTENTS,
+        moves: &moves,
+        epsilon,
+        motion: &motion,
+        occupancy: &occupancy,
+        velocity: &velocity,
+        likelihood: &likelihood,
+    };
+    let program = cell::model();
+    let kernel = |name: &str| {
+        let question = program.question(name).expect("a question of the program");
+        let plan = plan(&program, question, Options::default()).expect("a plan");
+        let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("one pass answers all") };
+        lower(&program, exact, name).expect("a kernel").kernel
+    };
+    let inputs = Inputs::new()
+        .grid("Grid", &space)
+        .displacements("Velocity", &moves)
+        .size("Sensors", 1)
+        .number("epsilon", epsilon)
+        .array("motion", &motion)
+        .array("previous O", &occupancy)
+        .array("previous V", &velocity)
+        .array("Sensors[i].reading", &likelihood);
+    let double = |values: &[f32]| values.iter().map(|x| f64::from(*x)).collect::<Vec<f64>>();
+    let (motion_64, occupancy_64, velocity_64, likelihood_64) =
+        (double(&motion), double(&occupancy), double(&velocity), double(&likelihood));
+    let inputs_64 = Inputs::new()
+        .grid("Grid", &space)
+        .displacements("Velocity", &moves)
+        .size("Sensors", 1)
+        .number("epsilon", f64::from(epsilon))
+        .array("motion", &motion_64)
+        .array("previous O", &occupancy_64)
+        .array("previous V", &velocity_64)
+        .array("Sensors[i].reading", &likelihood_64);
+    macro_rules! emitted_inputs {
+        ($question:ident) => {
+            cell::$question::Inputs {
+                grid: &space,
+                velocity: &moves,
+                sensors: 1,
+                epsilon,
+                motion: &motion,
+                previous_o: &occupancy,
+                previous_v: &velocity,
+                sensors_i_reading: &likelihood,
+                marker: PhantomData,
+            }
+        };
+    }
+    let (step, observe) = (emitted_inputs!(step), emitted_inputs!(observe));
+    let mut planes: Vec<Vec<f32>> = vec![vec![0.0; plane]; 9];
+    let mut more: Vec<Vec<f32>> = vec![vec![0.0; plane]; 11];
+    let (mut stepped, mut observed) = (cell::step::Outputs::default(), cell::observe::Outputs::default());
+    let (step_lanes, observe_lanes) = (Lanes::new(kernel("step")), Lanes::new(kernel("observe")));
+    by_hand(hand::step, &cells, &mut planes);
+    cell::step::run(&step, &mut stepped).expect("it fits");
+    close(&planes[..2].concat(), &stepped.p_o_z, "P(O)");
+    close(&planes[2..].concat(), &stepped.p_v_z, "P(V)");
+    by_hand(hand::observe, &cells, &mut more);
+    cell::observe::run(&observe, &mut observed).expect("it fits");
+    close(&more[..2].concat(), &observed.p_o_z, "P(O) of observe");
+    close(&more[9], &observed.entropy_p_o_v_z, "H(O V)");
+    close(&more[10], &observed.entropy_p_o_z, "H(O)");
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let title = format!("step: P(O), P(V); 324 000 cells, 7 velocities; {threads} thread(s)");
+            let mut tasks: Vec<Task<'_>> = vec![
+                ("by hand", Box::new(|| by_hand(hand::step, &cells, black_box(&mut planes)))),
+                ("emitted Rust", Box::new(|| cell::step::run(&step, black_box(&mut stepped)).expect("fits"))),
+                ("lanes", Box::new(|| drop(black_box(step_lanes.run(&inputs))))),
+            ];
+            let times = table(&title, 4.0 * seconds, (1e3, "ms"), &mut tasks);
+            let bytes = (4 * FLOATS * plane) as f64;
+            for (time, name) in times.iter().zip(["by hand", "emitted"]) {
+                println!("    {name}: {} B a cell, {:.1} GB/s at best", 4 * FLOATS, bytes / time.least / 1e9);
+            }
+            let title = format!("observe: step and two entropies; {threads} thread(s)");
+            let mut tasks: Vec<Task<'_>> = vec![
+                ("by hand", Box::new(|| by_hand(hand::observe, &cells, black_box(&mut more)))),
+                (
+                    "emitted Rust",
+                    Box::new(|| cell::observe::run(&observe, black_box(&mut observed)).expect("fits")),
+                ),
+                ("lanes", Box::new(|| drop(black_box(observe_lanes.run(&inputs))))),
+            ];
+            table(&title, 4.0 * seconds, (1e3, "ms"), &mut tasks);
+        });
+    }
+    let interpreted = kernel("step");
+    let start = std::time::Instant::now();
+    let answer = interpret(&interpreted, &inputs_64).expect("it fits");
+    println!("  interpreter, f64, once: {:.0} ms for step", start.elapsed().as_secs_f64() * 1e3);
+    let single: Vec<f32> = answer.get("P(V | Z)").iter().map(|x| *x as f32).collect();
+    close(&single, &stepped.p_v_z, "P(V) of the interpreter");
+}

@@ -1,0 +1,324 @@
+//! Loops written by hand: the yardstick for what the compiler makes of the same programs.
+//!
+//! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: safe Rust, one
+//! thread, no allocation inside; each is checked against the kernel before it is timed.
+
+use bp_core::exec::scalar::Scalar;
+use bp_core::space::Moves;
+
+/// Lanes held in the first cache at once.
+const BLOCK: usize = 64;
+
+/// The cell program's inputs.
+pub(crate) struct Cells<'a> {
+    /// Depth, rows, lanes.
+    pub(crate) extents: [usize; 3],
+    /// Antecedents.
+    pub(crate) moves: &'a Moves,
+    /// That occupancy changes.
+    pub(crate) epsilon: f32,
+    /// P(V) of what enters.
+    pub(crate) motion: &'a [f32],
+    /// P(O) before, two planes.
+    pub(crate) occupancy: &'a [f32],
+    /// P(V) before, a plane for each velocity.
+    pub(crate) velocity: &'a [f32],
+    /// The likelihood of what the sensor read, two planes.
+    pub(crate) likelihood: &'a [f32],
+}
+
+/// A row read from lane `turn` on, going round, as at most two stretches `(to, from, length)`.
+fn stretches(turn: i32, lanes: usize) -> [(usize, usize, usize); 2] {
+    let from = turn.rem_euclid(lanes as i32) as usize;
+    [(0, from, lanes - from), (lanes - from, 0, from)]
+}
+
+/// What one velocity adds to one stretch of a row. A function of its own, so that the compiler knows that what is
+/// written overlaps with nothing that is read.
+#[inline(never)]
+#[allow(clippy::too_many_arguments)] // for the same reason
+fn add_velocity(
+    empty: &[f32],
+    full: &[f32],
+    velocity: &[f32],
+    likelihood_empty: &[f32],
+    likelihood_full: &[f32],
+    sum_empty: &mut [f32],
+    sum_full: &mut [f32],
+    marginal: &mut [f32],
+    epsilon: f32,
+) {
+    let length = marginal.len();
+    let (empty, full, velocity) = (&empty[..length], &full[..length], &velocity[..length]);
+    let (likelihood_empty, likelihood_full) = (&likelihood_empty[..length], &likelihood_full[..length]);
+    let (sum_empty, sum_full) = (&mut sum_empty[..length], &mut sum_full[..length]);
+    let stays = 1.0 - epsilon;
+    for lane in 0..length {
+        let joint_empty =
+            likelihood_empty[lane] * velocity[lane] * (stays * empty[lane] + epsilon * full[lane]);
+        let joint_full =
+            likelihood_full[lane] * velocity[lane] * (epsilon * empty[lane] + stays * full[lane]);
+        sum_empty[lane] += joint_empty;
+        sum_full[lane] += joint_full;
+        marginal[lane] = joint_empty + joint_full;
+    }
+}
+
+/// Predict and estimate: P(O) and P(V) of rows `first..` of the plate; `made` are the planes' parts for them.
+pub(crate) fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
+    let [depths, rows, lanes] = cells.extents;
+    let plane = depths * rows * lanes;
+    let velocities = cells.moves.displacements;
+    let mut sums = vec![0.0f32; 2 * lanes];
+    let constant = vec![0.5f32; lanes];
+    let mut entering = vec![0.0f32; lanes];
+    let (sum_empty, sum_full) = sums.split_at_mut(lanes);
+    let (occupied, marginals) = made.split_at_mut(2);
+    for row in 0..marginals[0].len() / lanes {
+        let here = (first + row) * lanes;
+        let mine = row * lanes..(row + 1) * lanes;
+        let likelihood =
+            [&cells.likelihood[here..here + lanes], &cells.likelihood[plane + here..plane + here + lanes]];
+        sum_empty.fill(0.0);
+        sum_full.fill(0.0);
+        for velocity in 0..velocities {
+            let table = velocity * depths * rows + first + row;
+            let (depth, from) = (cells.moves.depth[table], cells.moves.row[table]);
+            let marginal = &mut marginals[velocity][mine.clone()];
+            if depth < 0 || from < 0 {
+                entering.fill(cells.motion[velocity]);
+                add_velocity(
+                    &constant,
+                    &constant,
+                    &entering,
+                    likelihood[0],
+                    likelihood[1],
+                    sum_empty,
+                    sum_full,
+                    marginal,
+                    cells.epsilon,
+                );
+                continue;
+            }
+            let base = (depth as usize * rows + from as usize) * lanes;
+            for (to, at, length) in stretches(cells.moves.turn[table], lanes) {
+                let read = |values: &'_ [f32], offset: usize| offset + base + at..values.len();
+                let empty = &cells.occupancy[read(cells.occupancy, 0)];
+                let full = &cells.occupancy[read(cells.occupancy, plane)];
+                let before = &cells.velocity[read(cells.velocity, velocity * plane)];
+                add_velocity(
+                    empty,
+                    full,
+                    before,
+                    &likelihood[0][to..],
+                    &likelihood[1][to..],
+                    &mut sum_empty[to..],
+                    &mut sum_full[to..],
+                    &mut marginal[to..to + length],
+                    cells.epsilon,
+                );
+            }
+        }
+        for start in (0..lanes).step_by(BLOCK) {
+            let width = BLOCK.min(lanes - start);
+            let mut scale = [0.0f32; BLOCK];
+            let totals = sum_empty[start..start + width].iter().zip(&sum_full[start..start + width]);
+            for (scale, (empty, full)) in scale.iter_mut().zip(totals) {
+                *scale = 1.0 / (empty + full);
+            }
+            let part = row * lanes + start..row * lanes + start + width;
+            for (plane, sum) in occupied.iter_mut().zip([&*sum_empty, &*sum_full]) {
+                let sums = sum[start..start + width].iter().zip(&scale);
+                for (cell, (sum, scale)) in plane[part.clone()].iter_mut().zip(sums) {
+                    *cell = sum * scale;
+                }
+            }
+            for plane in marginals.iter_mut() {
+                for (cell, scale) in plane[part.clone()].iter_mut().zip(&scale) {
+                    *cell *= scale;
+                }
+            }
+        }
+    }
+}
+
+/// −p ln p, 0 at 0.
+#[inline(always)]
+fn minus_p_ln_p(p: f32) -> f32 {
+    -p * (if p > 0.0 { p } else { 1.0 }).natural_logarithm()
+}
+
+/// [`step`], and the entropies of (O, V) and O: the last two of `made`.
+///
+/// With j the joint and s its total, H = ln s − Σ j ln j / s: so the joint need not be kept until s is known.
+pub(crate) fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
+    let [depths, rows, lanes] = cells.extents;
+    let plane = depths * rows * lanes;
+    let (planes, entropies) = made.split_at_mut(2 + cells.moves.displacements);
+    let (joint, occupancy) = entropies.split_at_mut(1);
+    step(cells, first, planes);
+    let constant = vec![0.5f32; lanes];
+    let mut entering = vec![0.0f32; lanes];
+    let (mut sum, mut total) = (vec![0.0f32; lanes], vec![0.0f32; lanes]);
+    for row in 0..joint[0].len() / lanes {
+        let here = (first + row) * lanes;
+        sum.fill(0.0);
+        total.fill(0.0);
+        for velocity in 0..cells.moves.displacements {
+            let table = velocity * depths * rows + first + row;
+            let (depth, from) = (cells.moves.depth[table], cells.moves.row[table]);
+            let inside = depth >= 0 && from >= 0;
+            entering.fill(cells.motion[velocity]);
+            let base = if inside { (depth as usize * rows + from as usize) * lanes } else { 0 };
+            for (to, at, length) in stretches(cells.moves.turn[table], lanes) {
+                let source = |values: &'_ [f32], offset: usize| offset + base + at..values.len();
+                let (empty, full, before) = match inside {
+                    false => (&constant[..], &constant[..], &entering[..]),
+                    true => (
+                        &cells.occupancy[source(cells.occupancy, 0)],
+                        &cells.occupancy[source(cells.occupancy, plane)],
+                        &cells.velocity[source(cells.velocity, velocity * plane)],
+                    ),
+                };
+                add_entropy(
+                    empty,
+                    full,
+                    before,
+                    &cells.likelihood[here + to..],
+                    &cells.likelihood[plane + here + to..],
+                    &mut total[to..],
+                    &mut sum[to..to + length],
+                    cells.epsilon,
+                );
+            }
+        }
+        let mine = row * lanes..(row + 1) * lanes;
+        for (cell, (sum, total)) in joint[0][mine.clone()].iter_mut().zip(sum.iter().zip(&total)) {
+            *cell = sum / total + total.natural_logarithm();
+        }
+        let (empty, full) = (&planes[0][mine.clone()], &planes[1][mine.clone()]);
+        for (cell, (empty, full)) in occupancy[0][mine].iter_mut().zip(empty.iter().zip(full)) {
+            *cell = minus_p_ln_p(*empty) + minus_p_ln_p(*full);
+        }
+    }
+}
+
+/// What one velocity adds to one stretch of Σ −j ln j and of the total.
+#[inline(never)]
+#[allow(clippy::too_many_arguments)] // as for `add_velocity`
+fn add_entropy(
+    empty: &[f32],
+    full: &[f32],
+    velocity: &[f32],
+    likelihood_empty: &[f32],
+    likelihood_full: &[f32],
+    total: &mut [f32],
+    sum: &mut [f32],
+    epsilon: f32,
+) {
+    let length = sum.len();
+    let (empty, full, velocity) = (&empty[..length], &full[..length], &velocity[..length]);
+    let (likelihood_empty, likelihood_full) = (&likelihood_empty[..length], &likelihood_full[..length]);
+    let (total, stays) = (&mut total[..length], 1.0 - epsilon);
+    for lane in 0..length {
+        let joint_empty =
+            likelihood_empty[lane] * velocity[lane] * (stays * empty[lane] + epsilon * full[lane]);
+        let joint_full =
+            likelihood_full[lane] * velocity[lane] * (epsilon * empty[lane] + stays * full[lane]);
+        sum[lane] += minus_p_ln_p(joint_empty) + minus_p_ln_p(joint_full);
+        total[lane] += joint_empty + joint_full;
+    }
+}
+
+/// P(z | O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
+///
+/// A normal about the first occupied cell k, read on bins: Φ at bin edges, which neighbouring k share. The cells
+/// but C are occupied with probability ½, so the first one is a recurrence along the ray.
+pub(crate) fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], made: &mut [f32]) {
+    let rays = readings.len();
+    let mut reach = vec![[0.0f32; BLOCK]; bins];
+    for start in (0..rays).step_by(BLOCK) {
+        let width = BLOCK.min(rays - start);
+        let (mut z, mut sigma, mut upper) = ([1.0f32; BLOCK], [1.0f32; BLOCK], [0.0f32; BLOCK]);
+        z[..width].copy_from_slice(&readings[start..start + width]);
+        sigma[..width].copy_from_slice(&deviations[start..start + width]);
+        let edge: [f32; BLOCK] =
+            std::array::from_fn(|ray| if z[ray] == 0.0 { bins as f32 + 1.0 } else { z[ray] });
+        for ray in 0..BLOCK {
+            upper[ray] = ((edge[ray] - 0.5) / sigma[ray]).normal_cumulative();
+        }
+        for (k, reach) in reach.iter_mut().enumerate() {
+            for ray in 0..BLOCK {
+                let lower = ((edge[ray] - k as f32 - 1.5) / sigma[ray]).normal_cumulative();
+                let from = if z[ray] == 1.0 { 0.0 } else { lower };
+                reach[ray] = if z[ray] == 0.0 { 1.0 } else { upper[ray] } - from;
+                upper[ray] = lower;
+            }
+        }
+        let mut beyond: [f32; BLOCK] = std::array::from_fn(|ray| if z[ray] == 0.0 { 1.0 } else { 0.0 });
+        // What lies beyond C, in the plane of the empty; then what lies before it is added to both.
+        for c in (0..bins).rev() {
+            made[c * rays + start..][..width].copy_from_slice(&beyond[..width]);
+            for ray in 0..BLOCK {
+                beyond[ray] = 0.5 * (reach[c][ray] + beyond[ray]);
+            }
+        }
+        let (mut before, mut weight) = ([0.0f32; BLOCK], 1.0f32);
+        for c in 0..bins {
+            let (empty, full) = made.split_at_mut(bins * rays);
+            let empty = &mut empty[c * rays + start..][..width];
+            let full = &mut full[c * rays + start..][..width];
+            for ray in 0..width {
+                empty[ray] = before[ray] + weight * empty[ray];
+                full[ray] = before[ray] + weight * reach[c][ray];
+            }
+            weight *= 0.5;
+            for ray in 0..BLOCK {
+                before[ray] += weight * reach[c][ray];
+            }
+        }
+    }
+}
+
+/// The scores of the gaze program: (1 − P(O)) ‖∇H‖ at each direction's frontier cell, 0 elsewhere; and their best.
+pub(crate) fn gaze(
+    extents: [usize; 3],
+    eta: f32,
+    occupied: &[f32],
+    entropy: &[f32],
+    made: &mut [f32],
+) -> usize {
+    let [depths, rows, lanes] = extents;
+    let mut best = (0.0f32, 0);
+    made.fill(0.0);
+    let mut last = vec![0usize; lanes];
+    let mut open = vec![true; lanes];
+    for row in 0..rows {
+        last.fill(0);
+        open.fill(true);
+        for depth in 0..depths {
+            let here = &occupied[(depth * rows + row) * lanes..][..lanes];
+            for ((open, last), p) in open.iter_mut().zip(last.iter_mut()).zip(here) {
+                *open &= *p < 0.5 - eta;
+                *last += usize::from(*open);
+            }
+        }
+        for lane in 0..lanes {
+            if last[lane] == 0 {
+                continue;
+            }
+            let depth = last[lane] - 1;
+            let at = (depth * rows + row) * lanes;
+            let h = entropy[at + lane];
+            let near = if depth > 0 { h - entropy[at - rows * lanes + lane] } else { 0.0 };
+            let below = if row > 0 { h - entropy[at - lanes + lane] } else { 0.0 };
+            let left = h - entropy[at + (lane + lanes - 1) % lanes];
+            let score = (1.0 - occupied[at + lane]) * (near * near + below * below + left * left).sqrt();
+            made[at + lane] = score;
+            if score > best.0 {
+                best = (score, at + lane);
+            }
+        }
+    }
+    best.1
+}

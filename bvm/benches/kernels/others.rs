@@ -1,0 +1,153 @@
+//! The range sensor over all rays, the choice of a gaze, and a question of three variables.
+//!
+//! In: made-up readings and maps. Out: each emitted, by hand, and by lanes where they run it. Invariant: as for
+//! the cell program, they agree before they are timed.
+
+use crate::cell::numbers;
+use crate::clock::{Task, table};
+use crate::hand;
+use bp_core::answer::argmax;
+use bp_core::exec::{Inputs, Lanes};
+use bp_core::lower::lower;
+use bp_core::plan::{Options, Route, plan};
+use bp_core::space::{Edge, Space};
+use bp_macros::bayesian_program;
+use bvm::programs::{gaze, line_of_sight};
+use std::hint::black_box;
+use std::marker::PhantomData;
+
+bayesian_program!("../tests/programs/wet_grass.bp");
+
+/// Prints the tables.
+pub(crate) fn run(seconds: f64) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    pool.install(|| {
+        range_sensor(seconds);
+        gaze_choice(seconds);
+        small_question(seconds);
+    });
+}
+
+fn range_sensor(seconds: f64) {
+    let (rays, bins) = (32_400usize, 10usize);
+    let z: Vec<f32> = (0..rays).map(|ray| ((ray * 7) % (bins + 1)) as f32).collect();
+    let (lambda, rho) = (numbers(rays, 0.0), numbers(rays, 3.0));
+    let (sigma_min, ln_b) = (0.05f32, 0.2f32);
+    let deviations: Vec<f32> = lambda.iter().zip(&rho).map(|(l, r)| sigma_min / (l * r * ln_b)).collect();
+    let inputs = line_of_sight::reading::Inputs {
+        rays,
+        n: bins,
+        z: &z,
+        sigma_min,
+        ln_b,
+        lambda: &lambda,
+        rho: &rho,
+        marker: PhantomData,
+    };
+    let mut emitted = line_of_sight::reading::Outputs::default();
+    line_of_sight::reading::run(&inputs, &mut emitted).expect("it fits");
+    let mut made = vec![0.0f32; 2 * bins * rays];
+    hand::range_sensor(bins, &z, &deviations, &mut made);
+    // The kernel's order is [O][C] or [C][O], as the question says.
+    let swapped: Vec<f32> = (0..bins)
+        .flat_map(|c| [0, 1].map(|o| (o * bins + c) * rays))
+        .flat_map(|at| &made[at..at + rays])
+        .copied()
+        .collect();
+    let far =
+        |other: &[f32]| other.iter().zip(&emitted.p_z_z_o_c).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+    let apart = far(&made).min(far(&swapped));
+    assert!(apart < 1e-5, "the range sensor by hand is {apart} away");
+    let program = line_of_sight::model();
+    let question = program.question("reading").expect("a question");
+    let plan = plan(&program, question, Options::default()).expect("a plan");
+    let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("one pass answers") };
+    let lanes = Lanes::new(lower(&program, exact, "reading").expect("a kernel").kernel);
+    let given = Inputs::new()
+        .size("Rays", rays)
+        .size("N", bins)
+        .array("z", &z)
+        .number("sigma_min", sigma_min)
+        .number("ln_b", ln_b)
+        .array("lambda", &lambda)
+        .array("rho", &rho);
+    let mut tasks: Vec<Task<'_>> = vec![
+        ("by hand", Box::new(|| hand::range_sensor(bins, black_box(&z), &deviations, black_box(&mut made)))),
+        (
+            "emitted Rust",
+            Box::new(|| line_of_sight::reading::run(&inputs, black_box(&mut emitted)).expect("fits")),
+        ),
+        ("lanes", Box::new(|| drop(black_box(lanes.run(&given))))),
+    ];
+    table("range sensor: 32 400 rays of 10 cells; one thread", 2.0 * seconds, (1e3, "ms"), &mut tasks);
+}
+
+fn gaze_choice(seconds: f64) {
+    let extents = [10, 90, 360];
+    let space = Space::new(extents, [Edge::Open, Edge::Pole, Edge::Circle]).expect("a grid");
+    let (entropy, eta) = (numbers(space.cells(), 5.0), gaze::DEFAULT_ETA as f32);
+    // Free up to somewhere between the first cell and the last.
+    let plane = extents[1] * extents[2];
+    let occupied: Vec<f32> = (0..space.cells())
+        .map(|cell| if cell / plane <= (cell % plane * 7) % 12 { 0.1 } else { 0.5 })
+        .collect();
+    let inputs =
+        gaze::look::Inputs { grid: &space, eta, map_p_o_c: &occupied, map_h: &entropy, marker: PhantomData };
+    let away = numbers(space.cells(), 7.0);
+    let mut emitted = gaze::look::Outputs::default();
+    gaze::look::run(&inputs, &mut emitted).expect("it fits");
+    let mut made = vec![0.0f32; space.cells()];
+    hand::gaze(extents, eta, &occupied, &entropy, &mut made);
+    for (x, y) in made.iter().zip(&emitted.argmax_p_g_nearest_heading) {
+        assert!((x - y).abs() < 1e-5, "the gaze by hand: {x} is not {y}");
+    }
+    let mut tasks: Vec<Task<'_>> = vec![
+        (
+            "by hand",
+            Box::new(|| {
+                black_box(hand::gaze(extents, eta, black_box(&occupied), &entropy, &mut made));
+            }),
+        ),
+        (
+            "emitted Rust",
+            Box::new(|| {
+                gaze::look::run(&inputs, black_box(&mut emitted)).expect("fits");
+                black_box(argmax(&emitted.argmax_p_g_nearest_heading, Some(&away)));
+            }),
+        ),
+    ];
+    table("gaze choice: scores of 324 000 cells, and the best", 2.0 * seconds, (1e3, "ms"), &mut tasks);
+}
+
+fn small_question(seconds: f64) {
+    const TIMES: usize = 1000;
+    let inputs = wet_grass::rain::Inputs::<f64> { marker: PhantomData };
+    let mut answer = wet_grass::rain::Outputs::default();
+    // By wetness: dry first. Rain wets for sure, and so does the sprinkler.
+    let by_hand = |rain: f64, sprinkler: f64| {
+        let (dry, sprinkled) = ((1.0 - rain) * (1.0 - sprinkler), (1.0 - rain) * sprinkler);
+        let wet = rain + sprinkled;
+        [[dry / dry, 0.0], [sprinkled / wet, rain / wet]]
+    };
+    wet_grass::rain::run(&inputs, &mut answer).expect("it fits");
+    println!("\nP(Rain | Wet): {:?}, by hand {:?}", answer, by_hand(0.3, 0.9));
+    let mut tasks: Vec<Task<'_>> = vec![
+        (
+            "by hand",
+            Box::new(move || {
+                for _ in 0..TIMES {
+                    black_box(by_hand(black_box(0.3), black_box(0.9)));
+                }
+            }),
+        ),
+        (
+            "emitted Rust",
+            Box::new(move || {
+                for _ in 0..TIMES {
+                    wet_grass::rain::run(black_box(&inputs), black_box(&mut answer)).expect("fits");
+                }
+            }),
+        ),
+    ];
+    table("a question of three variables, f64", 0.5 * seconds, (1e9 / TIMES as f64, "ns"), &mut tasks);
+}
