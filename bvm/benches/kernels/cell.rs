@@ -13,7 +13,6 @@ use bvm::map::VELOCITIES;
 use bvm::programs::cell;
 use rayon::prelude::*;
 use std::hint::black_box;
-use std::marker::PhantomData;
 
 const EXTENTS: [usize; 3] = [10, 90, 360];
 
@@ -114,7 +113,6 @@ pub(crate) fn run(seconds: f64) {
                 previous_o: &occupancy,
                 previous_v: &velocity,
                 sensors_i_reading: &likelihood,
-                marker: PhantomData,
             }
         };
     }

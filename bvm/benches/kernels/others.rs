@@ -14,7 +14,6 @@ use bp_core::space::{Edge, Space};
 use bp_macros::bayesian_program;
 use bvm::programs::{gaze, line_of_sight};
 use std::hint::black_box;
-use std::marker::PhantomData;
 
 bayesian_program!("../tests/programs/wet_grass.bp");
 
@@ -34,16 +33,8 @@ fn range_sensor(seconds: f64) {
     let (lambda, rho) = (numbers(rays, 0.0), numbers(rays, 3.0));
     let (sigma_min, ln_b) = (0.05f32, 0.2f32);
     let deviations: Vec<f32> = lambda.iter().zip(&rho).map(|(l, r)| sigma_min / (l * r * ln_b)).collect();
-    let inputs = line_of_sight::reading::Inputs {
-        rays,
-        n: bins,
-        z: &z,
-        sigma_min,
-        ln_b,
-        lambda: &lambda,
-        rho: &rho,
-        marker: PhantomData,
-    };
+    let inputs =
+        line_of_sight::reading::Inputs { rays, n: bins, z: &z, sigma_min, ln_b, lambda: &lambda, rho: &rho };
     let mut emitted = line_of_sight::reading::Outputs::default();
     line_of_sight::reading::run(&inputs, &mut emitted).expect("it fits");
     let mut made = vec![0.0f32; 2 * bins * rays];
@@ -91,8 +82,7 @@ fn gaze_choice(seconds: f64) {
     let occupied: Vec<f32> = (0..space.cells())
         .map(|cell| if cell / plane <= (cell % plane * 7) % 12 { 0.1 } else { 0.5 })
         .collect();
-    let inputs =
-        gaze::look::Inputs { grid: &space, eta, map_p_o_c: &occupied, map_h: &entropy, marker: PhantomData };
+    let inputs = gaze::look::Inputs { grid: &space, eta, map_p_o_c: &occupied, map_h: &entropy };
     let away = numbers(space.cells(), 7.0);
     let mut emitted = gaze::look::Outputs::default();
     gaze::look::run(&inputs, &mut emitted).expect("it fits");
@@ -121,8 +111,8 @@ fn gaze_choice(seconds: f64) {
 
 fn small_question(seconds: f64) {
     const TIMES: usize = 1000;
-    let inputs = wet_grass::rain::Inputs::<f64> { marker: PhantomData };
-    let mut answer = wet_grass::rain::Outputs::default();
+    let inputs = wet_grass::rain::Inputs {};
+    let mut answer = wet_grass::rain::Outputs::<f64>::default();
     // By wetness: dry first. Rain wets for sure, and so does the sprinkler.
     let by_hand = |rain: f64, sprinkler: f64| {
         let (dry, sprinkled) = ((1.0 - rain) * (1.0 - sprinkler), (1.0 - rain) * sprinkler);
