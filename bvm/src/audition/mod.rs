@@ -20,6 +20,25 @@ pub struct Hearing {
     sounding: source::Outputs<f32>,
 }
 
+/// What both questions are given.
+macro_rules! inputs {
+    ($question:ident, $hearing:expr, $cues:expr) => {
+        $question::Inputs {
+            grid: $hearing.cells,
+            channels: CHANNELS,
+            rate: binaural::DEFAULT_RATE as f32,
+            tau_max: binaural::DEFAULT_TAU_MAX as f32,
+            l_max: binaural::DEFAULT_L_MAX as f32,
+            sigma_tau: binaural::DEFAULT_SIGMA_TAU as f32,
+            sigma_l: binaural::DEFAULT_SIGMA_L as f32,
+            mu_tau: &$hearing.mu_tau,
+            mu_l: &$hearing.mu_l,
+            tau: &[$cues.itd_s as f32],
+            l: &$cues.ild_db.map(|level| level as f32),
+        }
+    };
+}
+
 impl Hearing {
     /// Ears on a spherical head, calibrated for each cell of a grid.
     pub fn calibrated(grid: &Grid) -> Self {
@@ -41,21 +60,7 @@ impl Hearing {
     /// # Errors
     /// None that data can cause; the kernel's own checks.
     pub fn likelihood(&mut self, cues: &Cues) -> Result<Likelihood, Error> {
-        let (tau, l) = ([cues.itd_s as f32], cues.ild_db.map(|level| level as f32));
-        let inputs = reading::Inputs {
-            grid: self.cells,
-            channels: CHANNELS,
-            rate: binaural::DEFAULT_RATE as f32,
-            tau_max: binaural::DEFAULT_TAU_MAX as f32,
-            l_max: binaural::DEFAULT_L_MAX as f32,
-            sigma_tau: binaural::DEFAULT_SIGMA_TAU as f32,
-            sigma_l: binaural::DEFAULT_SIGMA_L as f32,
-            mu_tau: &self.mu_tau,
-            mu_l: &self.mu_l,
-            tau: &tau,
-            l: &l,
-        };
-        reading::run(&inputs, &mut self.answer)?;
+        reading::run(&inputs!(reading, self, cues), &mut self.answer)?;
         let likelihood = &self.answer.p_tau_tau_l_l_o;
         // The cues' density is the same number in every cell that does not fit; only ratios matter to the map.
         let most = likelihood.iter().fold(f32::MIN_POSITIVE, |most, value| most.max(*value));
@@ -67,21 +72,7 @@ impl Hearing {
     /// # Errors
     /// None that data can cause; the kernel's own checks.
     pub fn sounding(&mut self, cues: &Cues) -> Result<&[f32], Error> {
-        let (tau, l) = ([cues.itd_s as f32], cues.ild_db.map(|level| level as f32));
-        let inputs = source::Inputs {
-            grid: self.cells,
-            channels: CHANNELS,
-            rate: binaural::DEFAULT_RATE as f32,
-            tau_max: binaural::DEFAULT_TAU_MAX as f32,
-            l_max: binaural::DEFAULT_L_MAX as f32,
-            sigma_tau: binaural::DEFAULT_SIGMA_TAU as f32,
-            sigma_l: binaural::DEFAULT_SIGMA_L as f32,
-            mu_tau: &self.mu_tau,
-            mu_l: &self.mu_l,
-            tau: &tau,
-            l: &l,
-        };
-        source::run(&inputs, &mut self.sounding)?;
+        source::run(&inputs!(source, self, cues), &mut self.sounding)?;
         Ok(&self.sounding.p_s_tau_tau_l_l[self.cells..])
     }
 }
