@@ -81,10 +81,10 @@ pub(crate) fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
             [&cells.likelihood[here..here + lanes], &cells.likelihood[plane + here..plane + here + lanes]];
         sum_empty.fill(0.0);
         sum_full.fill(0.0);
-        for velocity in 0..velocities {
+        for (velocity, marginals) in marginals.iter_mut().enumerate().take(velocities) {
             let table = velocity * depths * rows + first + row;
             let (depth, from) = (cells.moves.depth[table], cells.moves.row[table]);
-            let marginal = &mut marginals[velocity][mine.clone()];
+            let marginal = &mut marginals[mine.clone()];
             if depth < 0 || from < 0 {
                 entering.fill(cells.motion[velocity]);
                 add_velocity(

@@ -15,7 +15,20 @@ use bp_macros::bayesian_program;
 use bvm::programs::{gaze, line_of_sight};
 use std::hint::black_box;
 
-bayesian_program!("../tests/programs/wet_grass.bp");
+bayesian_program! {
+    /// Is it the rain or the sprinkler? Its numbers come when it runs, as those of the loop by hand do.
+    program WetGrass {
+        parameters { rain, sprinkler : probability; }
+        variables { Rain, Sprinkler, Wet : bool; }
+        decomposition { P(Rain) P(Sprinkler | Rain) P(Wet | Rain Sprinkler) }
+        forms {
+            P(Rain)                 = bernoulli(rain);
+            P(Sprinkler | Rain)     = bernoulli(if Rain { 0 } else { sprinkler });
+            P(Wet | Rain Sprinkler) = dirac(Rain or Sprinkler);
+        }
+        question rain { P(Rain | Wet) }
+    }
+}
 
 /// Prints the tables.
 pub(crate) fn run(seconds: f64) {
@@ -111,16 +124,19 @@ fn gaze_choice(seconds: f64) {
 
 fn small_question(seconds: f64) {
     const TIMES: usize = 1000;
-    let inputs = wet_grass::rain::Inputs {};
+    let inputs = wet_grass::rain::Inputs { rain: 0.3, sprinkler: 0.9 };
     let mut answer = wet_grass::rain::Outputs::<f64>::default();
-    // By wetness: dry first. Rain wets for sure, and so does the sprinkler.
+    // By wetness: dry first. Rain wets for sure, and so does the sprinkler, which is off when it rains.
     let by_hand = |rain: f64, sprinkler: f64| {
         let (dry, sprinkled) = ((1.0 - rain) * (1.0 - sprinkler), (1.0 - rain) * sprinkler);
         let wet = rain + sprinkled;
-        [[dry / dry, 0.0], [sprinkled / wet, rain / wet]]
+        let impossible = dry <= 0.0;
+        [[if impossible { 0.0 } else { 1.0 }, 0.0], [sprinkled / wet, rain / wet]]
     };
     wet_grass::rain::run(&inputs, &mut answer).expect("it fits");
-    println!("\nP(Rain | Wet): {:?}, by hand {:?}", answer, by_hand(0.3, 0.9));
+    let expected = by_hand(0.3, 0.9);
+    let found = answer.p_rain_wet.iter().zip(expected.as_flattened());
+    assert!(found.into_iter().all(|(found, expected)| (found - expected).abs() < 1e-12), "{answer:?}");
     let mut tasks: Vec<Task<'_>> = vec![
         (
             "by hand",
