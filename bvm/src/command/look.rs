@@ -9,8 +9,7 @@ use bvm::exploration::{Gaze, Gradient};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
 use bvm::report::{
-    ColourMap, Panorama, TopView, Window, first_occupied_range, maximum, mean, panorama, top_view,
-    write_atomically,
+    ColourMap, Panorama, TopView, Window, first_occupied_range, mean, panorama, top_view, write_atomically,
 };
 use bvm::vision::image::{read, write_png_rgb};
 use bvm::vision::{Calibration, DisparityMap, RangeReading, Sight, match_pair, readings};
@@ -165,7 +164,6 @@ fn write(
     let range: Vec<f64> =
         seen.iter().map(|reading| reading.map_or(f64::NAN, |reading| f64::from(reading.range_m))).collect();
     let first = first_occupied_range(grid, map.occupancy(), 0.05)?;
-    let occupied = maximum(grid, map.occupancy())?;
     let entropy = mean(grid, map.entropy())?;
     let what = TopView {
         occupancy: map.occupancy(),
@@ -177,12 +175,8 @@ fn write(
     for (name, picture) in [
         ("range_panorama.png", draw("What was read", "range (m)", &range, ColourMap::Sequential, near)?),
         (
-            "first_occupied_panorama.png",
-            draw("First occupied cell", "range (m)", &first, ColourMap::Sequential, near)?,
-        ),
-        (
             "occupancy_panorama.png",
-            draw("Most occupied cell", "P(O = 1)", &occupied, ColourMap::Occupancy, None)?,
+            draw("First occupied cell", "range (m)", &first, ColourMap::Sequential, near)?,
         ),
         (
             "entropy_panorama.png",
