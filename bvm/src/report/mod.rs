@@ -20,7 +20,7 @@ pub use colour::ColourMap;
 pub use curves::{Series, entropy_curves};
 pub use panorama::{Panorama, Window, panorama};
 pub use picture::{Picture, write_atomically};
-pub use reduction::{first_occupied_range, maximum, mean, slice_around_horizon, strongest};
+pub use reduction::{first_occupied_range, mean, slice_around_horizon, strongest};
 pub use top_view::{TopView, top_view};
 
 use std::path::PathBuf;

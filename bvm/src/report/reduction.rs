@@ -32,14 +32,6 @@ pub fn first_occupied_range(grid: &Grid, occupancy: &[f32], margin: f32) -> Resu
     })
 }
 
-/// The largest value on each line of sight.
-///
-/// # Errors
-/// [`ReportError::Length`] unless there is one value per cell.
-pub fn maximum(grid: &Grid, values: &[f32]) -> Result<Vec<f64>, ReportError> {
-    along_rays(grid, "values", values, |ray| f64::from(ray.fold(f32::NEG_INFINITY, f32::max)))
-}
-
 /// The mean value on each line of sight.
 ///
 /// # Errors
