@@ -10,6 +10,7 @@ pub mod error;
 pub mod exec;
 pub mod ids;
 pub mod kernel;
+pub mod law;
 pub mod lower;
 pub mod model;
 pub mod operators;

@@ -22,6 +22,20 @@ pub enum Unary {
     SquareRoot,
     /// ⌊x⌋
     Floor,
+    /// ⌈x⌉
+    Ceiling,
+    /// The nearest whole number, halves away from zero
+    Round,
+    /// sine of an angle in rad
+    Sine,
+    /// cosine of an angle in rad
+    Cosine,
+    /// logarithm to base 2, exact for powers of 2
+    BinaryLogarithm,
+    /// ln Γ(x), for x > 0
+    LnGamma,
+    /// ln I₀(x), the modified Bessel function of order 0, for x ≥ 0
+    LnBessel,
     /// Φ(x), the cumulative distribution of the standard normal law
     NormalCumulative,
 }
@@ -41,6 +55,12 @@ pub enum Binary {
     Minimum,
     /// max(x, y)
     Maximum,
+    /// xʸ
+    Power,
+    /// what is left of x after whole multiples of y, in [0, y)
+    Remainder,
+    /// the angle of the point (y, x) in rad, in (−π, π]
+    ArcTangent,
     /// x = y
     Equal,
     /// x ≠ y
@@ -70,6 +90,13 @@ impl Unary {
             Unary::NaturalLogarithm => x.ln(),
             Unary::SquareRoot => x.sqrt(),
             Unary::Floor => x.floor(),
+            Unary::Ceiling => x.ceil(),
+            Unary::Round => x.round(),
+            Unary::Sine => x.sin(),
+            Unary::Cosine => x.cos(),
+            Unary::BinaryLogarithm => x.log2(),
+            Unary::LnGamma => ln_gamma(x),
+            Unary::LnBessel => ln_bessel(x),
             Unary::NormalCumulative => normal_cumulative(x),
         }
     }
@@ -86,6 +113,9 @@ impl Binary {
             Binary::Divide => x / y,
             Binary::Minimum => x.min(y),
             Binary::Maximum => x.max(y),
+            Binary::Power => x.powf(y),
+            Binary::Remainder => x - y * (x / y).floor(),
+            Binary::ArcTangent => x.atan2(y),
             Binary::Equal => truth(x == y),
             Binary::NotEqual => truth(x != y),
             Binary::Less => truth(x < y),
@@ -95,6 +125,12 @@ impl Binary {
             Binary::And => truth(x != 0.0 && y != 0.0),
             Binary::Or => truth(x != 0.0 || y != 0.0),
         }
+    }
+
+    /// Whether it is written as a function, `min(x, y)`, rather than between its operands.
+    pub fn is_function(self) -> bool {
+        use Binary::{ArcTangent, Maximum, Minimum, Power, Remainder};
+        matches!(self, Minimum | Maximum | Power | Remainder | ArcTangent)
     }
 
     /// How tightly the operator binds when written, loosest first; and its sign.
@@ -114,6 +150,9 @@ impl Binary {
             Binary::Divide => (5, "/"),
             Binary::Minimum => (9, "min"),
             Binary::Maximum => (9, "max"),
+            Binary::Power => (9, "pow"),
+            Binary::Remainder => (9, "mod"),
+            Binary::ArcTangent => (9, "atan2"),
         }
     }
 }
@@ -121,4 +160,62 @@ impl Binary {
 /// Φ(x) = ½ erfc(−x/√2), accurate in both tails.
 pub fn normal_cumulative(x: f64) -> f64 {
     0.5 * statrs::function::erf::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// ln Γ(x), for x > 0; +∞ at 0.
+pub fn ln_gamma(x: f64) -> f64 {
+    if x == 0.0 { f64::INFINITY } else { statrs::function::gamma::ln_gamma(x) }
+}
+
+/// ln I₀(x) for x ≥ 0: I₀(x) = Σ (x/2)²ᵏ / (k!)², and eˣ/√(2πx) · Σ Π (2j−1)² / (j! (8x)ʲ) from x = 30 on, where the
+/// terms left out are below 1e-16 (Abramowitz and Stegun 9.6.12, 9.7.1).
+pub fn ln_bessel(x: f64) -> f64 {
+    let x = x.abs();
+    let (mut term, mut sum) = (1.0, 1.0);
+    if x < 30.0 {
+        let square = 0.25 * x * x;
+        for k in 1..120 {
+            term *= square / f64::from(k * k);
+            sum += term;
+            if term < sum * 1e-17 {
+                break;
+            }
+        }
+        return sum.ln();
+    }
+    for j in 1..20 {
+        let odd = f64::from(2 * j - 1);
+        term *= odd * odd / (f64::from(j) * 8.0 * x);
+        sum += term;
+    }
+    x - 0.5 * (std::f64::consts::TAU * x).ln() + sum.ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bessel_function_is_its_integral() {
+        // I₀(x) = 1/π ∫ exp(x cos t) dt over [0, π]; the trapezium rule converges faster than any power.
+        for x in [0.0, 0.1, 1.0, 5.0, 29.9, 30.1, 100.0, 600.0] {
+            let steps = 4000;
+            let sum: f64 = (0..steps)
+                .map(|step| (f64::from(step) + 0.5) * std::f64::consts::PI / f64::from(steps))
+                .map(|t| (x * (t.cos() - 1.0)).exp())
+                .sum();
+            let exact = x + (sum / f64::from(steps)).ln();
+            assert!((ln_bessel(x) - exact).abs() < 1e-12 * exact.abs().max(1.0), "{x}");
+        }
+    }
+
+    #[test]
+    fn remainders_and_powers_are_as_they_say() {
+        assert_eq!(Binary::Remainder.apply(-10.0, 360.0), 350.0);
+        assert_eq!(Binary::Remainder.apply(720.0, 360.0), 0.0);
+        for power in 0..40 {
+            assert_eq!(Unary::BinaryLogarithm.apply(2f64.powi(power)), f64::from(power));
+        }
+        assert_eq!(Binary::ArcTangent.apply(1.0, 0.0), std::f64::consts::FRAC_PI_2);
+    }
 }

@@ -45,7 +45,7 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
             None => domain.count(),
             Some(size) => inputs
                 .find_size(&model.parameters[size].name)
-                .or(model.parameters[size].default.map(|default| default as usize))
+                .or(model.parameters[size].default_number().map(|default| default as usize))
                 .map(|size| (size as i64 + range.high.offset + 1 - range.low) as usize + labels.len()),
         },
         _ => domain.count(),

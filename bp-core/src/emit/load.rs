@@ -98,7 +98,7 @@ impl Nests<'_> {
                 buffer.position()
             ),
             Some((None, _)) => format!("fetch({source}, {offset} + start, width)"),
-            None => format!("splat(&mut b{id}, {source}[{offset}], width)"),
+            None => format!("splat(&mut b{id}, {}, width)", self.cell(*buffer, &offset)),
         };
         match (otherwise, inside.as_str()) {
             (None, _) | (_, "true") => text.line(format!("let r{id}: &[T] = {fetched};")),
@@ -109,6 +109,16 @@ impl Nests<'_> {
         }
         if self.is_merged(value) && inside == "true" {
             text.line(format!("let inside{id}: bool = true;"));
+        }
+    }
+
+    /// One cell of a buffer, as a number of the lanes.
+    fn cell(&self, buffer: BufferId, offset: &str) -> String {
+        let source = local("m", buffer);
+        match self.kernel.buffers[buffer].role {
+            Role::Positions => format!("T::from_f64(f64::from({source}[{offset}]))"),
+            Role::Table(_) => format!("T::from_f64({source}[{offset}])"),
+            _ => format!("{source}[{offset}]"),
         }
     }
 
@@ -169,12 +179,7 @@ impl Nests<'_> {
             offset = format!("({offset}) * LANES + l");
         }
         let otherwise = otherwise.map_or_else(|| "T::ZERO".to_owned(), |value| self.operand(value, depth));
-        let cell = match self.kernel.buffers[buffer].role {
-            Role::Positions => {
-                format!("T::from_f64(f64::from({}[{offset}]))", local("m", buffer))
-            }
-            _ => format!("{}[{offset}]", local("m", buffer)),
-        };
+        let cell = self.cell(buffer, &offset);
         format!("if {} {{ {cell} }} else {{ {otherwise} }}", inside.join(" && "))
     }
 }

@@ -40,7 +40,7 @@ pub fn emit_rust(model: &Model, source: &Source) -> Result<String, Vec<(String, 
     let mut wrong = Vec::new();
     let (mut constants, mut modules) = (Taken::default(), Taken::default());
     for parameter in model.parameters.values() {
-        if let Some(default) = parameter.default {
+        if let Some(default) = parameter.default_number() {
             if let Err(error) = constants.take(names::snake(&parameter.name), &parameter.name) {
                 wrong.push((model.name.clone(), error));
             }

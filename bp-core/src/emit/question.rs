@@ -168,6 +168,11 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
                     text.line(format!("let {name}: &[T] = &{name};"));
                 }
             },
+            Role::Table(numbers) => {
+                let (count, fixed) = (numbers.len(), local("TABLE", id));
+                text.line(format!("static {fixed}: [f64; {count}] = {numbers:?};"));
+                text.line(format!("let {name}: &[f64] = &{fixed};"));
+            }
             Role::Positions => {
                 let Given::Derived(expression) = names::given(kernel, id) else {
                     unreachable!("internal: positions belong to a set")

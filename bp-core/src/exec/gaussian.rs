@@ -70,7 +70,7 @@ impl Filter {
         let mut values: HashMap<&str, f64> = HashMap::new();
         for parameter in model.parameters.values() {
             let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
-            let value = given.or(parameter.default).ok_or_else(|| {
+            let value = given.or(parameter.default_number()).ok_or_else(|| {
                 Error::input(&parameter.name, "this parameter was not given, and it has no default")
             })?;
             if let Some(expected) = parameter.kind.refuses(value) {

@@ -3,6 +3,7 @@
 //! In: sizes, numbers and arrays by name. Out: a [`Bound`] kernel: every extent known, every array of the right
 //! length. Invariant: errors name the input, what was found and what was expected.
 
+use super::scalar::Scalar;
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
 use crate::kernel::{Kernel, Role};
@@ -80,7 +81,10 @@ impl<'a, T: Clone> Inputs<'a, T> {
     }
 
     /// Checks everything against a kernel.
-    pub(crate) fn bind<'k>(&'k self, kernel: &'k Kernel) -> Result<Bound<'k, T>, Error> {
+    pub(crate) fn bind<'k>(&'k self, kernel: &'k Kernel) -> Result<Bound<'k, T>, Error>
+    where
+        T: Scalar,
+    {
         let mut extents = Vec::with_capacity(kernel.axes.len());
         for axis in kernel.axes.values() {
             let size = match &axis.extent.size {
@@ -112,6 +116,10 @@ impl<'a, T: Clone> Inputs<'a, T> {
                 Role::Input { default, broadcast } => {
                     self.bind_array(&bound, id, default.is_some(), *broadcast)?
                 }
+                Role::Table(numbers) => match self.arrays.contains_key(&buffer.name) {
+                    true => self.bind_array(&bound, id, false, false)?,
+                    false => Array::Owned(numbers.iter().map(|number| T::from_f64(*number)).collect()),
+                },
                 Role::Positions => {
                     let table = self
                         .positions
@@ -162,6 +170,8 @@ pub(crate) enum Array<'k, T> {
     Broadcast(&'k [T]),
     /// The default, everywhere.
     Default,
+    /// The numbers that come with the kernel.
+    Owned(Vec<T>),
     Positions(&'k [i32]),
     Made,
 }

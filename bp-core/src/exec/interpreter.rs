@@ -101,6 +101,7 @@ impl Machine<'_> {
             Node::Load { buffer, indices, otherwise } => match self.position(*buffer, indices) {
                 Some(position) => match self.bound.arrays[*buffer] {
                     Array::Given(values) | Array::Broadcast(values) => values[position],
+                    Array::Owned(ref values) => values[position],
                     Array::Default => self.bound.default(*buffer),
                     Array::Positions(values) => f64::from(values[position]),
                     Array::Made => self.made[buffer.position()][position],

@@ -48,6 +48,61 @@ pub trait Scalar:
     fn natural_logarithm(self) -> Self;
     /// Φ(x)
     fn normal_cumulative(self) -> Self;
+    /// An operator that has no version of its own in this precision: it is computed in f64.
+    #[inline]
+    fn in_f64(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::from_f64(f(self.to_f64()))
+    }
+    /// ⌈x⌉
+    #[inline(always)]
+    fn round_up(self) -> Self {
+        -(-self).round_down()
+    }
+    /// The nearest whole number, halves away from zero.
+    #[inline]
+    fn round(self) -> Self {
+        self.in_f64(f64::round)
+    }
+    /// sin x
+    #[inline]
+    fn sine(self) -> Self {
+        self.in_f64(f64::sin)
+    }
+    /// cos x
+    #[inline]
+    fn cosine(self) -> Self {
+        self.in_f64(f64::cos)
+    }
+    /// log₂ x
+    #[inline]
+    fn binary_logarithm(self) -> Self {
+        self.in_f64(f64::log2)
+    }
+    /// ln Γ(x)
+    #[inline]
+    fn ln_gamma(self) -> Self {
+        self.in_f64(crate::operators::ln_gamma)
+    }
+    /// ln I₀(x)
+    #[inline]
+    fn ln_bessel(self) -> Self {
+        self.in_f64(crate::operators::ln_bessel)
+    }
+    /// xʸ
+    #[inline]
+    fn power(self, exponent: Self) -> Self {
+        self.in_f64(|x| x.powf(exponent.to_f64()))
+    }
+    /// What is left of x after whole multiples of y, in [0, y).
+    #[inline(always)]
+    fn remainder(self, divisor: Self) -> Self {
+        self - divisor * (self / divisor).round_down()
+    }
+    /// The angle of the point (self, x).
+    #[inline]
+    fn arc_tangent(self, x: Self) -> Self {
+        self.in_f64(|y| y.atan2(x.to_f64()))
+    }
 
     /// The smaller one.
     #[inline(always)]

@@ -43,7 +43,9 @@ impl KernelBuilder {
 
     /// An array; the same one when it is asked for again by an input's name.
     pub fn buffer(&mut self, name: &str, role: Role, axes: &[AxisId]) -> BufferId {
-        if let (Role::Input { .. } | Role::Positions, Some(id)) = (&role, self.kernel.buffer(name)) {
+        if let (Role::Input { .. } | Role::Table(_) | Role::Positions, Some(id)) =
+            (&role, self.kernel.buffer(name))
+        {
             return id;
         }
         self.kernel.buffers.push(Buffer { name: name.to_owned(), role, axes: axes.to_vec() })

@@ -62,6 +62,8 @@ pub enum Role {
         /// Whether it may be given without its parallel axes, one value for all.
         broadcast: bool,
     },
+    /// Numbers that come with the kernel, one for each cell; the host may give others under the same name.
+    Table(Vec<f64>),
     /// Whole numbers given by the host (positions in other buffers).
     Positions,
     /// Made by one nest for others.

@@ -6,8 +6,8 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
-use crate::kernel::{Extent, Fold, Index, Reduce, Role};
+use crate::ids::{AxisId, FactorId, ValueId, VariableId};
+use crate::kernel::{Extent, Fold, Reduce};
 use crate::model::{Domain, Factor, Form, VariableUse};
 use crate::operators::Binary;
 
@@ -76,6 +76,7 @@ impl Lowering<'_> {
     /// The density of one element's factor.
     pub(super) fn density_of(&mut self, factor: &Factor, form: &Form) -> Result<ValueId, Error> {
         match (form, factor.left.as_slice()) {
+            // What is observed through another program is not itself read.
             (Form::Ask { path, given }, [left]) => self.asked(factor, path, given, left),
             (Form::Table(rows), _) => self.table(factor, rows),
             (Form::Uniform, several) => {
@@ -88,7 +89,7 @@ impl Lowering<'_> {
             }
             (_, [left]) => {
                 let meaning = self.use_meaning(left)?;
-                self.density(form, left.variable, &meaning)
+                self.density(factor, form, left.variable, &meaning)
             }
             _ => Err(self.unplanned("this form distributes one variable")),
         }
@@ -102,6 +103,7 @@ impl Lowering<'_> {
     /// The density of a form at a value of the left-hand variable.
     pub(super) fn density(
         &mut self,
+        factor: &Factor,
         form: &Form,
         variable: VariableId,
         at: &Meaning,
@@ -109,17 +111,6 @@ impl Lowering<'_> {
         let domain = self.model.variables[variable].domain.clone();
         match form {
             Form::Uniform => Ok(self.uniform(&domain)),
-            Form::UniformInterval { low, high } => {
-                let x = self.number_of(variable, at)?;
-                let (low, high) = (self.expression(*low)?, self.expression(*high)?);
-                let above = self.builder.binary(Binary::GreaterOrEqual, x, low);
-                let below = self.builder.binary(Binary::LessOrEqual, x, high);
-                let inside = self.builder.binary(Binary::And, above, below);
-                let width = self.builder.binary(Binary::Subtract, high, low);
-                let (zero, one) = (self.builder.constant(0.0), self.builder.constant(1.0));
-                let height = self.builder.binary(Binary::Divide, one, width);
-                Ok(self.builder.select(inside, height, zero))
-            }
             Form::Bernoulli(probability) => {
                 let (Meaning::Ordinal(ordinal), one) = (at, self.builder.constant(1.0)) else {
                     return Err(self.unplanned("`bernoulli` distributes a bool"));
@@ -134,27 +125,54 @@ impl Lowering<'_> {
                 };
                 self.choose(*ordinal, entries)
             }
-            Form::Normal { mean, deviation } => self.normal(variable, &domain, at, *mean, *deviation),
+            Form::Law { law, arguments } => self.law(*law, variable, at, arguments),
+            Form::Mixture(parts) => {
+                let mut sum = self.builder.constant(0.0);
+                for (weight, part) in parts {
+                    let weight = self.expression(*weight)?;
+                    let density = self.density(factor, part, variable, at)?;
+                    let share = self.builder.binary(Binary::Multiply, weight, density);
+                    sum = self.builder.binary(Binary::Add, sum, share);
+                }
+                Ok(sum)
+            }
+            Form::Truncated { form, low, high } => self.truncated(factor, form, variable, at, (*low, *high)),
+            Form::Unknown(_) => {
+                let head = self.model.head(factor);
+                Err(self
+                    .unplanned(format!("`{head}` is `unknown`: learn it from data first, with `bp learn`")))
+            }
             Form::NormalBins { mean, deviation } => self.normal_bins(&domain, at, *mean, *deviation),
             Form::Dirac(value) => {
                 let value = self.expression(*value)?;
+                if let (Domain::Bins(_), Meaning::Ordinal(ordinal)) = (&domain, at) {
+                    let Meaning::Ordinal(said) = self.meaning_of(variable, value) else {
+                        unreachable!("internal: a bin has an ordinal")
+                    };
+                    return Ok(self.builder.binary(Binary::Equal, *ordinal, said));
+                }
                 let x = self.number_of(variable, at)?;
                 Ok(self.builder.binary(Binary::Equal, x, value))
             }
             Form::Previous { of, at: cell, otherwise } => {
-                let otherwise = self.density(otherwise, variable, at)?;
+                let otherwise = self.density(factor, otherwise, variable, at)?;
                 self.previous(*of, *cell, at, otherwise)
             }
-            Form::Weights(weight) => self.expression(*weight),
+            Form::Weights(weight) => match domain {
+                Domain::Set(_) => self.expression(*weight),
+                _ => self.normalised_over(variable, at, &mut |lowering, _| lowering.expression(*weight)),
+            },
             Form::If { condition, then, otherwise } => {
                 let condition = self.expression(*condition)?;
-                let then = self.density(then, variable, at)?;
-                let otherwise = self.density(otherwise, variable, at)?;
+                let then = self.density(factor, then, variable, at)?;
+                let otherwise = self.density(factor, otherwise, variable, at)?;
                 Ok(self.builder.select(condition, then, otherwise))
             }
-            Form::Ask { .. } | Form::Table(_) => {
-                Err(self.unplanned("this form may not stand inside another"))
+            Form::Ask { path, given } => {
+                let left = factor.left.first().expect("internal: a factor has a left side");
+                self.asked(factor, path, given, left)
             }
+            Form::Table(rows) => self.table(factor, rows),
         }
     }
 
@@ -183,158 +201,5 @@ impl Lowering<'_> {
         }
         let one = self.builder.constant(1.0);
         self.builder.binary(Binary::Divide, one, count)
-    }
-
-    /// The entry at an ordinal.
-    fn choose(&mut self, ordinal: ValueId, entries: &[ExpressionId]) -> Result<ValueId, Error> {
-        let values: Vec<ValueId> =
-            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
-        Ok(self.choose_value(ordinal, &values))
-    }
-
-    fn choose_value(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
-        if let Some(constant) = self.builder.as_constant(ordinal) {
-            // A Dirac may say a value outside the domain: an indicator then stands beside this entry.
-            let inside = constant >= 0.0 && constant < values.len() as f64;
-            return if inside { values[constant as usize] } else { self.builder.constant(0.0) };
-        }
-        let (last, first) = values.split_last().expect("internal: a row has entries");
-        let mut chosen = *last;
-        for (position, value) in first.iter().enumerate().rev() {
-            let position = self.builder.constant(position as f64);
-            let here = self.builder.binary(Binary::Equal, ordinal, position);
-            chosen = self.builder.select(here, *value, chosen);
-        }
-        chosen
-    }
-
-    /// A table: its rows are a small array, filled once, from which the entry is read.
-    fn table(&mut self, factor: &Factor, rows: &[Vec<ExpressionId>]) -> Result<ValueId, Error> {
-        let ordinal = |lowering: &mut Self, use_: &VariableUse| match lowering.use_meaning(use_)? {
-            Meaning::Ordinal(ordinal) => {
-                let count = lowering.model.variables[use_.variable].domain.count();
-                Ok((ordinal, count.expect("internal: a checked table has finite parents")))
-            }
-            _ => Err(lowering.unplanned("a table needs finite variables")),
-        };
-        // Row-major position, last variable fastest, right-hand variables first.
-        let (mut position, mut constant) = (self.builder.constant(0.0), true);
-        for use_ in factor.right.iter().chain(&factor.left) {
-            let (ordinal, count) = ordinal(self, use_)?;
-            constant &= self.builder.as_constant(ordinal).is_some();
-            let count = self.builder.constant(count as f64);
-            position = self.builder.binary(Binary::Multiply, position, count);
-            position = self.builder.binary(Binary::Add, position, ordinal);
-        }
-        let entries: Vec<ExpressionId> = rows.iter().flatten().copied().collect();
-        if constant {
-            return self.choose(position, &entries);
-        }
-        let values: Vec<ValueId> =
-            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
-        let mut axes = std::collections::BTreeSet::new();
-        for value in &values {
-            axes.extend(self.axes(*value));
-        }
-        if !axes.is_empty() || values.len() <= 8 {
-            return Ok(self.choose_value(position, &values));
-        }
-        let head = self.model.head(factor);
-        let axis = self.builder.axis(&head, Extent::constant(values.len()));
-        let running = self.builder.running(axis);
-        let entry = self.choose_value(running, &values);
-        let name = self.name("table");
-        self.builder.compute(&name, &[axis], Reduce::None, entry);
-        let buffer = self.builder.so_far().buffer(&name).expect("internal: the table has just been made");
-        let place = self.builder.at(position);
-        let substituted = |use_: &VariableUse| {
-            matches!(self.exact.bindings.get(&use_.variable), Some(crate::plan::Binding::Expression(_)))
-        };
-        if factor.right.iter().chain(&factor.left).any(substituted) {
-            let zero = self.builder.constant(0.0);
-            return Ok(self.builder.load_or(buffer, vec![place], zero));
-        }
-        Ok(self.builder.load(buffer, vec![place]))
-    }
-
-    /// The marginal that the last step kept.
-    fn previous(
-        &mut self,
-        of: VariableId,
-        cell: Option<VariableId>,
-        at: &Meaning,
-        otherwise: ValueId,
-    ) -> Result<ValueId, Error> {
-        let Meaning::Ordinal(ordinal) = *at else {
-            return Err(self.unplanned("only marginals of finite variables are kept"));
-        };
-        let domain = self.model.variables[of].domain.clone();
-        let name = format!("previous {}", self.model.variable_name(of));
-        let default = domain.count().map(|count| 1.0 / count as f64);
-        let extent = self.extent(&domain);
-        let values =
-            self.input_axes(&name, &mut |lowering| vec![lowering.builder.axis(&name, extent.clone())]);
-        let mut axes = values;
-        axes.extend(&self.plate);
-        let mut indices = vec![self.builder.at(ordinal)];
-        match cell {
-            None => indices.extend(self.plate.iter().map(|axis| Index::Axis(*axis))),
-            Some(cell) => match self.meaning(cell, None)? {
-                Meaning::Cell(cell) => indices.extend(cell),
-                _ => return Err(self.unplanned("a marginal is kept at a cell")),
-            },
-        }
-        let buffer = self.builder.buffer(&name, Role::Input { default, broadcast: false }, &axes);
-        match cell {
-            None => Ok(self.builder.load(buffer, indices)),
-            Some(_) => Ok(self.builder.load_or(buffer, indices, otherwise)),
-        }
-    }
-
-    /// The likelihood that another program gives to what is observed.
-    fn asked(
-        &mut self,
-        factor: &Factor,
-        path: &str,
-        given: &[VariableId],
-        left: &VariableUse,
-    ) -> Result<ValueId, Error> {
-        if !matches!(self.exact.bindings.get(&left.variable), Some(crate::plan::Binding::Value(_))) {
-            let name = self.model.variable_name(left.variable);
-            return Err(
-                self.unplanned(format!("`{name}` is distributed by another program, and must be known"))
-            );
-        }
-        let mut indices: Vec<Index> =
-            self.products.clone().into_iter().map(|index| self.builder.at(index)).collect();
-        let mut local: Vec<VariableId> = Vec::new();
-        for variable in given.iter().filter(|variable| Some(**variable) != self.model.plate_index()) {
-            match self.meaning(*variable, None)? {
-                Meaning::Ordinal(ordinal) => indices.push(self.builder.at(ordinal)),
-                _ => return Err(self.unplanned("another program's answer is read at finite values")),
-            }
-            local.push(*variable);
-        }
-        let products: Vec<_> = factor.products.clone();
-        let axes = self.input_axes(path, &mut |lowering| {
-            let mut axes = Vec::new();
-            for (name, over) in &products {
-                axes.extend(lowering.index_axes(name, over));
-            }
-            for variable in &local {
-                let name = lowering.model.variable_name(*variable);
-                let extent = lowering.extent(&lowering.model.variables[*variable].domain.clone());
-                axes.push(lowering.builder.axis(&name, extent));
-            }
-            axes
-        });
-        let on_plate = given.iter().any(|variable| Some(*variable) == self.model.plate_index());
-        let mut all = axes;
-        if on_plate {
-            all.extend(&self.plate);
-            indices.extend(self.plate.iter().map(|axis| Index::Axis(*axis)));
-        }
-        let buffer = self.builder.buffer(path, Role::Input { default: None, broadcast: false }, &all);
-        Ok(self.builder.load(buffer, indices))
     }
 }

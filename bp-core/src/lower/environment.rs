@@ -173,6 +173,9 @@ impl Lowering<'_> {
         match meaning {
             Meaning::Real(value) => Ok(*value),
             Meaning::Ordinal(ordinal) => {
+                if let Domain::Bins(bins) = &self.model.variables[variable].domain {
+                    return Ok(self.centre(bins, *ordinal));
+                }
                 let base = self.builder.constant(self.model.variables[variable].domain.base() as f64);
                 Ok(self.builder.binary(Binary::Add, *ordinal, base))
             }
@@ -188,6 +191,7 @@ impl Lowering<'_> {
         let domain = &self.model.variables[variable].domain;
         match domain {
             Domain::Real | Domain::Vector(_) => Meaning::Real(number),
+            Domain::Bins(bins) => Meaning::Ordinal(self.bin_holding(bins, number)),
             _ => {
                 let base = self.builder.constant(domain.base() as f64);
                 Meaning::Ordinal(self.builder.binary(Binary::Subtract, number, base))

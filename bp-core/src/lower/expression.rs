@@ -16,7 +16,8 @@ impl Lowering<'_> {
             Expression::Number(number) => Ok(self.builder.constant(number)),
             Expression::Parameter { parameter, indices } => {
                 let declared = &self.model.parameters[parameter];
-                let (name, over, default) = (declared.name.clone(), declared.over.clone(), declared.default);
+                let (name, over, default) =
+                    (declared.name.clone(), declared.over.clone(), declared.default.clone());
                 let mut axes = Vec::new();
                 let (mut places, mut plate_places) = (Vec::new(), Vec::new());
                 for (index, space) in indices.iter().zip(&over) {
@@ -34,7 +35,11 @@ impl Lowering<'_> {
                     axes.sort_by_key(|axis| self.plate.contains(axis));
                 }
                 places.extend(plate_places);
-                let buffer = self.builder.buffer(&name, Role::Input { default, broadcast: false }, &axes);
+                let role = match default.as_slice() {
+                    [_, _, ..] => Role::Table(default),
+                    _ => Role::Input { default: default.first().copied(), broadcast: false },
+                };
+                let buffer = self.builder.buffer(&name, role, &axes);
                 Ok(self.builder.load(buffer, places))
             }
             Expression::Variable(use_) => {

@@ -44,7 +44,7 @@ impl Lowering<'_> {
         let prior = self.model.factors[scan.prior].clone();
         let one = self.builder.constant(1.0);
         let outer = std::mem::replace(&mut self.products, vec![index]);
-        let probability = self.density(&prior.form, scan.family, &Meaning::Ordinal(one));
+        let probability = self.density(&prior, &prior.form, scan.family, &Meaning::Ordinal(one));
         self.products = outer;
         let probability = probability?;
 

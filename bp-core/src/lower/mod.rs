@@ -4,12 +4,16 @@
 //! kernel computes the terms of the plan and nothing else; each sum that is not a handful of products becomes a
 //! nest, and what does not depend on the plate is computed once, because it is a nest without the plate's axes.
 
+mod asked;
+mod bins;
 mod density;
 mod environment;
 mod expression;
 mod first_scan;
+mod law;
 mod normal;
 mod read_out;
+mod table;
 mod term;
 
 pub use read_out::{Lowered, Output};
@@ -153,6 +157,7 @@ impl<'m> Lowering<'m> {
             Domain::Finite { labels, range: Some(range) } => {
                 self.bounded(range.high, labels.len() as i64 + 1 - range.low)
             }
+            Domain::Bins(bins) => Extent::constant(bins.count()),
             Domain::Set(set) => Extent::named(&self.model.sets[*set].name),
             Domain::Real | Domain::Vector(_) => Extent::constant(1),
         }
@@ -237,7 +242,7 @@ impl<'m> Lowering<'m> {
         let parallel: Vec<AxisId> = self.plate[first..].to_vec();
         self.builder.parallel(&parallel);
         for parameter in self.model.parameters.values() {
-            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default) {
+            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default_number()) {
                 self.builder.size_default(&parameter.name, default as usize);
             }
         }

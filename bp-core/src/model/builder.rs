@@ -62,7 +62,7 @@ impl ModelBuilder {
 
     /// One number.
     pub fn parameter(&mut self, name: &str, kind: ParameterKind, default: Option<f64>) -> ParameterId {
-        self.parameter_over(name, kind, default, Vec::new())
+        self.parameter_over(name, kind, default.into_iter().collect(), Vec::new())
     }
 
     /// A field of numbers.
@@ -70,7 +70,7 @@ impl ModelBuilder {
         &mut self,
         name: &str,
         kind: ParameterKind,
-        default: Option<f64>,
+        default: Vec<f64>,
         over: Vec<IndexSpace>,
     ) -> ParameterId {
         self.model.parameters.push(Parameter { name: name.to_owned(), kind, default, over })

@@ -2,8 +2,9 @@
 //!
 //! In: labels, bounds. Out: a [`Domain`]. Invariant: the values of a finite domain are numbered from 0 (their
 //! *ordinal*); as a number in an expression a value is `ordinal + base`, so an integer is itself, `true` is 1,
-//! and the labels that precede a range take the integers just below it.
+//! the labels that precede a range take the integers just below it, and a bin is its centre.
 
+use super::Bins;
 use crate::ids::{ParameterId, SetId};
 use serde::{Deserialize, Serialize};
 
@@ -49,6 +50,8 @@ pub enum Domain {
         /// The integers that follow.
         range: Option<Range>,
     },
+    /// A real in bins, each known by its centre.
+    Bins(Bins),
     /// The elements of a set that is bound from outside.
     Set(SetId),
     /// A real number.
@@ -68,7 +71,28 @@ impl Domain {
         Domain::Finite { labels: Vec::new(), range: Some(Range { low, high: Bound::constant(high) }) }
     }
 
-    /// What is added to a value's ordinal to give the number that it is in an expression.
+    /// The number that a value of a finite domain is in an expression.
+    pub fn number(&self, ordinal: usize) -> f64 {
+        match self {
+            Domain::Bins(bins) => bins.centre(ordinal),
+            _ => (self.base() + ordinal as i64) as f64,
+        }
+    }
+
+    /// The ordinal of the value of a finite domain that is this number, where its bounds are known: the whole number
+    /// itself, or the bin that holds it.
+    pub fn ordinal_at(&self, number: f64) -> Option<usize> {
+        match self {
+            Domain::Bins(bins) => bins.holding(number),
+            _ => {
+                let ordinal = number - self.base() as f64;
+                let inside = ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < self.count()? as f64;
+                inside.then_some(ordinal as usize)
+            }
+        }
+    }
+
+    /// What is added to a value's ordinal to give the number that it is in an expression; bins have none.
     pub fn base(&self) -> i64 {
         match self {
             Domain::Finite { labels, range: Some(range) } => range.low - labels.len() as i64,
@@ -80,6 +104,7 @@ impl Domain {
     pub fn count(&self) -> Option<usize> {
         match self {
             Domain::Boolean => Some(2),
+            Domain::Bins(bins) => Some(bins.count()),
             Domain::Finite { labels, range: None } => Some(labels.len()),
             Domain::Finite { labels, range: Some(Range { low, high: Bound { size: None, offset } }) } => {
                 Some(labels.len() + usize::try_from(offset - low + 1).unwrap_or(0))
@@ -98,6 +123,7 @@ impl Domain {
         match self {
             Domain::Boolean => (if ordinal == 0 { "false" } else { "true" }).to_owned(),
             Domain::Finite { labels, .. } if ordinal < labels.len() => labels[ordinal].clone(),
+            Domain::Bins(bins) if ordinal < bins.count() => bins.name(ordinal),
             _ => (self.base() + ordinal as i64).to_string(),
         }
     }
@@ -118,6 +144,7 @@ impl Domain {
                 let known = self.count().is_none_or(|count| ordinal < count);
                 (ordinal >= labels.len() && known).then_some(ordinal)
             }
+            Domain::Bins(bins) => bins.holding(name.parse().ok()?),
             _ => None,
         }
     }

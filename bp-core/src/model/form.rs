@@ -3,7 +3,13 @@
 //! In: expressions over the factor's right-hand variables. Out: a [`Form`]. Invariant: a form says what was
 //! meant, not how it is computed; its density is written in one place, `lower/density.rs`.
 
+mod noisy;
+mod regression;
+mod softmax;
+mod succession;
+
 use crate::ids::{ExpressionId, VariableId};
+use crate::law::Law;
 use serde::{Deserialize, Serialize};
 
 /// The distribution of a factor's left-hand variable, given its right-hand ones.
@@ -11,13 +17,6 @@ use serde::{Deserialize, Serialize};
 pub enum Form {
     /// Every value alike.
     Uniform,
-    /// A real between two bounds.
-    UniformInterval {
-        /// Lower bound.
-        low: ExpressionId,
-        /// Upper bound.
-        high: ExpressionId,
-    },
     /// True with this probability.
     Bernoulli(ExpressionId),
     /// One probability for each value, in the domain's order.
@@ -25,13 +24,27 @@ pub enum Form {
     /// Probabilities in rows: one row for each combination of right-hand values (in the factor's order, last
     /// one fastest), one entry for each left-hand value.
     Table(Vec<Vec<ExpressionId>>),
-    /// A real with this mean and standard deviation.
-    Normal {
-        /// Mean.
-        mean: ExpressionId,
-        /// Standard deviation, > 0.
-        deviation: ExpressionId,
+    /// A law of one number. Of a real, its density. Over integers, its density at each, normalised over them. Over
+    /// bins, its mass in each, normalised over the domain; on a circle it goes round.
+    Law {
+        /// Which.
+        law: Law,
+        /// Its parameters, in its order.
+        arguments: Vec<ExpressionId>,
     },
+    /// One of several forms, by chance: Σ wᵢ fᵢ. The weights sum to one.
+    Mixture(Vec<(ExpressionId, Form)>),
+    /// A form between two bounds, normalised over what is left; both bounds are inside.
+    Truncated {
+        /// The form.
+        form: Box<Form>,
+        /// Lower bound.
+        low: ExpressionId,
+        /// Upper bound.
+        high: ExpressionId,
+    },
+    /// To be learned from data. It answers nothing until then.
+    Unknown(Fit),
     /// A normal law read on an axis of unit bins ]j−1; j], j = 1..=N, the first of which takes all that lies
     /// below it, preceded by one label that takes all that lies beyond N (paper, Eq. 4). A mean beyond N + ½
     /// stands for "nothing there" and gives the label for sure.
@@ -61,8 +74,8 @@ pub enum Form {
         /// The right-hand variables on which the answer depends.
         given: Vec<VariableId>,
     },
-    /// Proportional to this, over the left variable's set. An index of the plate in it, where the plate runs
-    /// over that same set, means the left variable's value.
+    /// Proportional to this, over the values of the left variable, of which it may speak. An index of the plate in it,
+    /// where the plate runs over that same set, means the left variable's value.
     Weights(ExpressionId),
     /// One form or the other; a `match` is a chain of these.
     If {
@@ -75,15 +88,58 @@ pub enum Form {
     },
 }
 
+/// How a form that is to be learned is fitted, once for each combination of right-hand values.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub enum Fit {
+    /// Laplace's law of succession: (nᵢ + 1) / (N + k).
+    LaplaceSuccession,
+    /// Relative frequencies: nᵢ / N.
+    Histogram,
+    /// Frequencies with a prior count for each value, a Dirichlet law: (nᵢ + a) / (N + k a).
+    Dirichlet(f64),
+    /// The parameters of a law.
+    Law(Law),
+}
+
 impl Form {
+    /// A normal law.
+    pub fn normal(mean: ExpressionId, deviation: ExpressionId) -> Self {
+        Form::Law { law: Law::Normal, arguments: vec![mean, deviation] }
+    }
+
+    /// Mean and standard deviation, where the form is a normal law.
+    pub fn as_normal(&self) -> Option<(ExpressionId, ExpressionId)> {
+        match self {
+            Form::Law { law: Law::Normal, arguments } => Some((arguments[0], arguments[1])),
+            _ => None,
+        }
+    }
+
+    /// Calls `visit` with each form that stands directly in this one.
+    pub fn each_part(&self, visit: &mut impl FnMut(&Form)) {
+        match self {
+            Form::Previous { otherwise, .. } => visit(otherwise),
+            Form::If { then, otherwise, .. } => {
+                visit(then);
+                visit(otherwise);
+            }
+            Form::Mixture(parts) => parts.iter().for_each(|(_, part)| visit(part)),
+            Form::Truncated { form, .. } => visit(form),
+            _ => {}
+        }
+    }
+
     /// The name under which the language knows the form.
     pub fn name(&self) -> &'static str {
         match self {
-            Form::Uniform | Form::UniformInterval { .. } => "uniform",
+            Form::Uniform => "uniform",
             Form::Bernoulli(_) => "bernoulli",
             Form::Categorical(_) => "categorical",
             Form::Table(_) => "table",
-            Form::Normal { .. } => "normal",
+            Form::Law { law, .. } => law.name(),
+            Form::Mixture(_) => "mixture",
+            Form::Truncated { .. } => "truncated",
+            Form::Unknown(_) => "unknown",
             Form::NormalBins { .. } => "normal_bins",
             Form::Dirac(_) => "dirac",
             Form::Previous { .. } => "previous",
@@ -96,15 +152,26 @@ impl Form {
     /// Calls `visit` with each expression that stands directly in the form, those of its branches included.
     pub fn each_expression(&self, visit: &mut impl FnMut(ExpressionId)) {
         match self {
-            Form::Uniform | Form::Ask { .. } => {}
-            Form::UniformInterval { low: first, high: second }
-            | Form::Normal { mean: first, deviation: second }
-            | Form::NormalBins { mean: first, deviation: second } => {
+            Form::Uniform | Form::Ask { .. } | Form::Unknown(_) => {}
+            Form::NormalBins { mean: first, deviation: second } => {
                 visit(*first);
                 visit(*second);
             }
             Form::Bernoulli(argument) | Form::Dirac(argument) | Form::Weights(argument) => visit(*argument),
-            Form::Categorical(entries) => entries.iter().for_each(|entry| visit(*entry)),
+            Form::Mixture(parts) => {
+                for (weight, part) in parts {
+                    visit(*weight);
+                    part.each_expression(visit);
+                }
+            }
+            Form::Truncated { form, low, high } => {
+                form.each_expression(visit);
+                visit(*low);
+                visit(*high);
+            }
+            Form::Categorical(entries) | Form::Law { arguments: entries, .. } => {
+                entries.iter().for_each(|entry| visit(*entry))
+            }
             Form::Table(rows) => rows.iter().flatten().for_each(|entry| visit(*entry)),
             Form::Previous { otherwise, .. } => otherwise.each_expression(visit),
             Form::If { condition, then, otherwise } => {

@@ -7,6 +7,7 @@
 //! Bessière, Mazer, Ahuactzin and Mekhnacha, *Bayesian Programming*, CRC 2013:
 //! Program = { Description = { Specification = { Variables, Decomposition, Forms }, Identification }, Question }.
 
+mod bins;
 mod builder;
 mod domain;
 mod evaluate;
@@ -16,10 +17,11 @@ mod notation;
 mod question;
 mod validate;
 
+pub use bins::{Bins, MOST_BINS};
 pub use builder::ModelBuilder;
 pub use domain::{Bound, Domain, Range};
 pub use expression::{Expression, VariableUse};
-pub use form::Form;
+pub use form::{Fit, Form};
 pub use question::{Ask, Evidence, Known, Question, Reduction, Searched, Value};
 pub use validate::{Fault, Place};
 
@@ -62,10 +64,20 @@ pub struct Parameter {
     pub name: String,
     /// What numbers it may be.
     pub kind: ParameterKind,
-    /// Its value where none is given.
-    pub default: Option<f64>,
+    /// Its value where none is given: empty for none, one number for all places, or one for each.
+    pub default: Vec<f64>,
     /// Over what it ranges; empty for one number.
     pub over: Vec<IndexSpace>,
+}
+
+impl Parameter {
+    /// The number that it is where none is given, if it is the same everywhere.
+    pub fn default_number(&self) -> Option<f64> {
+        match self.default.as_slice() {
+            [number] => Some(*number),
+            _ => None,
+        }
+    }
 }
 
 /// What numbers a parameter may be.

@@ -5,7 +5,7 @@
 
 use super::{Ask, Domain, Evidence, Expression, Factor, IndexSpace, Model, Reduction, Value, VariableUse};
 use crate::ids::{ExpressionId, VariableId};
-use crate::operators::{Binary, Unary};
+use crate::operators::Unary;
 
 impl Model {
     /// A variable's name as written: `O`, `O^-1`.
@@ -103,11 +103,19 @@ impl Model {
                     Unary::NaturalLogarithm => "ln",
                     Unary::SquareRoot => "sqrt",
                     Unary::Floor => "floor",
-                    _ => "normal_cumulative",
+                    Unary::Ceiling => "ceil",
+                    Unary::Round => "round",
+                    Unary::Sine => "sin",
+                    Unary::Cosine => "cos",
+                    Unary::BinaryLogarithm => "log2",
+                    Unary::LnGamma => "ln_gamma",
+                    Unary::LnBessel => "ln_bessel",
+                    Unary::NormalCumulative => "normal_cumulative",
+                    Unary::Negate | Unary::Not => unreachable!("internal: written as signs"),
                 };
                 format!("{name}({})", text(*operand, 0))
             }
-            Expression::Binary(operator @ (Binary::Minimum | Binary::Maximum), left, right) => {
+            Expression::Binary(operator, left, right) if operator.is_function() => {
                 format!("{}({}, {})", operator.notation().1, text(*left, 0), text(*right, 0))
             }
             Expression::Binary(operator, left, right) => {
@@ -158,6 +166,17 @@ impl Model {
             Domain::Boolean => "bool".to_owned(),
             Domain::Real => "real".to_owned(),
             Domain::Vector(length) => format!("real[{length}]"),
+            Domain::Bins(bins) => {
+                let (low, high) = bins.ends();
+                match (bins.width(), bins.is_circle()) {
+                    (Some(_), true) => format!("circle({low}, {high}, {})", bins.count()),
+                    (Some(_), false) => format!("bins({low}, {high}, {})", bins.count()),
+                    (None, _) => {
+                        let edges: Vec<_> = bins.edges().iter().map(f64::to_string).collect();
+                        format!("bins[{}]", edges.join(", "))
+                    }
+                }
+            }
             Domain::Set(set) => self.sets[*set].name.clone(),
             Domain::Finite { labels, range } => {
                 let mut parts = Vec::new();

@@ -5,6 +5,7 @@
 //! model is judged as a whole; the front end only judges words (names, types).
 
 mod form;
+mod law;
 mod question;
 
 use super::{Model, ParameterKind};
@@ -70,9 +71,22 @@ pub(super) fn faults(model: &Model) -> Vec<Fault> {
 fn parameter_faults(model: &Model) -> Vec<Fault> {
     (model.parameters.iter())
         .filter_map(|(id, parameter)| {
-            let expected = parameter.kind.refuses(parameter.default?)?;
-            let (name, default) = (&parameter.name, parameter.default?);
-            Some(fault(Place::Parameter(id), format!("`{name}` is {default}, but it must be {expected}")))
+            let (name, place) = (&parameter.name, Place::Parameter(id));
+            let refused = |number: &f64| Some((*number, parameter.kind.refuses(*number)?));
+            if let Some((number, expected)) = parameter.default.iter().find_map(refused) {
+                return Some(fault(place, format!("`{name}` is {number}, but it must be {expected}")));
+            }
+            let (found, counts) =
+                (parameter.default.len(), parameter.over.iter().map(|over| model.index_count(over)));
+            let expected = counts.product::<Option<usize>>();
+            (found > 1 && expected != Some(found)).then(|| {
+                let expected = match expected {
+                    Some(1) => "is one number".to_owned(),
+                    Some(expected) => format!("has {expected} places"),
+                    None => "has a number of places that is not known here".to_owned(),
+                };
+                fault(place, format!("`{name}` {expected}, but {found} numbers are given"))
+            })
         })
         .collect()
 }

@@ -9,6 +9,7 @@
 use super::draft::{Draft, are};
 use super::{Term, scope};
 use crate::ids::FactorId;
+use crate::law::Law;
 use crate::model::{Domain, Expression, Form, Model};
 
 pub(super) fn remove(draft: &mut Draft<'_>) {
@@ -61,7 +62,13 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
             Domain::Real | Domain::Vector(_) => true,
             _ => false,
         },
-        Form::Weights(_) => false,
+        // Over the plate's own grid weights are left as they are.
+        Form::Weights(_) => !matches!(domain, Domain::Set(_)),
+        // Outside its support a law has nothing to normalise.
+        Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
+        Form::Truncated { .. } => matches!(domain, Domain::Real),
+        Form::Unknown(_) => false,
+        Form::Mixture(parts) => parts.iter().all(|(_, part)| proper_form(model, part, domain)),
         // What was kept is a distribution, but for the cells outside the grid, where `otherwise` holds.
         Form::Previous { otherwise, .. } => proper_form(model, otherwise, domain),
         Form::If { then, otherwise, .. } => {
@@ -86,6 +93,9 @@ pub(super) fn is_truth(model: &Model, id: crate::ids::ExpressionId) -> bool {
                 | Binary::Divide
                 | Binary::Minimum
                 | Binary::Maximum
+                | Binary::Power
+                | Binary::Remainder
+                | Binary::ArcTangent
         ),
         Expression::If { then, otherwise, .. } => is_truth(model, *then) && is_truth(model, *otherwise),
         _ => false,

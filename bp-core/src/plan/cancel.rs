@@ -9,6 +9,7 @@
 use super::draft::Draft;
 use super::{Term, barren, scope};
 use crate::ids::ExpressionId;
+use crate::law::Law;
 use crate::model::{Form, Model};
 
 /// The rule by which constants are dropped.
@@ -58,7 +59,10 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
 fn is_positive(model: &Model, form: &Form) -> bool {
     let positive = |id: &ExpressionId| model.constant(*id).is_some_and(|p| p > 0.0);
     match form {
-        Form::Uniform | Form::Normal { .. } => true,
+        Form::Uniform | Form::Law { law: Law::Normal, .. } => true,
+        Form::Mixture(parts) => {
+            parts.iter().any(|(weight, part)| positive(weight) && is_positive(model, part))
+        }
         Form::Bernoulli(p) => model.constant(*p).is_some_and(|p| p > 0.0 && p < 1.0),
         Form::Categorical(entries) => entries.iter().all(positive),
         Form::Table(rows) => rows.iter().flatten().all(positive),

@@ -9,6 +9,7 @@
 
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
+use crate::law::Law;
 use crate::model::{Ask, Domain, Evidence, Expression, Form, Model, Reduction};
 use crate::operators::{Binary, Unary};
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,8 +55,8 @@ pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
         Some(id) == model.plate_index() || (variable.domain == Domain::Real && variable.family.is_none())
     });
     let linear = model.factors.values().all(|factor| match &factor.form {
-        Form::Normal { mean, deviation } => {
-            degree(model, *mean) <= Some(1) && degree(model, *deviation) == Some(0)
+        Form::Law { law: Law::Normal, arguments } => {
+            degree(model, arguments[0]) <= Some(1) && degree(model, arguments[1]) == Some(0)
         }
         Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
         _ => false,
@@ -68,8 +69,8 @@ pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
 
 fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
     match &factor.form {
-        Form::Normal { mean, .. } | Form::Dirac(mean) => degree(model, *mean).is_some(),
-        _ => false,
+        Form::Dirac(mean) => degree(model, *mean).is_some(),
+        form => form.as_normal().is_some_and(|(mean, _)| degree(model, mean).is_some()),
     }
 }
 
@@ -115,9 +116,9 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         let ready =
             rest.iter().position(|factor| factor.right.iter().all(|use_| known.contains(&use_.variable)));
         let factor = rest.remove(ready.expect("internal: a checked decomposition has an order"));
-        let (mean, deviation) = match factor.form {
-            Form::Normal { mean, deviation } => (mean, Some(deviation)),
-            Form::Dirac(value) => (value, None),
+        let (mean, deviation) = match (&factor.form, factor.form.as_normal()) {
+            (_, Some((mean, deviation))) => (mean, Some(deviation)),
+            (Form::Dirac(value), _) => (*value, None),
             _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
         };
         known.push(factor.left[0].variable);

@@ -60,27 +60,19 @@ pub(super) fn of_form(model: &Model, factor: FactorId) -> Scope {
 }
 
 fn has_table(form: &Form) -> bool {
-    match form {
-        Form::Table(_) => true,
-        Form::If { then, otherwise, .. } => has_table(then) || has_table(otherwise),
-        _ => false,
-    }
+    let mut found = matches!(form, Form::Table(_) | Form::Unknown(_));
+    form.each_part(&mut |part| found |= has_table(part));
+    found
 }
 
 fn gather(model: &Model, form: &Form, scope: &mut Scope) {
     form.each_expression(&mut |expression| of_expression(model, expression, scope));
     match form {
-        Form::Previous { at, otherwise, .. } => {
-            scope.extend(at);
-            gather(model, otherwise, scope);
-        }
+        Form::Previous { at, .. } => scope.extend(at),
         Form::Ask { given, .. } => scope.extend(given),
-        Form::If { then, otherwise, .. } => {
-            gather(model, then, scope);
-            gather(model, otherwise, scope);
-        }
         _ => {}
     }
+    form.each_part(&mut |part| gather(model, part, scope));
 }
 
 /// The variables of a factor: its left-hand ones, and the right-hand ones that it uses.

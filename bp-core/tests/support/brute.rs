@@ -77,6 +77,7 @@ fn number(model: &Model, values: &Values, id: ExpressionId) -> f64 {
                 Binary::GreaterOrEqual => truth(x >= y),
                 Binary::And => truth(x == 1.0 && y == 1.0),
                 Binary::Or => truth(x == 1.0 || y == 1.0),
+                other => panic!("{other:?}"),
             }
         }
         Expression::If { condition, then, otherwise } => {
@@ -123,7 +124,8 @@ fn density(model: &Model, values: &Values, factor: &Factor, form: &Form) -> f64 
                 0.0
             }
         }
-        Form::Normal { mean, deviation } => {
+        Form::Law { law: bp_core::law::Law::Normal, arguments } => {
+            let (mean, deviation) = (&arguments[0], &arguments[1]);
             let (mean, deviation) = (of(mean), of(deviation));
             let bell = |ordinal: usize| (-0.5 * ((ordinal as f64 + base - mean) / deviation).powi(2)).exp();
             bell(values[&left]) / (0..domain.count().unwrap()).map(bell).sum::<f64>()

@@ -215,7 +215,10 @@ fn section() -> impl Strategy<Value = Section> {
         .prop_map(|(name, family, before)| Declared { at: At::default(), name, family, before });
     let domain = prop_oneof![
         name().prop_map(DomainKind::Named),
-        (name(), number()).prop_map(|(name, length)| DomainKind::Vector(name, length)),
+        (name(), prop::collection::vec(expr(), 1..3))
+            .prop_map(|(name, numbers)| DomainKind::Listed(name, numbers)),
+        (name(), prop::collection::vec(expr(), 0..4))
+            .prop_map(|(name, numbers)| DomainKind::Divided(name, numbers)),
         range().prop_map(DomainKind::Range),
         (names(), prop::option::of(range())).prop_map(|(labels, range)| DomainKind::Labels(labels, range)),
     ]

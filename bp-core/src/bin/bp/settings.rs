@@ -55,7 +55,7 @@ impl Settings {
         };
         parts.sort_by_key(|(_, _, meaning)| rank(*meaning));
         for parameter in model.parameters.values() {
-            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default) {
+            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default_number()) {
                 settings.sizes.insert(parameter.name.clone(), default as usize);
             }
         }

@@ -3,8 +3,9 @@
 //! In: a factor and its form. Out: its faults. Invariant: one mistake is told once: of a row that has the wrong
 //! length or an impossible entry, nothing is said about its sum.
 
-use super::{Fault, Place, fault, fault_with_help};
+use super::{Fault, Place, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::law::Law;
 use crate::model::{Domain, Expression, Form, Model};
 use std::collections::HashMap;
 
@@ -19,7 +20,7 @@ pub(super) fn form_faults(model: &Model, id: FactorId) -> Vec<Fault> {
     let Some(left) = factor.left.first() else { return Vec::new() };
     let mut faults = Vec::new();
     let place = Place::Form(id);
-    if factor.left.len() > 1 && !matches!(factor.form, Form::Uniform | Form::Table(_)) {
+    if factor.left.len() > 1 && !matches!(factor.form, Form::Uniform | Form::Table(_) | Form::Unknown(_)) {
         let (name, count) = (factor.form.name(), factor.left.len());
         faults.push(fault(
             place,
@@ -48,17 +49,6 @@ fn branch_faults(
             format!("`uniform` spreads over the values of a finite domain, but {}", is()),
             "give its bounds: `uniform(low, high)`",
         )),
-        Form::UniformInterval { low, high } => {
-            if *domain != Domain::Real {
-                faults
-                    .push(fault(place, format!("`uniform(low, high)` needs a real variable, but {}", is())));
-            }
-            if let (Some(low), Some(high)) = (model.constant(*low), model.constant(*high))
-                && low >= high
-            {
-                faults.push(fault(place, format!("`uniform` needs low < high, but {low} ≥ {high}")));
-            }
-        }
         Form::Bernoulli(argument) => {
             if *domain != Domain::Boolean {
                 let message = format!("`bernoulli` distributes a `bool`, but {}", is());
@@ -70,29 +60,43 @@ fn branch_faults(
             row_faults(model, id, entries, domain.count(), name, &|| model.domain_text(domain), faults)
         }
         Form::Table(rows) => table_faults(model, id, rows, faults),
-        Form::Normal { deviation, .. } | Form::NormalBins { deviation, .. } => {
-            let fits = match (form, domain) {
-                (Form::NormalBins { .. }, Domain::Finite { labels, range: Some(_) }) => labels.len() == 1,
-                (Form::NormalBins { .. }, _) => false,
-                (_, Domain::Real | Domain::Vector(_)) => true,
-                (_, Domain::Finite { labels, range: Some(_) }) => labels.is_empty(),
-                _ => false,
-            };
-            let expected = match form {
-                Form::Normal { .. } => "a real or an integer range",
-                _ => "one label and an integer range, as in `{ NoDetection } or 1..=N`",
-            };
-            if !fits {
-                faults.push(fault(place, format!("`{}` needs {expected}, but {}", form.name(), is())));
+        Form::Law { law, arguments } => law::law_faults(model, id, *law, arguments, domain, name, faults),
+        Form::NormalBins { deviation, .. } => {
+            if !matches!(domain, Domain::Finite { labels, range: Some(_) } if labels.len() == 1) {
+                let expected = "one label and an integer range, as in `{ NoDetection } or 1..=N`";
+                faults.push(fault(place, format!("`normal_bins` needs {expected}, but {}", is())));
             }
-            if let Some(value) = model.constant(*deviation).filter(|value| *value <= 0.0) {
-                let place = Place::Expression(id, *deviation);
-                faults.push(fault(
-                    place,
-                    format!("a standard deviation must be positive, but this is {value}"),
-                ));
+            faults.extend(law::argument_fault(model, id, Law::Normal, 1, *deviation));
+        }
+        Form::Mixture(parts) => {
+            let weights: Vec<ExpressionId> = parts.iter().map(|(weight, _)| *weight).collect();
+            let count = faults.len();
+            faults.extend(weights.iter().filter_map(|weight| probability_faults(model, id, *weight)));
+            let constants: Option<Vec<f64>> = weights.iter().map(|weight| model.constant(*weight)).collect();
+            let sum = constants.map_or(1.0, |weights| weights.iter().sum());
+            if faults.len() == count && (sum - 1.0).abs() > SUM_TOLERANCE {
+                let message =
+                    format!("the weights of a mixture must sum to 1, but these sum to {}", rounded(sum));
+                faults.push(fault(place, message));
+            }
+            parts.iter().for_each(|(_, part)| branch_faults(model, id, part, domain, name, faults));
+        }
+        Form::Truncated { form, low, high } => {
+            if let (Some(low), Some(high)) = (model.constant(*low), model.constant(*high))
+                && low >= high
+            {
+                faults.push(fault(place, format!("`truncated` needs low < high, but {low} ≥ {high}")));
+            }
+            match (form.as_ref(), domain) {
+                (Form::Law { .. }, _) => branch_faults(model, id, form, domain, name, faults),
+                (other, _) => {
+                    let message =
+                        format!("`truncated` cuts a law such as `normal`, but this is `{}`", other.name());
+                    faults.push(fault(place, message));
+                }
             }
         }
+        Form::Unknown(fit) => law::fit_faults(model, id, fit, domain, name, faults),
         Form::Dirac(value) => faults.extend(dirac_fault(model, id, *value, domain, name)),
         Form::Previous { of, otherwise, .. } => {
             if model.variables[*of].domain != *domain {
@@ -113,6 +117,11 @@ fn branch_faults(
         }
         Form::Uniform | Form::Weights(_) | Form::Ask { .. } => {}
     }
+}
+
+/// A sum without the digits that rounding makes.
+fn rounded(sum: f64) -> f64 {
+    (sum * 1e9).round() / 1e9
 }
 
 fn probability_faults(model: &Model, id: FactorId, entry: ExpressionId) -> Option<Fault> {
@@ -163,7 +172,7 @@ fn row_faults(
     if let Some(sum) =
         constants.map(|row| row.iter().sum::<f64>()).filter(|sum| (sum - 1.0).abs() > SUM_TOLERANCE)
     {
-        let sum = (sum * 1e9).round() / 1e9;
+        let sum = rounded(sum);
         faults
             .push(fault(place, format!("the probabilities of a row must sum to 1, but these sum to {sum}")));
     }
@@ -220,11 +229,11 @@ fn dirac_fault(
     domain: &Domain,
     name: &str,
 ) -> Option<Fault> {
-    let count = domain.count()?;
-    let mut parents: Vec<(VariableId, usize, i64)> = Vec::new();
+    domain.count()?;
+    let mut parents: Vec<(VariableId, usize, &Domain)> = Vec::new();
     for use_ in &model.factors[id].right {
         let domain = &model.variables[use_.variable].domain;
-        parents.push((use_.variable, domain.count()?, domain.base()));
+        parents.push((use_.variable, domain.count()?, domain));
     }
     let combinations = parents.iter().try_fold(1usize, |product, parent| product.checked_mul(parent.1))?;
     if combinations > MOST_COMBINATIONS {
@@ -233,13 +242,12 @@ fn dirac_fault(
     let mut example = None;
     for combination in 0..combinations {
         let (mut rest, mut values) = (combination, HashMap::new());
-        for (variable, count, base) in &parents {
-            values.insert(*variable, (rest % count) as f64 + *base as f64);
+        for (variable, count, domain) in &parents {
+            values.insert(*variable, domain.number(rest % count));
             rest /= count;
         }
         let result = model.evaluate(value, &|variable| values.get(&variable).copied())?;
-        let ordinal = result - domain.base() as f64;
-        if ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < count as f64 {
+        if domain.ordinal_at(result).is_some() {
             return None;
         }
         example = Some(result);

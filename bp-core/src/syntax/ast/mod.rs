@@ -235,8 +235,10 @@ pub struct Domain {
 pub enum DomainKind {
     /// `bool`, `real`, or a set.
     Named(Name),
-    /// `real[3]`
-    Vector(Name, String),
+    /// `real[3]`, `bins[0, 1, 5]`
+    Listed(Name, Vec<Expr>),
+    /// `bins(-50, 50, 20)`, `circle(0, 360, 36)`
+    Divided(Name, Vec<Expr>),
     /// `1..=N`
     Range(Range),
     /// `{ Paris, Nice }`, perhaps followed by `or 1..=N`.

@@ -9,10 +9,9 @@ use super::{Checker, Meaning, constant, integer};
 use crate::diagnostic::Diagnostic;
 use crate::ids::SetId;
 use crate::model::{Bound, Domain, Family, IndexSpace, ParameterKind, Range, SetKind};
-use crate::syntax::ast::{self, DomainKind, Name, Sign};
+use crate::syntax::ast::{self, ExprKind, Name};
 
 const KINDS: [&str; 4] = ["probability", "real", "size", "integer"];
-const LONGEST_VECTOR: i64 = 1024;
 
 impl Checker<'_> {
     pub(super) fn plate(&mut self, plate: &ast::Plate) {
@@ -23,7 +22,7 @@ impl Checker<'_> {
     }
 
     /// The set of this name: known, or open.
-    fn set(&mut self, name: &Name) -> Option<SetId> {
+    pub(super) fn set(&mut self, name: &Name) -> Option<SetId> {
         match self.meaning(&name.text) {
             Some(Meaning::Set(set)) => return Some(set),
             Some(_) => {
@@ -42,7 +41,8 @@ impl Checker<'_> {
                 format!("did you mean `{lower}`?")
             } else {
                 did_you_mean(&name.text, known).unwrap_or_else(|| {
-                    "a domain is `bool`, `real`, `real[3]`, `{ A, B }`, `1..=N`, or a set with a capital"
+                    "a domain is `bool`, `real`, `real[3]`, `{ A, B }`, `1..=N`, `bins(low, high, count)`, \
+                     `circle(low, high, count)`, or a set with a capital"
                         .to_owned()
                 })
             };
@@ -70,20 +70,36 @@ impl Checker<'_> {
                 ParameterKind::Real
             }
         };
-        let default = parameter.default.as_ref().and_then(|written| {
-            let value = constant(written);
-            if value.is_none() {
-                self.complain(written.span(), "the value of a parameter must be a number that is known here");
-            }
-            value
-        });
+        let default = parameter.default.as_ref().map_or_else(Vec::new, |written| self.numbers_known(written));
         for (name, spaces) in &parameter.names {
             let over: Vec<IndexSpace> = spaces.iter().filter_map(|space| self.space(space)).collect();
-            let id = self.model.parameter_over(&name.text, kind, default, over);
+            let id = self.model.parameter_over(&name.text, kind, default.clone(), over);
             let span = parameter.default.as_ref().map_or(name.span(), ast::Expr::span);
             self.parameter_spans.insert(id, span);
             self.declare(name, Meaning::Parameter(id));
         }
+    }
+
+    /// The value of a parameter: a number, or a list of them, one for each place that it ranges over.
+    fn numbers_known(&mut self, written: &ast::Expr) -> Vec<f64> {
+        let entries = match &written.kind {
+            ExprKind::Vector(entries) => entries.iter().collect(),
+            _ => vec![written],
+        };
+        let mut numbers = Vec::new();
+        for entry in entries {
+            match constant(entry) {
+                Some(number) => numbers.push(number),
+                None => {
+                    self.complain(
+                        entry.span(),
+                        "the value of a parameter must be a number that is known here",
+                    );
+                    return Vec::new();
+                }
+            }
+        }
+        numbers
     }
 
     pub(super) fn space(&mut self, space: &ast::Space) -> Option<IndexSpace> {
@@ -93,7 +109,7 @@ impl Checker<'_> {
         }
     }
 
-    fn range(&mut self, range: &ast::Range) -> Option<Range> {
+    pub(super) fn range(&mut self, range: &ast::Range) -> Option<Range> {
         let (low, high) = (self.bound(&range.low), self.bound(&range.high));
         let (low, high) = (low?, high?);
         if low.size.is_some() {
@@ -238,48 +254,5 @@ impl Checker<'_> {
             },
         };
         Some(Family { over, except })
-    }
-
-    fn domain(&mut self, domain: &ast::Domain) -> Option<Domain> {
-        match &domain.kind {
-            DomainKind::Named(name) => match name.text.as_str() {
-                "bool" => Some(Domain::Boolean),
-                "real" => Some(Domain::Real),
-                _ => self.set(name).map(Domain::Set),
-            },
-            DomainKind::Vector(name, length) => {
-                if name.text != "real" {
-                    let message = format!("only `real` makes vectors, but this is `{}[{length}]`", name.text);
-                    self.complain(domain.at.0, message);
-                    return None;
-                }
-                let length =
-                    integer(Sign::None, length).filter(|length| (1..=LONGEST_VECTOR).contains(length));
-                if length.is_none() {
-                    let message = format!("a vector has between 1 and {LONGEST_VECTOR} components");
-                    self.complain(domain.at.0, message);
-                }
-                length.and_then(|length| usize::try_from(length).ok()).map(Domain::Vector)
-            }
-            DomainKind::Range(range) => {
-                let range = self.range(range)?;
-                Some(Domain::Finite { labels: Vec::new(), range: Some(range) })
-            }
-            DomainKind::Labels(names, range) => {
-                let range = match range {
-                    Some(range) => Some(self.range(range)?),
-                    None => None,
-                };
-                let mut labels: Vec<String> = Vec::new();
-                for name in names {
-                    if labels.contains(&name.text) {
-                        self.complain(name.span(), format!("the value `{}` is listed twice", name.text));
-                    } else {
-                        labels.push(name.text.clone());
-                    }
-                }
-                Some(Domain::Finite { labels, range })
-            }
-        }
     }
 }

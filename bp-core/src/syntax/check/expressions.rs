@@ -295,7 +295,7 @@ impl Checker<'_> {
         };
         let Some(Meaning::Variable(id)) = named else {
             let message = format!("only a variable has a previous instant, and `{of}` is not one");
-            self.complain_and_help(span, message, "`^` is not a power; write `exp(n * ln(x))`");
+            self.complain_and_help(span, message, "`^` is not a power; write `pow(x, n)`");
             return None;
         };
         let before = self.before(id, span)?;

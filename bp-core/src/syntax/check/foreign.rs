@@ -89,7 +89,7 @@ impl Checker<'_> {
 
     /// A real parameter that its use declares.
     pub(super) fn implicit(&mut self, name: &ast::Name, over: Vec<IndexSpace>) -> ParameterId {
-        let parameter = self.model.parameter_over(&name.text, ParameterKind::Real, None, over);
+        let parameter = self.model.parameter_over(&name.text, ParameterKind::Real, Vec::new(), over);
         self.parameter_spans.insert(parameter, name.span());
         self.names.insert(name.text.clone(), (Meaning::Parameter(parameter), name.span()));
         parameter

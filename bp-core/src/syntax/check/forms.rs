@@ -7,29 +7,13 @@
 use super::decomposition::key;
 use super::expressions::{Scope, plural};
 use super::functions::{as_name, occurrence};
-use super::names::{did_you_mean, listed};
-use super::types::Type;
 use super::{Checker, Meaning};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Domain, Form, Identification};
 use crate::source::Span;
-use crate::syntax::ast::{self, Definition, Expr, FormKind, Learnt, Name, Segment};
+use crate::syntax::ast::{self, Definition, Expr, FormKind, Learnt, Segment};
 use std::collections::HashMap;
-
-/// The forms that the language knows, under their usual names.
-pub(super) const FORMS: [&str; 10] = [
-    "uniform",
-    "bernoulli",
-    "categorical",
-    "table",
-    "normal",
-    "normal_bins",
-    "dirac",
-    "previous",
-    "ask",
-    "weights",
-];
 
 /// What a form is written for.
 pub(super) struct Target {
@@ -203,88 +187,9 @@ impl Checker<'_> {
         }
     }
 
-    fn named(
-        &mut self,
-        span: Span,
-        name: &Name,
-        arguments: Option<&[Expr]>,
-        target: &Target,
-        scope: &mut Scope,
-    ) -> Option<Form> {
-        let given = arguments.unwrap_or_default();
-        match name.text.as_str() {
-            "uniform" => match given {
-                [] => Some(Form::Uniform),
-                [low, high] => {
-                    let (low, high) = (self.number_of(low, scope), self.number_of(high, scope));
-                    Some(Form::UniformInterval { low: low?, high: high? })
-                }
-                more => {
-                    let message = format!("`uniform` takes no argument, or two bounds, found {}", more.len());
-                    self.complain(span, message);
-                    None
-                }
-            },
-            "bernoulli" => {
-                let [argument] = self.arguments(span, name, given)?;
-                Some(Form::Bernoulli(self.number_of(argument, scope)?))
-            }
-            "categorical" => {
-                if given.is_empty() {
-                    self.complain(span, "`categorical` takes one probability for each value, found none");
-                    return None;
-                }
-                Some(Form::Categorical(self.numbers(given, scope)?))
-            }
-            "normal" | "normal_bins" => {
-                let [mean, deviation] = self.arguments(span, name, given)?;
-                let (mean, deviation) = (self.mean(mean, target, scope), self.number_of(deviation, scope));
-                let (mean, deviation) = (mean?, deviation?);
-                Some(if name.text == "normal" {
-                    Form::Normal { mean, deviation }
-                } else {
-                    Form::NormalBins { mean, deviation }
-                })
-            }
-            "dirac" => {
-                let [argument] = self.arguments(span, name, given)?;
-                let (id, found) = self.expression(argument, scope, Some(&target.domain))?;
-                let expected = Type::of(&target.domain);
-                let is_zero = found == Type::Number && matches!(expected, Type::Vector(_));
-                (is_zero || self.expect(argument.span(), &found, &expected)).then_some(Form::Dirac(id))
-            }
-            "weights" => {
-                // Weights are over the left-hand variable, and so may speak of it.
-                let [argument] = self.arguments(span, name, given)?;
-                scope.visible.push(target.left);
-                let weight = self.number_of(argument, scope);
-                scope.visible.pop();
-                Some(Form::Weights(weight?))
-            }
-            other => {
-                let message =
-                    format!("form `{other}` is not known; known forms are {}", listed(FORMS, "and"));
-                let mut wrong = Diagnostic::new(name.span(), message);
-                wrong.help = did_you_mean(other, FORMS);
-                self.wrong.push(wrong);
-                None
-            }
-        }
-    }
-
     pub(super) fn numbers(&mut self, expressions: &[Expr], scope: &Scope) -> Option<Vec<ExpressionId>> {
         let ids: Vec<_> = expressions.iter().map(|entry| self.number_of(entry, scope)).collect();
         ids.into_iter().collect()
-    }
-
-    /// The mean of a normal law: a number, or for a vector also a vector; a number then stands for all components.
-    fn mean(&mut self, mean: &Expr, target: &Target, scope: &Scope) -> Option<ExpressionId> {
-        let (id, found) = self.expression(mean, scope, None)?;
-        let vector = Type::of(&target.domain);
-        if matches!(vector, Type::Vector(_)) && found == vector {
-            return Some(id);
-        }
-        self.expect(mean.span(), &found, &Type::Number).then_some(id)
     }
 
     fn ask_form(

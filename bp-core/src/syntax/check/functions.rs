@@ -16,8 +16,10 @@ use crate::syntax::ast::{
     At, Expr, ExprKind, Name, Occurrence, Pattern, PatternKind, Sign, Value, ValueKind,
 };
 
-const FUNCTIONS: [&str; 12] =
-    ["min", "max", "abs", "exp", "ln", "sqrt", "floor", "norm", "rotate", "gradient", "frontier", "first"];
+const FUNCTIONS: [&str; 21] = [
+    "min", "max", "abs", "exp", "ln", "log2", "sqrt", "floor", "ceil", "round", "sin", "cos", "ln_gamma",
+    "atan2", "pow", "mod", "norm", "rotate", "gradient", "frontier", "first",
+];
 
 impl Checker<'_> {
     pub(super) fn call(
@@ -34,6 +36,12 @@ impl Checker<'_> {
             "ln" => unary(Unary::NaturalLogarithm),
             "sqrt" => unary(Unary::SquareRoot),
             "floor" => unary(Unary::Floor),
+            "ceil" => unary(Unary::Ceiling),
+            "round" => unary(Unary::Round),
+            "log2" => unary(Unary::BinaryLogarithm),
+            "sin" => unary(Unary::Sine),
+            "cos" => unary(Unary::Cosine),
+            "ln_gamma" => unary(Unary::LnGamma),
             _ => None,
         };
         if let Some(operator) = operator {
@@ -43,6 +51,9 @@ impl Checker<'_> {
         }
         match name.text.as_str() {
             "min" | "max" => self.extreme(span, name, arguments, scope),
+            "atan2" => self.of_two(span, name, arguments, Binary::ArcTangent, scope),
+            "pow" => self.of_two(span, name, arguments, Binary::Power, scope),
+            "mod" => self.of_two(span, name, arguments, Binary::Remainder, scope),
             "norm" => self.norm(span, name, arguments, scope),
             "rotate" => {
                 let [vector, by] = self.arguments(span, name, arguments)?;
@@ -77,7 +88,7 @@ impl Checker<'_> {
                 Some((self.node(span, Expression::First { family, with: None }), Type::Number))
             }
             other => {
-                let message = if super::forms::FORMS.contains(&other) {
+                let message = if super::named_forms::known_forms().any(|form| form == other) {
                     format!("`{other}` is a form, not a function")
                 } else {
                     format!("function `{other}` is not known; the functions are {}", listed(FUNCTIONS, "and"))
@@ -119,6 +130,20 @@ impl Checker<'_> {
             result = self.node(span, Expression::Binary(operator, result, *id));
         }
         Some((result, Type::Number))
+    }
+
+    fn of_two(
+        &mut self,
+        span: Span,
+        name: &Name,
+        arguments: &[Expr],
+        operator: Binary,
+        scope: &Scope,
+    ) -> Option<Typed> {
+        let [first, second] = self.arguments(span, name, arguments)?;
+        let (first, second) = (self.number_of(first, scope), self.number_of(second, scope));
+        let node = Expression::Binary(operator, first?, second?);
+        Some((self.node(span, node), Type::Number))
     }
 
     /// `norm(gradient(map.H, C))`, or the length of a vector.
@@ -249,7 +274,7 @@ impl Checker<'_> {
     /// The number that a value is in an expression.
     fn pattern_value(&mut self, value: &Value, domain: Option<&Domain>) -> Option<f64> {
         match (domain, &value.kind) {
-            (Some(Domain::Real) | None, ValueKind::Number(sign, text)) => {
+            (Some(Domain::Real | Domain::Bins(_)) | None, ValueKind::Number(sign, text)) => {
                 number(text).map(|number| if *sign == Sign::Minus { -number } else { number })
             }
             (Some(domain), _) if domain.is_finite() => {
@@ -287,6 +312,10 @@ pub(super) fn ordinal_of(value: &Value, domain: &Domain) -> Option<usize> {
         (ValueKind::Name(name), Domain::Finite { .. }) => domain.ordinal_of(&name.text),
         (ValueKind::Number(sign, text), Domain::Finite { range: Some(_), .. }) => {
             domain.ordinal_of(&integer(*sign, text)?.to_string())
+        }
+        (ValueKind::Number(sign, text), Domain::Bins(bins)) => {
+            let number = number(text)?;
+            bins.holding(if *sign == Sign::Minus { -number } else { number })
         }
         (ValueKind::Number(sign, text), Domain::Set(_)) => usize::try_from(integer(*sign, text)?).ok(),
         _ => None,

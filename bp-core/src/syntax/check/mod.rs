@@ -6,11 +6,13 @@
 
 mod declarations;
 mod decomposition;
+mod domains;
 mod expressions;
 mod faults;
 mod foreign;
 mod forms;
 mod functions;
+mod named_forms;
 mod names;
 mod operators;
 mod questions;

@@ -23,7 +23,7 @@ impl Type {
         match domain {
             Domain::Boolean => Type::Boolean,
             Domain::Finite { range: None, .. } => Type::Label(domain.clone()),
-            Domain::Finite { .. } | Domain::Real => Type::Number,
+            Domain::Finite { .. } | Domain::Bins(_) | Domain::Real => Type::Number,
             Domain::Set(set) => Type::Element(*set),
             Domain::Vector(length) => Type::Vector(*length),
         }

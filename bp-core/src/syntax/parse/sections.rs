@@ -124,9 +124,12 @@ fn domain(pair: Pair<'_, Rule>) -> Domain {
         DomainKind::Range(range(pair))
     } else {
         let name = children.name();
-        match children.take(Rule::number) {
-            Some(length) => DomainKind::Vector(name, length.as_str().to_owned()),
-            None => DomainKind::Named(name),
+        if let Some(numbers) = children.take(Rule::index) {
+            DomainKind::Listed(name, expressions(numbers))
+        } else if let Some(numbers) = children.take(Rule::arguments) {
+            DomainKind::Divided(name, expressions(numbers))
+        } else {
+            DomainKind::Named(name)
         }
     };
     Domain { at: place, kind }

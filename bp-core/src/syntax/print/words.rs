@@ -69,7 +69,8 @@ impl Display for Domain {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         match &self.kind {
             DomainKind::Named(name) => name.fmt(f),
-            DomainKind::Vector(name, length) => write!(f, "{name}[{length}]"),
+            DomainKind::Listed(name, numbers) => write!(f, "{name}[{}]", list(numbers, ", ")),
+            DomainKind::Divided(name, numbers) => write!(f, "{name}({})", list(numbers, ", ")),
             DomainKind::Range(range) => range.fmt(f),
             DomainKind::Labels(labels, None) => write!(f, "{{ {} }}", list(labels, ", ")),
             DomainKind::Labels(labels, Some(range)) => write!(f, "{{ {} }} or {range}", list(labels, ", ")),

@@ -19,6 +19,7 @@ impl<T: Scalar> Block<'_, T> {
     fn source(&self, buffer: BufferId) -> Cells<'_, T> {
         match &self.bound.arrays[buffer] {
             Array::Given(cells) | Array::Broadcast(cells) => Cells::Numbers(cells),
+            Array::Owned(cells) => Cells::Numbers(cells),
             Array::Default => Cells::Default(self.bound.default(buffer)),
             Array::Positions(cells) => Cells::Positions(cells),
             Array::Made if !self.made[buffer.position()].is_empty() => {

@@ -1,0 +1,92 @@
+//! Arithmetic that is either done or written down.
+//!
+//! In: operators on numbers. Out: numbers. Invariant: an equation that is written once, over an [`Arithmetic`], is the
+//! same in f64 ([`Numbers`]) and in a kernel, where its numbers are nodes.
+
+use crate::operators::{Binary, Unary};
+
+/// Something that an equation can be evaluated by.
+pub trait Arithmetic {
+    /// A number, or what stands for one.
+    type Number: Copy;
+    /// A known number.
+    fn constant(&mut self, number: f64) -> Self::Number;
+    /// An operator on one number.
+    fn unary(&mut self, operator: Unary, x: Self::Number) -> Self::Number;
+    /// An operator on two.
+    fn binary(&mut self, operator: Binary, x: Self::Number, y: Self::Number) -> Self::Number;
+    /// The second where the first is not 0, else the third.
+    fn select(
+        &mut self,
+        condition: Self::Number,
+        then: Self::Number,
+        otherwise: Self::Number,
+    ) -> Self::Number;
+
+    /// x + y
+    fn add(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
+        self.binary(Binary::Add, x, y)
+    }
+    /// x − y
+    fn subtract(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
+        self.binary(Binary::Subtract, x, y)
+    }
+    /// x · y
+    fn multiply(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
+        self.binary(Binary::Multiply, x, y)
+    }
+    /// x / y
+    fn divide(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
+        self.binary(Binary::Divide, x, y)
+    }
+    /// ln x
+    fn ln(&mut self, x: Self::Number) -> Self::Number {
+        self.unary(Unary::NaturalLogarithm, x)
+    }
+    /// eˣ
+    fn exp(&mut self, x: Self::Number) -> Self::Number {
+        self.unary(Unary::Exponential, x)
+    }
+    /// x · ln y, which is 0 where x is 0, whatever y is.
+    fn times_ln(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
+        let (ln, zero) = (self.ln(y), self.constant(0.0));
+        let product = self.multiply(x, ln);
+        self.select(x, product, zero)
+    }
+    /// The value where the condition holds, else −∞: the logarithm of a density that ends there.
+    fn within(&mut self, condition: Self::Number, ln_density: Self::Number) -> Self::Number {
+        let nothing = self.constant(f64::NEG_INFINITY);
+        self.select(condition, ln_density, nothing)
+    }
+    /// Whether x > y.
+    fn greater(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
+        self.binary(Binary::Greater, x, y)
+    }
+    /// Whether x is a whole number that is not negative.
+    fn is_count(&mut self, x: Self::Number) -> Self::Number {
+        let (zero, whole) = (self.constant(0.0), self.unary(Unary::Floor, x));
+        let whole = self.binary(Binary::Equal, x, whole);
+        let positive = self.binary(Binary::GreaterOrEqual, x, zero);
+        self.binary(Binary::And, whole, positive)
+    }
+}
+
+/// Arithmetic in f64.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Numbers;
+
+impl Arithmetic for Numbers {
+    type Number = f64;
+    fn constant(&mut self, number: f64) -> f64 {
+        number
+    }
+    fn unary(&mut self, operator: Unary, x: f64) -> f64 {
+        operator.apply(x)
+    }
+    fn binary(&mut self, operator: Binary, x: f64, y: f64) -> f64 {
+        operator.apply(x, y)
+    }
+    fn select(&mut self, condition: f64, then: f64, otherwise: f64) -> f64 {
+        if condition != 0.0 { then } else { otherwise }
+    }
+}

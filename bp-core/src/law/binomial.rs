@@ -1,0 +1,67 @@
+//! Binomial law with n trials and probability p: the number of successes.
+//!
+//! P(x) = n! / (x! (n−x)!) pˣ (1−p)^(n−x) for x = 0..n,  E = n p,  Var = n p (1 − p).
+
+use super::{Arithmetic, Constraint, Support};
+use crate::operators::{Binary, Unary};
+use rand::Rng;
+use rand_distr::Distribution;
+
+pub(super) const NAME: &str = "binomial";
+pub(super) const PARAMETERS: [(&str, Constraint); 2] =
+    [("number of trials", Constraint::Count), ("probability", Constraint::Probability)];
+pub(super) const SUPPORT: Support = Support::Counts;
+
+pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Number; 2]) -> A::Number {
+    let (zero, one) = (by.constant(0.0), by.constant(1.0));
+    // Beyond n the rest is taken as 0, so that nothing there is undefined.
+    let rest = by.subtract(n, x);
+    let rest = by.binary(Binary::Maximum, rest, zero);
+    let ln_factorial = |by: &mut A, count| {
+        let next = by.add(count, one);
+        by.unary(Unary::LnGamma, next)
+    };
+    let (all, left) = (ln_factorial(by, n), ln_factorial(by, rest));
+    let positive = by.binary(Binary::Maximum, x, zero);
+    let chosen = ln_factorial(by, positive);
+    let value = by.subtract(all, left);
+    let value = by.subtract(value, chosen);
+    let failure = by.subtract(one, p);
+    let (successes, failures) = (by.times_ln(x, p), by.times_ln(rest, failure));
+    let value = by.add(value, successes);
+    let value = by.add(value, failures);
+    let (count, below) = (by.is_count(x), by.binary(Binary::LessOrEqual, x, n));
+    let inside = by.binary(Binary::And, count, below);
+    by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    _: &mut A,
+    _: A::Number,
+    _: A::Number,
+    _: [A::Number; 2],
+) -> Option<A::Number> {
+    None
+}
+
+/// I_{1−p}(n − x, x + 1)
+pub(super) fn cumulative(x: f64, [n, p]: [f64; 2]) -> f64 {
+    let x = x.floor();
+    match x {
+        x if x < 0.0 => 0.0,
+        x if x >= n => 1.0,
+        _ => statrs::function::beta::beta_reg(n - x, x + 1.0, 1.0 - p),
+    }
+}
+
+pub(super) fn mean([n, p]: [f64; 2]) -> f64 {
+    n * p
+}
+
+pub(super) fn variance([n, p]: [f64; 2]) -> f64 {
+    n * p * (1.0 - p)
+}
+
+pub(super) fn draw(by: &mut impl Rng, [n, p]: [f64; 2]) -> f64 {
+    rand_distr::Binomial::new(n as u64, p).map_or(f64::NAN, |law| law.sample(by) as f64)
+}

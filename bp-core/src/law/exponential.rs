@@ -1,0 +1,48 @@
+//! Exponential law with rate r: the waiting time for an event that comes r times per unit of time.
+//!
+//! f(x) = r exp(−r x) for x ≥ 0,  F(x) = 1 − exp(−r x),  E = 1/r,  Var = 1/r².
+
+use super::{Arithmetic, Constraint, Support, weibull};
+use crate::operators::Binary;
+use rand::Rng;
+use rand_distr::{Distribution, Exp1};
+
+pub(super) const NAME: &str = "exponential";
+pub(super) const PARAMETERS: [(&str, Constraint); 1] = [("rate", Constraint::Positive)];
+pub(super) const SUPPORT: Support = Support::Positive;
+
+pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [rate]: [A::Number; 1]) -> A::Number {
+    let (zero, ln_rate) = (by.constant(0.0), by.ln(rate));
+    let product = by.multiply(rate, x);
+    let value = by.subtract(ln_rate, product);
+    let inside = by.binary(Binary::GreaterOrEqual, x, zero);
+    by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [rate]: [A::Number; 1],
+) -> Option<A::Number> {
+    let one = by.constant(1.0);
+    let scale = by.divide(one, rate);
+    weibull::mass(by, low, high, [one, scale])
+}
+
+pub(super) fn cumulative(x: f64, [rate]: [f64; 1]) -> f64 {
+    if x > 0.0 { -(-rate * x).exp_m1() } else { 0.0 }
+}
+
+pub(super) fn mean([rate]: [f64; 1]) -> f64 {
+    1.0 / rate
+}
+
+pub(super) fn variance([rate]: [f64; 1]) -> f64 {
+    1.0 / (rate * rate)
+}
+
+pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {
+    let standard: f64 = Exp1.sample(by);
+    standard / rate
+}

@@ -1,0 +1,182 @@
+//! Laws: distributions of one number that have a name and some parameters.
+//!
+//! In: parameters, and a number. Out: density, cumulative distribution, mass of an interval, a draw, moments. Invariant:
+//! each law is one file beside its equation; its density is written once, over an [`Arithmetic`], and so is the same for
+//! a kernel and in f64. Parameters are valid ([`Law::refuses`]); outside the support the density is 0.
+
+mod arithmetic;
+mod beta;
+mod binomial;
+mod exponential;
+mod gamma;
+mod lognormal;
+mod normal;
+mod poisson;
+mod uniform;
+mod von_mises;
+mod weibull;
+
+pub use arithmetic::{Arithmetic, Numbers};
+
+use rand::Rng;
+use serde::{Deserialize, Serialize};
+
+/// What a parameter of a law may be.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Constraint {
+    /// Any finite number.
+    Real,
+    /// > 0
+    Positive,
+    /// In [0, 1].
+    Probability,
+    /// A whole number, ≥ 0.
+    Count,
+}
+
+/// The numbers that a law can give.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Support {
+    /// All reals, or an interval of them: a density.
+    Reals,
+    /// Reals > 0: a density.
+    Positive,
+    /// Reals in ]0, 1[: a density.
+    UnitInterval,
+    /// Whole numbers ≥ 0: probabilities.
+    Counts,
+}
+
+macro_rules! laws {
+    ($($(#[$about:meta])* $law:ident in $file:ident;)+) => {
+        /// A distribution of one number, under its usual name.
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
+        pub enum Law {
+            $($(#[$about])* $law,)+
+        }
+
+        impl Law {
+            /// All of them.
+            pub const ALL: &[Law] = &[$(Law::$law),+];
+
+            /// The name under which the language knows it.
+            pub fn name(self) -> &'static str {
+                match self { $(Law::$law => $file::NAME,)+ }
+            }
+
+            /// Its parameters in order: what each is called, and what it may be.
+            pub fn parameters(self) -> &'static [(&'static str, Constraint)] {
+                match self { $(Law::$law => &$file::PARAMETERS,)+ }
+            }
+
+            /// The numbers that it can give.
+            pub fn support(self) -> Support {
+                match self { $(Law::$law => $file::SUPPORT,)+ }
+            }
+
+            /// ln of the density, or of the probability of a whole number; −∞ outside the support.
+            pub fn ln_density<A: Arithmetic>(self, by: &mut A, x: A::Number, parameters: &[A::Number]) -> A::Number {
+                match self { $(Law::$law => $file::ln_density(by, x, exactly(parameters)),)+ }
+            }
+
+            /// P(low < X ≤ high), low ≤ high, where it has a closed form.
+            pub fn mass<A: Arithmetic>(
+                self,
+                by: &mut A,
+                low: A::Number,
+                high: A::Number,
+                parameters: &[A::Number],
+            ) -> Option<A::Number> {
+                match self { $(Law::$law => $file::mass(by, low, high, exactly(parameters)),)+ }
+            }
+
+            /// P(X ≤ x)
+            pub fn cumulative(self, x: f64, parameters: &[f64]) -> f64 {
+                match self { $(Law::$law => $file::cumulative(x, exactly(parameters)),)+ }
+            }
+
+            /// The expectation.
+            pub fn mean(self, parameters: &[f64]) -> f64 {
+                match self { $(Law::$law => $file::mean(exactly(parameters)),)+ }
+            }
+
+            /// The expectation of the squared distance from the mean.
+            pub fn variance(self, parameters: &[f64]) -> f64 {
+                match self { $(Law::$law => $file::variance(exactly(parameters)),)+ }
+            }
+
+            /// A draw.
+            pub fn draw(self, by: &mut impl Rng, parameters: &[f64]) -> f64 {
+                match self { $(Law::$law => $file::draw(by, exactly(parameters)),)+ }
+            }
+        }
+    };
+}
+
+laws! {
+    /// Every real between two bounds alike.
+    Uniform in uniform;
+    /// Normal.
+    Normal in normal;
+    /// The logarithm is normal.
+    Lognormal in lognormal;
+    /// Waiting time at a constant rate.
+    Exponential in exponential;
+    /// Sum of waiting times.
+    Gamma in gamma;
+    /// A proportion.
+    Beta in beta;
+    /// An angle around a mean.
+    VonMises in von_mises;
+    /// Time to failure.
+    Weibull in weibull;
+    /// Successes among trials.
+    Binomial in binomial;
+    /// Number of events at a constant rate.
+    Poisson in poisson;
+}
+
+impl Law {
+    /// The law of this name.
+    pub fn named(name: &str) -> Option<Law> {
+        Law::ALL.iter().copied().find(|law| law.name() == name)
+    }
+
+    /// The density, or the probability of a whole number.
+    pub fn density(self, x: f64, parameters: &[f64]) -> f64 {
+        self.ln_density(&mut Numbers, x, parameters).exp()
+    }
+
+    /// What is wrong with these parameters: the position of one, and what it must be.
+    pub fn refuses(self, parameters: &[f64]) -> Option<(usize, &'static str)> {
+        let wrong = (self.parameters().iter().zip(parameters).enumerate())
+            .find_map(|(position, ((_, constraint), number))| Some((position, constraint.refuses(*number)?)));
+        match (self, parameters) {
+            (Law::Uniform, [low, high]) if wrong.is_none() && low >= high => {
+                Some((1, "greater than the first"))
+            }
+            _ => wrong,
+        }
+    }
+}
+
+impl Constraint {
+    /// What the number must be, if it is not that.
+    pub fn refuses(self, number: f64) -> Option<&'static str> {
+        let (holds, expected) = match self {
+            Constraint::Real => (number.is_finite(), "a finite number"),
+            Constraint::Positive => (number > 0.0 && number.is_finite(), "greater than 0"),
+            Constraint::Probability => ((0.0..=1.0).contains(&number), "between 0 and 1"),
+            Constraint::Count => (number >= 0.0 && number.fract() == 0.0, "a whole number, not negative"),
+        };
+        (!holds).then_some(expected)
+    }
+}
+
+/// As many parameters as the law has.
+fn exactly<N: Copy, const COUNT: usize>(parameters: &[N]) -> [N; COUNT] {
+    parameters.try_into().expect("internal: a law has its parameters")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,60 @@
+//! Normal law with mean m and standard deviation s.
+//!
+//! f(x) = exp(−½ ((x − m)/s)²) / (s √(2π)),  F(x) = Φ((x − m)/s),  E = m,  Var = s².
+
+use super::{Arithmetic, Constraint, Support};
+use crate::operators::{Unary, normal_cumulative};
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+pub(super) const NAME: &str = "normal";
+pub(super) const PARAMETERS: [(&str, Constraint); 2] =
+    [("mean", Constraint::Real), ("standard deviation", Constraint::Positive)];
+pub(super) const SUPPORT: Support = Support::Reals;
+
+pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, s]: [A::Number; 2]) -> A::Number {
+    let centred = by.subtract(x, m);
+    let z = by.divide(centred, s);
+    let (square, minus_half) = (by.multiply(z, z), by.constant(-0.5));
+    let exponent = by.multiply(minus_half, square);
+    let (ln_s, ln_root) = (by.ln(s), by.constant(0.5 * std::f64::consts::TAU.ln()));
+    let ln_total = by.add(ln_s, ln_root);
+    by.subtract(exponent, ln_total)
+}
+
+/// Φ(b) − Φ(a); above the mean Φ(−a) − Φ(−b), which does not lose the digits of a far tail.
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [m, s]: [A::Number; 2],
+) -> Option<A::Number> {
+    let standard = |by: &mut A, x| {
+        let centred = by.subtract(x, m);
+        by.divide(centred, s)
+    };
+    let (low, high) = (standard(by, low), standard(by, high));
+    let zero = by.constant(0.0);
+    let above = by.greater(low, zero);
+    let (minus_low, minus_high) = (by.unary(Unary::Negate, low), by.unary(Unary::Negate, high));
+    let (upper, lower) = (by.select(above, minus_low, high), by.select(above, minus_high, low));
+    let (upper, lower) = (by.unary(Unary::NormalCumulative, upper), by.unary(Unary::NormalCumulative, lower));
+    Some(by.subtract(upper, lower))
+}
+
+pub(super) fn cumulative(x: f64, [m, s]: [f64; 2]) -> f64 {
+    normal_cumulative((x - m) / s)
+}
+
+pub(super) fn mean([m, _]: [f64; 2]) -> f64 {
+    m
+}
+
+pub(super) fn variance([_, s]: [f64; 2]) -> f64 {
+    s * s
+}
+
+pub(super) fn draw(by: &mut impl Rng, [m, s]: [f64; 2]) -> f64 {
+    let standard: f64 = StandardNormal.sample(by);
+    m + s * standard
+}

@@ -1,0 +1,48 @@
+//! Poisson law with rate r: the number of events in a unit of time.
+//!
+//! P(x) = rˣ exp(−r) / x! for x = 0, 1, 2, …,  F(x) = Q(⌊x⌋ + 1, r),  E = Var = r.
+
+use super::{Arithmetic, Constraint, Support};
+use crate::operators::{Binary, Unary};
+use rand::Rng;
+use rand_distr::Distribution;
+
+pub(super) const NAME: &str = "poisson";
+pub(super) const PARAMETERS: [(&str, Constraint); 1] = [("rate", Constraint::Positive)];
+pub(super) const SUPPORT: Support = Support::Counts;
+
+pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [rate]: [A::Number; 1]) -> A::Number {
+    let (zero, one) = (by.constant(0.0), by.constant(1.0));
+    let positive = by.binary(Binary::Maximum, x, zero);
+    let next = by.add(positive, one);
+    let (ln_factorial, power) = (by.unary(Unary::LnGamma, next), by.times_ln(x, rate));
+    let value = by.subtract(power, rate);
+    let value = by.subtract(value, ln_factorial);
+    let inside = by.is_count(x);
+    by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    _: &mut A,
+    _: A::Number,
+    _: A::Number,
+    _: [A::Number; 1],
+) -> Option<A::Number> {
+    None
+}
+
+pub(super) fn cumulative(x: f64, [rate]: [f64; 1]) -> f64 {
+    if x < 0.0 { 0.0 } else { statrs::function::gamma::gamma_ur(x.floor() + 1.0, rate) }
+}
+
+pub(super) fn mean([rate]: [f64; 1]) -> f64 {
+    rate
+}
+
+pub(super) fn variance([rate]: [f64; 1]) -> f64 {
+    rate
+}
+
+pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {
+    rand_distr::Poisson::new(rate).map_or(f64::NAN, |law| law.sample(by))
+}

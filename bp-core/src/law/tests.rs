@@ -1,0 +1,164 @@
+//! Laws against statrs, against quadrature of their own density, and against their own draws.
+
+use super::*;
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use statrs::distribution::{self as oracle, Continuous, ContinuousCDF, Discrete, DiscreteCDF};
+
+/// Parameters at which each law is tried.
+fn cases() -> Vec<(Law, Vec<f64>)> {
+    vec![
+        (Law::Uniform, vec![-2.0, 3.0]),
+        (Law::Normal, vec![1.5, 0.7]),
+        (Law::Lognormal, vec![0.3, 0.5]),
+        (Law::Exponential, vec![2.5]),
+        (Law::Gamma, vec![2.5, 1.7]),
+        (Law::Gamma, vec![1.0, 3.0]),
+        (Law::Beta, vec![2.0, 5.0]),
+        (Law::Beta, vec![1.0, 1.0]),
+        (Law::VonMises, vec![0.4, 3.0]),
+        (Law::Weibull, vec![1.8, 2.0]),
+        (Law::Binomial, vec![12.0, 0.3]),
+        (Law::Binomial, vec![3.0, 1.0]),
+        (Law::Poisson, vec![4.2]),
+    ]
+}
+
+/// Density and cumulative distribution as statrs has them.
+fn known(law: Law, x: f64, p: &[f64]) -> Option<(f64, f64)> {
+    fn real(law: impl Continuous<f64, f64> + ContinuousCDF<f64, f64>, x: f64) -> Option<(f64, f64)> {
+        Some((law.pdf(x), law.cdf(x)))
+    }
+    fn count(law: impl Discrete<u64, f64> + DiscreteCDF<u64, f64>, x: f64) -> Option<(f64, f64)> {
+        let inside = x >= 0.0 && x.fract() == 0.0;
+        let below = if x < 0.0 { 0.0 } else { law.cdf(x as u64) };
+        Some((if inside { law.pmf(x as u64) } else { 0.0 }, below))
+    }
+    match law {
+        Law::Uniform => real(oracle::Uniform::new(p[0], p[1]).unwrap(), x),
+        Law::Normal => real(oracle::Normal::new(p[0], p[1]).unwrap(), x),
+        Law::Lognormal => real(oracle::LogNormal::new(p[0], p[1]).unwrap(), x),
+        Law::Exponential => real(oracle::Exp::new(p[0]).unwrap(), x),
+        Law::Gamma => real(oracle::Gamma::new(p[0], p[1]).unwrap(), x),
+        Law::Beta => real(oracle::Beta::new(p[0], p[1]).unwrap(), x),
+        Law::Weibull => real(oracle::Weibull::new(p[0], p[1]).unwrap(), x),
+        Law::Binomial => count(oracle::Binomial::new(p[1], p[0] as u64).unwrap(), x),
+        Law::Poisson => count(oracle::Poisson::new(p[0]).unwrap(), x),
+        Law::VonMises => None,
+    }
+}
+
+fn points(law: Law) -> Vec<f64> {
+    match law.support() {
+        Support::Counts => (-2..20).map(f64::from).chain([0.5]).collect(),
+        Support::UnitInterval => (-2..=22).map(|step| f64::from(step) / 20.0 + 0.013).collect(),
+        _ => (-40..80).map(|step| f64::from(step) / 10.0 + 0.013).collect(),
+    }
+}
+
+#[test]
+fn densities_and_cumulatives_are_those_of_statrs() {
+    for (law, parameters) in cases() {
+        for x in points(law) {
+            let Some((density, cumulative)) = known(law, x, &parameters) else { continue };
+            let (found, below) = (law.density(x, &parameters), law.cumulative(x, &parameters));
+            assert!(
+                (found - density).abs() <= 1e-11 * density.max(1e-3),
+                "{law:?} density at {x}: {found} {density}"
+            );
+            assert!((below - cumulative).abs() <= 1e-10, "{law:?} cumulative at {x}: {below} {cumulative}");
+        }
+    }
+}
+
+/// ∫ g(x) f(x) dx between two bounds, by the midpoint rule.
+fn integral(law: Law, parameters: &[f64], from: f64, to: f64, g: impl Fn(f64) -> f64) -> f64 {
+    let steps = 400_000;
+    let width = (to - from) / f64::from(steps);
+    let middle = |step: i32| from + width * (f64::from(step) + 0.5);
+    (0..steps).map(|step| g(middle(step)) * law.density(middle(step), parameters) * width).sum()
+}
+
+fn range(law: Law, parameters: &[f64]) -> (f64, f64) {
+    match (law, law.support()) {
+        (Law::VonMises, _) => (parameters[0] - std::f64::consts::PI, parameters[0] + std::f64::consts::PI),
+        (_, Support::Reals) => (-10.0, 12.0),
+        (_, Support::UnitInterval) => (0.0, 1.0),
+        _ => (0.0, 60.0),
+    }
+}
+
+#[test]
+fn moments_are_those_of_the_density() {
+    for (law, parameters) in cases() {
+        let (mean, variance) = (law.mean(&parameters), law.variance(&parameters));
+        let expect = |g: &dyn Fn(f64) -> f64| match law.support() {
+            Support::Counts => (0..200).map(f64::from).map(|x| g(x) * law.density(x, &parameters)).sum(),
+            _ => {
+                let (from, to) = range(law, &parameters);
+                integral(law, &parameters, from, to, g)
+            }
+        };
+        assert!((expect(&|_| 1.0) - 1.0).abs() < 2e-5, "{law:?} sums to one");
+        assert!((expect(&|x| x) - mean).abs() < 1e-4, "{law:?} mean");
+        let spread = match law {
+            Law::VonMises => expect(&|x| 1.0 - (x - mean).cos()),
+            _ => expect(&|x| (x - mean).powi(2)),
+        };
+        assert!((spread - variance).abs() < 1e-4 * variance.max(1.0), "{law:?} variance {spread} {variance}");
+    }
+}
+
+#[test]
+fn masses_are_differences_of_the_cumulative() {
+    for (law, parameters) in cases() {
+        for (low, high) in [(-3.0, 0.4), (0.2, 0.9), (1.0, 4.0)] {
+            let Some(mass) = law.mass(&mut Numbers, low, high, &parameters) else { continue };
+            let expected = law.cumulative(high, &parameters) - law.cumulative(low, &parameters);
+            assert!((mass - expected).abs() < 1e-14, "{law:?} ]{low}, {high}]: {mass} {expected}");
+        }
+    }
+    // Thirty deviations above the mean, where 1 − Φ has no digits left: φ(30)/30 (1 − 1/900 + …) = 4.906713927e-198.
+    let mass = Law::Normal.mass(&mut Numbers, 30.0, 40.0, &[0.0, 1.0]).unwrap();
+    assert!((mass / 4.906_713_927_148_187e-198 - 1.0).abs() < 1e-9, "{mass:e}");
+}
+
+#[test]
+fn the_von_mises_cumulative_is_the_integral_of_its_density() {
+    for parameters in [[0.4, 3.0], [-2.0, 0.1], [0.0, 50.0]] {
+        let from = parameters[0] - std::f64::consts::PI;
+        for x in [from + 0.3, from + 2.0, from + 3.1, from + 6.0] {
+            let expected = integral(Law::VonMises, &parameters, from, x, |_| 1.0);
+            assert!((Law::VonMises.cumulative(x, &parameters) - expected).abs() < 1e-8, "{x}");
+        }
+    }
+}
+
+#[test]
+fn draws_follow_the_cumulative() {
+    // Kolmogorov–Smirnov: sup |F̂ − F| < 1.95/√n with probability 0.999.
+    for (law, parameters) in cases() {
+        let mut generator = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut draws: Vec<f64> = (0..4000).map(|_| law.draw(&mut generator, &parameters)).collect();
+        draws.sort_by(f64::total_cmp);
+        let mut distance: f64 = 0.0;
+        for (position, x) in draws.iter().enumerate() {
+            let last = draws.get(position + 1).is_none_or(|next| next > x);
+            if last {
+                let empirical = (position + 1) as f64 / draws.len() as f64;
+                distance = distance.max((empirical - law.cumulative(*x, &parameters)).abs());
+            }
+        }
+        assert!(distance < 1.95 / (draws.len() as f64).sqrt(), "{law:?} {parameters:?}: {distance}");
+    }
+}
+
+#[test]
+fn parameters_are_checked() {
+    assert_eq!(Law::Normal.refuses(&[0.0, 0.0]), Some((1, "greater than 0")));
+    assert_eq!(Law::Normal.refuses(&[f64::NAN, 1.0]), Some((0, "a finite number")));
+    assert_eq!(Law::Uniform.refuses(&[1.0, 1.0]), Some((1, "greater than the first")));
+    assert_eq!(Law::Binomial.refuses(&[2.5, 0.1]), Some((0, "a whole number, not negative")));
+    assert_eq!(Law::Binomial.refuses(&[2.0, 0.1]), None);
+    assert_eq!(Law::named("von_mises"), Some(Law::VonMises));
+}

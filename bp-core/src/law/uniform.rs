@@ -1,0 +1,53 @@
+//! Uniform law between two bounds a < b.
+//!
+//! f(x) = 1/(b − a) for a ≤ x ≤ b,  F(x) = (x − a)/(b − a),  E = (a + b)/2,  Var = (b − a)²/12.
+
+use super::{Arithmetic, Constraint, Support};
+use crate::operators::{Binary, Unary};
+use rand::{Rng, RngExt};
+
+pub(super) const NAME: &str = "uniform";
+pub(super) const PARAMETERS: [(&str, Constraint); 2] =
+    [("lower bound", Constraint::Real), ("upper bound", Constraint::Real)];
+pub(super) const SUPPORT: Support = Support::Reals;
+
+pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [low, high]: [A::Number; 2]) -> A::Number {
+    let above = by.binary(Binary::GreaterOrEqual, x, low);
+    let below = by.binary(Binary::LessOrEqual, x, high);
+    let inside = by.binary(Binary::And, above, below);
+    let width = by.subtract(high, low);
+    let ln_width = by.ln(width);
+    let value = by.unary(Unary::Negate, ln_width);
+    by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    from: A::Number,
+    to: A::Number,
+    [low, high]: [A::Number; 2],
+) -> Option<A::Number> {
+    let clamp = |by: &mut A, x| {
+        let x = by.binary(Binary::Maximum, x, low);
+        by.binary(Binary::Minimum, x, high)
+    };
+    let (from, to) = (clamp(by, from), clamp(by, to));
+    let (part, whole) = (by.subtract(to, from), by.subtract(high, low));
+    Some(by.divide(part, whole))
+}
+
+pub(super) fn cumulative(x: f64, [low, high]: [f64; 2]) -> f64 {
+    ((x - low) / (high - low)).clamp(0.0, 1.0)
+}
+
+pub(super) fn mean([low, high]: [f64; 2]) -> f64 {
+    0.5 * (low + high)
+}
+
+pub(super) fn variance([low, high]: [f64; 2]) -> f64 {
+    (high - low) * (high - low) / 12.0
+}
+
+pub(super) fn draw(by: &mut impl Rng, [low, high]: [f64; 2]) -> f64 {
+    low + (high - low) * by.random::<f64>()
+}

@@ -1,0 +1,64 @@
+//! Weibull law with shape k and scale c: the time to failure where the hazard grows as a power of time.
+//!
+//! f(x) = (k/c) (x/c)^(k−1) exp(−(x/c)^k) for x > 0,  F(x) = 1 − exp(−(x/c)^k),
+//! E = c Γ(1 + 1/k),  Var = c² (Γ(1 + 2/k) − Γ(1 + 1/k)²).
+
+use super::{Arithmetic, Constraint, Support};
+use crate::operators::{Binary, Unary, ln_gamma};
+use rand::Rng;
+use rand_distr::{Distribution, Exp1};
+
+pub(super) const NAME: &str = "weibull";
+pub(super) const PARAMETERS: [(&str, Constraint); 2] =
+    [("shape", Constraint::Positive), ("scale", Constraint::Positive)];
+pub(super) const SUPPORT: Support = Support::Positive;
+
+pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, c]: [A::Number; 2]) -> A::Number {
+    let (zero, one) = (by.constant(0.0), by.constant(1.0));
+    let ratio = by.divide(x, c);
+    let power = by.binary(Binary::Power, ratio, k);
+    let hazard = by.divide(k, c);
+    let (ln_hazard, less) = (by.ln(hazard), by.subtract(k, one));
+    let ln_power = by.times_ln(less, ratio);
+    let value = by.add(ln_hazard, ln_power);
+    let value = by.subtract(value, power);
+    let inside = by.greater(x, zero);
+    by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [k, c]: [A::Number; 2],
+) -> Option<A::Number> {
+    let zero = by.constant(0.0);
+    // What is left after x.
+    let survival = |by: &mut A, x| {
+        let x = by.binary(Binary::Maximum, x, zero);
+        let ratio = by.divide(x, c);
+        let power = by.binary(Binary::Power, ratio, k);
+        let power = by.unary(Unary::Negate, power);
+        by.exp(power)
+    };
+    let (low, high) = (survival(by, low), survival(by, high));
+    Some(by.subtract(low, high))
+}
+
+pub(super) fn cumulative(x: f64, [k, c]: [f64; 2]) -> f64 {
+    if x > 0.0 { -(-(x / c).powf(k)).exp_m1() } else { 0.0 }
+}
+
+pub(super) fn mean([k, c]: [f64; 2]) -> f64 {
+    c * ln_gamma(1.0 + 1.0 / k).exp()
+}
+
+pub(super) fn variance([k, c]: [f64; 2]) -> f64 {
+    let first = ln_gamma(1.0 + 1.0 / k).exp();
+    c * c * (ln_gamma(1.0 + 2.0 / k).exp() - first * first)
+}
+
+pub(super) fn draw(by: &mut impl Rng, [k, c]: [f64; 2]) -> f64 {
+    let standard: f64 = Exp1.sample(by);
+    c * standard.powf(1.0 / k)
+}

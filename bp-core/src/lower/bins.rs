@@ -1,0 +1,78 @@
+//! Bins: from the ordinal of a bin to the number that stands for it, and back.
+//!
+//! In: bins, and an ordinal or a number. Out: the other. Invariant: as `Bins::centre` and `Bins::holding`; a number in
+//! no bin gets an ordinal outside the domain.
+
+use super::Lowering;
+use crate::ids::ValueId;
+use crate::kernel::{Extent, Fold, Index, Role};
+use crate::model::Bins;
+use crate::operators::{Binary, Unary};
+
+impl Lowering<'_> {
+    /// The centre of a bin.
+    pub(super) fn centre(&mut self, bins: &Bins, ordinal: ValueId) -> ValueId {
+        if let Some(width) = bins.width() {
+            let (first, width) = (self.builder.constant(bins.centre(0)), self.builder.constant(width));
+            let offset = self.builder.binary(Binary::Multiply, ordinal, width);
+            return self.builder.binary(Binary::Add, first, offset);
+        }
+        let centres = (0..bins.count()).map(|bin| bins.centre(bin)).collect();
+        self.bin_table("centres", centres, ordinal)
+    }
+
+    /// The lower edge of a bin; of the bin after the last, the upper end.
+    pub(super) fn edge(&mut self, bins: &Bins, ordinal: ValueId) -> ValueId {
+        if let Some(width) = bins.width() {
+            let (low, width) = (self.builder.constant(bins.ends().0), self.builder.constant(width));
+            let offset = self.builder.binary(Binary::Multiply, ordinal, width);
+            return self.builder.binary(Binary::Add, low, offset);
+        }
+        self.bin_table("edges", bins.edges().to_vec(), ordinal)
+    }
+
+    /// Reads a table at an ordinal; 0 outside.
+    fn bin_table(&mut self, what: &str, numbers: Vec<f64>, ordinal: ValueId) -> ValueId {
+        let name = self.name(what);
+        let axis = self.builder.axis(&name, Extent::constant(numbers.len()));
+        let buffer = self.builder.buffer(&name, Role::Table(numbers), &[axis]);
+        let (place, zero) = (self.builder.at(ordinal), self.builder.constant(0.0));
+        self.builder.load_or(buffer, vec![place], zero)
+    }
+
+    /// The ordinal of the bin that holds a number; outside the domain where none does.
+    pub(super) fn bin_holding(&mut self, bins: &Bins, number: ValueId) -> ValueId {
+        let (low, high) = bins.ends();
+        let (low_value, high_value) = (self.builder.constant(low), self.builder.constant(high));
+        let mut from_low = self.builder.binary(Binary::Subtract, number, low_value);
+        if bins.is_circle() {
+            let span = self.builder.constant(high - low);
+            from_low = self.builder.binary(Binary::Remainder, from_low, span);
+        }
+        let bin = match bins.width() {
+            Some(width) => {
+                let width = self.builder.constant(width);
+                let bin = self.builder.binary(Binary::Divide, from_low, width);
+                self.builder.unary(Unary::Floor, bin)
+            }
+            None => {
+                // As many edges as lie at or below the number, less one.
+                let name = self.name("edge");
+                let axis = self.builder.axis(&name, Extent::constant(bins.edges().len()));
+                let name = self.name("edges");
+                let buffer = self.builder.buffer(&name, Role::Table(bins.edges().to_vec()), &[axis]);
+                let edge = self.builder.load(buffer, vec![Index::Axis(axis)]);
+                let below = self.builder.binary(Binary::GreaterOrEqual, number, edge);
+                let count = self.fold_over("bins below", Fold::Sum, &[axis], below);
+                let one = self.builder.constant(1.0);
+                self.builder.binary(Binary::Subtract, count, one)
+            }
+        };
+        let last = self.builder.constant(bins.count() as f64 - 1.0);
+        if bins.is_circle() {
+            return self.builder.binary(Binary::Minimum, bin, last);
+        }
+        let at_end = self.builder.binary(Binary::Equal, number, high_value);
+        self.builder.select(at_end, last, bin)
+    }
+}

@@ -1,0 +1,98 @@
+//! Tables: entries chosen by the values of variables.
+//!
+//! In: rows of a factor, and what its variables stand for. Out: the entry. Invariant: numbers that are known are an array
+//! that comes with the kernel; computed entries are filled in once; an entry that is known to be asked for is itself.
+
+use super::{Lowering, Meaning};
+use crate::error::Error;
+use crate::ids::{ExpressionId, ValueId};
+use crate::kernel::{Extent, Reduce, Role};
+use crate::model::{Factor, VariableUse};
+use crate::operators::Binary;
+
+/// The longest table that is written out as a chain of choices.
+const WRITTEN_OUT: usize = 8;
+
+impl Lowering<'_> {
+    /// The entry at an ordinal.
+    pub(super) fn choose(&mut self, ordinal: ValueId, entries: &[ExpressionId]) -> Result<ValueId, Error> {
+        let values: Vec<ValueId> =
+            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
+        Ok(self.choose_value(ordinal, &values))
+    }
+
+    fn choose_value(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
+        if let Some(constant) = self.builder.as_constant(ordinal) {
+            // A Dirac may say a value outside the domain: an indicator then stands beside this entry.
+            let inside = constant >= 0.0 && constant < values.len() as f64;
+            return if inside { values[constant as usize] } else { self.builder.constant(0.0) };
+        }
+        let (last, first) = values.split_last().expect("internal: a row has entries");
+        let mut chosen = *last;
+        for (position, value) in first.iter().enumerate().rev() {
+            let position = self.builder.constant(position as f64);
+            let here = self.builder.binary(Binary::Equal, ordinal, position);
+            chosen = self.builder.select(here, *value, chosen);
+        }
+        chosen
+    }
+
+    /// A table: its rows are a small array, filled once, from which the entry is read.
+    pub(super) fn table(&mut self, factor: &Factor, rows: &[Vec<ExpressionId>]) -> Result<ValueId, Error> {
+        let ordinal = |lowering: &mut Self, use_: &VariableUse| match lowering.use_meaning(use_)? {
+            Meaning::Ordinal(ordinal) => {
+                let count = lowering.model.variables[use_.variable].domain.count();
+                Ok((ordinal, count.expect("internal: a checked table has finite parents")))
+            }
+            _ => Err(lowering.unplanned("a table needs finite variables")),
+        };
+        // Row-major position, last variable fastest, right-hand variables first.
+        let (mut position, mut constant) = (self.builder.constant(0.0), true);
+        for use_ in factor.right.iter().chain(&factor.left) {
+            let (ordinal, count) = ordinal(self, use_)?;
+            constant &= self.builder.as_constant(ordinal).is_some();
+            let count = self.builder.constant(count as f64);
+            position = self.builder.binary(Binary::Multiply, position, count);
+            position = self.builder.binary(Binary::Add, position, ordinal);
+        }
+        let entries: Vec<ExpressionId> = rows.iter().flatten().copied().collect();
+        if constant {
+            return self.choose(position, &entries);
+        }
+        let values: Vec<ValueId> =
+            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
+        let mut axes = std::collections::BTreeSet::new();
+        for value in &values {
+            axes.extend(self.axes(*value));
+        }
+        if !axes.is_empty() || values.len() <= WRITTEN_OUT {
+            return Ok(self.choose_value(position, &values));
+        }
+        let head = self.model.head(factor);
+        let numbers: Option<Vec<f64>> = values.iter().map(|value| self.builder.as_constant(*value)).collect();
+        let buffer = match (numbers, self.builder.so_far().buffer(&head)) {
+            (Some(_), Some(known)) => known,
+            (Some(numbers), None) => {
+                let axis = self.builder.axis(&head, Extent::constant(numbers.len()));
+                self.builder.buffer(&head, Role::Table(numbers), &[axis])
+            }
+            (None, _) => {
+                let axis = self.builder.axis(&head, Extent::constant(values.len()));
+                let running = self.builder.running(axis);
+                let entry = self.choose_value(running, &values);
+                let name = self.name("table");
+                self.builder.compute(&name, &[axis], Reduce::None, entry);
+                self.builder.so_far().buffer(&name).expect("internal: the table has just been made")
+            }
+        };
+        let place = self.builder.at(position);
+        let substituted = |use_: &VariableUse| {
+            matches!(self.exact.bindings.get(&use_.variable), Some(crate::plan::Binding::Expression(_)))
+        };
+        if factor.right.iter().chain(&factor.left).any(substituted) {
+            let zero = self.builder.constant(0.0);
+            return Ok(self.builder.load_or(buffer, vec![place], zero));
+        }
+        Ok(self.builder.load(buffer, vec![place]))
+    }
+}

@@ -1,0 +1,128 @@
+//! Bins: a real line, or a circle, cut into intervals.
+//!
+//! In: bounds. Out: [`Bins`], which knows the bin that holds a number and the centre that stands for it. Invariant:
+//! edges are finite and ascend; bin i is [edge i; edge i+1[, and the last one holds its upper edge too, unless the
+//! ends meet: then every number lies in some bin.
+
+use serde::{Deserialize, Serialize};
+
+/// A real in bins: `bins(-50, 50, 20)`, `bins[0, 1, 2, 5]`, `circle(0, 360, 36)`.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Bins {
+    edges: Vec<f64>,
+    even: bool,
+    circle: bool,
+}
+
+/// The most bins that a domain may have.
+pub const MOST_BINS: usize = 1 << 20;
+
+impl Bins {
+    /// `count` bins of equal width; where the ends meet, a circle. `None` without a width or a count.
+    pub fn even(low: f64, high: f64, count: usize, circle: bool) -> Option<Self> {
+        let width = (high - low) / count as f64;
+        let valid = (1..=MOST_BINS).contains(&count) && width > 0.0 && width.is_finite();
+        let edge = |position: usize| if position == count { high } else { low + width * position as f64 };
+        valid.then(|| Self { edges: (0..=count).map(edge).collect(), even: true, circle })
+    }
+
+    /// Bins between these edges. `None` unless there are two or more and they ascend.
+    pub fn between(edges: Vec<f64>) -> Option<Self> {
+        let ascend = edges.len() > 1 && edges.windows(2).all(|pair| pair[0] < pair[1]);
+        let valid = ascend && edges.len() <= MOST_BINS && edges.iter().all(|edge| edge.is_finite());
+        valid.then_some(Self { edges, even: false, circle: false })
+    }
+
+    /// How many bins.
+    pub fn count(&self) -> usize {
+        self.edges.len() - 1
+    }
+
+    /// The edges, one more than there are bins.
+    pub fn edges(&self) -> &[f64] {
+        &self.edges
+    }
+
+    /// The lowest and the highest edge.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.edges[0], self.edges[self.count()])
+    }
+
+    /// Whether the ends meet.
+    pub fn is_circle(&self) -> bool {
+        self.circle
+    }
+
+    /// The width that all bins have, if they have one.
+    pub fn width(&self) -> Option<f64> {
+        let (low, high) = self.ends();
+        self.even.then(|| (high - low) / self.count() as f64)
+    }
+
+    /// The number that stands for a bin.
+    pub fn centre(&self, bin: usize) -> f64 {
+        match self.width() {
+            Some(width) => self.edges[0] + width * (bin as f64 + 0.5),
+            None => 0.5 * (self.edges[bin] + self.edges[bin + 1]),
+        }
+    }
+
+    /// The bin that holds a number.
+    pub fn holding(&self, number: f64) -> Option<usize> {
+        let (low, high) = self.ends();
+        let number = if self.circle { low + (number - low).rem_euclid(high - low) } else { number };
+        if !(low..=high).contains(&number) {
+            return None;
+        }
+        let above = self.edges.partition_point(|edge| *edge <= number);
+        // On a circle rounding may give the upper end, which is the lower one.
+        Some(if self.circle && above > self.count() { 0 } else { (above - 1).min(self.count() - 1) })
+    }
+
+    /// The centre of a bin, with no more digits than tell it from its neighbours by a billionth.
+    pub fn name(&self, bin: usize) -> String {
+        let digits = 10f64.powi(9 - (self.edges[bin + 1] - self.edges[bin]).log10().floor() as i32);
+        let rounded = (self.centre(bin) * digits).round() / digits;
+        // −0 is 0; numbers too large to have such digits are written as they are.
+        if rounded.is_finite() { (rounded + 0.0).to_string() } else { self.centre(bin).to_string() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_in_their_bins() {
+        let bins = Bins::even(-50.0, 50.0, 20, false).unwrap();
+        assert_eq!(
+            (bins.holding(-50.0), bins.holding(-45.0), bins.holding(50.0)),
+            (Some(0), Some(1), Some(19))
+        );
+        assert_eq!((bins.holding(-50.1), bins.holding(f64::NAN)), (None, None));
+        assert_eq!((bins.centre(0), bins.name(0)), (-47.5, "-47.5".to_owned()));
+        let given = Bins::between(vec![0.0, 1.0, 10.0]).unwrap();
+        assert_eq!((given.holding(1.0), given.name(1)), (Some(1), "5.5".to_owned()));
+    }
+
+    #[test]
+    fn angles_wrap() {
+        let circle = Bins::even(0.0, 360.0, 36, true).unwrap();
+        assert_eq!(
+            (circle.holding(-1.0), circle.holding(360.0), circle.holding(725.0)),
+            (Some(35), Some(0), Some(0))
+        );
+        assert_eq!(
+            circle.holding(-1e-17),
+            Some(0),
+            "just below the lower end, which is the upper one when rounded"
+        );
+    }
+
+    #[test]
+    fn bins_that_cannot_be_are_none() {
+        assert!(Bins::even(1.0, 1.0, 3, false).is_none() && Bins::even(0.0, 1.0, 0, false).is_none());
+        assert!(Bins::even(0.0, f64::INFINITY, 3, false).is_none());
+        assert!(Bins::between(vec![0.0]).is_none() && Bins::between(vec![0.0, 0.0]).is_none());
+    }
+}

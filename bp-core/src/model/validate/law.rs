@@ -1,0 +1,93 @@
+//! What a law must be: of a variable that has such numbers, with parameters that it can have.
+//!
+//! In: a law and its arguments. Out: faults. Invariant: only arguments that are known are judged; the others are judged
+//! when they are.
+
+use super::{Fault, Place, fault, fault_with_help};
+use crate::ids::{ExpressionId, FactorId};
+use crate::law::{Law, Support};
+use crate::model::{Domain, Fit, Model};
+
+pub(super) fn law_faults(
+    model: &Model,
+    id: FactorId,
+    law: Law,
+    arguments: &[ExpressionId],
+    domain: &Domain,
+    name: &str,
+    faults: &mut Vec<Fault>,
+) {
+    faults.extend(domain_fault(model, id, law, domain, name));
+    let count = faults.len();
+    for (position, argument) in arguments.iter().enumerate() {
+        faults.extend(argument_fault(model, id, law, position, *argument));
+    }
+    let known: Option<Vec<f64>> = arguments.iter().map(|argument| model.constant(*argument)).collect();
+    if let (Law::Uniform, Some([low, high]), true) = (law, known.as_deref(), faults.len() == count)
+        && low >= high
+    {
+        faults.push(fault(Place::Form(id), format!("`uniform` needs low < high, but {low} ≥ {high}")));
+    }
+}
+
+/// What is wrong with one argument of a law.
+pub(super) fn argument_fault(
+    model: &Model,
+    id: FactorId,
+    law: Law,
+    position: usize,
+    argument: ExpressionId,
+) -> Option<Fault> {
+    let (what, constraint) = law.parameters()[position];
+    let value = model.constant(argument)?;
+    let expected = constraint.refuses(value)?;
+    Some(fault(
+        Place::Expression(id, argument),
+        format!("the {what} must be {expected}, but this is {value}"),
+    ))
+}
+
+fn domain_fault(model: &Model, id: FactorId, law: Law, domain: &Domain, name: &str) -> Option<Fault> {
+    let (place, law_name) = (Place::Form(id), law.name());
+    let is = || format!("`{name}` is `{}`", model.domain_text(domain));
+    let fits = match domain {
+        Domain::Real => true,
+        Domain::Bins(_) => true,
+        Domain::Vector(_) => law == Law::Normal,
+        Domain::Finite { labels, range } => labels.is_empty() && range.is_some(),
+        Domain::Boolean | Domain::Set(_) => false,
+    };
+    if !fits {
+        return Some(fault(
+            place,
+            format!("`{law_name}` needs a real, bins or an integer range, but {}", is()),
+        ));
+    }
+    if law.support() == Support::Counts && *domain == Domain::Real {
+        let message = format!("`{law_name}` gives whole numbers, but {}", is());
+        return Some(fault_with_help(place, message, format!("declare it as a range: `{name} : 0..=20`")));
+    }
+    None
+}
+
+pub(super) fn fit_faults(
+    model: &Model,
+    id: FactorId,
+    fit: &Fit,
+    domain: &Domain,
+    name: &str,
+    faults: &mut Vec<Fault>,
+) {
+    let place = Place::Form(id);
+    match fit {
+        Fit::Law(law) => faults.extend(domain_fault(model, id, *law, domain, name)),
+        Fit::LaplaceSuccession | Fit::Histogram | Fit::Dirichlet(_) if !domain.is_finite() => {
+            let message = format!("values are counted, but `{name}` is `{}`", model.domain_text(domain));
+            faults.push(fault_with_help(place, message, "learn a law: `unknown(normal)`"));
+        }
+        Fit::Dirichlet(prior) if prior.is_nan() || *prior <= 0.0 => {
+            faults.push(fault(place, format!("a prior count must be greater than 0, but this is {prior}")));
+        }
+        _ => {}
+    }
+}
