@@ -58,6 +58,7 @@ impl<'r> Reading<'r> {
             Reduction::Probability => positions.filter(|position| self.is_wanted(*position)).collect(),
             Reduction::Maximum => self.largest(None)?.into_iter().map(|tied| tied[0]).collect(),
             Reduction::Argmax { nearest } => self.largest(nearest.as_deref())?.concat(),
+            _ => unreachable!("internal: the planner refuses what is not answered yet"),
         };
         Ok(chosen.into_iter().map(|position| self.row(position)).collect())
     }

@@ -3,7 +3,9 @@
 //! In: ids. Out: text in the language's own spelling. Invariant: what is written here parses back to the same
 //! part of the model.
 
-use super::{Ask, Domain, Evidence, Expression, Factor, IndexSpace, Model, Reduction, Value, VariableUse};
+use super::{
+    Ask, Domain, Evidence, Expression, Factor, IndexSpace, Known, Model, Reduction, Value, VariableUse,
+};
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
 
@@ -48,29 +50,33 @@ impl Model {
             Some(at) => format!("{} = {}", self.variable_name(variable), value(variable, at)),
             None => self.variable_name(variable),
         };
-        let searched: Vec<_> = ask.searched.iter().map(|s| item(s.variable, s.at.as_ref())).collect();
-        let known: Vec<_> = (ask.known.iter())
-            .map(|known| match &known.evidence {
-                Evidence::Hard(value) => item(known.variable, Some(value)),
-                Evidence::Each => self.variable_name(known.variable),
-                Evidence::Virtual(weights) => {
-                    let weights: Vec<_> = weights.iter().map(f64::to_string).collect();
-                    format!("{} virtual [{}]", self.variable_name(known.variable), weights.join(", "))
-                }
-            })
-            .collect();
+        let weighted = |variable: VariableId, word: &str, weights: &[f64]| {
+            let weights: Vec<_> = weights.iter().map(f64::to_string).collect();
+            format!("{} {word} [{}]", self.variable_name(variable), weights.join(", "))
+        };
         let join = |items: Vec<String>| {
             let separator = if items.iter().any(|item| item.contains(' ')) { ", " } else { " " };
             items.join(separator)
         };
-        let bar = if known.is_empty() { "" } else { " | " };
-        let distribution = format!("P({}{bar}{})", join(searched), join(known));
+        let distribution = |known: &[Known]| {
+            let searched: Vec<_> = ask.searched.iter().map(|s| item(s.variable, s.at.as_ref())).collect();
+            let known: Vec<_> = (known.iter())
+                .map(|known| match &known.evidence {
+                    Evidence::Hard(value) => item(known.variable, Some(value)),
+                    Evidence::Each => self.variable_name(known.variable),
+                    Evidence::Virtual(weights) => weighted(known.variable, "virtual", weights),
+                    Evidence::Soft(weights) => weighted(known.variable, "soft", weights),
+                })
+                .collect();
+            let bar = if known.is_empty() { "" } else { " | " };
+            format!("P({}{bar}{})", join(searched), join(known))
+        };
+        let first = distribution(&ask.known);
         match &ask.reduction {
-            Reduction::Probability => distribution,
-            Reduction::Maximum => format!("max {distribution}"),
-            Reduction::Entropy => format!("entropy {distribution}"),
-            Reduction::Argmax { nearest: None } => format!("argmax {distribution}"),
-            Reduction::Argmax { nearest: Some(field) } => format!("argmax {distribution} nearest {field}"),
+            Reduction::Probability => first,
+            Reduction::Argmax { nearest: Some(field) } => format!("argmax {first} nearest {field}"),
+            Reduction::Divergence { from } => format!("divergence {first} from {}", distribution(from)),
+            other => format!("{} {first}", other.word()),
         }
     }
 

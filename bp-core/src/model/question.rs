@@ -39,8 +39,58 @@ pub enum Reduction {
         /// Name of the field that breaks ties.
         nearest: Option<String>,
     },
+    /// The most probable values, best first: `best(5) P(S | K)`.
+    Best(usize),
+    /// Values drawn at random from a seed: `draw(10) P(S | K)`.
+    Draw(usize),
     /// −Σ p ln p, in nats: `entropy P(S | K)` (paper, Eq. 5).
     Entropy,
+    /// Σ s p, of each searched variable: `expectation P(S | K)`.
+    Expectation,
+    /// Σ (s − expectation)² p, of each searched variable: `variance P(S | K)`.
+    Variance,
+    /// Σ p(x, y) ln (p(x, y) / (p(x) p(y))), in nats: `information P(X, Y | K)` (Shannon 1948).
+    Information,
+    /// Σ p ln (p / q), in nats: `divergence P(S | K) from P(S | K′)` (Kullback and Leibler 1951).
+    Divergence {
+        /// What is known in the second distribution, q; it searches what the first does.
+        from: Vec<Known>,
+    },
+    /// Of the last instant, given all evidence up to it: `filter P(S | K)`.
+    Filter,
+    /// Some instants after the last evidence: `predict(3) P(S | K)`.
+    Predict(usize),
+    /// Of every instant, given the evidence of all: `smooth P(S | K)`.
+    Smooth,
+    /// The most likely values of all instants together: `sequence P(S | K)` (Viterbi 1967).
+    Sequence,
+}
+
+impl Reduction {
+    /// How it is written before the distribution; nothing for the distribution itself.
+    pub fn word(&self) -> String {
+        match self {
+            Reduction::Probability => String::new(),
+            Reduction::Maximum => "max".to_owned(),
+            Reduction::Argmax { .. } => "argmax".to_owned(),
+            Reduction::Best(count) => format!("best({count})"),
+            Reduction::Draw(count) => format!("draw({count})"),
+            Reduction::Entropy => "entropy".to_owned(),
+            Reduction::Expectation => "expectation".to_owned(),
+            Reduction::Variance => "variance".to_owned(),
+            Reduction::Information => "information".to_owned(),
+            Reduction::Divergence { .. } => "divergence".to_owned(),
+            Reduction::Filter => "filter".to_owned(),
+            Reduction::Predict(steps) => format!("predict({steps})"),
+            Reduction::Smooth => "smooth".to_owned(),
+            Reduction::Sequence => "sequence".to_owned(),
+        }
+    }
+
+    /// Whether it speaks of several instants.
+    pub fn is_over_time(&self) -> bool {
+        matches!(self, Reduction::Filter | Reduction::Predict(_) | Reduction::Smooth | Reduction::Sequence)
+    }
 }
 
 /// A searched variable.
@@ -72,6 +122,9 @@ pub enum Evidence {
     /// A likelihood for each of its values, in the domain's order: virtual evidence in Pearl's sense. It
     /// multiplies the joint distribution and needs not sum to one.
     Virtual(Vec<f64>),
+    /// A probability for each of its values, in the domain's order: soft evidence in Jeffrey's sense. It replaces
+    /// what was believed of the variable, after hard and virtual evidence, in the order in which it is written.
+    Soft(Vec<f64>),
 }
 
 /// A value in a question.

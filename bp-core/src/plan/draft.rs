@@ -124,6 +124,7 @@ impl<'m> Draft<'m> {
                     reasons.push(format!("`{name}` is known by likelihoods, which multiply (Pearl)"));
                     continue;
                 }
+                Evidence::Soft(_) => unreachable!("internal: what is known softly is searched first"),
             };
             self.bindings.insert(known.variable, Binding::Value(value));
         }

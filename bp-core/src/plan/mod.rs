@@ -23,7 +23,7 @@ pub use notation::Notation;
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
-use crate::model::{Ask, Model, Question, Value};
+use crate::model::{Ask, Evidence, Model, Question, Reduction, Value};
 use draft::Draft;
 use std::collections::BTreeMap;
 
@@ -172,6 +172,17 @@ pub struct Plan {
 /// length that no scan covers.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let mut routes = Vec::new();
+    let answered = |ask: &&Ask| {
+        let known = |reduction: &Reduction| {
+            use Reduction::{Argmax, Entropy, Maximum, Probability};
+            matches!(reduction, Probability | Maximum | Argmax { .. } | Entropy)
+        };
+        known(&ask.reduction) && !ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
+    };
+    if let Some(ask) = question.asks.iter().find(|ask| !answered(ask)) {
+        let reason = "it is read and checked, but not answered yet".to_owned();
+        return Err(Error::Unplanned { question: model.ask_text(ask), reason });
+    }
     let mut rest: Vec<Ask> = question.asks.clone();
     while let Some(first) = rest.first().cloned() {
         let closed = gaussian::applies(model, &first);

@@ -133,6 +133,7 @@ impl Exact {
             }
             Reduction::Maximum => ("maximum", format!("{}{left}", notation.extremum("max", &names))),
             Reduction::Argmax { .. } => ("argmax", format!("{}{left}", notation.extremum("argmax", &names))),
+            _ => return None,
         };
         Some((rule.to_owned(), "what is asked is made of the distribution".to_owned(), equation))
     }

@@ -233,6 +233,7 @@ fn section() -> impl Strategy<Value = Section> {
     let evidence = prop_oneof![
         value().prop_map(Evidence::Hard),
         prop::collection::vec(expr(), 1..3).prop_map(Evidence::Virtual),
+        prop::collection::vec(expr(), 1..3).prop_map(Evidence::Soft),
     ];
     let item = (occurrence(), prop::option::of(evidence)).prop_map(|(variable, evidence)| Item {
         at: At::default(),
@@ -240,13 +241,19 @@ fn section() -> impl Strategy<Value = Section> {
         evidence,
     });
     let items = prop::collection::vec(item, 0..3).boxed();
-    let ask = (comments(), prop::option::of(name()), items.clone(), items, prop::option::of(name()))
-        .prop_map(|(comments, reduction, searched, known, nearest)| Ask {
+    let distribution = (items.clone(), items)
+        .prop_map(|(searched, known)| Distribution { at: At::default(), searched, known })
+        .boxed();
+    let count = prop::option::of(number().prop_map(|number| (At::default(), number)));
+    let reduction = (name(), count).prop_map(|(name, count)| Reduction { at: At::default(), name, count });
+    let from = prop::option::of(distribution.clone());
+    let ask = (comments(), prop::option::of(reduction), distribution, from, prop::option::of(name()))
+        .prop_map(|(comments, reduction, distribution, from, nearest)| Ask {
             at: At::default(),
             comments,
             reduction,
-            searched,
-            known,
+            distribution,
+            from,
             nearest,
         });
     let kind = prop_oneof![

@@ -100,7 +100,7 @@ fn names(model: &Model, questions: &[Question]) -> Result<BTreeMap<String, Meani
             let known = ask.known.iter().filter_map(|known| match &known.evidence {
                 Evidence::Hard(value) => Some((known.variable, value.clone())),
                 Evidence::Each => given_when_asked(model, known.variable),
-                Evidence::Virtual(_) => None,
+                Evidence::Virtual(_) | Evidence::Soft(_) => None,
             });
             for (variable, value) in searched.chain(known) {
                 let Value::Given(name) = value else { continue };

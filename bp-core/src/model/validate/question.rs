@@ -1,12 +1,15 @@
 //! What a question must be.
 //!
 //! In: a question, declared or asked later. Out: its faults. Invariant: a variable is searched or known, not both, and
-//! once; every value lies in its domain.
+//! once; every value lies in its domain; what is made of the distribution can be made of it.
 
-use super::{Fault, Place, fault};
+use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{QuestionId, VariableId};
-use crate::model::{Domain, Evidence, Model, Question, Value};
+use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Value};
 use std::collections::HashSet;
+
+/// How far from one the probabilities of soft evidence may sum.
+const SUM_TOLERANCE: f64 = 1e-9;
 
 pub(in crate::model) fn question_faults(
     model: &Model,
@@ -28,45 +31,158 @@ pub(in crate::model) fn question_faults(
             faults
                 .extend(searched.at.as_ref().and_then(|at| value_fault(model, place, searched.variable, at)));
         }
-        let mut known_once = HashSet::new();
-        for known in &ask.known {
-            let name = model.variable_name(known.variable);
-            if seen.contains(&known.variable) {
-                faults.push(fault(
-                    place,
-                    format!("this question asks what it knows: `{name}` is on both sides"),
-                ));
+        faults.extend(known_faults(model, place, &seen, &ask.known));
+        if let Reduction::Divergence { from } = &ask.reduction {
+            faults.extend(known_faults(model, place, &seen, from));
+        }
+        faults.extend(reduction_fault(model, place, ask));
+    }
+    faults
+}
+
+fn known_faults(model: &Model, place: Place, searched: &HashSet<VariableId>, known: &[Known]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut once = HashSet::new();
+    for known in known {
+        let name = model.variable_name(known.variable);
+        if searched.contains(&known.variable) {
+            let message = format!("this question asks what it knows: `{name}` is on both sides");
+            faults.push(fault(place, message));
+        }
+        if !once.insert(known.variable) {
+            faults.push(fault(place, format!("`{name}` is known twice")));
+        }
+        match &known.evidence {
+            Evidence::Hard(value) => faults.extend(value_fault(model, place, known.variable, value)),
+            Evidence::Each => {}
+            Evidence::Virtual(weights) => {
+                let each = format!("virtual evidence gives each value of `{name}` a likelihood");
+                faults.extend(count_fault(model, place, known.variable, &each, weights));
+                faults.extend(likelihood_fault(place, &name, weights));
             }
-            if !known_once.insert(known.variable) {
-                faults.push(fault(place, format!("`{name}` is known twice")));
-            }
-            match &known.evidence {
-                Evidence::Hard(value) => faults.extend(value_fault(model, place, known.variable, value)),
-                Evidence::Each => {}
-                Evidence::Virtual(weights) => {
-                    let count = model.variables[known.variable].domain.count();
-                    if count != Some(weights.len()) {
-                        let expected = count.map_or("a finite domain".to_owned(), |count| count.to_string());
-                        let found = weights.len();
-                        faults.push(fault(
-                            place,
-                            format!(
-                                "virtual evidence gives each value of `{name}` a likelihood: expected {expected}, \
-                                 found {found}"
-                            ),
-                        ));
-                    }
-                    let bad = weights.iter().find(|weight| !weight.is_finite() || **weight < 0.0);
-                    if let Some(bad) = bad {
-                        faults.push(fault(place, format!("a likelihood is a number ≥ 0, but this is {bad}")));
-                    } else if weights.iter().all(|weight| *weight == 0.0) {
-                        faults.push(fault(place, format!("the likelihoods of `{name}` are all zero")));
-                    }
-                }
+            Evidence::Soft(weights) => {
+                let each = format!("soft evidence gives each value of `{name}` a probability");
+                let count = count_fault(model, place, known.variable, &each, weights);
+                faults.extend(count.or_else(|| soft_fault(place, &name, weights)));
             }
         }
     }
     faults
+}
+
+/// Not one number for each value.
+fn count_fault(
+    model: &Model,
+    place: Place,
+    variable: VariableId,
+    each: &str,
+    weights: &[f64],
+) -> Option<Fault> {
+    let declared = &model.variables[variable];
+    let count = declared.domain.count().filter(|_| declared.family.is_none());
+    if count == Some(weights.len()) {
+        return None;
+    }
+    let expected = count.map_or("a finite domain".to_owned(), |count| count.to_string());
+    Some(fault(place, format!("{each}: expected {expected}, found {}", weights.len())))
+}
+
+fn likelihood_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
+    if let Some(bad) = weights.iter().find(|weight| !weight.is_finite() || **weight < 0.0) {
+        return Some(fault(place, format!("a likelihood is a number ≥ 0, but this is {bad}")));
+    }
+    let zero = weights.iter().all(|weight| *weight == 0.0);
+    zero.then(|| fault(place, format!("the likelihoods of `{name}` are all zero")))
+}
+
+fn soft_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
+    if let Some(bad) = weights.iter().find(|weight| !(0.0..=1.0).contains(*weight)) {
+        return Some(fault(place, format!("a probability is between 0 and 1, but this is {bad}")));
+    }
+    // Without the last digits, which only say how the sum was made.
+    let total = (weights.iter().sum::<f64>() * 1e12).round() / 1e12;
+    ((total - 1.0).abs() > SUM_TOLERANCE).then(|| {
+        let written: Vec<_> = weights.iter().map(f64::to_string).collect();
+        fault_with_help(
+            place,
+            format!(
+                "soft evidence is what `{name}` is believed to be: it must sum to 1, but this sums to {total}"
+            ),
+            format!(
+                "likelihoods need not sum to 1: they are written `{name} virtual [{}]`",
+                written.join(", ")
+            ),
+        )
+    })
+}
+
+/// What cannot be made of a distribution.
+fn reduction_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
+    let word = ask.reduction.word();
+    if let Reduction::Best(0) | Reduction::Draw(0) | Reduction::Predict(0) = ask.reduction {
+        let other = word.replace('0', "1");
+        let message = format!("`{word}` asks for nothing");
+        return Some(fault_with_help(place, message, format!("write `{other} P(…)`, or more")));
+    }
+    if ask.reduction.is_over_time() && !model.variables.values().any(|it| it.previous_of.is_some()) {
+        let message = format!(
+            "`{word}` is asked over time, but no variable of `{}` has a previous instant",
+            model.name
+        );
+        return Some(fault_with_help(place, message, "declare one, such as `X, X^-1 : bool`"));
+    }
+    let slices = matches!(
+        ask.reduction,
+        Reduction::Probability | Reduction::Maximum | Reduction::Argmax { .. } | Reduction::Best(_)
+    );
+    // The entropy of a slice is the sum over that slice.
+    let wanted = ask.searched.iter().find(|searched| searched.at.is_some());
+    if let (Some(wanted), false) = (wanted, slices || ask.reduction == Reduction::Entropy) {
+        let name = model.variable_name(wanted.variable);
+        let message =
+            format!("`{word}` is made of a whole distribution, but of `{name}` one value is wanted");
+        return Some(fault_with_help(place, message, "move it behind the bar, if it is known"));
+    }
+    match ask.reduction {
+        Reduction::Expectation | Reduction::Variance => {
+            let without = |id: &VariableId| !is_number(model, *id);
+            let variable = ask.searched.iter().map(|searched| searched.variable).find(without)?;
+            let (name, what) = (model.variable_name(variable), ask.reduction.word());
+            let message = match model.variables[variable].family {
+                Some(_) => format!("`{name}` is a family: it has no one {what}"),
+                None => {
+                    let text = model.domain_text(&model.variables[variable].domain);
+                    format!("`{name}` is `{text}`, which are not numbers: it has no {what}")
+                }
+            };
+            Some(fault_with_help(
+                place,
+                message,
+                format!("ask for `P({name} | …)`, or `argmax P({name} | …)`"),
+            ))
+        }
+        Reduction::Information if ask.searched.len() != 2 => {
+            let found = match ask.searched.len() {
+                1 => "1 is".to_owned(),
+                several => format!("{several} are"),
+            };
+            let message =
+                format!("`information` is what two variables say of each other, but {found} searched");
+            Some(fault_with_help(place, message, "write `information P(X, Y | …)`"))
+        }
+        _ => None,
+    }
+}
+
+/// Whether the values of a variable are numbers: labels and the elements of sets are not.
+fn is_number(model: &Model, variable: VariableId) -> bool {
+    let variable = &model.variables[variable];
+    let numbers = match &variable.domain {
+        Domain::Finite { labels, .. } => labels.is_empty(),
+        Domain::Set(_) | Domain::Vector(_) => false,
+        _ => true,
+    };
+    numbers && variable.family.is_none()
 }
 
 fn value_fault(model: &Model, place: Place, variable: VariableId, value: &Value) -> Option<Fault> {

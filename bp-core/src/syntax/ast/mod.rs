@@ -310,21 +310,43 @@ pub struct Learnt {
     pub by: Vec<Name>,
 }
 
-/// `argmax P(searched | known) nearest name`.
+/// `argmax P(searched | known) nearest name`, `divergence P(…) from P(…)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ask {
     /// Where it stands.
     pub at: At,
     /// Comments before and behind it.
     pub comments: Comments,
-    /// `argmax`, `max`, `entropy`; none for the whole distribution.
-    pub reduction: Option<Name>,
+    /// What is made of the distribution; none for the whole of it.
+    pub reduction: Option<Reduction>,
+    /// The distribution.
+    pub distribution: Distribution,
+    /// The one that it is compared with.
+    pub from: Option<Distribution>,
+    /// What breaks a tie.
+    pub nearest: Option<Name>,
+}
+
+/// `argmax`, `best(5)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reduction {
+    /// Where it stands, brackets included.
+    pub at: At,
+    /// Which.
+    pub name: Name,
+    /// How many, as written.
+    pub count: Option<(At, String)>,
+}
+
+/// `P(searched | known)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distribution {
+    /// Where it stands.
+    pub at: At,
     /// What is searched.
     pub searched: Vec<Item>,
     /// What is known.
     pub known: Vec<Item>,
-    /// What breaks a tie.
-    pub nearest: Option<Name>,
 }
 
 /// A variable in a question, perhaps with what is known of it.
@@ -345,6 +367,8 @@ pub enum Evidence {
     Hard(Value),
     /// `virtual [e, e]`: one likelihood for each value.
     Virtual(Vec<Expr>),
+    /// `soft [e, e]`: one probability for each value.
+    Soft(Vec<Expr>),
 }
 
 /// A value as it is written in questions, keys and patterns.

@@ -5,7 +5,16 @@
 
 /// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
 pub(super) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let most = wanted.chars().count() / 4;
+    within(wanted.chars().count() / 4, wanted, known)
+}
+
+/// The nearest of the names where any other word would be odd: in a word of three letters one may be wrong too.
+pub(super) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let letters = wanted.chars().count();
+    within(if letters < 3 { 0 } else { letters.div_ceil(4) }, wanted, known)
+}
+
+fn within<'n>(most: usize, wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let capital = |name: &str| name.starts_with(char::is_uppercase);
     // Names come in any order: among equally near ones those written alike go first, then the alphabet decides.
     known

@@ -1,19 +1,33 @@
 //! Questions: what is searched, what is known, and of which value.
 //!
 //! In: asks as written, in a program or typed by a user. Out: the model's questions. Invariant: a name that is no value
-//! of the variable, and that starts with a small letter, stands for a value given when the question is asked; the
+//! of the variable, nor a slip for one, and that starts with a small letter, stands for a value given when the question is asked; the
 //! plate's index is known without being written.
 
 use super::functions::ordinal_of;
-use super::names::{did_you_mean, listed};
-use super::{Checker, constant, number};
+use super::names::{did_you_mean, listed, near};
+use super::{Checker, constant, integer, number};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Searched, Value};
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name, Occurrence, Sign, ValueKind};
 
-const REDUCTIONS: [&str; 3] = ["argmax", "max", "entropy"];
+const REDUCTIONS: [&str; 13] = [
+    "argmax",
+    "max",
+    "best",
+    "draw",
+    "entropy",
+    "expectation",
+    "variance",
+    "information",
+    "divergence",
+    "filter",
+    "predict",
+    "smooth",
+    "sequence",
+];
 
 impl Checker<'_> {
     pub(super) fn question(&mut self, name: &Name, asks: &[ast::Ask]) {
@@ -39,33 +53,106 @@ impl Checker<'_> {
 
 /// One ask, as far as it can be read; what cannot is told.
 pub(super) fn ask(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) -> Ask {
-    let reduction = reduction(written, wrong);
-    let searched = written.searched.iter().filter_map(|item| searched(model, item, wrong)).collect();
-    let known = written.known.iter().filter_map(|item| known(model, item, wrong)).collect();
-    Ask { reduction, searched, known }
+    let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
+        distribution.known.iter().filter_map(|item| known(model, item, wrong)).collect()
+    };
+    let items = &written.distribution.searched;
+    let searched: Vec<Searched> = items.iter().filter_map(|item| searched(model, item, wrong)).collect();
+    let first = known(&written.distribution, wrong);
+    let mut reduction = reduction(written, wrong);
+    if let (Reduction::Divergence { from }, Some(second)) = (&mut reduction, &written.from) {
+        let whole = searched.len() == items.len();
+        let others: Vec<Searched> =
+            second.searched.iter().filter_map(|item| self::searched(model, item, wrong)).collect();
+        let same = others.len() == searched.len() && others.iter().all(|item| searched.contains(item));
+        if whole && others.len() == second.searched.len() && !same {
+            let names = |searched: &[Searched]| {
+                let names: Vec<_> = searched.iter().map(|item| model.variable_name(item.variable)).collect();
+                listed(names.iter().map(String::as_str), "and")
+            };
+            let (one, other) = (names(&searched), names(&others));
+            let message = format!(
+                "`divergence` compares two distributions of the same variables, but these search {one} and {other}"
+            );
+            wrong.push(Diagnostic::new(second.at.0, message));
+        }
+        *from = known(second, wrong);
+    }
+    Ask { reduction, searched, known: first }
 }
 
 fn reduction(written: &ast::Ask, wrong: &mut Diagnostics) -> Reduction {
-    let nearest = written.nearest.as_ref();
-    let reduction = match written.reduction.as_ref().map(|name| name.text.as_str()) {
+    let nearest = written.nearest.as_ref().map(|name| name.text.clone());
+    let reduction = match &written.reduction {
         None => Reduction::Probability,
-        Some("max") => Reduction::Maximum,
-        Some("entropy") => Reduction::Entropy,
-        Some("argmax") => return Reduction::Argmax { nearest: nearest.map(|name| name.text.clone()) },
-        Some(other) => {
-            let span = written.reduction.as_ref().map_or(written.at.0, Name::span);
-            let message =
-                format!("`{other}` is not a reduction; the reductions are {}", listed(REDUCTIONS, "and"));
-            wrong
-                .push(Diagnostic { help: did_you_mean(other, REDUCTIONS), ..Diagnostic::new(span, message) });
-            return Reduction::Probability;
-        }
+        Some(reduction) => match (reduction.name.text.as_str(), &reduction.count) {
+            (word @ ("best" | "draw" | "predict"), _) => {
+                let Some(count) = count(reduction, wrong) else { return Reduction::Probability };
+                match word {
+                    "best" => Reduction::Best(count),
+                    "draw" => Reduction::Draw(count),
+                    _ => Reduction::Predict(count),
+                }
+            }
+            (word, Some((at, count))) if REDUCTIONS.contains(&word) => {
+                let message = format!("`{word}` takes no number, found `{count}`");
+                wrong.push(Diagnostic::new(at.0, message).with_help(format!("write `{word} P(…)`")));
+                return Reduction::Probability;
+            }
+            ("max", _) => Reduction::Maximum,
+            ("argmax", _) => Reduction::Argmax { nearest: nearest.clone() },
+            ("entropy", _) => Reduction::Entropy,
+            ("expectation", _) => Reduction::Expectation,
+            ("variance", _) => Reduction::Variance,
+            ("information", _) => Reduction::Information,
+            ("divergence", _) => Reduction::Divergence { from: Vec::new() },
+            ("filter", _) => Reduction::Filter,
+            ("smooth", _) => Reduction::Smooth,
+            ("sequence", _) => Reduction::Sequence,
+            (other, _) => {
+                let reductions = listed(REDUCTIONS, "and");
+                let message = format!("`{other}` is not a reduction; the reductions are {reductions}");
+                let help = did_you_mean(other, REDUCTIONS);
+                wrong.push(Diagnostic { help, ..Diagnostic::new(reduction.name.span(), message) });
+                return Reduction::Probability;
+            }
+        },
     };
-    if let Some(name) = nearest {
+    if let (Some(name), false) = (&written.nearest, matches!(reduction, Reduction::Argmax { .. })) {
         let message = "only `argmax` has ties that `nearest` could break";
         wrong.push(Diagnostic::new(name.span(), message).with_help("write `argmax P(…) nearest …`"));
     }
+    match (&reduction, &written.from, &written.reduction) {
+        (Reduction::Divergence { .. }, None, Some(written)) => {
+            let message = "`divergence` compares two distributions, but there is one";
+            let help = "write `divergence P(…) from P(…)`";
+            wrong.push(Diagnostic::new(written.at.0, message).with_help(help));
+        }
+        (Reduction::Divergence { .. }, ..) | (_, None, _) => {}
+        (_, Some(from), _) => {
+            let message = "only `divergence` compares a distribution with another";
+            let help = "write `divergence P(…) from P(…)`";
+            wrong.push(Diagnostic::new(from.at.0, message).with_help(help));
+        }
+    }
     reduction
+}
+
+/// How many are asked for.
+fn count(written: &ast::Reduction, wrong: &mut Diagnostics) -> Option<usize> {
+    let word = &written.name.text;
+    let help = format!("write `{word}(5) P(…)`");
+    let Some((at, text)) = &written.count else {
+        let message = format!("`{word}` needs to be told how many");
+        wrong.push(Diagnostic::new(written.at.0, message).with_help(help));
+        return None;
+    };
+    let count = integer(Sign::None, text).and_then(|count| usize::try_from(count).ok());
+    if count.is_none() {
+        let message = format!("`{word}` takes a whole number, found `{text}`");
+        wrong.push(Diagnostic::new(at.0, message).with_help(help));
+    }
+    count
 }
 
 fn searched(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Searched> {
@@ -80,8 +167,9 @@ fn searched(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Searc
     let at = match &item.evidence {
         None => None,
         Some(ast::Evidence::Hard(written)) => Some(value(model, variable, written, wrong)?),
-        Some(ast::Evidence::Virtual(_)) => {
-            let message = format!("virtual evidence says what is known, but `{}` is searched", item.variable);
+        Some(evidence) => {
+            let kind = if let ast::Evidence::Soft(_) = evidence { "soft" } else { "virtual" };
+            let message = format!("{kind} evidence says what is known, but `{}` is searched", item.variable);
             wrong.push(Diagnostic::new(item.at.0, message).with_help("move it behind the bar"));
             return None;
         }
@@ -96,22 +184,18 @@ fn known(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Known> {
         None if model.plate_index() == Some(variable) => return None,
         None => Evidence::Each,
         Some(ast::Evidence::Hard(written)) => Evidence::Hard(value(model, variable, written, wrong)?),
-        Some(ast::Evidence::Virtual(written)) => {
-            let mut weights = Vec::new();
-            for entry in written {
-                let Some(weight) = constant(entry) else {
-                    wrong.push(Diagnostic::new(
-                        entry.span(),
-                        "a likelihood must be a number that is known here",
-                    ));
-                    return None;
-                };
-                weights.push(weight);
-            }
-            Evidence::Virtual(weights)
-        }
+        Some(ast::Evidence::Virtual(written)) => Evidence::Virtual(weights(written, "a likelihood", wrong)?),
+        Some(ast::Evidence::Soft(written)) => Evidence::Soft(weights(written, "a probability", wrong)?),
     };
     Some(Known { variable, evidence })
+}
+
+fn weights(written: &[ast::Expr], what: &str, wrong: &mut Diagnostics) -> Option<Vec<f64>> {
+    let unknown = |entry: &ast::Expr| {
+        Diagnostic::new(entry.span(), format!("{what} must be a number that is known here"))
+    };
+    let weight = |entry: &ast::Expr| constant(entry).ok_or_else(|| unknown(entry));
+    written.iter().map(weight).collect::<Result<_, _>>().map_err(|told| wrong.push(told)).ok()
 }
 
 fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> Option<VariableId> {
@@ -150,9 +234,14 @@ fn value(
     if !is_family && let Some(ordinal) = ordinal_of(written, domain) {
         return Some(Value::Ordinal(ordinal));
     }
+    let slip = match &written.kind {
+        ValueKind::Name(name) if !is_family => slip(&name.text, domain),
+        _ => None,
+    };
     match (&written.kind, domain) {
         (ValueKind::Name(name), _)
-            if name.text.starts_with(|first: char| first.is_lowercase() || first == '_') =>
+            if slip.is_none()
+                && name.text.starts_with(|first: char| first.is_lowercase() || first == '_') =>
         {
             return Some(Value::Given(name.text.clone()));
         }
@@ -174,9 +263,18 @@ fn value(
     } else {
         Diagnostic::new(written.at.0, format!("`{written}` is not a value of `{name}`, which is `{text}`"))
     };
-    if let (ValueKind::Name(label), Domain::Finite { labels, .. }) = (&written.kind, domain) {
-        diagnostic.help = did_you_mean(&label.text, labels.iter().map(String::as_str));
+    if let Some(meant) = slip {
+        diagnostic.help = Some(format!("did you mean `{meant}`?"));
     }
     wrong.push(diagnostic);
     None
+}
+
+/// The value that a name was probably meant to be. A name such as `w` is none: it stands for a value that is given.
+fn slip<'d>(name: &str, domain: &'d Domain) -> Option<&'d str> {
+    match domain {
+        Domain::Boolean => near(name, ["false", "true"]),
+        Domain::Finite { labels, .. } => near(name, labels.iter().map(String::as_str)),
+        _ => None,
+    }
 }

@@ -128,6 +128,7 @@ fn is_mark(rule: Rule) -> bool {
             | kw_by
             | kw_nearest
             | kw_virtual
+            | kw_soft
             | kw_not
             | kw_first
             | kw_with

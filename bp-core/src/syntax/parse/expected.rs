@@ -163,7 +163,7 @@ fn describe(rule: Rule) -> &'static str {
         kw_or => "`or`",
         domain | labels => "a domain",
         product | kw_prod => "`prod`",
-        factor | probability | ask => "`P(`",
+        factor | probability | ask | distribution => "`P(`",
         occurrences | occurrence | searched | item => "a variable",
         definition => "`P(`",
         form | plain_form | otherwise | named_form | if_form | match_form | table | ask_form | previous
@@ -185,7 +185,8 @@ fn describe(rule: Rule) -> &'static str {
         reduction => "a reduction",
         known | bar => "`|`",
         nearest | kw_nearest => "`nearest`",
-        soft | kw_virtual => "`virtual`",
+        likelihoods | kw_virtual => "`virtual`",
+        soft | kw_soft => "`soft`",
         infix => "an operator",
         suffix | answer | field | dot => "`.`",
         number | digits | one | sign => "a number",

@@ -189,24 +189,40 @@ fn learnt(pair: Pair<'_, Rule>) -> Learnt {
 pub(super) fn ask(pair: Pair<'_, Rule>) -> Ask {
     let place = at(&pair);
     let mut children = Children::of(pair);
-    let reduction = children.take(Rule::reduction).map(|pair| Children::of(pair).name());
+    let reduction = children.take(Rule::reduction).map(reduction);
+    let distribution = self::distribution(children.one());
+    let from = children.take(Rule::distribution).map(self::distribution);
+    let nearest = children.take(Rule::nearest).map(|pair| Children::of(pair).name());
+    Ask { at: place, comments: Comments::default(), reduction, distribution, from, nearest }
+}
+
+fn reduction(pair: Pair<'_, Rule>) -> Reduction {
+    let place = at(&pair);
+    let mut children = Children::of(pair);
+    let name = children.name();
+    let count = children.take(Rule::number).map(|pair| (at(&pair), pair.as_str().to_owned()));
+    Reduction { at: place, name, count }
+}
+
+fn distribution(pair: Pair<'_, Rule>) -> Distribution {
+    let place = at(&pair);
+    let mut children = Children::of(pair);
     let mut items = |rule| match children.take(rule) {
         Some(pair) => Children::of(pair).all(Rule::item).into_iter().map(item).collect(),
         None => Vec::new(),
     };
-    let (searched, known) = (items(Rule::searched), items(Rule::known));
-    let nearest = children.take(Rule::nearest).map(|pair| Children::of(pair).name());
-    Ask { at: place, comments: Comments::default(), reduction, searched, known, nearest }
+    Distribution { at: place, searched: items(Rule::searched), known: items(Rule::known) }
 }
 
 fn item(pair: Pair<'_, Rule>) -> Item {
     let place = at(&pair);
     let mut children = Children::of(pair);
     let variable = occurrence(children.one());
-    let evidence = match children.take(Rule::value) {
-        Some(pair) => Some(Evidence::Hard(value(pair))),
-        None => children.take(Rule::soft).map(|pair| Evidence::Virtual(expressions(pair))),
-    };
+    let evidence = children.any().map(|pair| match pair.as_rule() {
+        Rule::value => Evidence::Hard(value(pair)),
+        Rule::likelihoods => Evidence::Virtual(expressions(pair)),
+        _ => Evidence::Soft(expressions(pair)),
+    });
     Item { at: place, variable, evidence }
 }
 

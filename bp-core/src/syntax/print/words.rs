@@ -118,15 +118,22 @@ impl Display for Item {
             None => Ok(()),
             Some(Evidence::Hard(value)) => write!(f, " = {value}"),
             Some(Evidence::Virtual(weights)) => write!(f, " virtual [{}]", list(weights, ", ")),
+            Some(Evidence::Soft(weights)) => write!(f, " soft [{}]", list(weights, ", ")),
         }
     }
 }
 
-impl Display for Ask {
+impl Display for Reduction {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        if let Some(reduction) = &self.reduction {
-            write!(f, "{reduction} ")?;
+        match &self.count {
+            Some((_, count)) => write!(f, "{}({count})", self.name),
+            None => self.name.fmt(f),
         }
+    }
+}
+
+impl Display for Distribution {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let items = |items: &[Item]| {
             let plain = items.iter().all(|item| item.evidence.is_none());
             list(items, if plain { " " } else { ", " })
@@ -136,7 +143,19 @@ impl Display for Ask {
             let blank = if self.searched.is_empty() { "" } else { " " };
             write!(f, "{blank}| {}", items(&self.known))?;
         }
-        f.write_str(")")?;
+        f.write_str(")")
+    }
+}
+
+impl Display for Ask {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        if let Some(reduction) = &self.reduction {
+            write!(f, "{reduction} ")?;
+        }
+        self.distribution.fmt(f)?;
+        if let Some(from) = &self.from {
+            write!(f, " from {from}")?;
+        }
         match &self.nearest {
             Some(nearest) => write!(f, " nearest {nearest}"),
             None => Ok(()),
