@@ -6,25 +6,59 @@
 //!
 //! before: Σ_Roof P(Rain) P(Roof | Rain)      after: P(Rain)
 
+use super::Term;
 use super::draft::{Draft, are};
-use super::{Term, scope};
-use crate::ids::FactorId;
+use super::scope::{self, Scope};
+use crate::ids::{FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{Domain, Expression, Form, Model};
+use std::collections::{BTreeSet, HashMap};
 
 pub(super) fn remove(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.barren {
         return;
     }
-    let mut removed = Vec::new();
-    while let Some(position) = (0..draft.factors.len()).find(|position| is_barren(draft, *position)) {
-        let Term::Factor(factor) = draft.terms[draft.factors[position]] else { break };
-        draft.factors.remove(position);
-        for use_ in &draft.model.factors[factor].left {
-            draft.free.retain(|free| *free != use_.variable);
-            removed.push(draft.model.variable_name(use_.variable));
+    let scope = |term: &_| scope::of_term(draft.model, &draft.terms, &draft.bindings, *term);
+    let scopes: Vec<Scope> = draft.factors.iter().map(scope).collect();
+    // In how many factors each variable is, and which factor distributes it.
+    let (mut uses, mut distributes) = (HashMap::new(), HashMap::new());
+    for (position, scope) in scopes.iter().enumerate() {
+        scope.iter().for_each(|variable| *uses.entry(*variable).or_insert(0) += 1);
+        for variable in left(draft, position) {
+            distributes.insert(variable, position);
         }
     }
+    let (mut removed, mut gone) = (Vec::new(), BTreeSet::new());
+    let mut candidates: BTreeSet<usize> = (0..draft.factors.len()).collect();
+    while let Some(position) = candidates.pop_first() {
+        let own = left(draft, position);
+        let alone = |variable: &VariableId| {
+            draft.free.contains(variable)
+                && uses[variable] <= usize::from(scopes[position].contains(variable))
+        };
+        let proper = match draft.terms[draft.factors[position]] {
+            Term::Factor(factor) => is_proper(draft.model, factor),
+            _ => false,
+        };
+        if !proper || !own.iter().all(alone) {
+            continue;
+        }
+        gone.insert(position);
+        for variable in own {
+            draft.free.remove(&variable);
+            removed.push(draft.model.variable_name(variable));
+        }
+        // Its parents are used once less: they may be barren now.
+        for variable in &scopes[position] {
+            *uses.get_mut(variable).expect("internal: uses were counted") -= 1;
+            candidates.extend(distributes.get(variable).filter(|position| !gone.contains(position)));
+        }
+    }
+    let mut position = 0;
+    draft.factors.retain(|_| {
+        position += 1;
+        !gone.contains(&(position - 1))
+    });
     if !removed.is_empty() {
         let verb = if removed.len() == 1 { "sums" } else { "sum" };
         draft.record(
@@ -34,18 +68,12 @@ pub(super) fn remove(draft: &mut Draft<'_>) {
     }
 }
 
-fn is_barren(draft: &Draft<'_>, position: usize) -> bool {
-    let Term::Factor(factor) = draft.terms[draft.factors[position]] else { return false };
-    let left = &draft.model.factors[factor].left;
-    let elsewhere = |variable| {
-        draft.factors.iter().enumerate().any(|(other, term)| {
-            let terms = &draft.terms;
-            other != position
-                && scope::of_term(draft.model, terms, &draft.bindings, *term).contains(&variable)
-        })
-    };
-    left.iter().all(|use_| draft.free.contains(&use_.variable) && !elsewhere(use_.variable))
-        && is_proper(draft.model, factor)
+/// The variables that a factor of the product distributes.
+fn left(draft: &Draft<'_>, position: usize) -> Vec<VariableId> {
+    match draft.terms[draft.factors[position]] {
+        Term::Factor(factor) => draft.model.factors[factor].left.iter().map(|use_| use_.variable).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Whether a factor sums (or integrates) to one whatever its parents are.

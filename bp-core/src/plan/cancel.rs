@@ -11,6 +11,7 @@ use super::{Term, barren, scope};
 use crate::ids::ExpressionId;
 use crate::law::Law;
 use crate::model::{Form, Model};
+use std::collections::HashSet;
 
 /// The rule by which constants are dropped.
 pub(super) const CONSTANTS: &str = "cancellation";
@@ -80,7 +81,7 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.cancel || draft.options.ln_evidence {
         return;
     }
-    let mut distributed = Vec::new();
+    let mut distributed = HashSet::new();
     let proper = draft.factors.iter().all(|term| match &draft.terms[*term] {
         Term::Factor(factor) => {
             let left = draft.model.factors[*factor].left.iter().map(|use_| use_.variable);

@@ -36,7 +36,7 @@ pub(super) fn substitute(draft: &mut Draft<'_>) {
             Binding::Value(_) => name,
         };
         draft.bindings.insert(variable, binding);
-        draft.free.retain(|free| *free != variable);
+        draft.free.remove(&variable);
         match always_inside {
             true => {
                 draft.factors.remove(position);

@@ -3,11 +3,11 @@
 //! In: a question. Out: [`Exact`]. Invariant: at any time the draft denotes
 //! Σ_free Π factors, normalised, under its bindings; each change is recorded with its reason.
 
-use super::{Binding, Exact, Options, Step, Term, eliminate};
+use super::{Binding, Elimination, Exact, Options, Step, Term, eliminate};
 use crate::error::Error;
 use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// The rule by which a question means what it means.
 pub(super) const DEFINITION: &str = "definition";
@@ -19,28 +19,33 @@ pub(super) struct Draft<'m> {
     pub(super) model: &'m Model,
     pub(super) options: Options,
     asks: Vec<Ask>,
+    /// The plate's index and what the question knows, but for virtual evidence.
+    known: HashSet<VariableId>,
     pub(super) terms: Arena<TermId, Term>,
     /// The factors of the product; before the decomposition, the joint alone.
     pub(super) factors: Vec<TermId>,
     /// Variables that are still to be summed out.
-    pub(super) free: Vec<VariableId>,
+    pub(super) free: BTreeSet<VariableId>,
     pub(super) searched: Vec<VariableId>,
     pub(super) each: Vec<VariableId>,
     pub(super) bindings: BTreeMap<VariableId, Binding>,
     pub(super) normalise: bool,
     pub(super) cost: f64,
+    pub(super) eliminations: Vec<Elimination>,
     derivation: Vec<Step>,
 }
 
 impl<'m> Draft<'m> {
     /// P(S | K) = P(S K) / P(K), by the definition of a question.
     pub(super) fn define(model: &'m Model, asks: Vec<Ask>, options: Options) -> Self {
-        let mut searched: Vec<VariableId> = Vec::new();
+        let (mut searched, mut met) = (Vec::new(), HashSet::new());
         for item in asks.iter().flat_map(|ask| &ask.searched) {
-            if !searched.contains(&item.variable) {
+            if met.insert(item.variable) {
                 searched.push(item.variable);
             }
         }
+        let hard = asks[0].known.iter().filter(|known| !matches!(known.evidence, Evidence::Virtual(_)));
+        let known = hard.map(|known| known.variable).chain(model.plate_index()).collect();
         let mut terms = Arena::default();
         let joint = terms.push(Term::Joint);
         let mut draft = Self {
@@ -48,12 +53,14 @@ impl<'m> Draft<'m> {
             options,
             terms,
             factors: vec![joint],
-            free: Vec::new(),
+            known,
+            free: BTreeSet::new(),
             searched,
             each: Vec::new(),
             bindings: BTreeMap::new(),
             normalise: true,
             cost: 0.0,
+            eliminations: Vec::new(),
             derivation: Vec::new(),
             asks,
         };
@@ -72,17 +79,14 @@ impl<'m> Draft<'m> {
 
     /// Known variables: the plate's index and those of the question.
     pub(super) fn is_known(&self, variable: VariableId) -> bool {
-        Some(variable) == self.model.plate_index()
-            || self.asks[0]
-                .known
-                .iter()
-                .any(|known| known.variable == variable && !matches!(known.evidence, Evidence::Virtual(_)))
+        self.known.contains(&variable)
     }
 
     /// Sums over everything that is neither searched nor known.
     pub(super) fn marginalise(&mut self) {
+        let searched: HashSet<VariableId> = self.searched.iter().copied().collect();
         self.free = (self.model.variables.ids())
-            .filter(|variable| !self.searched.contains(variable) && !self.is_known(*variable))
+            .filter(|variable| !searched.contains(variable) && !self.is_known(*variable))
             .collect();
         if !self.free.is_empty() {
             let names: Vec<_> = self.free.iter().map(|id| self.model.variable_name(*id)).collect();
@@ -149,7 +153,7 @@ impl<'m> Draft<'m> {
     fn snapshot(&mut self) -> TermId {
         let mut term = self.body();
         if !self.free.is_empty() {
-            term = self.terms.push(Term::Sum(self.free.clone(), term));
+            term = self.terms.push(Term::Sum(self.free.iter().copied().collect(), term));
         }
         match self.normalise {
             true => self.terms.push(Term::Normalise(self.searched.clone(), term)),
@@ -198,6 +202,7 @@ impl<'m> Draft<'m> {
             ln_evidence: self.options.ln_evidence,
             derivation: self.derivation,
             cost: self.cost,
+            eliminations: self.eliminations,
         })
     }
 

@@ -5,67 +5,64 @@
 //!
 //! before: Σ_V Σ_O⁻¹ P(V | …) P(O⁻¹ | …) P(O | O⁻¹)      after: Σ_V P(V | …) (Σ_O⁻¹ P(O⁻¹ | …) P(O | O⁻¹))
 //!
-//! The order is greedy: next goes the variable whose sum makes the smallest table (min-weight).
+//! The order is found in `order.rs`.
 
 use super::draft::Draft;
-use super::scope::{self, Scope};
-use super::{Term, draft::are};
+use super::{Elimination, Term, draft::are, order, scope};
 use crate::error::Error;
-use crate::ids::VariableId;
+use crate::ids::{TermId, VariableId};
 use crate::model::{Domain, IndexSpace, Model};
 
 /// What a size that is not known counts for.
-const UNKNOWN_SIZE: f64 = 16.0;
+pub(super) const UNKNOWN_SIZE: f64 = 16.0;
 
 pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
     for variable in &draft.free {
         summable(draft, *variable)?;
     }
-    let mut names = Vec::new();
-    if !draft.options.rewrites.order && !draft.free.is_empty() {
-        let all = std::mem::take(&mut draft.free);
-        let body = draft.terms.push(Term::Product(draft.factors.clone()));
-        draft.factors = vec![draft.terms.push(Term::Sum(all, body))];
+    let free = std::mem::take(&mut draft.free);
+    if free.is_empty() {
         return Ok(());
     }
-    while let Some((variable, weight)) = cheapest(draft) {
-        names.push(draft.model.variable_name(variable));
-        draft.free.retain(|free| *free != variable);
-        draft.cost += weight;
-        let depends = |term: &_| of(draft, *term).contains(&variable);
-        let (inside, outside): (Vec<_>, Vec<_>) = draft.factors.iter().copied().partition(depends);
+    if !draft.options.rewrites.order {
+        let body = draft.terms.push(Term::Product(draft.factors.clone()));
+        draft.factors = vec![draft.terms.push(Term::Sum(free.into_iter().collect(), body))];
+        return Ok(());
+    }
+    let scope = |term: &TermId| scope::of_term(draft.model, &draft.terms, &draft.bindings, *term);
+    let scopes: Vec<_> = draft.factors.iter().map(scope).collect();
+    let sums = order::cheaper(draft.model, &scopes, &free);
+    let names: Vec<_> = sums.iter().map(|sum| draft.model.variable_name(sum.variable)).collect();
+    // The factors that no sum stands over yet: those of the draft, then the sums as they are made.
+    let mut factors: Vec<Option<TermId>> = draft.factors.iter().copied().map(Some).collect();
+    for sum in sums {
+        let taken = sum.inside.iter().map(|position| factors[*position].take());
+        let inside: Vec<TermId> =
+            taken.map(|term| term.expect("internal: a factor is summed once")).collect();
+        let multiplications = sum.weight * inside.len().saturating_sub(1) as f64;
         let body = match inside.as_slice() {
             [one] => *one,
             _ => draft.terms.push(Term::Product(inside)),
         };
-        draft.factors = outside;
-        let sum = draft.terms.push(Term::Sum(vec![variable], body));
-        draft.factors.push(sum);
+        factors.push(Some(draft.terms.push(Term::Sum(vec![sum.variable], body))));
+        let entries = sum.weight / size(draft.model, sum.variable);
+        draft.eliminations.push(Elimination {
+            variable: sum.variable,
+            table: sum.table.into_iter().filter(|id| Some(*id) != draft.model.plate_index()).collect(),
+            entries,
+            multiplications,
+            additions: sum.weight - entries,
+        });
+        draft.cost += sum.weight;
     }
-    if !names.is_empty() {
-        let reason =
-            format!("{} summed as early as can be, about {:.0} products in all", are(&names), draft.cost);
-        draft.record("order of sums", reason);
-    }
+    draft.factors = factors.into_iter().flatten().collect();
+    let reason =
+        format!("{} summed as early as can be, about {:.0} products in all", are(&names), draft.cost);
+    draft.record("order of sums", reason);
     Ok(())
 }
 
-fn of(draft: &Draft<'_>, term: crate::ids::TermId) -> Scope {
-    scope::of_term(draft.model, &draft.terms, &draft.bindings, term)
-}
-
-fn cheapest(draft: &Draft<'_>) -> Option<(VariableId, f64)> {
-    let scopes: Vec<Scope> = draft.factors.iter().map(|term| of(draft, *term)).collect();
-    let weigh = |variable: &VariableId| {
-        let mut joined = Scope::from([*variable]);
-        scopes.iter().filter(|scope| scope.contains(variable)).for_each(|scope| joined.extend(scope));
-        let sizes = joined.iter().filter(|variable| Some(**variable) != draft.model.plate_index());
-        (*variable, sizes.map(|variable| size(draft.model, *variable)).product::<f64>())
-    };
-    draft.free.iter().map(weigh).min_by(|left, right| left.1.total_cmp(&right.1))
-}
-
-fn size(model: &Model, variable: VariableId) -> f64 {
+pub(super) fn size(model: &Model, variable: VariableId) -> f64 {
     let variable = &model.variables[variable];
     let one = variable.domain.count().map_or(UNKNOWN_SIZE, |count| count as f64);
     match &variable.family {

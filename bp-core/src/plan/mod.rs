@@ -14,6 +14,7 @@ mod eliminate;
 mod equation;
 mod gaussian;
 mod notation;
+mod order;
 mod print;
 mod scan;
 mod scope;
@@ -122,6 +123,21 @@ pub struct Step {
     pub bindings: BTreeMap<VariableId, Binding>,
 }
 
+/// What it costs to sum one variable out. Sizes that are not known count 16.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Elimination {
+    /// What is summed.
+    pub variable: VariableId,
+    /// What the table that it makes depends on.
+    pub table: Vec<VariableId>,
+    /// Numbers in that table.
+    pub entries: f64,
+    /// Multiplications.
+    pub multiplications: f64,
+    /// Additions.
+    pub additions: f64,
+}
+
 /// An answer by sums and products over finite domains.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exact {
@@ -143,8 +159,10 @@ pub struct Exact {
     pub ln_evidence: bool,
     /// How the equation came about.
     pub derivation: Vec<Step>,
-    /// Multiplications and additions, where sizes are not known counting 16 for each.
+    /// Products that are summed, where sizes are not known counting 16 for each.
     pub cost: f64,
+    /// The sums in their order, with what each costs.
+    pub eliminations: Vec<Elimination>,
 }
 
 /// How some asks are answered.

@@ -29,7 +29,7 @@ pub(super) fn chains(draft: &mut Draft<'_>) {
         });
         let term = draft.terms.push(Term::FirstScan(scan));
         draft.factors.push(term);
-        draft.free.retain(|free| *free != variable);
+        draft.free.remove(&variable);
         let reason =
             format!("`{name}` matters only through its first true element: 2^N hidden states cost O(N)");
         draft.record("chain scan", reason);
