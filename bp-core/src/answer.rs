@@ -5,7 +5,10 @@
 //! evidence of probability zero is an error.
 
 mod check;
+mod link;
 mod reading;
+
+pub use link::link;
 
 use crate::error::Error;
 use crate::exec::{Filter, Inputs, Lanes, scalar::Scalar};
@@ -106,6 +109,7 @@ pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error
 /// # Errors
 /// No exact route; inputs that are missing or do not fit; evidence of probability zero.
 pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+    let model = &*link(model)?;
     let plan = plan_for_answer(model, question)?;
     check::inputs(model, question, inputs)?;
     let mut answers = Vec::new();

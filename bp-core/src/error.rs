@@ -35,6 +35,14 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A question to another program that cannot be answered.
+    #[error("subroutine `{path}`: {error}")]
+    Subroutine {
+        /// Program and question.
+        path: String,
+        /// Why.
+        error: Box<Error>,
+    },
     /// Two names of a program that Rust could not tell apart.
     #[error("`{first}` and `{second}` would both be called `{identifier}` in Rust; rename one of them")]
     SameName {

@@ -4,7 +4,7 @@
 //! Invariant: whatever the text, parsing ends, without a panic.
 
 use bp_core::source::Source;
-use bp_core::syntax::{check, compile, parse, parse_file};
+use bp_core::syntax::{check, compile, parse};
 use proptest::prelude::*;
 
 mod trees;
@@ -22,9 +22,9 @@ fn programs() -> Vec<Source> {
 }
 
 fn round_trip(source: &Source) {
-    let file = parse_file(source).unwrap_or_else(|wrong| panic!("{}", wrong.render(source, false)));
+    let file = parse(source).unwrap_or_else(|wrong| panic!("{}", wrong.render(source, false)));
     let printed = Source::new(format!("{} printed", source.name), file.to_string());
-    let again = parse_file(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
+    let again = parse(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
     assert_eq!(file, again, "{}", printed.text);
     assert_eq!(printed.text, again.to_string());
 }
@@ -41,13 +41,13 @@ fn comments_survive_printing() {
                 P(B | A) = uniform; } question q { P(A) // seven\n // eleven\n } // eight\n // twelve\n } // nine\n // ten";
     let source = Source::new("comments", text);
     round_trip(&source);
-    let printed = parse_file(&source).unwrap().to_string();
+    let printed = parse(&source).unwrap().to_string();
     for word in "head says open star one two three four five six seven eight nine ten eleven twelve thirteen"
         .split(' ')
     {
         assert_eq!(printed.matches(word).count(), 1, "{word} in\n{printed}");
     }
-    assert_eq!(parse(&source).unwrap().comments.documentation(), "says");
+    assert_eq!(parse(&source).unwrap().programs[0].comments.documentation(), "says");
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn blanks_and_newlines_mean_nothing() {
                 _ => spaced.push(character),
             }
         }
-        let tree = |text: String| parse_file(&Source::new("blanks", text)).unwrap();
+        let tree = |text: String| parse(&Source::new("blanks", text)).unwrap();
         assert_eq!(tree(bare), tree(spaced));
     }
 }
@@ -115,7 +115,7 @@ proptest! {
     #[test]
     fn trees_print_to_text_that_parses_to_an_equal_tree(file in trees::file()) {
         let printed = Source::new("tree", file.to_string());
-        let again = parse_file(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
+        let again = parse(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
         prop_assert_eq!(&file, &again, "{}", printed.text);
         prop_assert_eq!(&printed.text, &again.to_string());
         for program in &again.programs {

@@ -4,6 +4,7 @@
 //! module's name carries the place of the program's name, and the module sets off no lint of the code around it.
 
 use crate::origin::{self, Origin};
+use bp_core::answer::link;
 use bp_core::diagnostic::{Diagnostic, Diagnostics};
 use bp_core::emit::{emit_rust, snake};
 use bp_core::error::Error;
@@ -16,10 +17,14 @@ use std::path::Path;
 /// What the macro writes: the module on success, `compile_error!`s otherwise.
 pub(crate) fn expand(input: TokenStream, root: &Path) -> Result<TokenStream, TokenStream> {
     let (source, origin) = origin::open(input, root)?;
-    let program = parse(&source).map_err(|wrong| origin.errors(&wrong, &source))?;
-    let model = check(&program).map_err(|wrong| origin.errors(&wrong, &source))?;
-    let body =
-        emit_rust(&model, &source).map_err(|wrong| origin.errors(&unanswered(&program, wrong), &source))?;
+    let mut file = parse(&source).map_err(|wrong| origin.errors(&wrong, &source))?;
+    let mut models = check(&file).map_err(|wrong| origin.errors(&wrong, &source))?;
+    // The last program is the one that is asked; those before it serve it.
+    let (program, model) =
+        file.programs.pop().zip(models.pop()).expect("internal: the grammar promises a program");
+    let wrong = |wrong| origin.errors(&unanswered(&program, wrong), &source);
+    let model = link(&model).map_err(|error| wrong(vec![(program.name.text.clone(), error)]))?;
+    let body = emit_rust(&model, &source).map_err(wrong)?;
     let body = body.parse().expect("internal: the emitted text is Rust");
     Ok(module(&program, &origin, body))
 }

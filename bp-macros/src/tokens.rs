@@ -161,7 +161,7 @@ fn has_operator(tokens: TokenStream) -> bool {
 mod tests {
     use super::*;
     use bp_core::source::Source;
-    use bp_core::syntax::parse_file;
+    use bp_core::syntax::parse;
 
     /// The text of the tokens of a text.
     fn back(text: &str) -> Written {
@@ -199,12 +199,12 @@ mod tests {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let text = uncommented(&std::fs::read_to_string(&path).unwrap());
-            let tree = parse_file(&Source::new("file", &text)).unwrap();
+            let tree = parse(&Source::new("file", &text)).unwrap();
             let with_places = back(&text).text;
             assert_eq!(with_places, text, "{}", path.display());
-            assert_eq!(parse_file(&Source::new("tokens", with_places)).unwrap(), tree);
+            assert_eq!(parse(&Source::new("tokens", with_places)).unwrap(), tree);
             let without = Written::of(without_places(text.parse().unwrap())).text;
-            let again = parse_file(&Source::new("tokens", &without));
+            let again = parse(&Source::new("tokens", &without));
             assert_eq!(
                 again.unwrap_or_else(|wrong| panic!("{wrong}\n{without}")),
                 tree,

@@ -1,11 +1,11 @@
 //! What others say: marginals that the last step kept, and the answers of other programs.
 //!
-//! In: a variable, or the path of a question. Out: a number read from an input. Invariant: what is read comes from the
-//! host under a name that the program's text gives it.
+//! In: a variable, or the path of a question. Out: a number read from an input. Invariant: what is read has the name that
+//! the program's text gives it; a subroutine's answer comes with the kernel, all else from the host.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{ValueId, VariableId};
+use crate::ids::{AxisId, ValueId, VariableId};
 use crate::kernel::{Index, Role};
 use crate::model::{Factor, VariableUse};
 
@@ -44,7 +44,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The likelihood that another program gives to what is observed.
+    /// The answer of another program: of a subroutine its table; else the likelihood that it gives to what is observed.
     pub(super) fn asked(
         &mut self,
         factor: &Factor,
@@ -52,7 +52,10 @@ impl Lowering<'_> {
         given: &[VariableId],
         left: &VariableUse,
     ) -> Result<ValueId, Error> {
-        if !matches!(self.exact.bindings.get(&left.variable), Some(crate::plan::Binding::Value(_))) {
+        let subroutine = self.model.subroutine(path);
+        if subroutine.is_none()
+            && !matches!(self.exact.bindings.get(&left.variable), Some(crate::plan::Binding::Value(_)))
+        {
             let name = self.model.variable_name(left.variable);
             return Err(
                 self.unplanned(format!("`{name}` is distributed by another program, and must be known"))
@@ -68,17 +71,29 @@ impl Lowering<'_> {
             }
             local.push(*variable);
         }
+        if let Some(subroutine) = subroutine {
+            if subroutine.table.is_empty() {
+                return Err(self.unplanned(format!("`{path}` has not been asked yet; link the model first")));
+            }
+            let Meaning::Ordinal(ordinal) = self.use_meaning(left)? else {
+                return Err(self.unplanned("a subroutine distributes a finite variable"));
+            };
+            indices.push(self.builder.at(ordinal));
+            local.push(left.variable);
+            let table = subroutine.table.clone();
+            let axes = self.input_axes(path, &mut |lowering| lowering.value_axes(&local));
+            let buffer = self.builder.buffer(path, Role::Table(table), &axes);
+            // What a Dirac says may lie outside: nothing is there.
+            let zero = self.builder.constant(0.0);
+            return Ok(self.builder.load_or(buffer, indices, zero));
+        }
         let products: Vec<_> = factor.products.clone();
         let axes = self.input_axes(path, &mut |lowering| {
             let mut axes = Vec::new();
             for (name, over) in &products {
                 axes.extend(lowering.index_axes(name, over));
             }
-            for variable in &local {
-                let name = lowering.model.variable_name(*variable);
-                let extent = lowering.extent(&lowering.model.variables[*variable].domain.clone());
-                axes.push(lowering.builder.axis(&name, extent));
-            }
+            axes.extend(lowering.value_axes(&local));
             axes
         });
         let on_plate = given.iter().any(|variable| Some(*variable) == self.model.plate_index());
@@ -89,5 +104,15 @@ impl Lowering<'_> {
         }
         let buffer = self.builder.buffer(path, Role::Input { default: None, broadcast: false }, &all);
         Ok(self.builder.load(buffer, indices))
+    }
+
+    /// One axis for the values of each variable.
+    fn value_axes(&mut self, variables: &[VariableId]) -> Vec<AxisId> {
+        let one = |variable: &VariableId| {
+            let name = self.model.variable_name(*variable);
+            let extent = self.extent(&self.model.variables[*variable].domain.clone());
+            self.builder.axis(&name, extent)
+        };
+        variables.iter().map(one).collect()
     }
 }

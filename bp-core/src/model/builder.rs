@@ -16,7 +16,7 @@
 
 use super::{
     Domain, Expression, Factor, Family, Fault, Form, Identification, IndexSpace, Model, Parameter,
-    ParameterKind, Plate, Question, Set, SetKind, Variable, VariableUse, validate,
+    ParameterKind, Plate, Question, Set, SetKind, Subroutine, Variable, VariableUse, validate,
 };
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
 use crate::operators::{Binary, Unary};
@@ -145,6 +145,13 @@ impl ModelBuilder {
     /// Parameters to be learned.
     pub fn identification(&mut self, identification: Identification) {
         self.model.identifications.push(identification);
+    }
+
+    /// A question to another program; the same one is asked once, however many forms ask it.
+    pub fn subroutine(&mut self, subroutine: Subroutine) {
+        if self.model.subroutine(&subroutine.path).is_none() {
+            self.model.subroutines.push(subroutine);
+        }
     }
 
     /// A question.

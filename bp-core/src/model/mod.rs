@@ -148,6 +148,20 @@ pub struct Identification {
     pub by: Option<VariableId>,
 }
 
+/// A question to another program, which a form of this one asks: `ask(Paris.rain)`.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Subroutine {
+    /// How the form names it: `Paris.rain`.
+    pub path: String,
+    /// The program that is asked.
+    pub program: Model,
+    /// The name of its question: one distribution of one variable, given the value of each known one.
+    pub question: String,
+    /// Its answer, once it has been asked (`answer::link`): by known variables in the order of the question, then by the
+    /// searched one. Empty until then.
+    pub table: Vec<f64>,
+}
+
 /// What a Bayesian Program means. Made by [`ModelBuilder::build`].
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Model {
@@ -171,12 +185,19 @@ pub struct Model {
     pub identifications: Vec<Identification>,
     /// The questions.
     pub questions: Arena<QuestionId, Question>,
+    /// The questions to other programs.
+    pub subroutines: Vec<Subroutine>,
 }
 
 impl Model {
     /// The declared question of this name.
     pub fn question(&self, name: &str) -> Option<&Question> {
         self.questions.values().find(|question| question.name == name)
+    }
+
+    /// The question to another program that a form names.
+    pub fn subroutine(&self, path: &str) -> Option<&Subroutine> {
+        self.subroutines.iter().find(|subroutine| subroutine.path == path)
     }
 
     /// The variable of this name, as written: `O`, `O^-1`.

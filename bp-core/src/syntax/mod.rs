@@ -9,4 +9,4 @@ mod parse;
 mod print;
 
 pub use check::{check, compile, parse_question};
-pub use parse::{parse, parse_file};
+pub use parse::parse;

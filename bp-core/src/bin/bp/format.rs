@@ -6,7 +6,7 @@
 use crate::failure::Failure;
 use crate::program::{self, is_stdin};
 use bp_core::error::Error;
-use bp_core::syntax::parse_file;
+use bp_core::syntax::parse;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
 /// Whether the text is, or now is, as it should be.
 fn one(path: &Path, check: bool, out: &mut impl Write) -> Result<bool, Failure> {
     let source = program::read(path)?;
-    let formatted = match parse_file(&source) {
+    let formatted = match parse(&source) {
         Ok(file) => file.to_string(),
         Err(wrong) => return Err(Failure::Wrong(wrong, source)),
     };

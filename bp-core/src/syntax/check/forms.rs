@@ -12,7 +12,7 @@ use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Domain, Form, Identification};
 use crate::source::Span;
-use crate::syntax::ast::{self, Definition, Expr, FormKind, Learnt, Segment};
+use crate::syntax::ast::{self, Definition, Expr, FormKind, Learnt};
 use std::collections::HashMap;
 
 /// What a form is written for.
@@ -190,43 +190,6 @@ impl Checker<'_> {
     pub(super) fn numbers(&mut self, expressions: &[Expr], scope: &Scope) -> Option<Vec<ExpressionId>> {
         let ids: Vec<_> = expressions.iter().map(|entry| self.number_of(entry, scope)).collect();
         ids.into_iter().collect()
-    }
-
-    fn ask_form(
-        &mut self,
-        path: &[Segment],
-        given: Option<&[ast::Occurrence]>,
-        target: &Target,
-        scope: &Scope,
-    ) -> Option<Form> {
-        let mut right = true;
-        for index in path.iter().flat_map(|segment| &segment.index) {
-            right &= self.expression(index, scope, None).is_some();
-        }
-        if let [only] = path {
-            let message =
-                format!("`ask` takes a question of another program, and `{}` names no question", only.name);
-            self.complain_and_help(only.name.span(), message, format!("write `ask({}.question)`", only.name));
-            return None;
-        }
-        let given = match given {
-            None => target.right.clone(),
-            Some(written) => {
-                let mut ids = Vec::new();
-                for occurrence in written {
-                    let id = self.variable_of(occurrence)?;
-                    if !scope.visible.contains(&id) {
-                        let message = format!("`{occurrence}` is not on the right of `{}`", scope.head);
-                        self.complain(occurrence.at.0, message);
-                        right = false;
-                    }
-                    ids.push(id);
-                }
-                ids
-            }
-        };
-        let path: Vec<String> = path.iter().map(Segment::to_string).collect();
-        right.then(|| Form::Ask { path: path.join("."), given })
     }
 
     /// Lets forms speak of what will be learnt.

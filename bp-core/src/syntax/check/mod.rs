@@ -1,6 +1,6 @@
 //! Tree to model: every name is given its meaning, every expression its type.
 //!
-//! In: an [`ast::Program`]. Out: a [`Model`], or every mistake at once. The checker judges words (names, types, shapes
+//! In: an [`ast::File`]. Out: a [`Model`] for each program, or every mistake at once. The checker judges words (names, types, shapes
 //! that the model cannot even hold); the model judges itself, and its faults are put under the words they come from.
 //! Invariant: a mistake is told once: what depends on something wrong is not told again.
 
@@ -16,10 +16,11 @@ mod named_forms;
 mod names;
 mod operators;
 mod questions;
+mod subroutines;
 mod tables;
 mod types;
 
-use super::ast::{self, Name, Program, SectionKind};
+use super::ast::{self, File, Name, Program, SectionKind};
 use super::parse;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
@@ -27,16 +28,31 @@ use crate::model::{Model, ModelBuilder, Question};
 use crate::source::{Source, Span};
 use std::collections::{HashMap, HashSet};
 
-/// Checks a program, and gives its meaning.
-pub fn check(program: &Program) -> Result<Model, Diagnostics> {
-    let mut checker = Checker::new(program);
-    checker.sections();
-    checker.finish()
+/// Checks the programs of a file, and gives the meaning of each. A program may ask questions of those before it.
+pub fn check(file: &File) -> Result<Vec<Model>, Diagnostics> {
+    let (mut models, mut wrong): (Vec<Model>, _) = (Vec::new(), Diagnostics::default());
+    for (position, program) in file.programs.iter().enumerate() {
+        let same = |other: &&Program| other.name.text == program.name.text;
+        if let Some(first) = file.programs[..position].iter().find(same) {
+            let message = format!("two programs are called `{}`", program.name.text);
+            wrong.push(
+                Diagnostic::new(program.name.span(), message).with_label(first.name.span(), "first here"),
+            );
+        }
+        let mut checker = Checker::new(program, &models);
+        checker.sections();
+        match checker.finish() {
+            Ok(model) => models.push(model),
+            Err(mistakes) => mistakes.0.into_iter().for_each(|mistake| wrong.push(mistake)),
+        }
+    }
+    wrong.or(models)
 }
 
-/// Parses and checks a text that holds one program.
+/// Parses and checks a text; gives the last of its programs, which those before it serve.
 pub fn compile(source: &Source) -> Result<Model, Diagnostics> {
-    check(&parse::parse(source)?)
+    let mut models = check(&parse::parse(source)?)?;
+    Ok(models.pop().expect("internal: the grammar promises a program"))
 }
 
 /// Reads a question as a user types it: `P(Rain | Wet = true)`, or the name of one that the model declares.
@@ -83,6 +99,8 @@ enum Meaning {
 /// A program on its way to a model.
 struct Checker<'p> {
     program: &'p Program,
+    /// The programs that stand before it.
+    earlier: &'p [Model],
     model: ModelBuilder,
     wrong: Diagnostics,
     names: HashMap<String, (Meaning, Span)>,
@@ -106,9 +124,10 @@ struct Checker<'p> {
 }
 
 impl<'p> Checker<'p> {
-    fn new(program: &'p Program) -> Self {
+    fn new(program: &'p Program, earlier: &'p [Model]) -> Self {
         Self {
             program,
+            earlier,
             model: ModelBuilder::new(&program.name.text),
             wrong: Diagnostics::default(),
             names: HashMap::new(),

@@ -12,7 +12,7 @@ mod forms;
 mod grammar;
 mod sections;
 
-use super::ast::{Ask, File, Program};
+use super::ast::{Ask, File};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{Source, Span};
 use grammar::{Grammar, Rule};
@@ -20,23 +20,12 @@ use pest::Parser;
 use pest::iterators::Pair;
 
 /// Parses all the programs of a text.
-pub fn parse_file(source: &Source) -> Result<File, Diagnostics> {
+pub fn parse(source: &Source) -> Result<File, Diagnostics> {
     let pair = pair_of(Rule::file, source)?;
     let programs = pair.into_inner().filter(|pair| pair.as_rule() == Rule::program).map(sections::program);
     let mut file = File { programs: programs.collect(), closing: Vec::new() };
     comments::attach(&source.text, &mut file);
     Ok(file)
-}
-
-/// Parses a text that holds one program.
-pub fn parse(source: &Source) -> Result<Program, Diagnostics> {
-    let mut file = parse_file(source)?;
-    if let Some(second) = file.programs.get(1) {
-        let message = format!("one program was expected, and `{}` is another", second.name.text);
-        return Err(Diagnostic::new(second.name.span(), message).into());
-    }
-    let program = file.programs.pop().expect("internal: the grammar promises a program");
-    Ok(program)
 }
 
 /// Parses one ask, as a user types it: `P(Rain | Wet = true)`.
