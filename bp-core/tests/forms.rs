@@ -266,3 +266,19 @@ fn functions_are_those_of_the_field() {
         near(&[value(expression)], &[expected], 1e-7);
     }
 }
+
+#[test]
+fn a_function_of_rust_is_a_field() {
+    let model = model_of(
+        "program F { parameters { f[0..=2, 1..=3] : real; } variables { A : 0..=2; B : 1..=3; C : 0..=9; }
+         decomposition { P(A) P(B) P(C | A B) } forms { P(A) = uniform; P(B) = uniform; P(C | A B) = dirac(f[A, B]); } }",
+    );
+    let inputs = Inputs::new().function("f", [0..=2, 1..=3], |[a, b]| (a * b) as f64);
+    let found = ask(&model, &question(&model, "P(A, B | C = 2)"), &inputs).unwrap().remove(0).answer;
+    let likely: Vec<String> = found
+        .iter()
+        .filter(|row| row.p().unwrap() > 0.0)
+        .map(|row| format!("{}{}", row.values[0].1, row.values[1].1))
+        .collect();
+    assert_eq!(likely, ["12", "21"]);
+}

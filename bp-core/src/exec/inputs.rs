@@ -10,6 +10,7 @@ use crate::kernel::{Kernel, Role};
 use crate::space::{Moves, Space};
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 /// The largest array that is allocated without being asked for, in cells.
 const MOST_CELLS: f64 = 1e9;
@@ -43,6 +44,27 @@ impl<'a, T: Clone> Inputs<'a, T> {
     /// An array, its last axis contiguous.
     pub fn array(mut self, name: &str, values: &'a [T]) -> Self {
         self.arrays.insert(name.to_owned(), Cow::Borrowed(values));
+        self
+    }
+
+    /// A function of integers, for a field that ranges over them: `f[0..=10, 1..=6]` takes its value at each place from
+    /// `value(&[a, b])`. So a program uses what is written in Rust: `dirac(f[A, B])`.
+    pub fn function<const N: usize>(
+        mut self,
+        name: &str,
+        over: [RangeInclusive<i64>; N],
+        value: impl Fn(&[i64; N]) -> T,
+    ) -> Self {
+        let mut values = Vec::new();
+        let mut at: [i64; N] = std::array::from_fn(|axis| *over[axis].start());
+        // An odometer, the last place fastest; a range without values leaves nothing.
+        while over.iter().zip(&at).all(|(range, place)| range.contains(place)) {
+            values.push(value(&at));
+            let Some(turned) = (0..N).rev().find(|axis| at[*axis] < *over[*axis].end()) else { break };
+            at[turned] += 1;
+            (turned + 1..N).for_each(|axis| at[axis] = *over[axis].start());
+        }
+        self.arrays.insert(name.to_owned(), Cow::Owned(values));
         self
     }
 
