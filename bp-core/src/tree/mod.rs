@@ -1,0 +1,16 @@
+//! Many marginals at once: the junction tree of a network.
+//!
+//! In: a model whose variables are finite. Out: the posterior of every variable, ln P(evidence), the most probable
+//! assignment. Invariant: exact up to rounding; messages are scaled, so that no evidence is too improbable.
+//!
+//! Lauritzen and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990 (two passes, division by the message that came up).
+
+mod compile;
+mod network;
+mod propagate;
+mod stride;
+mod triangulate;
+
+pub use compile::{Cost, Tree};
+pub use network::{Network, Table};
+pub use propagate::{Evidence, Session};
