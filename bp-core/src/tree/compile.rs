@@ -48,10 +48,20 @@ pub struct Tree {
     pub(super) given: Vec<bool>,
     /// The variables that have a marginal here.
     pub(super) answered: Vec<usize>,
-    /// Where each clique's cells, and its message, begin.
-    pub(super) offsets: Vec<(usize, usize)>,
-    /// Where each variable's marginal begins.
-    pub(super) places: Vec<usize>,
+    /// Where each clique's cells, message and marginals begin; then the ends.
+    pub(super) offsets: Vec<Offsets>,
+    /// The first clique of the subtree of each.
+    pub(super) first: Vec<usize>,
+    /// Where each variable's marginal lies, one that has none nowhere.
+    pub(super) places: Vec<std::ops::Range<usize>>,
+}
+
+/// Where something of a clique begins.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Offsets {
+    pub(super) cells: usize,
+    pub(super) message: usize,
+    pub(super) marginals: usize,
 }
 
 /// Products of tables are kept where a clique has at most this many cells.
@@ -81,8 +91,10 @@ impl Outline {
     /// must be barren.
     pub(super) fn of(network: &Network, given: Vec<bool>, included: Vec<bool>) -> Self {
         let tables = (network.tables.iter()).filter(|table| table.variables.iter().all(|one| included[*one]));
-        let left_out: Vec<bool> = given.iter().zip(&included).map(|(given, included)| *given || !included).collect();
-        let graph = Graph::of(&network.cardinalities, tables.map(|table| table.variables.as_slice()), &left_out);
+        let left_out: Vec<bool> =
+            given.iter().zip(&included).map(|(given, included)| *given || !included).collect();
+        let graph =
+            Graph::of(&network.cardinalities, tables.map(|table| table.variables.as_slice()), &left_out);
         let cliques = graph.triangulate(&left_out);
         let width = cliques.members.iter().map(Vec::len).max().unwrap_or(0);
         let cost = Cost { cells: cliques.cells, width, bytes: 8.0 * cliques.cells * 1.3 };
@@ -165,16 +177,13 @@ impl Tree {
                 continue;
             };
             let fits = |clique: &&usize| free.iter().all(|one| cliques[**clique].variables.contains(one));
-            let home = having[*rarest].iter().find(fits).copied().expect("internal: a table lies in a clique");
+            let home =
+                having[*rarest].iter().find(fits).copied().expect("internal: a table lies in a clique");
             let along: Vec<usize> = (cliques[home].variables.iter())
                 .map(|one| pairs.clone().find(|(other, _)| other == one).map_or(0, |(_, stride)| stride))
                 .collect();
             let reach = cliques[home].blocks.reach(&along);
             cliques[home].sources.push(Source { table: number, reach, given: fixed });
-        }
-        let mut places = vec![0; network.cardinalities.len() + 1];
-        for variable in 0..network.cardinalities.len() {
-            places[variable + 1] = places[variable] + network.cardinalities[variable];
         }
         let mut answered = Vec::new();
         for variable in wanted.into_iter().filter(|one| !given[*one] && included[*one]) {
@@ -189,15 +198,25 @@ impl Tree {
                 cliques[home].likelihoods.push((variable, along));
             }
         }
-        let (mut offsets, mut cell, mut message) = (Vec::new(), 0, 0);
-        for clique in &mut cliques {
-            offsets.push((cell, message));
-            cell += clique.blocks.cells();
-            message += clique.message;
+        let (mut offsets, mut next) = (Vec::new(), Offsets::default());
+        let mut places = vec![0..0; network.cardinalities.len()];
+        let mut first: Vec<usize> = (0..cliques.len()).collect();
+        for (number, clique) in cliques.iter_mut().enumerate() {
+            offsets.push(next);
+            next.cells += clique.blocks.cells();
+            next.message += clique.message;
+            for (variable, _) in &clique.marginals {
+                let end = next.marginals + network.cardinalities[*variable];
+                places[*variable] = next.marginals..end;
+                next.marginals = end;
+            }
             clique.keep_fixed(network);
+            if let Some(above) = parent[number] {
+                first[above] = first[above].min(first[number]);
+            }
         }
-        offsets.push((cell, message));
-        Self { network: network.clone(), cliques, known, given, answered, offsets, places }
+        offsets.push(next);
+        Self { network: network.clone(), cliques, known, given, answered, offsets, first, places }
     }
 }
 

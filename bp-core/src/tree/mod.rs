@@ -6,11 +6,16 @@
 //! Lauritzen and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990 (two passes, division by the message that came up).
 
 mod compile;
+mod evidence;
+mod most_probable;
 mod network;
+mod plan;
 mod propagate;
 mod stride;
 mod triangulate;
 
 pub use compile::{Cost, Tree};
+pub use evidence::Evidence;
 pub use network::{Network, Table};
-pub use propagate::{Evidence, Session};
+pub use plan::{Marginals, MarginalsSession};
+pub use propagate::Session;

@@ -32,7 +32,8 @@ pub(super) struct Graph {
 pub(super) struct Cliques {
     /// The variables of each, ascending.
     pub(super) members: Vec<Vec<u32>>,
-    /// The clique that each hands its message to; always a later one. `None` for the root of a component.
+    /// The clique that each hands its message to. A clique stands right behind all that is below it. `None` for the root
+    /// of a component.
     pub(super) parent: Vec<Option<usize>>,
     /// Σ of their cells.
     pub(super) cells: f64,
@@ -135,7 +136,8 @@ impl Graph {
             let mut touched: Vec<u32> = self.neighbours[variable as usize].clone();
             for (one, other) in &fill {
                 if rule != Rule::Weight {
-                    let (first, second) = (&self.neighbours[*one as usize], &self.neighbours[*other as usize]);
+                    let (first, second) =
+                        (&self.neighbours[*one as usize], &self.neighbours[*other as usize]);
                     touched.extend(first.iter().filter(|both| second.binary_search(both).is_ok()));
                 }
                 self.connect(*one, *other);
@@ -152,7 +154,7 @@ impl Graph {
             order.push(variable);
             cliques.push(members);
         }
-        Some(join(&order, cliques, count, &self.ln_cardinality))
+        Some(join(&order, cliques, count, &self.ln_cardinality).in_post_order())
     }
 
     /// The best order found. More tries where a better one would save more.
@@ -172,6 +174,33 @@ impl Graph {
             }
         }
         best
+    }
+}
+
+impl Cliques {
+    /// The same cliques, numbered so that each subtree is a stretch that ends with its root.
+    fn in_post_order(self) -> Self {
+        let count = self.members.len();
+        let mut below: Vec<Vec<usize>> = vec![Vec::new(); count];
+        (0..count)
+            .filter_map(|one| Some((one, self.parent[one]?)))
+            .for_each(|(one, above)| below[above].push(one));
+        let mut order = Vec::with_capacity(count);
+        // Roots first, then what hangs below them: backwards, that is each clique behind its subtree.
+        let mut rest: Vec<usize> = (0..count).filter(|one| self.parent[*one].is_none()).collect();
+        while let Some(one) = rest.pop() {
+            order.push(one);
+            rest.append(&mut below[one]);
+        }
+        order.reverse();
+        let mut new = vec![0; count];
+        order.iter().enumerate().for_each(|(number, one)| new[*one] = number);
+        let mut members = self.members;
+        Self {
+            members: order.iter().map(|one| std::mem::take(&mut members[*one])).collect(),
+            parent: order.iter().map(|one| self.parent[*one].map(|above| new[above])).collect(),
+            cells: self.cells,
+        }
     }
 }
 
@@ -198,7 +227,10 @@ fn join(order: &[u32], cliques: Vec<Vec<u32>>, count: usize, ln_cardinality: &[f
     for position in 0..order.len() {
         let Some(above) = parent[position] else { continue };
         let holder = home[position];
-        if home[above] == above && cliques[holder].len() > cliques[above].len() && holds(&cliques[holder], &cliques[above]) {
+        if home[above] == above
+            && cliques[holder].len() > cliques[above].len()
+            && holds(&cliques[holder], &cliques[above])
+        {
             home[above] = holder;
         }
     }
@@ -248,24 +280,40 @@ mod tests {
             for seed in 0..3 {
                 let cliques = graph.clone().eliminate(rule, given, seed, f64::INFINITY).unwrap();
                 for table in tables {
-                    let free: Vec<u32> = table.iter().filter(|one| !given[**one]).map(|one| *one as u32).collect();
+                    let free: Vec<u32> =
+                        table.iter().filter(|one| !given[**one]).map(|one| *one as u32).collect();
                     let mut sorted = free.clone();
                     sorted.sort_unstable();
-                    assert!(cliques.members.iter().any(|clique| holds(clique, &sorted)), "{sorted:?} in no clique");
+                    assert!(
+                        cliques.members.iter().any(|clique| holds(clique, &sorted)),
+                        "{sorted:?} in no clique"
+                    );
                 }
                 for (number, parent) in cliques.parent.iter().enumerate() {
                     assert!(parent.is_none_or(|parent| parent > number), "parents come later");
+                    // Whatever stands between a clique and its parent is below that parent.
+                    for between in number..parent.unwrap_or(number) {
+                        let mut above = Some(between);
+                        while above.is_some_and(|one| one < parent.unwrap_or(number)) {
+                            above = above.and_then(|one| cliques.parent[one]);
+                        }
+                        assert_eq!(above, *parent, "a subtree is a stretch");
+                    }
                 }
                 // Running intersection: the cliques of each variable are one subtree.
                 for variable in (0..count as u32).filter(|one| !given[*one as usize]) {
                     let has = |number: &usize| cliques.members[*number].binary_search(&variable).is_ok();
                     let own: Vec<usize> = (0..cliques.members.len()).filter(has).collect();
-                    let tops = own.iter().filter(|number| cliques.parent[**number].is_none_or(|above| !has(&above)));
+                    let tops =
+                        own.iter().filter(|number| cliques.parent[**number].is_none_or(|above| !has(&above)));
                     assert_eq!(tops.count(), 1, "variable {variable}: {cliques:?}");
                 }
                 for (number, clique) in cliques.members.iter().enumerate() {
                     let inside = |other: &usize| *other != number && holds(&cliques.members[*other], clique);
-                    assert!(!(0..cliques.members.len()).any(|other| inside(&other)), "{clique:?} lies in another");
+                    assert!(
+                        !(0..cliques.members.len()).any(|other| inside(&other)),
+                        "{clique:?} lies in another"
+                    );
                 }
             }
         }
@@ -284,7 +332,8 @@ mod tests {
             let pick = |salt: u64| (mix(seed * 1000 + salt) % count as u64) as usize;
             let tables: Vec<Vec<usize>> = (0..count as u64 + 2)
                 .map(|table| {
-                    let mut list: Vec<usize> = (0..1 + table % 3).map(|place| pick(table * 10 + place)).collect();
+                    let mut list: Vec<usize> =
+                        (0..1 + table % 3).map(|place| pick(table * 10 + place)).collect();
                     list.sort_unstable();
                     list.dedup();
                     list
