@@ -5,11 +5,13 @@
 
 pub mod answer;
 pub mod diagnostic;
+pub mod draw;
 pub mod emit;
 pub mod error;
 pub mod exec;
 pub mod ids;
 pub mod kernel;
+pub mod latex;
 pub mod lower;
 pub mod model;
 pub mod operators;
@@ -17,3 +19,4 @@ pub mod plan;
 pub mod source;
 pub mod space;
 pub mod syntax;
+pub mod xml;

@@ -35,8 +35,8 @@ pub struct Gaussian {
     pub carried: Vec<(VariableId, VariableId)>,
     /// The variables that are observed, in the order of the question.
     pub observed: Vec<VariableId>,
-    /// (rule, reason, right-hand side in Unicode and in LaTeX).
-    pub(super) derivation: Vec<(String, String, [String; 2])>,
+    /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
+    pub(super) derivation: Vec<(String, String, [String; 3])>,
 }
 
 /// A linear form: Σ coefficient · variable + constant.
@@ -148,7 +148,7 @@ fn derive(
     model: &Model,
     carried: &[(VariableId, VariableId)],
     observed: &[VariableId],
-) -> Vec<(String, String, [String; 2])> {
+) -> Vec<(String, String, [String; 3])> {
     let names = |ids: &mut dyn Iterator<Item = VariableId>| {
         ids.map(|id| model.variable_name(id)).collect::<Vec<_>>().join(" ")
     };
@@ -160,6 +160,7 @@ fn derive(
         [
             "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
             "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),
+            format!("<mo>∫</mo>{}", mathml_normal("<mi>m</mi>", "<mi>Σ</mi>")),
         ],
     )];
     if !carried.is_empty() {
@@ -170,6 +171,13 @@ fn derive(
             [
                 "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
                 "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),
+                mathml_normal(
+                    &format!("<mi>A</mi>{}<mo>+</mo><mi>a</mi>", before("m")),
+                    &format!(
+                        "<mi>A</mi>{}<msup><mi>A</mi><mo>⊤</mo></msup><mo>+</mo><mi>Q</mi>",
+                        before("Σ")
+                    ),
+                ),
             ],
         ));
     }
@@ -179,9 +187,26 @@ fn derive(
         [
             "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
             "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
+            mathml_normal(
+                "<mi>m</mi><mo>+</mo><mi>K</mi><mo>(</mo><mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi><mo>)</mo>",
+                "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
+            ),
         ],
     ));
     lines
+}
+
+/// N(x; mean, covariance) in MathML.
+fn mathml_normal(mean: &str, covariance: &str) -> String {
+    let comma = "<mo separator=\"true\">,</mo>";
+    format!(
+        "<mrow><mi>𝒩</mi><mo>(</mo><mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}<mo>)</mo></mrow>"
+    )
+}
+
+/// A letter of the last instant in MathML.
+fn before(letter: &str) -> String {
+    format!("<msup><mi>{letter}</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>")
 }
 
 impl LinearForm {
