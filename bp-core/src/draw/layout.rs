@@ -18,6 +18,8 @@ const GAP: f64 = 26.0;
 /// Between what is in a box and its edge; below there is room for the label.
 const INSIDE: f64 = 13.0;
 const LABEL: f64 = 18.0;
+/// Between a node and a line that passes it.
+const ROOM: f64 = 7.0;
 /// Around everything.
 const MARGIN: f64 = 12.0;
 /// How often vertices move.
@@ -115,6 +117,26 @@ pub(super) fn place(graph: &Graph) -> Layout {
         over: over.map(moved),
         width: whole.right - whole.left + 2.0 * MARGIN,
         height: whole.bottom - whole.top + 2.0 * MARGIN,
+    }
+}
+
+impl Layout {
+    /// Whether a straight line between two nodes keeps clear of all others.
+    pub(super) fn is_clear(&self, from: usize, to: usize) -> bool {
+        let meets = |node: usize| {
+            // In units in which the node, with some room around it, is the unit circle.
+            let (a, b) = (self.half_widths[node] + ROOM, HALF_HEIGHT + ROOM);
+            let relative = |end: usize| {
+                let (centre, end) = (self.centres[node], self.centres[end]);
+                ((end.0 - centre.0) / a, (end.1 - centre.1) / b)
+            };
+            let (start, end) = (relative(from), relative(to));
+            let (dx, dy) = (end.0 - start.0, end.1 - start.1);
+            let part = -(start.0 * dx + start.1 * dy) / (dx * dx + dy * dy).max(1e-9);
+            let part = part.clamp(0.0, 1.0);
+            (start.0 + part * dx).hypot(start.1 + part * dy) < 1.0
+        };
+        !(0..self.centres.len()).any(|node| node != from && node != to && meets(node))
     }
 }
 

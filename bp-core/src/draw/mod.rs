@@ -87,7 +87,7 @@ pub fn graph(model: &Model, question: Option<&Question>) -> Graph {
             index: variable.family.map(|family| index_of(model, &family)),
             previous: variable.previous_of.is_some(),
             deterministic: matches!(form, Some(Form::Dirac(_))),
-            mark: question.map_or(Mark::None, |question| mark(question, *id)),
+            mark: question.map_or(Mark::None, |question| mark(model, question, *id)),
             plate,
         });
     }
@@ -132,7 +132,11 @@ fn space(model: &Model, over: &IndexSpace) -> String {
     }
 }
 
-fn mark(question: &Question, id: VariableId) -> Mark {
+fn mark(model: &Model, question: &Question, id: VariableId) -> Mark {
+    // The index of a plate is known in every question.
+    if Some(id) == model.plate_index() {
+        return Mark::Known;
+    }
     let searched = question.asks.iter().flat_map(|ask| &ask.searched).any(|item| item.variable == id);
     let known = question.asks.iter().flat_map(|ask| &ask.known);
     let known = known.filter(|known| known.variable == id).any(|known| match known.evidence {

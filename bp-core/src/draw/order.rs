@@ -99,6 +99,7 @@ impl Layers {
             let down = sweep % 2 == 0;
             let wanted = self.barycentres(down);
             self.sort(&wanted);
+            self.swap();
             let crossings = self.crossings();
             if sweep == 0 || crossings < best.0 {
                 best = (crossings, self.layers.clone(), self.keys.clone());
@@ -140,6 +141,10 @@ impl Layers {
             members[unit] += 1.0;
         }
         self.keys.iter_mut().zip(&members).for_each(|(key, count)| *key /= count.max(1.0));
+        // Ranks instead of means, so that no two are the same and any two can be swapped.
+        let mut units: Vec<usize> = (0..self.keys.len()).collect();
+        units.sort_by(|one, other| self.keys[*one].total_cmp(&self.keys[*other]).then(one.cmp(other)));
+        units.iter().enumerate().for_each(|(rank, unit)| self.keys[*unit] = rank as f64);
         let mut layers = std::mem::take(&mut self.layers);
         for layer in &mut layers {
             layer.sort_by(|one, other| {
@@ -151,6 +156,34 @@ impl Layers {
             });
         }
         self.layers = layers;
+    }
+
+    /// Swaps neighbours that stand in no box while fewer of their edges cross for it.
+    fn swap(&mut self) {
+        let mut place = vec![0; self.layer_of.len()];
+        for layer in &self.layers {
+            layer.iter().enumerate().for_each(|(at, vertex)| place[*vertex] = at);
+        }
+        for layer in (0..self.layers.len()).chain((0..self.layers.len()).rev()) {
+            for at in 1..self.layers[layer].len() {
+                let (left, right) = (self.layers[layer][at - 1], self.layers[layer][at]);
+                if self.plate_of[left].is_some() || self.plate_of[right].is_some() {
+                    continue;
+                }
+                let crossed = |left: usize, right: usize| {
+                    let pairs = self.neighbours[left]
+                        .iter()
+                        .flat_map(|one| self.neighbours[right].iter().map(move |other| (*one, *other)));
+                    let same = pairs.filter(|(one, other)| self.layer_of[*one] == self.layer_of[*other]);
+                    same.filter(|(one, other)| place[*one] > place[*other]).count()
+                };
+                if crossed(right, left) < crossed(left, right) {
+                    self.layers[layer].swap(at - 1, at);
+                    self.keys.swap(self.plates + left, self.plates + right);
+                    place.swap(left, right);
+                }
+            }
+        }
     }
 
     /// How many pairs of edges cross.

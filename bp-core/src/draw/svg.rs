@@ -30,7 +30,8 @@ impl Graph {
         }
         layout.plates.iter().zip(&self.plates).for_each(|(around, label)| plate(&mut svg, around, label));
         for (position, (from, to)) in self.edges.iter().enumerate() {
-            self.edge(&mut svg, &layout, *from, *to, &layout.bends[position]);
+            let bends = if layout.is_clear(*from, *to) { &[][..] } else { &layout.bends[position] };
+            self.edge(&mut svg, &layout, *from, *to, bends);
         }
         for (position, one) in self.nodes.iter().enumerate() {
             node(&mut svg, one, layout.centres[position], layout.half_widths[position]);
@@ -52,22 +53,50 @@ impl Graph {
             let part = 1.0 / distance.max(1e-9);
             (centre.0 + dx * part, centre.1 + dy * part)
         };
-        let start = border(from, bends.first().copied().unwrap_or(layout.centres[to]));
-        let before = bends.last().copied().unwrap_or(layout.centres[from]);
-        let tip = border(to, before);
+        // An edge passes a layer upright, as high as the nodes beside it.
+        let above = |bend: &(f64, f64)| (bend.0, bend.1 - HALF_HEIGHT);
+        let below = |bend: &(f64, f64)| (bend.0, bend.1 + HALF_HEIGHT);
+        let start = border(from, bends.first().map_or(layout.centres[to], above));
+        let before = bends.last().map_or(start, below);
+        let tip = border(to, bends.last().map_or(layout.centres[from], below));
         let length = ((tip.0 - before.0).powi(2) + (tip.1 - before.1).powi(2)).sqrt().max(1e-9);
         let (ux, uy) = ((tip.0 - before.0) / length, (tip.1 - before.1) / length);
         let end = (tip.0 - 8.0 * ux, tip.1 - 8.0 * uy);
         let mut path = format!("M{:.1} {:.1}", start.0, start.1);
+        let mut at = start;
         for (position, bend) in bends.iter().enumerate() {
-            let to = match bends.get(position + 1) {
-                Some(next) => ((bend.0 + next.0) / 2.0, (bend.1 + next.1) / 2.0),
-                None => end,
+            let (high, low) = (above(bend), below(bend));
+            let reach = 0.45 * (high.1 - at.1);
+            // The first piece leaves straight for the bend, the others upright.
+            let leave = if position == 0 {
+                (at.0 + 0.4 * (high.0 - at.0), at.1 + reach)
+            } else {
+                (at.0, at.1 + reach)
             };
-            let _ = write!(path, " Q{:.1} {:.1} {:.1} {:.1}", bend.0, bend.1, to.0, to.1);
+            let _ = write!(
+                path,
+                " C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1} L{:.1} {:.1}",
+                leave.0,
+                leave.1,
+                high.0,
+                high.1 - reach,
+                high.0,
+                high.1,
+                low.0,
+                low.1
+            );
+            at = low;
         }
-        if bends.is_empty() {
-            let _ = write!(path, " L{:.1} {:.1}", end.0, end.1);
+        match bends.is_empty() {
+            true => {
+                let _ = write!(path, " L{:.1} {:.1}", end.0, end.1);
+            }
+            false => {
+                let reach = 0.45 * (end.1 - at.1);
+                let (x, y) = (end.0 - reach * ux / uy.max(0.2), end.1 - reach);
+                let _ =
+                    write!(path, " C{:.1} {:.1} {x:.1} {y:.1} {:.1} {:.1}", at.0, at.1 + reach, end.0, end.1);
+            }
         }
         let _ = writeln!(
             svg,

@@ -61,6 +61,20 @@ impl Exact {
         }
     }
 
+    /// Whether a sum is made by a scan, at a few operations for each element; those are not counted.
+    pub fn has_scan(&self) -> bool {
+        let (mut rest, mut found) = (vec![self.joint], false);
+        while let Some(term) = rest.pop() {
+            match &self.terms[term] {
+                Term::FirstScan(_) => found = true,
+                Term::Product(factors) => rest.extend(factors),
+                Term::Sum(_, body) | Term::Normalise(_, body) => rest.push(*body),
+                _ => {}
+            }
+        }
+        found
+    }
+
     /// Whether each table has as many numbers as are said: no size on which it depends is left open.
     pub fn sizes_are_known(&self, model: &Model) -> bool {
         let tables = self.eliminations.iter().flat_map(|sum| sum.cost.table.iter().chain([&sum.variable]));

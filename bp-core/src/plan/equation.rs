@@ -100,7 +100,7 @@ impl Printer<'_> {
                 Some((last, first)) => {
                     let mut parts: Vec<_> = first.iter().map(|factor| self.grouped(*factor)).collect();
                     parts.push(self.term(*last));
-                    parts.join(" ")
+                    parts.join(notation.choose(" ", " ", "<mspace width=\"0.15em\"/> "))
                 }
             },
             Term::Sum(over, body) => {

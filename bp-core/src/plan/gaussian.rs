@@ -7,6 +7,7 @@
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
+use super::notation::{CLOSE, OPEN};
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Expression, Form, Model, Reduction};
@@ -188,7 +189,9 @@ fn derive(
             "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
             "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
             mathml_normal(
-                "<mi>m</mi><mo>+</mo><mi>K</mi><mo>(</mo><mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi><mo>)</mo>",
+                &format!(
+                    "<mi>m</mi><mo>+</mo><mi>K</mi>{OPEN}<mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi>{CLOSE}"
+                ),
                 "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
             ),
         ],
@@ -200,7 +203,7 @@ fn derive(
 fn mathml_normal(mean: &str, covariance: &str) -> String {
     let comma = "<mo separator=\"true\">,</mo>";
     format!(
-        "<mrow><mi>𝒩</mi><mo>(</mo><mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}<mo>)</mo></mrow>"
+        "<mrow><mi>𝒩</mi>{OPEN}<mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}{CLOSE}</mrow>"
     )
 }
 

@@ -11,6 +11,13 @@ use crate::latex;
 use crate::model::Model;
 use crate::xml;
 
+/// Brackets in MathML, as high as a letter.
+pub(super) const OPEN: &str = "<mo stretchy=\"false\" form=\"prefix\">(</mo>";
+pub(super) const CLOSE: &str = "<mo stretchy=\"false\" form=\"postfix\">)</mo>";
+
+/// With more variables than this, what stands in `P(…)` may be broken.
+const MANY: usize = 5;
+
 /// How mathematics is written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Notation {
@@ -123,10 +130,11 @@ impl Notation {
     pub(super) fn group(self, what: &str) -> String {
         match self {
             // What holds sums inside sums grows long: it may be broken.
-            Notation::MathMl if what.matches("<munder>").count() > 1 => {
-                format!("<mo stretchy=\"false\">(</mo>{what}<mo stretchy=\"false\">)</mo>")
+            Notation::MathMl if what.matches("<munder>").count() > 1 => format!("{OPEN}{what}{CLOSE}"),
+            Notation::MathMl if what.contains("<munder>") => {
+                format!("<mrow>{}{what}{}</mrow>", operator("("), operator(")"))
             }
-            Notation::MathMl => format!("<mrow>{}{what}{}</mrow>", operator("("), operator(")")),
+            Notation::MathMl => format!("<mrow>{OPEN}{what}{CLOSE}</mrow>"),
             _ => format!("({what})"),
         }
     }
@@ -153,11 +161,16 @@ impl Notation {
 
     /// `P(left | right)`.
     pub(super) fn distribution(self, left: &[String], right: &[String]) -> String {
+        let long = left.len() + right.len() > MANY;
         let list = |items: &[String]| {
             let valued = items.iter().any(|item| item.contains(self.choose("=", "=", "<mo>=</mo>")));
             let separator = match valued {
-                true => self.choose(", ", ", ", "<mo separator=\"true\">,</mo>"),
-                false => self.choose(" ", "\\,", "<mspace width=\"0.25em\"/>"),
+                true => self.choose(
+                    ", ",
+                    ", ",
+                    if long { "<mo separator=\"true\">,</mo> " } else { "<mo separator=\"true\">,</mo>" },
+                ),
+                false => self.choose(" ", "\\,", if long { " " } else { "<mspace width=\"0.25em\"/>" }),
             };
             items.join(separator)
         };
@@ -169,10 +182,9 @@ impl Notation {
             }
         };
         match self {
-            Notation::MathMl => {
-                let (open, close) = ("<mo stretchy=\"false\">(</mo>", "<mo stretchy=\"false\">)</mo>");
-                format!("<mrow><mi>P</mi>{open}{inside}{close}</mrow>")
-            }
+            // A long list may be broken.
+            Notation::MathMl if long => format!("<mi>P</mi>{OPEN}{inside}{CLOSE}"),
+            Notation::MathMl => format!("<mrow><mi>P</mi>{OPEN}{inside}{CLOSE}</mrow>"),
             _ => format!("P({inside})"),
         }
     }

@@ -45,6 +45,9 @@ impl Route {
     /// Which way the answer is found, and why it can be.
     pub fn reason(&self) -> &'static str {
         match self {
+            Route::Exact(exact) if exact.has_scan() => {
+                "exact, by sums, products and a scan: all that is summed is finite"
+            }
             Route::Exact(exact) if exact.eliminations.is_empty() => {
                 "exact, by products: nothing is left to be summed but what is searched"
             }

@@ -19,6 +19,8 @@ pub(crate) struct Table {
     pub(crate) additions: f64,
     /// Bytes of all tables together.
     pub(crate) bytes: f64,
+    /// Whether a chain is scanned besides, at a few operations for each element.
+    pub(crate) has_scan: bool,
     /// Whether every size is known; those that are not count 16.
     pub(crate) sizes_are_known: bool,
 }
@@ -67,6 +69,7 @@ pub(crate) fn tables(model: &Model, plan: &Plan) -> Vec<Table> {
             multiplications: rows.iter().map(|row| row.multiplications).sum(),
             additions: rows.iter().map(|row| row.additions).sum(),
             bytes: rows.iter().map(|row| row.bytes).sum(),
+            has_scan: exact.has_scan(),
             sizes_are_known: exact.sizes_are_known(model),
             rows,
         }
@@ -91,7 +94,8 @@ pub(crate) fn in_all(table: &Table) -> String {
     let [multiplications, additions, bytes] =
         [table.multiplications, table.additions, table.bytes].map(number);
     let sizes = if table.sizes_are_known { "" } else { "; a size that is not known counts 16" };
-    format!("{multiplications} multiplications, {additions} additions, {bytes} bytes{sizes}")
+    let scan = if table.has_scan { "; besides, a scan of a few for each element of the chain" } else { "" };
+    format!("{multiplications} multiplications, {additions} additions, {bytes} bytes{sizes}{scan}")
 }
 
 /// A whole number, or its order of magnitude.

@@ -27,8 +27,8 @@ pub(crate) fn write(model: &Model, text: &str, plans: &[Plan], out: &mut impl Wr
     writeln!(out, "<style>\n{STYLE}</style></head>\n<body><main>")?;
     writeln!(out, "<h1>{name}</h1>")?;
     let said = model.documentation.trim();
-    if !said.is_empty() {
-        writeln!(out, "<p class=\"said\">{}</p>", escaped(said))?;
+    for paragraph in said.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+        writeln!(out, "<p class=\"said\">{}</p>", escaped(paragraph))?;
     }
     if plans.len() != 1 {
         figure(model, None, out)?;
