@@ -121,8 +121,8 @@ pub(super) fn place(graph: &Graph) -> Layout {
 }
 
 impl Layout {
-    /// Whether a straight line between two nodes keeps clear of all others.
-    pub(super) fn is_clear(&self, from: usize, to: usize) -> bool {
+    /// Whether a straight line between two nodes keeps clear of all others, and of the boxes of others.
+    pub(super) fn is_clear(&self, nodes: &[Node], from: usize, to: usize) -> bool {
         let meets = |node: usize| {
             // In units in which the node, with some room around it, is the unit circle.
             let (a, b) = (self.half_widths[node] + ROOM, HALF_HEIGHT + ROOM);
@@ -136,7 +136,19 @@ impl Layout {
             let part = part.clamp(0.0, 1.0);
             (start.0 + part * dx).hypot(start.1 + part * dy) < 1.0
         };
+        let (start, end) = (self.centres[from], self.centres[to]);
+        // Boxes are much larger than a step.
+        let steps = (0..=32).map(|step| f64::from(step) / 32.0);
+        let enters = |plate: usize| {
+            let around = &self.plates[plate];
+            steps.clone().any(|part| {
+                let (x, y) = (start.0 + part * (end.0 - start.0), start.1 + part * (end.1 - start.1));
+                around.left < x && x < around.right && around.top < y && y < around.bottom
+            })
+        };
+        let foreign = |plate: &usize| [from, to].iter().all(|node| nodes[*node].plate != Some(*plate));
         !(0..self.centres.len()).any(|node| node != from && node != to && meets(node))
+            && !(0..self.plates.len()).filter(foreign).any(enters)
     }
 }
 

@@ -30,7 +30,8 @@ impl Graph {
         }
         layout.plates.iter().zip(&self.plates).for_each(|(around, label)| plate(&mut svg, around, label));
         for (position, (from, to)) in self.edges.iter().enumerate() {
-            let bends = if layout.is_clear(*from, *to) { &[][..] } else { &layout.bends[position] };
+            let bends =
+                if layout.is_clear(&self.nodes, *from, *to) { &[][..] } else { &layout.bends[position] };
             self.edge(&mut svg, &layout, *from, *to, bends);
         }
         for (position, one) in self.nodes.iter().enumerate() {

@@ -18,6 +18,9 @@ pub(super) const CLOSE: &str = "<mo stretchy=\"false\" form=\"postfix\">)</mo>";
 /// With more variables than this, what stands in `P(…)` may be broken.
 const MANY: usize = 5;
 
+/// With more distributions than this, a fraction is too wide for a page.
+const LONG: usize = 3;
+
 /// How mathematics is written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Notation {
@@ -238,6 +241,20 @@ impl Notation {
             Notation::Unicode => format!("{} / {}", group(above), group(below)),
             Notation::Latex => format!("\\frac{{{above}}}{{{below}}}"),
             Notation::MathMl => format!("<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"),
+        }
+    }
+
+    /// A term over its own sum; where it is long, and not in one line of text, the sum gets a name.
+    pub(super) fn normalised(self, above: &str, below: &str) -> String {
+        let distributions = above.matches(self.choose("P(", "P(", "<mi>P</mi>")).count();
+        match self {
+            Notation::Unicode => self.ratio(above, below),
+            _ if distributions <= LONG => self.ratio(above, below),
+            Notation::Latex => format!("{},\\quad Z = {below}", self.over(above, "Z")),
+            Notation::MathMl => {
+                let with = "<mo separator=\"true\">,</mo><mspace width=\"1em\"/> <mi>Z</mi><mo>=</mo>";
+                format!("{}{with} {below}", self.over(above, "<mi>Z</mi>"))
+            }
         }
     }
 

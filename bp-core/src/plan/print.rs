@@ -118,7 +118,7 @@ impl Exact {
         let searched = notation.sum(&notation.names(printer.model, &self.searched));
         let below = format!("{searched}{}", printer.term(self.joint));
         let reason = "over all that is searched, the answer sums to one".to_owned();
-        let equation = notation.equation(&asked, "=", &notation.ratio(&above, &below));
+        let equation = notation.equation(&asked, "=", &notation.normalised(&above, &below));
         Some(("normalisation".to_owned(), reason, equation))
     }
 
