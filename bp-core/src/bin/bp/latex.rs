@@ -101,9 +101,10 @@ fn broken(equation: &str) -> String {
             ')' => drop(open.pop()),
             _ => {}
         }
-        let sign = piece.starts_with("\\sum") || piece.starts_with("\\prod") || piece.starts_with("\\int");
-        let may_break = character == ' ' && braces == 0 && !open.contains(&true) && !sign;
-        match may_break || (character == ' ' && sign && braces == 0 && piece.contains("} P(")) {
+        // What a sign of a sum stands before is kept beside it.
+        let word = piece.rsplit([' ', '(']).next().unwrap_or("");
+        let sign = ["\\sum", "\\prod", "\\int"].iter().any(|sign| word.starts_with(sign));
+        match character == ' ' && braces == 0 && !open.contains(&true) && !sign {
             true => pieces.push(std::mem::take(&mut piece)),
             false => piece.push(character),
         }
@@ -155,6 +156,17 @@ mod tests {
         assert!(lines.iter().all(|line| printed(line) <= LINE), "{lines:?}");
         assert!(lines[1..].iter().all(|line| line.starts_with("P(")), "{lines:?}");
         assert_eq!(broken("P(A) &= P(B)"), "P(A) &= P(B)");
+        // Not between a sum and its first factor, nor inside a distribution.
+        let sums = format!(
+            "P(A) &= {}P(Z)",
+            "\\sum_{X} P(\\mathit{Weather} = \\text{fair} \\mid \\mathit{Wind}) ".repeat(9)
+        );
+        let lines: Vec<String> = broken(&sums).split(" \\\\\n&\\quad ").map(str::to_owned).collect();
+        assert!(
+            lines.len() > 2 && lines[1..].iter().all(|line| line.starts_with("\\sum_{X} P(")),
+            "{lines:?}"
+        );
+        assert!(lines.iter().all(|line| line.matches('(').count() == line.matches(')').count()), "{lines:?}");
     }
 
     #[test]
