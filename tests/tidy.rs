@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 26] = [
+const PACKAGES: [&str; 28] = [
     "ariadne",
     "bp-core",
     "bp-macros",
     "bvm",
     "clap",
+    "clap_complete",
     "criterion",
     "dejavu",
     "indicatif",
@@ -30,6 +31,7 @@ const PACKAGES: [&str; 26] = [
     "rand",
     "rand_distr",
     "rayon",
+    "roxmltree",
     "serde",
     "serde_json",
     "statrs",
@@ -51,13 +53,14 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 8] = [
+const DIRECTIONS: [(&str, &[&str]); 9] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("plan", &["syntax", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("lower", &["syntax", "emit", "exec", "learn", "answer", "io"]),
     ("exec", &["syntax", "lower", "emit", "learn", "answer", "io", "model", "plan"]),
+    ("draw", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("emit", &["syntax", "learn", "answer", "io"]),
     ("answer", &["syntax", "emit"]),
 ];

@@ -5,11 +5,13 @@
 
 pub mod answer;
 pub mod diagnostic;
+pub mod draw;
 pub mod emit;
 pub mod error;
 pub mod exec;
 pub mod ids;
 pub mod kernel;
+pub mod latex;
 pub mod law;
 pub mod lower;
 pub mod model;
@@ -19,3 +21,4 @@ pub mod source;
 pub mod space;
 pub mod syntax;
 pub mod tree;
+pub mod xml;

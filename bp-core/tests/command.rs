@@ -230,7 +230,7 @@ fn files_that_are_none() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(path("empty.bp"), "").unwrap();
     std::fs::write(path("latin.bp"), b"// caf\n// \xe9\n").unwrap();
-    for verb in ["check", "fmt", "ask", "explain"] {
+    for verb in ["check", "fmt", "ask", "explain", "draw"] {
         let missing = ill(1, &[verb, &path("missing.bp")]);
         assert!(missing.contains("missing.bp`: No such file"), "{missing}");
         assert!(ill(1, &[verb, folder.path().to_str().unwrap()]).contains("directory"));
@@ -351,7 +351,7 @@ fn a_closed_pipe_is_no_error() {
 
 #[test]
 fn help_has_examples() {
-    for verb in ["check", "fmt", "explain", "ask"] {
+    for verb in ["check", "fmt", "explain", "ask", "draw", "completions"] {
         let help = well(&[verb, "--help"]);
         assert!(help.contains("Examples:\n") && help.contains(&format!("  bp {verb} ")), "{help}");
     }

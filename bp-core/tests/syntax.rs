@@ -118,10 +118,8 @@ proptest! {
         let again = parse(&printed).unwrap_or_else(|wrong| panic!("{}", wrong.render(&printed, false)));
         prop_assert_eq!(&file, &again, "{}", printed.text);
         prop_assert_eq!(&printed.text, &again.to_string());
-        for program in &again.programs {
-            if let Err(wrong) = check(program) {
-                wrong.render(&printed, false);
-            }
+        if let Err(wrong) = check(&again) {
+            wrong.render(&printed, false);
         }
     }
 

@@ -8,7 +8,7 @@
 //! The order is found in `order.rs`.
 
 use super::draft::Draft;
-use super::{Elimination, Term, draft::are, order, scope};
+use super::{Cost, Elimination, Term, draft::are, order, scope};
 use crate::error::Error;
 use crate::ids::{TermId, VariableId};
 use crate::model::{Domain, IndexSpace, Model};
@@ -46,13 +46,14 @@ pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
         };
         factors.push(Some(draft.terms.push(Term::Sum(vec![sum.variable], body))));
         let entries = sum.weight / size(draft.model, sum.variable);
-        draft.eliminations.push(Elimination {
-            variable: sum.variable,
-            table: sum.table.into_iter().filter(|id| Some(*id) != draft.model.plate_index()).collect(),
+        let index = draft.model.plate_index();
+        let cost = Cost {
+            table: sum.table.into_iter().filter(|id| Some(*id) != index).collect(),
             entries,
             multiplications,
             additions: sum.weight - entries,
-        });
+        };
+        draft.eliminations.push(Elimination { variable: sum.variable, cost });
         draft.cost += sum.weight;
     }
     draft.factors = factors.into_iter().flatten().collect();

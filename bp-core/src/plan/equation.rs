@@ -23,9 +23,7 @@ impl Printer<'_> {
     /// A step as an equation.
     pub(super) fn equation(&self, term: TermId) -> String {
         let (relation, right) = match (&self.exact.terms[term], self.evidence()) {
-            (Term::Normalise(_, body), _) if self.proportional => {
-                (self.notation.choose("∝", "\\propto"), self.term(*body))
-            }
+            (Term::Normalise(_, body), _) if self.proportional => ("∝", self.term(*body)),
             (Term::Normalise(_, body), Some(evidence)) => match self.exact.terms[*body] {
                 Term::Joint => ("=", self.notation.ratio(&self.term(*body), &evidence)),
                 _ => ("=", self.notation.over(&self.term(*body), &evidence)),
@@ -33,7 +31,7 @@ impl Printer<'_> {
             (Term::Normalise(_, body), None) => ("=", self.term(*body)),
             _ => ("=", self.term(term)),
         };
-        format!("{} {relation} {right}", self.asked())
+        self.notation.equation(&self.asked(), relation, &right)
     }
 
     /// What is asked, as far as its values are already in place: `P(Rain | Wet)`, then `P(Rain | Wet = true)`.
@@ -88,18 +86,21 @@ impl Printer<'_> {
             }
             Term::Factor(factor) => self.factor(*factor),
             Term::Likelihood(variable, _) => notation.likelihood(&self.variable(*variable)),
-            Term::Possible(factor) => format!("[{} > 0]", self.factor(*factor)),
+            Term::Possible(factor) => {
+                let zero = notation.label("0");
+                notation.indicator(&notation.relation(&self.factor(*factor), ">", &zero))
+            }
             Term::Inside(variable) => {
                 let domain = self.model.domain_text(&self.model.variables[*variable].domain);
-                let sign = notation.choose("∈", "\\in");
-                format!("[{} {sign} {}]", self.value_of(*variable), notation.label(&domain))
+                let inside = notation.relation(&self.value_of(*variable), "∈", &notation.label(&domain));
+                notation.indicator(&inside)
             }
             Term::Product(factors) => match factors.split_last() {
-                None => "1".to_owned(),
+                None => notation.label("1"),
                 Some((last, first)) => {
                     let mut parts: Vec<_> = first.iter().map(|factor| self.grouped(*factor)).collect();
                     parts.push(self.term(*last));
-                    parts.join(" ")
+                    parts.join(notation.choose(" ", " ", "<mspace width=\"0.15em\"/> "))
                 }
             },
             Term::Sum(over, body) => {
@@ -132,7 +133,7 @@ impl Printer<'_> {
     /// A term that others follow.
     fn grouped(&self, id: TermId) -> String {
         match &self.exact.terms[id] {
-            Term::Sum(..) | Term::FirstScan(_) => format!("({})", self.term(id)),
+            Term::Sum(..) | Term::FirstScan(_) => self.notation.group(&self.term(id)),
             _ => self.term(id),
         }
     }
@@ -140,19 +141,10 @@ impl Printer<'_> {
     /// Σ_k P(first = k | …) P(Z | first = k).
     fn first_scan(&self, scan: &FirstScan) -> String {
         let family = self.notation.name(self.model, scan.family);
-        let first = match scan.with {
-            Some((value, at)) => {
-                let (value, at) = (self.expression(value, &[]), self.expression(at, &[]));
-                match self.notation {
-                    Notation::Unicode => format!("first({family} with {value} at {at})"),
-                    Notation::Latex => {
-                        format!("\\text{{first}}({family} \\text{{ with }} {value} \\text{{ at }} {at})")
-                    }
-                }
-            }
-            None => format!("{}({family})", self.notation.label("first")),
-        };
-        let event = vec![self.notation.item(&first, "k")];
+        let with = scan.with.map(|(value, at)| (self.expression(value, &[]), self.expression(at, &[])));
+        let with = with.as_ref().map(|(value, at)| (value.as_str(), at.as_str()));
+        let first = self.notation.first(&family, with);
+        let event = vec![self.notation.item(&first, &self.notation.label("k"))];
         let factor = &self.model.factors[scan.factor];
         let left: Vec<_> = factor.left.iter().map(|use_| self.use_(use_, scan.factor)).collect();
         let mut given = scope::of_form(self.model, scan.prior);
@@ -164,7 +156,7 @@ impl Printer<'_> {
         given.sort_by_key(order);
         let given: Vec<_> = given.into_iter().map(|id| self.variable(id)).collect();
         let weight = self.notation.distribution(&event, &given);
-        let sum = self.notation.sum(&["k".to_owned()]);
+        let sum = self.notation.sum(&[self.notation.label("k")]);
         format!("{sum}{weight} {}", self.notation.distribution(&left, &event))
     }
 
@@ -181,10 +173,7 @@ impl Printer<'_> {
         let Some(element) = use_.element else { return text };
         let index = self.expression(element, &self.model.factors[factor].products);
         let name = self.notation.name(self.model, use_.variable);
-        let at = |name: &str| match self.notation {
-            Notation::Unicode => format!("{name}[{index}]"),
-            Notation::Latex => format!("{name}_{{{index}}}"),
-        };
+        let at = |name: &str| self.notation.element(name, &index);
         match self.bindings.get(&use_.variable) {
             // A family's values are given one for each element.
             Some(Binding::Value(Value::Given(_))) => {
@@ -211,14 +200,14 @@ impl Printer<'_> {
             Some(Binding::Value(Value::Ordinal(ordinal))) => {
                 self.notation.label(&self.model.value_name(id, *ordinal))
             }
-            Some(Binding::Value(Value::Real(number))) => number.to_string(),
+            Some(Binding::Value(Value::Real(number))) => self.notation.label(&number.to_string()),
             Some(Binding::Value(Value::Given(given))) if *given == self.model.variable_name(id) => {
                 self.notation.label(&given.to_lowercase())
             }
             Some(Binding::Value(Value::Given(given))) => self.notation.label(given),
             Some(Binding::Expression(expression)) => self.expression(*expression, &[]),
             Some(Binding::Antecedent { cell, displacement }) => {
-                format!("{} {} {}", name(*cell), self.notation.choose("−", "-"), name(*displacement))
+                self.notation.relation(&name(*cell), "−", &name(*displacement))
             }
         }
     }

@@ -7,6 +7,7 @@
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
+use super::notation::{CLOSE, OPEN};
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
@@ -36,8 +37,8 @@ pub struct Gaussian {
     pub carried: Vec<(VariableId, VariableId)>,
     /// The variables that are observed, in the order of the question.
     pub observed: Vec<VariableId>,
-    /// (rule, reason, right-hand side in Unicode and in LaTeX).
-    pub(super) derivation: Vec<(String, String, [String; 2])>,
+    /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
+    pub(super) derivation: Vec<(String, String, [String; 3])>,
 }
 
 /// A linear form: Σ coefficient · variable + constant.
@@ -149,7 +150,7 @@ fn derive(
     model: &Model,
     carried: &[(VariableId, VariableId)],
     observed: &[VariableId],
-) -> Vec<(String, String, [String; 2])> {
+) -> Vec<(String, String, [String; 3])> {
     let names = |ids: &mut dyn Iterator<Item = VariableId>| {
         ids.map(|id| model.variable_name(id)).collect::<Vec<_>>().join(" ")
     };
@@ -161,6 +162,7 @@ fn derive(
         [
             "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
             "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),
+            format!("<mo>∫</mo>{}", mathml_normal("<mi>m</mi>", "<mi>Σ</mi>")),
         ],
     )];
     if !carried.is_empty() {
@@ -171,6 +173,13 @@ fn derive(
             [
                 "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
                 "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),
+                mathml_normal(
+                    &format!("<mi>A</mi>{}<mo>+</mo><mi>a</mi>", before("m")),
+                    &format!(
+                        "<mi>A</mi>{}<msup><mi>A</mi><mo>⊤</mo></msup><mo>+</mo><mi>Q</mi>",
+                        before("Σ")
+                    ),
+                ),
             ],
         ));
     }
@@ -180,9 +189,28 @@ fn derive(
         [
             "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
             "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
+            mathml_normal(
+                &format!(
+                    "<mi>m</mi><mo>+</mo><mi>K</mi>{OPEN}<mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi>{CLOSE}"
+                ),
+                "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
+            ),
         ],
     ));
     lines
+}
+
+/// N(x; mean, covariance) in MathML.
+fn mathml_normal(mean: &str, covariance: &str) -> String {
+    let comma = "<mo separator=\"true\">,</mo>";
+    format!(
+        "<mrow><mi>𝒩</mi>{OPEN}<mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}{CLOSE}</mrow>"
+    )
+}
+
+/// A letter of the last instant in MathML.
+fn before(letter: &str) -> String {
+    format!("<msup><mi>{letter}</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>")
 }
 
 impl LinearForm {

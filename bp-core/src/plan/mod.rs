@@ -8,6 +8,7 @@
 
 mod barren;
 mod cancel;
+mod cost;
 mod dirac;
 mod draft;
 mod eliminate;
@@ -19,6 +20,7 @@ mod print;
 mod scan;
 mod scope;
 
+pub use cost::{Cost, Elimination};
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 
@@ -121,21 +123,6 @@ pub struct Step {
     pub term: TermId,
     /// What variables stand for after it.
     pub bindings: BTreeMap<VariableId, Binding>,
-}
-
-/// What it costs to sum one variable out. Sizes that are not known count 16.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Elimination {
-    /// What is summed.
-    pub variable: VariableId,
-    /// What the table that it makes depends on.
-    pub table: Vec<VariableId>,
-    /// Numbers in that table.
-    pub entries: f64,
-    /// Multiplications.
-    pub multiplications: f64,
-    /// Additions.
-    pub additions: f64,
 }
 
 /// An answer by sums and products over finite domains.

@@ -10,6 +10,10 @@ use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Model, Reduction, Searched};
 use std::collections::BTreeMap;
 
+/// p ln p in MathML, and the p that follows.
+const LN_P: &str = "<mi>p</mi><mspace width=\"0.17em\"/><mi>ln</mi><mspace width=\"0.17em\"/><mi>p</mi>\
+    <mo separator=\"true\">,</mo> <mi>p</mi>";
+
 /// (rule, reason, equation).
 type Line = (String, String, String);
 
@@ -38,6 +42,20 @@ impl Plan {
 }
 
 impl Route {
+    /// Which way the answer is found, and why it can be.
+    pub fn reason(&self) -> &'static str {
+        match self {
+            Route::Exact(exact) if exact.has_scan() => {
+                "exact, by sums, products and a scan: all that is summed is finite"
+            }
+            Route::Exact(exact) if exact.eliminations.is_empty() => {
+                "exact, by products: nothing is left to be summed but what is searched"
+            }
+            Route::Exact(_) => "exact, by sums and products: all that is summed is finite",
+            Route::Gaussian(_) => "exact, in closed form: all is real, linear and Gaussian",
+        }
+    }
+
     fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
         let (mut lines, read_outs) = self.lines(model, notation);
         lines.extend(read_outs);
@@ -93,14 +111,15 @@ impl Exact {
             let names: Vec<_> = wanted.iter().map(|(id, _)| printer.model.variable_name(*id)).collect();
             return (!wanted.is_empty()).then(|| {
                 let reason = format!("{} wanted at one value", are(&names));
-                ("value".to_owned(), reason, format!("{asked} = {above}"))
+                ("value".to_owned(), reason, printer.notation.equation(&asked, "=", &above))
             });
         }
         let notation = printer.notation;
         let searched = notation.sum(&notation.names(printer.model, &self.searched));
         let below = format!("{searched}{}", printer.term(self.joint));
         let reason = "over all that is searched, the answer sums to one".to_owned();
-        Some(("normalisation".to_owned(), reason, format!("{asked} = {}", notation.ratio(&above, &below))))
+        let equation = notation.equation(&asked, "=", &notation.normalised(&above, &below));
+        Some(("normalisation".to_owned(), reason, equation))
     }
 
     /// The values at which the variables of a single ask are wanted.
@@ -124,12 +143,19 @@ impl Exact {
             Reduction::Probability if rest.is_empty() => return None,
             Reduction::Probability => {
                 let sum = notation.sum(&notation.names(model, &rest));
-                ("read-out", format!("{left} = {sum}{}", printer.asked()))
+                ("read-out", notation.equation(&left, "=", &format!("{sum}{}", printer.asked())))
             }
             Reduction::Entropy => {
-                let (sum, minus) = (notation.sum(&names), notation.choose("−", "-"));
-                let ln = notation.choose("p ln p, p =", "p \\ln p,\\quad p =");
-                ("entropy", format!("H = {minus}{sum}{ln} {left}"))
+                let sum = notation.sum(&names);
+                let (h, minus, ln) = (
+                    notation.choose("H", "H", "<mi>H</mi>"),
+                    notation.choose("−", "-", "<mo form=\"prefix\">−</mo>"),
+                    notation.choose("p ln p, p", "p \\ln p,\\quad p", LN_P),
+                );
+                (
+                    "entropy",
+                    notation.equation(h, "=", &notation.equation(&format!("{minus}{sum}{ln}"), "=", &left)),
+                )
             }
             Reduction::Maximum => ("maximum", format!("{}{left}", notation.extremum("max", &names))),
             Reduction::Argmax { .. } => ("argmax", format!("{}{left}", notation.extremum("argmax", &names))),
@@ -149,9 +175,10 @@ impl Gaussian {
             .collect();
         right.extend(model.plate_index());
         let left = notation.distribution(&notation.names(model, &searched), &notation.names(model, &right));
-        let line = |(rule, reason, right): &(String, String, [String; 2])| {
-            let right = &right[usize::from(notation == Notation::Latex)];
-            (rule.clone(), reason.clone(), format!("{left} = {right}"))
+        let line = |(rule, reason, right): &(String, String, [String; 3])| {
+            let [unicode, latex, mathml] = right;
+            let right = notation.choose(unicode, latex, mathml);
+            (rule.clone(), reason.clone(), notation.equation(&left, "=", right))
         };
         self.derivation.iter().map(line).collect()
     }

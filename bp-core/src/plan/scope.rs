@@ -6,43 +6,34 @@
 use super::{Binding, Term};
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Expression, Form, Model};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 pub(super) type Scope = BTreeSet<VariableId>;
 
-/// The variables that an expression mentions.
+/// The variables that an expression mentions. A node that several share, as a `let` makes them, is visited once.
 pub(super) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) {
-    match &model.expressions[id] {
-        Expression::Number(_) | Expression::Index(_) => {}
-        Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => {
-            indices.iter().for_each(|index| of_expression(model, *index, scope));
+    let (mut rest, mut seen) = (vec![id], HashSet::new());
+    while let Some(id) = rest.pop() {
+        if !seen.insert(id) {
+            continue;
         }
-        Expression::Variable(use_) => {
-            scope.insert(use_.variable);
-            use_.element.iter().for_each(|element| of_expression(model, *element, scope));
-        }
-        Expression::Unary(_, operand) => of_expression(model, *operand, scope),
-        Expression::Binary(_, left, right) => {
-            of_expression(model, *left, scope);
-            of_expression(model, *right, scope);
-        }
-        Expression::If { condition, then, otherwise } => {
-            [condition, then, otherwise].iter().for_each(|part| of_expression(model, **part, scope));
-        }
-        Expression::First { family, with } => {
-            scope.insert(*family);
-            with.iter()
-                .flat_map(|(value, at)| [*value, *at])
-                .for_each(|part| of_expression(model, part, scope));
-        }
-        Expression::Foreign { at, .. } => at.iter().for_each(|at| of_expression(model, *at, scope)),
-        Expression::GradientNorm { at, field } => {
-            of_expression(model, *field, scope);
-            of_expression(model, *at, scope);
-        }
-        Expression::Frontier { condition, at } => {
-            of_expression(model, *condition, scope);
-            of_expression(model, *at, scope);
+        match &model.expressions[id] {
+            Expression::Number(_) | Expression::Index(_) => {}
+            Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => rest.extend(indices),
+            Expression::Variable(use_) => {
+                scope.insert(use_.variable);
+                rest.extend(use_.element);
+            }
+            Expression::Unary(_, operand) => rest.push(*operand),
+            Expression::Binary(_, left, right) => rest.extend([*left, *right]),
+            Expression::If { condition, then, otherwise } => rest.extend([*condition, *then, *otherwise]),
+            Expression::First { family, with } => {
+                scope.insert(*family);
+                rest.extend(with.iter().flat_map(|(value, at)| [*value, *at]));
+            }
+            Expression::Foreign { at, .. } => rest.extend(at),
+            Expression::GradientNorm { at, field } => rest.extend([*field, *at]),
+            Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
         }
     }
 }

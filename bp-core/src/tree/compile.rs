@@ -46,8 +46,6 @@ pub struct Tree {
     /// The tables whose variables are all given: (table, (variable, stride)).
     pub(super) known: Vec<(usize, Vec<(usize, usize)>)>,
     pub(super) given: Vec<bool>,
-    /// The variables that have a marginal here.
-    pub(super) answered: Vec<usize>,
     /// Where each clique's cells, message and marginals begin; then the ends.
     pub(super) offsets: Vec<Offsets>,
     /// The first clique of the subtree of each.
@@ -185,9 +183,7 @@ impl Tree {
             let reach = cliques[home].blocks.reach(&along);
             cliques[home].sources.push(Source { table: number, reach, given: fixed });
         }
-        let mut answered = Vec::new();
         for variable in wanted.into_iter().filter(|one| !given[*one] && included[*one]) {
-            answered.push(variable);
             let Some(home) = having[variable].first().copied() else { continue };
             let along = reach(&cliques[home], &[variable], network);
             cliques[home].marginals.push((variable, along));
@@ -216,7 +212,7 @@ impl Tree {
             }
         }
         offsets.push(next);
-        Self { network: network.clone(), cliques, known, given, answered, offsets, first, places }
+        Self { network: network.clone(), cliques, known, given, offsets, first, places }
     }
 }
 

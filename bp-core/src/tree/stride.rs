@@ -161,7 +161,8 @@ impl Reach {
     }
 
     /// The offset of one cell.
-    pub(super) fn offset(&self, number: usize, place: usize) -> usize {
+    #[cfg(test)]
+    fn offset(&self, number: usize, place: usize) -> usize {
         (self.outer[number] + self.inner[place]) as usize
     }
 }

@@ -1,13 +1,16 @@
 //! `bp explain`: how the answer follows from the program, step by step.
 //!
-//! In: a program and a question. Out: the derivation, as text, LaTeX or JSON. Invariant: every form shows the same steps
-//! of the same plan.
+//! In: a program and a question. Out: the derivation and what it costs, as text, LaTeX, JSON or a page of HTML.
+//! Invariant: every form shows the same steps of the same plan.
 
+use crate::cost::{self, Table};
 use crate::failure::{Failure, colour};
-use crate::{latex, parameters, program, wrap};
+use crate::output::{self, questions_of};
+use crate::{html, latex, parameters, program, wrap};
 use bp_core::error::Error;
 use bp_core::model::{Model, Question};
-use bp_core::plan::{Notation, Options, Plan, Route, plan};
+use bp_core::plan::{Notation, Options, Plan, plan};
+use bp_core::syntax::compile;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -18,54 +21,77 @@ use std::path::PathBuf;
 Examples:
   bp explain wet_grass.bp
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
-  bp explain cell.bp state --latex > state.tex    (uses the package amsmath)")]
+  bp explain wet_grass.bp --html --out wet_grass.html
+  bp explain cell.bp state --latex > state.tex    (uses the package amsmath)
+  bp explain cell.bp --latex --standalone --out cell.tex")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
     /// `P(…)`, or the name of a declared question; all of those if left out.
     question: Option<String>,
     /// Write an `align*` environment for LaTeX.
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
+    /// With --latex: write a whole document.
+    #[arg(long, requires = "latex")]
+    standalone: bool,
     /// Write the steps as JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "html")]
     json: bool,
+    /// Write one page of HTML that needs nothing else: program, network, derivation, cost.
+    #[arg(long)]
+    html: bool,
+    /// Write to this file instead of stdout.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let model = program::model(&arguments.file)?;
-    let questions = program::questions(&model, arguments.question.as_deref())?;
+    let source = program::read(&arguments.file)?;
+    let model = match compile(&source) {
+        Ok(model) => model,
+        Err(wrong) => return Err(Failure::Wrong(wrong, source)),
+    };
+    // A page shows a program that asks nothing, too.
+    let questions = match arguments.html {
+        true => questions_of(&model, arguments.question.as_deref())?,
+        false => program::questions(&model, arguments.question.as_deref())?,
+    };
     let plans: Vec<Plan> =
         questions.iter().map(|one| plan(&model, one, Options::default())).collect::<Result<_, Error>>()?;
-    if arguments.json {
-        let told: Vec<_> = plans.iter().map(|plan| as_json(&model, plan)).collect();
-        let written = match told.as_slice() {
-            [one] => serde_json::to_writer(&mut *out, one),
-            several => serde_json::to_writer(&mut *out, several),
-        };
-        written.map_err(std::io::Error::from)?;
-        writeln!(out)?;
-        return Ok(());
-    }
-    for (position, plan) in plans.iter().enumerate() {
-        if position > 0 {
-            writeln!(out)?;
-        }
-        match arguments.latex {
-            true => latex::write(&model, plan, &asked(&model, &plan.question), out)?,
-            false => write_text(&model, plan, out)?,
+    let mut page = Vec::new();
+    if arguments.html {
+        html::write(&model, &source.text, &plans, &mut page)?;
+    } else if arguments.json {
+        write_json(&model, &plans, &mut page)?;
+    } else if arguments.latex {
+        write_latex(&model, &plans, arguments.standalone, &mut page)?;
+    } else {
+        let bold = arguments.out.is_none() && colour(&std::io::stdout());
+        for (position, plan) in plans.iter().enumerate() {
+            if position > 0 {
+                writeln!(page)?;
+            }
+            write_text(&model, plan, bold, &mut page)?;
         }
     }
-    Ok(())
+    output::write(arguments.out.as_deref(), &page, out)
 }
 
 /// What is asked, as a user would type it.
-fn asked(model: &Model, question: &Question) -> String {
+pub(crate) fn asked(model: &Model, question: &Question) -> String {
     question.asks.iter().map(|ask| model.ask_text(ask)).collect::<Vec<_>>().join("; ")
 }
 
-fn write_text(model: &Model, plan: &Plan, out: &mut impl Write) -> std::io::Result<()> {
-    let (bold, plain) = if colour(&std::io::stdout()) { ("\x1b[1m", "\x1b[0m") } else { ("", "") };
+/// The routes of a plan, each once.
+pub(crate) fn routes(plan: &Plan) -> String {
+    let mut reasons: Vec<_> = plan.routes.iter().map(|route| route.reason()).collect();
+    reasons.dedup();
+    reasons.join("; ")
+}
+
+fn write_text(model: &Model, plan: &Plan, bold: bool, out: &mut impl Write) -> std::io::Result<()> {
+    let (bold, plain) = if bold { ("\x1b[1m", "\x1b[0m") } else { ("", "") };
     let title = format!("program {}: {}", model.name, asked(model, &plan.question));
     write!(out, "{}", wrap::wrapped("", &title, 4))?;
     for (position, (rule, reason, equation)) in plan.derivation(model, Notation::Unicode).iter().enumerate() {
@@ -76,8 +102,9 @@ fn write_text(model: &Model, plan: &Plan, out: &mut impl Write) -> std::io::Resu
     }
     writeln!(out)?;
     write!(out, "{}", wrap::wrapped("decomposition: ", &parameters::in_words(model), 4))?;
-    if let Some(cost) = cost(plan) {
-        writeln!(out, "cost: about {cost:.0} products")?;
+    write!(out, "{}", wrap::wrapped("route: ", &routes(plan), 4))?;
+    for table in cost::tables(model, plan) {
+        write!(out, "{}", cost::as_text(&table))?;
     }
     for equation in plan.computed(model, Notation::Unicode) {
         write!(out, "{}", wrap::wrapped_equation("computed: ", &equation, 10))?;
@@ -85,28 +112,54 @@ fn write_text(model: &Model, plan: &Plan, out: &mut impl Write) -> std::io::Resu
     Ok(())
 }
 
-fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
-    let latex = plan.derivation(model, Notation::Latex);
-    let steps: Vec<_> = (plan.derivation(model, Notation::Unicode).into_iter().zip(latex))
-        .map(|((rule, reason, equation), (_, _, latex))| {
-            json!({ "rule": rule, "reason": reason, "equation": equation, "latex": latex })
-        })
-        .collect();
-    json!({
-        "question": asked(model, &plan.question),
-        "steps": steps,
-        "computed": plan.computed(model, Notation::Unicode),
-        "free_parameters": parameters::free(model),
-        "products": cost(plan),
-    })
+fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl Write) -> std::io::Result<()> {
+    if standalone {
+        latex::open(model, out)?;
+        latex::paragraph(&parameters::in_words(model), out)?;
+    }
+    for (position, plan) in plans.iter().enumerate() {
+        let asked = asked(model, &plan.question);
+        match standalone {
+            true => latex::heading(&asked, out)?,
+            false if position > 0 => writeln!(out)?,
+            false => {}
+        }
+        latex::write(model, plan, &asked, out)?;
+        if standalone {
+            latex::paragraph(&format!("Route: {}", routes(plan)), out)?;
+            cost::tables(model, plan).iter().try_for_each(|table| latex::cost(table, out))?;
+        }
+    }
+    if standalone { latex::close(out) } else { Ok(()) }
 }
 
-/// Multiplications of the sums, where there are any.
-fn cost(plan: &Plan) -> Option<f64> {
-    let costs = plan.routes.iter().filter_map(|route| match route {
-        Route::Exact(exact) => Some(exact.cost),
-        Route::Gaussian(_) => None,
-    });
-    let total: f64 = costs.sum();
-    (total > 0.0).then_some(total)
+fn write_json(model: &Model, plans: &[Plan], out: &mut impl Write) -> std::io::Result<()> {
+    let told: Vec<_> = plans.iter().map(|plan| as_json(model, plan)).collect();
+    match told.as_slice() {
+        [one] => serde_json::to_writer(&mut *out, one)?,
+        several => serde_json::to_writer(&mut *out, several)?,
+    }
+    writeln!(out)
+}
+
+fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
+    let steps: Vec<_> = (plan.derivation(model, Notation::Unicode).into_iter())
+        .zip(plan.derivation(model, Notation::Latex))
+        .zip(plan.derivation(model, Notation::MathMl))
+        .map(|(((rule, reason, equation), (_, _, latex)), (_, _, mathml))| {
+            json!({ "rule": rule, "reason": reason, "equation": equation, "latex": latex, "mathml": mathml })
+        })
+        .collect();
+    let free = parameters::free(model);
+    let costs: Vec<Table> = cost::tables(model, plan);
+    json!({
+        "question": asked(model, &plan.question),
+        "route": routes(plan),
+        "steps": steps,
+        "computed": plan.computed(model, Notation::Unicode),
+        "free_parameters": free.forms,
+        "free_parameters_of_tables": free.tables,
+        "free_parameters_of_joint": free.joint,
+        "cost": costs,
+    })
 }

@@ -6,23 +6,29 @@
 
 mod ask;
 mod check;
+mod completions;
+mod cost;
+mod draw;
 mod explain;
 mod failure;
 mod format;
+mod highlight;
+mod html;
 mod latex;
 mod numbers;
+mod output;
 mod parameters;
 mod program;
 mod settings;
 mod table;
 mod wrap;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;
 use std::io::{BufWriter, Write};
 use std::process::ExitCode;
 
-/// Bayesian Programs, declared as the formalism prints them: checked, explained and answered.
+/// Bayesian Programs, declared as the formalism prints them: checked, drawn, explained and answered.
 #[derive(Parser)]
 #[command(name = "bp", version, after_help = EXAMPLES)]
 struct CommandLine {
@@ -35,6 +41,8 @@ Examples:
   bp check wet_grass.bp
   bp ask wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
+  bp explain wet_grass.bp --html --out wet_grass.html
+  bp draw wet_grass.bp rain --out wet_grass.svg
   bp fmt --check *.bp
 
 Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
@@ -46,6 +54,8 @@ enum Verb {
     Fmt(format::Arguments),
     Explain(explain::Arguments),
     Ask(ask::Arguments),
+    Draw(draw::Arguments),
+    Completions(completions::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -56,6 +66,8 @@ fn main() -> ExitCode {
         Verb::Fmt(arguments) => format::run(&arguments, &mut out),
         Verb::Explain(arguments) => explain::run(&arguments, &mut out),
         Verb::Ask(arguments) => ask::run(&arguments, &mut out),
+        Verb::Draw(arguments) => draw::run(&arguments, &mut out),
+        Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {

@@ -1,40 +1,78 @@
 //! How much a decomposition saves: its free parameters beside those of the joint distribution.
 //!
 //! In: a model. Out: counts. Invariant: nothing is said where a count depends on sizes or on reals.
+//!
+//! A *table of the joint distribution* has Π|X| − 1 free parameters, over all variables X of the program. *Tables of the
+//! factors* have (Π|left| − 1) · Π|right| for each factor, under a `prod` for each element. *As written*, a factor has
+//! - uniform, Dirac, `previous` and `ask`: none, since nothing in them is a number that could have been another;
+//! - a row of probabilities (categorical, table): its constant entries, but one less where all entries are constant,
+//!   since they sum to one;
+//! - any other form: the numbers in its arguments. A constant expression (`1 / 6`) is one number; numbers in conditions
+//!   and comparisons tell cases apart and count for nothing.
+//!
+//! A declared parameter counts once in the program, with one number for each element of what it ranges over, and not
+//! where it is a size.
+//!
+//! Bessière et al., *Bayesian Programming*, CRC 2013, compares the first two; the third is what is left to be known.
 
-use bp_core::model::{Factor, Form, Model, VariableUse};
+use bp_core::ids::{ExpressionId, ParameterId};
+use bp_core::model::{Expression, Factor, Form, Model, ParameterKind, VariableUse};
+use bp_core::operators::{Binary, Unary};
+use std::collections::BTreeSet;
 
-/// The counts, as a sentence.
-pub(crate) fn in_words(model: &Model) -> String {
-    let factors = match model.factors.len() {
-        1 => "1 factor".to_owned(),
-        several => format!("{several} factors"),
-    };
+/// Free parameters, each `None` where it depends on sizes or on reals.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Free {
+    /// Of a table of the joint distribution.
+    pub(crate) joint: Option<f64>,
+    /// Of tables of the factors.
+    pub(crate) tables: Option<f64>,
+    /// Of the forms as they are written.
+    pub(crate) forms: Option<f64>,
+}
+
+/// The counts of a program.
+pub(crate) fn free(model: &Model) -> Free {
     let whole = model.variables.ids().filter(|id| Some(*id) != model.plate_index());
     let joint = whole.map(|id| values(model, &VariableUse::from(id))).product::<Option<f64>>();
-    match (free(model), joint) {
-        (Some(free), Some(joint)) => format!(
-            "{factors} with {free} free parameters; a table of the joint distribution would have {}",
-            joint - 1.0
-        ),
-        _ => format!("{factors}; how many free parameters depends on sizes, or on reals"),
+    let mut written = Written::default();
+    let numbers: usize = model.factors.values().map(|factor| written.form(model, &factor.form)).sum();
+    let fields: Option<f64> = written.parameters.iter().map(|id| entries(model, *id)).sum();
+    Free {
+        joint: joint.map(|joint| joint - 1.0),
+        tables: model.factors.values().map(|factor| table(model, factor)).sum(),
+        forms: fields.map(|fields| fields + numbers as f64),
     }
 }
 
-/// Σ over factors of Π|right| · (Π|left| − 1), where all is finite and known; a Dirac has none.
-pub(crate) fn free(model: &Model) -> Option<f64> {
-    let of_factor = |factor: &Factor| {
-        if let Form::Dirac(_) = factor.form {
-            return Some(0.0);
+/// The counts, as a sentence.
+pub(crate) fn in_words(model: &Model) -> String {
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
+    let count = model.factors.len();
+    let factors = format!("{count} factor{}", plural(count));
+    let Free { joint, tables, forms } = free(model);
+    let forms = forms.map(|forms| format!("{forms} free parameter{}", plural(forms as usize)));
+    match (forms, joint, tables) {
+        (Some(forms), Some(joint), Some(tables)) => format!(
+            "{factors} with {forms}; a table of the joint distribution would have {joint}, tables of the factors {tables}"
+        ),
+        (Some(forms), ..) => {
+            format!(
+                "{factors} with {forms}; no table of the joint distribution: it depends on sizes, or on reals"
+            )
         }
-        let count = |uses: &[VariableUse]| {
-            let uses = uses.iter().filter(|use_| Some(use_.variable) != model.plate_index());
-            uses.map(|use_| values(model, use_)).product::<Option<f64>>()
-        };
-        let repeated = factor.products.iter().map(|(_, over)| Some(model.index_count(over)? as f64));
-        Some(count(&factor.right)? * (count(&factor.left)? - 1.0) * repeated.product::<Option<f64>>()?)
+        _ => format!("{factors}; how many free parameters depends on sizes"),
+    }
+}
+
+/// (Π|left| − 1) · Π|right|, for each element of a `prod`.
+pub(crate) fn table(model: &Model, factor: &Factor) -> Option<f64> {
+    let count = |uses: &[VariableUse]| {
+        let uses = uses.iter().filter(|use_| Some(use_.variable) != model.plate_index());
+        uses.map(|use_| values(model, use_)).product::<Option<f64>>()
     };
-    model.factors.values().map(of_factor).sum()
+    let repeated = factor.products.iter().map(|(_, over)| Some(model.index_count(over)? as f64));
+    Some(count(&factor.right)? * (count(&factor.left)? - 1.0) * repeated.product::<Option<f64>>()?)
 }
 
 /// How many values a use of a variable has: a whole family has those of all its elements together.
@@ -47,5 +85,135 @@ fn values(model: &Model, use_: &VariableUse) -> Option<f64> {
             Some(one.powi(elements as i32))
         }
         _ => Some(one),
+    }
+}
+
+/// How many numbers a parameter is; a size is none.
+fn entries(model: &Model, id: ParameterId) -> Option<f64> {
+    let parameter = &model.parameters[id];
+    match parameter.kind {
+        ParameterKind::Size => Some(0.0),
+        _ => parameter.over.iter().map(|over| Some(model.index_count(over)? as f64)).product(),
+    }
+}
+
+/// What has been met in the forms of a program.
+#[derive(Default)]
+struct Written {
+    /// Parameters that are mentioned.
+    parameters: BTreeSet<ParameterId>,
+    /// Nodes that were counted: a `let` counts once.
+    seen: BTreeSet<ExpressionId>,
+}
+
+impl Written {
+    /// How many numbers are written in a form.
+    fn form(&mut self, model: &Model, form: &Form) -> usize {
+        match form {
+            Form::Uniform | Form::Dirac(_) | Form::Ask { .. } => 0,
+            Form::Previous { otherwise, .. } => self.form(model, otherwise),
+            Form::Categorical(entries) => self.row(model, entries),
+            Form::Table(rows) => rows.iter().map(|row| self.row(model, row)).sum(),
+            Form::If { then, otherwise, .. } => self.form(model, then) + self.form(model, otherwise),
+            other => {
+                let mut arguments = Vec::new();
+                other.each_expression(&mut |argument| arguments.push(argument));
+                arguments.into_iter().map(|argument| self.numbers(model, argument)).sum()
+            }
+        }
+    }
+
+    /// The free entries of a row that sums to one.
+    fn row(&mut self, model: &Model, entries: &[ExpressionId]) -> usize {
+        let constant = entries.iter().filter(|entry| model.constant(**entry).is_some()).count();
+        for entry in entries {
+            self.numbers(model, *entry);
+        }
+        constant - usize::from(constant == entries.len())
+    }
+
+    /// How many numbers are written in an expression that is not a condition.
+    fn numbers(&mut self, model: &Model, id: ExpressionId) -> usize {
+        if !self.seen.insert(id) {
+            return 0;
+        }
+        if model.constant(id).is_some() {
+            return 1;
+        }
+        match &model.expressions[id] {
+            Expression::Parameter { parameter, .. } => {
+                self.parameters.insert(*parameter);
+                0
+            }
+            Expression::Unary(Unary::Not, _) => 0,
+            Expression::Unary(_, operand) => self.numbers(model, *operand),
+            Expression::Binary(operator, ..) if is_condition(*operator) => 0,
+            Expression::Binary(_, left, right) => self.numbers(model, *left) + self.numbers(model, *right),
+            Expression::If { then, otherwise, .. } => {
+                self.numbers(model, *then) + self.numbers(model, *otherwise)
+            }
+            Expression::Vector(_, parts) => parts.iter().map(|part| self.numbers(model, *part)).sum(),
+            _ => 0,
+        }
+    }
+}
+
+fn is_condition(operator: Binary) -> bool {
+    use Binary::{And, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or};
+    matches!(operator, And | Or | Equal | NotEqual | Less | LessOrEqual | Greater | GreaterOrEqual)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bp_core::source::Source;
+    use bp_core::syntax::compile;
+
+    #[track_caller]
+    fn counts(text: &str) -> [Option<f64>; 3] {
+        let Free { joint, tables, forms } = free(&compile(&Source::new("test", text)).unwrap());
+        [joint, tables, forms]
+    }
+
+    #[test]
+    fn wet_grass_by_hand() {
+        // Joint 2³ − 1; tables 1 + 1 · 2 + 1 · 4; forms: .3, then .1 and .9, then none for the Dirac.
+        let text = include_str!("../../../../tests/programs/wet_grass.bp");
+        assert_eq!(counts(text), [Some(7.0), Some(7.0), Some(3.0)]);
+    }
+
+    #[test]
+    fn phototaxy_as_in_the_book() {
+        // Lebeltel et al. 2004: 8 directions, 21 rotations: 8 · 21 − 1; as tables 7 and 8 rows of 20.
+        let text = "program Phototaxy {
+            variables { ThetaL : { m170, m90, m45, m10, p10, p45, p90, p170 }; Vrot : -10..=10; }
+            decomposition { P(ThetaL) P(Vrot | ThetaL) }
+            forms { P(ThetaL) = uniform; P(Vrot | ThetaL) = dirac(if ThetaL == p10 { 1 } else { 0 }); } }";
+        assert_eq!(counts(text), [Some(167.0), Some(167.0), Some(0.0)]);
+    }
+
+    #[test]
+    fn independence_saves() {
+        // Four binary symptoms of a binary cause: 2⁵ − 1 against 1 + 4 · 2.
+        let text = "program Naive { variables { C : bool; S[1..=4] : bool; } decomposition { P(C) prod(i) { P(S[i] | C) } }
+            forms { P(C) = bernoulli(0.5); P(S[i] | C) = bernoulli(if C { 0.9 } else { 0.2 }); } }";
+        assert_eq!(counts(text), [Some(31.0), Some(9.0), Some(3.0)]);
+    }
+
+    #[test]
+    fn rows_sum_to_one_and_parameters_count_once() {
+        let text = "program Rows { parameters { e : probability = 0.1; } variables { A : 1..=3; B : bool; X : real; }
+            decomposition { P(A) P(B | A) P(X | A) }
+            forms { P(A) = categorical(1 / 6, 1 / 3, 1 / 2);
+                    P(B | A) = table { 1 - e, e; e, 1 - e; 0.5, 0.5; };
+                    P(X | A) = normal(if A == 2 { 2 * A } else { -1 }, 1.5); } }";
+        // Two of three; e once and one of two halves; 2, −1 and 1.5, but not the 2 that is compared.
+        assert_eq!(counts(text), [None, None, Some(2.0 + 1.0 + 1.0 + 3.0)]);
+    }
+
+    #[test]
+    fn sizes_that_are_not_known() {
+        let text = include_str!("../../../../tests/programs/line_of_sight.bp");
+        assert_eq!(counts(text)[..2], [None, None]);
     }
 }

@@ -1,0 +1,44 @@
+//! `bp draw`: the network of a program.
+//!
+//! In: a program, perhaps a question. Out: SVG, or text for Graphviz. Invariant: the picture needs no other file.
+
+use crate::failure::Failure;
+use crate::{output, program};
+use bp_core::draw::graph;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Draws the network of a program.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp draw wet_grass.bp --out wet_grass.svg
+  bp draw wet_grass.bp 'P(Rain | Wet = true)' > wet_grass.svg
+  bp draw cell.bp state --dot | dot -Tpdf > cell.pdf    (Graphviz)
+
+An ellipse is a variable, a diamond one that is what its Dirac says; dashed is
+the previous instant. A rounded box is repeated for each value of its index.
+With a question, what is known is shaded, and what is searched has a double edge.")]
+pub(crate) struct Arguments {
+    /// A program; `-` is stdin.
+    file: PathBuf,
+    /// `P(…)`, or the name of a declared question: what it knows and searches is marked.
+    question: Option<String>,
+    /// Write DOT, the language of Graphviz.
+    #[arg(long)]
+    dot: bool,
+    /// Write to this file instead of stdout.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let model = program::model(&arguments.file)?;
+    let question = match &arguments.question {
+        Some(typed) => program::questions(&model, Some(typed))?.pop(),
+        None => None,
+    };
+    let graph = graph(&model, question.as_ref());
+    let page = if arguments.dot { graph.dot() } else { graph.svg() };
+    output::write(arguments.out.as_deref(), page.as_bytes(), out)
+}

@@ -1,0 +1,163 @@
+//! A page on a program: its text, its network, the derivation of each answer, and what it costs.
+//!
+//! In: a model, its text, plans. Out: one page of HTML that needs nothing else: no network, no script. Invariant: the
+//! page is well-formed XML too; whatever comes from a program is text, never markup.
+//!
+//! Mathematics is MathML Core, which browsers draw themselves. A line of it is cut where the notation leaves a blank,
+//! each piece a `math` element of its own, so that a long equation breaks like text.
+
+use crate::explain::{asked, routes};
+use crate::{cost, highlight, parameters};
+use bp_core::draw::graph;
+use bp_core::model::{Model, Question};
+use bp_core::plan::{Notation, Plan};
+use bp_core::xml::escaped;
+use std::io::{Result, Write};
+
+/// Looks.
+const STYLE: &str = include_str!("page.css");
+
+/// Writes the page.
+pub(crate) fn write(model: &Model, text: &str, plans: &[Plan], out: &mut impl Write) -> Result<()> {
+    let name = escaped(&model.name);
+    writeln!(out, "<!DOCTYPE html>")?;
+    writeln!(out, "<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">")?;
+    writeln!(out, "<head><meta charset=\"utf-8\"/><title>Program {name}</title>")?;
+    writeln!(out, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>")?;
+    writeln!(out, "<style>\n{STYLE}</style></head>\n<body><main>")?;
+    writeln!(out, "<h1>{name}</h1>")?;
+    let said = model.documentation.trim();
+    for paragraph in said.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+        writeln!(out, "<p class=\"said\">{}</p>", escaped(paragraph))?;
+    }
+    if plans.len() != 1 {
+        figure(model, None, out)?;
+    }
+    writeln!(out, "<h2>The program</h2>\n<pre>{}</pre>", highlight::highlighted(text.trim()))?;
+    writeln!(out, "<p>{}.</p>", prose(&sentence(&parameters::in_words(model))))?;
+    for plan in plans {
+        answer(model, plan, plans.len() == 1, out)?;
+    }
+    writeln!(out, "</main></body>\n</html>")
+}
+
+fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Result<()> {
+    let name = match plan.question.name.as_str() {
+        "" => String::new(),
+        name => format!("{}: ", escaped(name)),
+    };
+    writeln!(out, "<section>\n<h2>{name}<code>{}</code></h2>", escaped(&asked(model, &plan.question)))?;
+    figure(model, Some(&plan.question), out)?;
+    writeln!(out, "<h3>{}</h3>\n<ol>", if alone { "The derivation" } else { "Its derivation" })?;
+    for (rule, reason, equation) in plan.derivation(model, Notation::MathMl) {
+        writeln!(
+            out,
+            "<li><p><span class=\"rule\">{}.</span> {}.</p>\n{}</li>",
+            escaped(&sentence(&rule)),
+            prose(&sentence(&reason)),
+            mathematics(&equation)
+        )?;
+    }
+    writeln!(out, "</ol>\n<h3>What is computed</h3>")?;
+    for equation in plan.computed(model, Notation::MathMl) {
+        writeln!(out, "{}", mathematics(&equation))?;
+    }
+    writeln!(out, "<p>The route is {}.</p>", prose(&routes(plan)))?;
+    for table in cost::tables(model, plan) {
+        writeln!(out, "<table>\n<thead><tr>")?;
+        cost::HEADINGS.iter().try_for_each(|heading| write!(out, "<th>{heading}</th>"))?;
+        writeln!(out, "</tr></thead>\n<tbody>")?;
+        for row in cost::cells(&table) {
+            write!(out, "<tr>")?;
+            row.iter().try_for_each(|cell| write!(out, "<td>{}</td>", escaped(cell)))?;
+            writeln!(out, "</tr>")?;
+        }
+        writeln!(
+            out,
+            "</tbody>\n<tfoot><tr><td colspan=\"6\">In all: {}.</td></tr></tfoot></table>",
+            cost::in_all(&table)
+        )?;
+    }
+    writeln!(out, "</section>")
+}
+
+/// The network, with what a question knows and searches.
+fn figure(model: &Model, question: Option<&Question>, out: &mut impl Write) -> Result<()> {
+    let graph = graph(model, question);
+    let mut signs = Vec::new();
+    if question.is_some() {
+        signs.push("a double edge is searched, shaded is known");
+    }
+    if graph.nodes.iter().any(|node| node.deterministic) {
+        signs.push("a diamond is what its Dirac says");
+    }
+    if graph.nodes.iter().any(|node| node.previous) {
+        signs.push("dashed is the previous instant");
+    }
+    if graph.over.is_some() || !graph.plates.is_empty() {
+        signs.push("a box is repeated for each value of its index");
+    }
+    let signs = match signs.is_empty() {
+        true => String::new(),
+        false => format!(": {}", signs.join("; ")),
+    };
+    writeln!(out, "<figure>\n{}<figcaption>The network{signs}.</figcaption></figure>", graph.svg())
+}
+
+/// A line of mathematics in pieces, between which it may break.
+fn mathematics(equation: &str) -> String {
+    let (mut pieces, mut piece, mut depth) = (Vec::new(), String::new(), 0);
+    let mut rest = equation;
+    while let Some(character) = rest.chars().next() {
+        let length = match character {
+            '<' => rest.find('>').map_or(rest.len(), |end| end + 1),
+            _ => character.len_utf8(),
+        };
+        let (token, after) = rest.split_at(length);
+        match token {
+            " " if depth == 0 => pieces.push(std::mem::take(&mut piece)),
+            _ => piece.push_str(token),
+        }
+        if token.starts_with("</") {
+            depth -= 1;
+        } else if token.starts_with('<') && !token.ends_with("/>") {
+            depth += 1;
+        }
+        rest = after;
+    }
+    pieces.push(piece);
+    let pieces = pieces.iter().filter(|piece| !piece.is_empty());
+    let pieces: Vec<_> = pieces.map(|piece| format!("<math displaystyle=\"true\">{piece}</math>")).collect();
+    format!("<div class=\"equation\">{}</div>", pieces.join(" "))
+}
+
+/// A sentence, in which names stand between backticks.
+fn prose(text: &str) -> String {
+    let parts = text.split('`').enumerate().map(|(position, part)| match position % 2 {
+        0 => escaped(part),
+        _ => format!("<code>{}</code>", escaped(part)),
+    });
+    parts.collect()
+}
+
+/// A text that begins with a capital letter; a name stays as it is.
+fn sentence(text: &str) -> String {
+    let mut characters = text.chars();
+    match characters.next() {
+        Some(first) => first.to_uppercase().chain(characters).collect(),
+        None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_breaks_at_blanks_outside_elements_only() {
+        let line = mathematics("<mi>P</mi><mo>=</mo> <mrow><mi>a</mi> <mtext>b c</mtext></mrow> <mi>d</mi>");
+        let pieces: Vec<_> = line.matches("<math ").collect();
+        assert_eq!(pieces.len(), 3, "{line}");
+        assert!(line.contains("<mrow><mi>a</mi> <mtext>b c</mtext></mrow></math> <math"), "{line}");
+    }
+}
