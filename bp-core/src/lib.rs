@@ -9,6 +9,7 @@ pub mod emit;
 pub mod error;
 pub mod exec;
 pub mod ids;
+pub mod io;
 pub mod kernel;
 pub mod law;
 pub mod lower;
