@@ -10,6 +10,7 @@ pub mod emit;
 pub mod error;
 pub mod exec;
 pub mod ids;
+pub mod io;
 pub mod kernel;
 pub mod latex;
 pub mod law;

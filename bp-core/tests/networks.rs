@@ -1,241 +1,52 @@
-//! Junction trees against enumeration, on small random networks.
+//! Network files: the classic networks, where they are there.
 //!
-//! In: seeded networks with evidence of every kind. Out: marginals, ln P(evidence), most probable assignments. Invariant:
-//! expected values are sums and maxima over all assignments, written here.
+//! In: the files of a folder that may be absent. Out: their sizes, held against the literature.
 
-use bp_core::error::Error;
-use bp_core::tree::{Evidence, Marginals, Network, Table, Tree};
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{Rng, RngExt, SeedableRng};
+use bp_core::io::bif;
+use bp_core::source::Source;
+use std::path::Path;
 
-/// A network of up to nine variables with up to four values and three parents; some entries are 0.
-fn network(random: &mut impl Rng) -> Network {
-    let count = random.random_range(1..=9usize);
-    let cardinalities: Vec<usize> = (0..count).map(|_| random.random_range(1..=4)).collect();
-    let mut network = Network { cardinalities, ..Network::default() };
-    for variable in 0..count {
-        let parents = (0..variable).filter(|_| random.random_bool(0.4)).take(3);
-        let variables: Vec<usize> = parents.chain([variable]).collect();
-        let width = network.cardinalities[variable];
-        let rows: usize =
-            variables[..variables.len() - 1].iter().map(|one| network.cardinalities[*one]).product();
-        let mut values = Vec::new();
-        for _ in 0..rows {
-            let row: Vec<f64> = (0..width)
-                .map(|_| if random.random_bool(0.15) { 0.0 } else { random.random::<f64>() })
-                .collect();
-            let total: f64 = row.iter().sum();
-            values
-                .extend(row.iter().map(|entry| if total > 0.0 { entry / total } else { 1.0 / width as f64 }));
-        }
-        network.table_of.push(Some(variable));
-        network.tables.push(Table { variables, values });
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/networks");
+
+/// Nodes, arcs and free parameters of networks of the repository of bnlearn (Scutari, www.bnlearn.com/bnrepository).
+const SIZES: [(&str, usize, usize, usize); 16] = [
+    ("asia", 8, 8, 18),
+    ("cancer", 5, 4, 10),
+    ("earthquake", 5, 4, 10),
+    ("sachs", 11, 17, 178),
+    ("survey", 6, 6, 21),
+    ("alarm", 37, 46, 509),
+    ("child", 20, 25, 230),
+    ("insurance", 27, 52, 1008),
+    ("water", 32, 66, 10083),
+    ("barley", 48, 84, 114005),
+    ("hailfinder", 56, 66, 2656),
+    ("hepar2", 70, 123, 1453),
+    ("win95pts", 76, 112, 574),
+    ("andes", 223, 338, 1157),
+    ("link", 724, 1125, 14211),
+    ("munin2", 1003, 1244, 69431),
+];
+
+#[test]
+fn the_classic_networks_have_their_published_sizes() {
+    if !Path::new(FOLDER).is_dir() {
+        println!("skipped: no folder {FOLDER}");
+        return;
     }
-    network
-}
-
-fn evidence(network: &Network, random: &mut impl Rng) -> Evidence {
-    let mut evidence = Evidence::default();
-    for (variable, count) in network.cardinalities.iter().enumerate() {
-        match random.random_range(0..6) {
-            0 => evidence.hard.push((variable, random.random_range(0..*count))),
-            1 => evidence
-                .likelihoods
-                .push((variable, (0..*count).map(|_| random.random::<f64>() * 3.0).collect())),
-            _ => {}
-        }
-    }
-    evidence
-}
-
-/// Every assignment with the product of all tables and of the evidence.
-fn enumerate(network: &Network, evidence: &Evidence) -> Vec<(Vec<usize>, f64)> {
-    let mut all = vec![Vec::new()];
-    for count in &network.cardinalities {
-        all = all
-            .iter()
-            .flat_map(|values: &Vec<usize>| {
-                (0..*count).map(move |value| [values.as_slice(), &[value]].concat())
+    for (name, nodes, arcs, parameters) in SIZES {
+        let path = format!("{FOLDER}/{name}.bif");
+        let source = Source::new(name, std::fs::read_to_string(&path).unwrap());
+        let (model, _) =
+            bif::read(&source).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)));
+        let free: usize = (model.factors.values())
+            .map(|factor| {
+                let count = |id| model.variables[id].domain.count().unwrap();
+                let rows: usize = factor.right.iter().map(|use_| count(use_.variable)).product();
+                rows * (count(factor.left[0].variable) - 1)
             })
-            .collect();
+            .sum();
+        let found: usize = model.factors.values().map(|factor| factor.right.len()).sum();
+        assert_eq!((model.variables.len(), found, free), (nodes, arcs, parameters), "{name}");
     }
-    let weigh = |values: &Vec<usize>| {
-        let entry = |table: &Table| {
-            let place = table
-                .variables
-                .iter()
-                .fold(0, |place, one| place * network.cardinalities[*one] + values[*one]);
-            table.values[place]
-        };
-        let tables: f64 = network.tables.iter().map(entry).product();
-        let agrees = evidence.hard.iter().all(|(one, value)| values[*one] == *value);
-        let weights: f64 = evidence.likelihoods.iter().map(|(one, weights)| weights[values[*one]]).product();
-        if agrees { tables * weights } else { 0.0 }
-    };
-    all.into_iter()
-        .map(|values| {
-            let p = weigh(&values);
-            (values, p)
-        })
-        .collect()
-}
-
-fn near(found: f64, expected: f64, what: &str) {
-    assert!(
-        (found - expected).abs() <= 1e-12 * expected.abs().max(1.0),
-        "{what}: {found}, expected {expected}"
-    );
-}
-
-#[test]
-fn marginals_and_the_most_probable_are_those_of_enumeration() {
-    let (mut possible, mut impossible) = (0, 0);
-    for seed in 0..400 {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let network = network(&mut random);
-        let evidence = evidence(&network, &mut random);
-        let all = enumerate(&network, &evidence);
-        let total: f64 = all.iter().map(|(_, p)| p).sum();
-        let given: Vec<usize> = evidence.hard.iter().map(|(one, _)| *one).collect();
-        let weighed: Vec<usize> = evidence.likelihoods.iter().map(|(one, _)| *one).collect();
-        let every: Vec<usize> = (0..network.cardinalities.len()).collect();
-        // Sliced away, as likelihoods of 0 and 1, and by groups of ancestors.
-        let marginals = Marginals::new(&network, &given, &weighed, &every);
-        for given in [given.as_slice(), &[]] {
-            let tree = Tree::new(&network, given);
-            let mut session = tree.session();
-            let found = session.ask(&evidence);
-            if total == 0.0 {
-                assert!(matches!(found, Err(Error::Impossible(_))), "seed {seed}: {found:?}");
-                assert!(matches!(marginals.session().ask(&evidence), Err(Error::Impossible(_))));
-                assert!(matches!(session.most_probable(&evidence), Err(Error::Impossible(_))));
-                impossible += 1;
-                continue;
-            }
-            found.unwrap();
-            possible += 1;
-            near(session.ln_evidence(), total.ln(), &format!("seed {seed}, ln P"));
-            let mut grouped = marginals.session();
-            grouped.ask(&evidence).unwrap();
-            near(grouped.ln_evidence(), total.ln(), &format!("seed {seed}, ln P by groups"));
-            for (variable, count) in network.cardinalities.iter().enumerate() {
-                for value in 0..*count {
-                    let p: f64 = all
-                        .iter()
-                        .filter(|(values, _)| values[variable] == value)
-                        .map(|(_, p)| p / total)
-                        .sum();
-                    if !given.contains(&variable) {
-                        near(
-                            session.marginal(variable)[value],
-                            p,
-                            &format!("seed {seed}, {variable} = {value}"),
-                        );
-                    }
-                    if let Some(found) = grouped.marginal(variable).get(value) {
-                        near(*found, p, &format!("seed {seed}, {variable} = {value} by groups"));
-                    }
-                }
-            }
-            let best = all.iter().map(|(_, p)| *p).fold(0.0, f64::max);
-            let (values, ln_joint) = session.most_probable(&evidence).unwrap();
-            near(ln_joint, best.ln(), &format!("seed {seed}, the most probable"));
-            let own = all.iter().find(|(other, _)| *other == values).map(|(_, p)| p.ln());
-            near(own.unwrap(), best.ln(), &format!("seed {seed}, the assignment"));
-        }
-    }
-    assert!(possible > 400 && impossible > 20, "{possible} {impossible}");
-}
-
-#[test]
-fn asking_again_forgets_what_was_known() {
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
-    let network = network(&mut random);
-    let tree = Tree::new(&network, &[]);
-    let (mut kept, mut fresh) = (tree.session(), tree.session());
-    kept.ask(&Evidence::default()).unwrap();
-    for variable in 0..network.cardinalities.len() {
-        // What is impossible leaves nothing behind either.
-        let _ = kept.ask(&Evidence {
-            hard: vec![(variable, network.cardinalities[variable] - 1)],
-            ..Evidence::default()
-        });
-    }
-    kept.ask(&Evidence::default()).unwrap();
-    fresh.ask(&Evidence::default()).unwrap();
-    (0..network.cardinalities.len()).for_each(|one| assert_eq!(kept.marginal(one), fresh.marginal(one)));
-}
-
-/// A chain of 2 000 variables whose evidence has a probability far below the smallest number.
-#[test]
-fn improbable_evidence_does_not_underflow() {
-    let count = 2000;
-    let mut network = Network { cardinalities: vec![2; 2 * count], ..Network::default() };
-    for variable in 0..2 * count {
-        let (variables, values) = match variable {
-            0 => (vec![0], vec![0.5, 0.5]),
-            hidden if hidden < count => (vec![hidden - 1, hidden], vec![0.9, 0.1, 0.1, 0.9]),
-            seen => (vec![seen - count, seen], vec![1.0 - 1e-3, 1e-3, 1.0 - 2e-3, 2e-3]),
-        };
-        network.table_of.push(Some(variable));
-        network.tables.push(Table { variables, values });
-    }
-    let hard: Vec<(usize, usize)> = (count..2 * count).map(|seen| (seen, 1)).collect();
-    // By hand: the forward recursion, divided by its sum at each step.
-    let (mut forward, mut ln) = ([0.5, 0.5], 0.0);
-    for step in 0..count {
-        let moved = match step {
-            0 => forward,
-            _ => [0.9 * forward[0] + 0.1 * forward[1], 0.1 * forward[0] + 0.9 * forward[1]],
-        };
-        let seen = [moved[0] * 1e-3, moved[1] * 2e-3];
-        let total: f64 = seen[0] + seen[1];
-        ln += total.ln();
-        forward = [seen[0] / total, seen[1] / total];
-    }
-    let given: Vec<usize> = hard.iter().map(|(one, _)| *one).collect();
-    let evidence = Evidence { hard, ..Evidence::default() };
-    for given in [given.as_slice(), &[]] {
-        let tree = Tree::new(&network, given);
-        let mut session = tree.session();
-        session.ask(&evidence).unwrap();
-        assert!(ln < -12_000.0);
-        near(session.ln_evidence(), ln, "ln P");
-        near(session.marginal(count - 1)[1], forward[1], "the last");
-    }
-}
-
-#[test]
-fn threads_change_nothing() {
-    // Large enough that subtrees are shared out.
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
-    let count = 40;
-    let mut network = Network { cardinalities: vec![4; count], ..Network::default() };
-    for variable in 0..count {
-        let parents: Vec<usize> =
-            (variable.saturating_sub(6)..variable).filter(|_| random.random_bool(0.7)).collect();
-        let variables = [parents.as_slice(), &[variable]].concat();
-        let rows = 4usize.pow(parents.len() as u32);
-        let row = |random: &mut Xoshiro256PlusPlus| {
-            let row: [f64; 4] = std::array::from_fn(|_| random.random());
-            row.map(|entry| entry / row.iter().sum::<f64>())
-        };
-        let values = (0..rows).flat_map(|_| row(&mut random)).collect();
-        network.table_of.push(Some(variable));
-        network.tables.push(Table { variables, values });
-    }
-    let tree = Tree::new(&network, &[]);
-    assert!(tree.cost().cells > 1e5, "{:?}", tree.cost());
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut session = tree.session();
-            session.ask(&Evidence { hard: vec![(20, 1)], ..Evidence::default() }).unwrap();
-            let all: Vec<f64> = (0..count).flat_map(|one| session.marginal(one).to_vec()).collect();
-            (session.ln_evidence(), all)
-        })
-    };
-    let one = run(1);
-    assert_eq!(one, run(2));
-    assert_eq!(one, run(8));
 }

@@ -79,6 +79,7 @@ impl Lowering<'_> {
             // What is observed through another program is not itself read.
             (Form::Ask { path, given }, [left]) => self.asked(factor, path, given, left),
             (Form::Table(rows), _) => self.table(factor, rows),
+            (Form::Constants(numbers), _) => self.constants(factor, numbers),
             (Form::Uniform, several) => {
                 let mut product = self.builder.constant(1.0);
                 for left in several {
@@ -173,6 +174,7 @@ impl Lowering<'_> {
                 self.asked(factor, path, given, left)
             }
             Form::Table(rows) => self.table(factor, rows),
+            Form::Constants(numbers) => self.constants(factor, numbers),
         }
     }
 

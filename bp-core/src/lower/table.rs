@@ -5,7 +5,7 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{ExpressionId, ValueId};
+use crate::ids::{BufferId, ExpressionId, ValueId};
 use crate::kernel::{Extent, Reduce, Role};
 use crate::model::{Factor, VariableUse};
 use crate::operators::Binary;
@@ -39,24 +39,9 @@ impl Lowering<'_> {
 
     /// A table: its rows are a small array, filled once, from which the entry is read.
     pub(super) fn table(&mut self, factor: &Factor, rows: &[Vec<ExpressionId>]) -> Result<ValueId, Error> {
-        let ordinal = |lowering: &mut Self, use_: &VariableUse| match lowering.use_meaning(use_)? {
-            Meaning::Ordinal(ordinal) => {
-                let count = lowering.model.variables[use_.variable].domain.count();
-                Ok((ordinal, count.expect("internal: a checked table has finite parents")))
-            }
-            _ => Err(lowering.unplanned("a table needs finite variables")),
-        };
-        // Row-major position, last variable fastest, right-hand variables first.
-        let (mut position, mut constant) = (self.builder.constant(0.0), true);
-        for use_ in factor.right.iter().chain(&factor.left) {
-            let (ordinal, count) = ordinal(self, use_)?;
-            constant &= self.builder.as_constant(ordinal).is_some();
-            let count = self.builder.constant(count as f64);
-            position = self.builder.binary(Binary::Multiply, position, count);
-            position = self.builder.binary(Binary::Add, position, ordinal);
-        }
+        let position = self.position(factor)?;
         let entries: Vec<ExpressionId> = rows.iter().flatten().copied().collect();
-        if constant {
+        if self.builder.as_constant(position).is_some() {
             return self.choose(position, &entries);
         }
         let values: Vec<ValueId> =
@@ -85,14 +70,58 @@ impl Lowering<'_> {
                 self.builder.so_far().buffer(&name).expect("internal: the table has just been made")
             }
         };
+        Ok(self.read(factor, buffer, position))
+    }
+
+    /// A table of known numbers.
+    pub(super) fn constants(&mut self, factor: &Factor, numbers: &[f64]) -> Result<ValueId, Error> {
+        let position = self.position(factor)?;
+        if let Some(known) = self.builder.as_constant(position) {
+            // As in `choose_value`: a Dirac may say a value outside the domain.
+            let entry = numbers.get(known as usize).filter(|_| known >= 0.0);
+            return Ok(self.builder.constant(entry.copied().unwrap_or(0.0)));
+        }
+        if numbers.len() <= WRITTEN_OUT {
+            let values: Vec<ValueId> = numbers.iter().map(|number| self.builder.constant(*number)).collect();
+            return Ok(self.choose_value(position, &values));
+        }
+        let head = self.model.head(factor);
+        let buffer = match self.builder.so_far().buffer(&head) {
+            Some(known) => known,
+            None => {
+                let axis = self.builder.axis(&head, Extent::constant(numbers.len()));
+                self.builder.buffer(&head, Role::Table(numbers.to_vec()), &[axis])
+            }
+        };
+        Ok(self.read(factor, buffer, position))
+    }
+
+    /// Where an entry stands: row-major, last variable fastest, right-hand variables first.
+    fn position(&mut self, factor: &Factor) -> Result<ValueId, Error> {
+        let mut position = self.builder.constant(0.0);
+        for use_ in factor.right.iter().chain(&factor.left) {
+            let Meaning::Ordinal(ordinal) = self.use_meaning(use_)? else {
+                return Err(self.unplanned("a table needs finite variables"));
+            };
+            let count = self.model.variables[use_.variable].domain.count();
+            let count = count.expect("internal: a checked table has finite parents");
+            let count = self.builder.constant(count as f64);
+            position = self.builder.binary(Binary::Multiply, position, count);
+            position = self.builder.binary(Binary::Add, position, ordinal);
+        }
+        Ok(position)
+    }
+
+    /// The entry at a position of an array.
+    fn read(&mut self, factor: &Factor, buffer: BufferId, position: ValueId) -> ValueId {
         let place = self.builder.at(position);
         let substituted = |use_: &VariableUse| {
             matches!(self.exact.bindings.get(&use_.variable), Some(crate::plan::Binding::Expression(_)))
         };
         if factor.right.iter().chain(&factor.left).any(substituted) {
             let zero = self.builder.constant(0.0);
-            return Ok(self.builder.load_or(buffer, vec![place], zero));
+            return self.builder.load_or(buffer, vec![place], zero);
         }
-        Ok(self.builder.load(buffer, vec![place]))
+        self.builder.load(buffer, vec![place])
     }
 }

@@ -24,6 +24,9 @@ pub enum Form {
     /// Probabilities in rows: one row for each combination of right-hand values (in the factor's order, last
     /// one fastest), one entry for each left-hand value.
     Table(Vec<Vec<ExpressionId>>),
+    /// A table whose entries are all known numbers, row after row in the order of `Table`: what network files hold, a
+    /// million entries without a node for each.
+    Constants(Vec<f64>),
     /// A law of one number. Of a real, its density. Over integers, its density at each, normalised over them. Over
     /// bins, its mass in each, normalised over the domain; on a circle it goes round.
     Law {
@@ -135,7 +138,7 @@ impl Form {
             Form::Uniform => "uniform",
             Form::Bernoulli(_) => "bernoulli",
             Form::Categorical(_) => "categorical",
-            Form::Table(_) => "table",
+            Form::Table(_) | Form::Constants(_) => "table",
             Form::Law { law, .. } => law.name(),
             Form::Mixture(_) => "mixture",
             Form::Truncated { .. } => "truncated",
@@ -152,7 +155,7 @@ impl Form {
     /// Calls `visit` with each expression that stands directly in the form, those of its branches included.
     pub fn each_expression(&self, visit: &mut impl FnMut(ExpressionId)) {
         match self {
-            Form::Uniform | Form::Ask { .. } | Form::Unknown(_) => {}
+            Form::Uniform | Form::Constants(_) | Form::Ask { .. } | Form::Unknown(_) => {}
             Form::NormalBins { mean: first, deviation: second } => {
                 visit(*first);
                 visit(*second);

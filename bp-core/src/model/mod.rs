@@ -25,8 +25,9 @@ pub use form::{Fit, Form};
 pub use question::{Ask, Evidence, Known, Question, Reduction, Searched, Value};
 pub use validate::{Fault, Place};
 
-use crate::ids::{Arena, ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
+use crate::ids::{Arena, ExpressionId, FactorId, Id, ParameterId, QuestionId, SetId, VariableId};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 
 /// A set bound from outside: its elements are numbered, its size is known at run time.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -208,6 +209,26 @@ impl Model {
     /// The factor that distributes a variable. The plate's index has none, and an `X^-1` may have none.
     pub fn factor_of(&self, variable: VariableId) -> Option<FactorId> {
         self.factors.find(|factor| factor.left.iter().any(|use_| use_.variable == variable))
+    }
+
+    /// The factor that distributes each variable, by position: all of them in one pass.
+    pub fn distributions(&self) -> Vec<Option<FactorId>> {
+        let mut found = vec![None; self.variables.len()];
+        for (id, factor) in self.factors.iter() {
+            for use_ in &factor.left {
+                found[use_.variable.position()].get_or_insert(id);
+            }
+        }
+        found
+    }
+
+    /// The variables by their names, as written: for many look-ups.
+    pub fn variables_by_name(&self) -> HashMap<String, VariableId> {
+        let mut found = HashMap::with_capacity(self.variables.len());
+        for id in self.variables.ids() {
+            found.entry(self.variable_name(id)).or_insert(id);
+        }
+        found
     }
 
     /// The plate's index.

@@ -161,6 +161,21 @@ impl Model {
         }
     }
 
+    /// The values of several variables at a position of their table, the last one fastest: `Rain = true, Wet = false`.
+    pub fn combination_text(&self, uses: &[VariableUse], position: usize) -> String {
+        let mut rest = position;
+        let mut words: Vec<String> = (uses.iter().rev())
+            .map(|use_| {
+                let count = self.variables[use_.variable].domain.count().unwrap_or(1).max(1);
+                let ordinal = rest % count;
+                rest /= count;
+                format!("{} = {}", self.variable_name(use_.variable), self.value_name(use_.variable, ordinal))
+            })
+            .collect();
+        words.reverse();
+        words.join(", ")
+    }
+
     /// The name of a value of a variable, given its ordinal.
     pub fn value_name(&self, variable: VariableId, ordinal: usize) -> String {
         self.variables[variable].domain.value_name(ordinal)

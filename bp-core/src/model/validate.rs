@@ -4,13 +4,14 @@
 //! the front end can point at the words and a Rust user can read the message. Invariant: the one place where a
 //! model is judged as a whole; the front end only judges words (names, types).
 
+mod constants;
 mod form;
 mod law;
 mod question;
 
 use super::{Model, ParameterKind};
-use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, VariableId};
-use std::collections::{HashMap, HashSet};
+use crate::ids::{ExpressionId, FactorId, Id, ParameterId, QuestionId, VariableId};
+use std::collections::HashMap;
 
 pub(super) use question::question_faults;
 
@@ -144,34 +145,38 @@ fn decomposition_faults(model: &Model) -> Vec<Fault> {
     faults
 }
 
-/// A chain of factors each of which needs the next, back to the first.
+/// A chain of factors each of which needs the next, back to the first. Linear: each variable is entered once.
 fn cycle(model: &Model) -> Option<Fault> {
-    let mut done: HashSet<VariableId> = HashSet::new();
+    let distributions = model.distributions();
+    let (mut entered, mut left) = (vec![false; model.variables.len()], vec![false; model.variables.len()]);
     for start in model.variables.ids() {
+        if std::mem::replace(&mut entered[start.position()], true) {
+            continue;
+        }
         let mut path: Vec<(VariableId, usize)> = vec![(start, 0)];
         while let Some((variable, next)) = path.last_mut() {
             let variable = *variable;
-            let parents = model.factor_of(variable).map_or(&[][..], |factor| &model.factors[factor].right);
-            let Some(parent) =
-                parents.get(*next).map(|use_| use_.variable).filter(|_| !done.contains(&variable))
-            else {
-                done.insert(variable);
+            let parents = distributions[variable.position()].map_or(&[][..], |id| &model.factors[id].right);
+            let Some(parent) = parents.get(*next).map(|use_| use_.variable) else {
+                left[variable.position()] = true;
                 path.pop();
                 continue;
             };
             *next += 1;
-            if let Some(position) = path.iter().position(|(seen, _)| *seen == parent) {
+            if !std::mem::replace(&mut entered[parent.position()], true) {
+                path.push((parent, 0));
+            } else if !left[parent.position()] {
+                // Entered and not left: it stands on the path.
+                let position = path.iter().position(|(seen, _)| *seen == parent)?;
                 let mut names: Vec<_> =
                     path[position..].iter().map(|(seen, _)| model.variable_name(*seen)).collect();
                 names.push(names[0].clone());
-                let factor = model.factor_of(parent).expect("internal: a variable on a cycle has a factor");
                 return Some(fault_with_help(
-                    Place::Factor(factor),
+                    Place::Factor(distributions[parent.position()]?),
                     format!("the decomposition has a cycle: {}", names.join(" ← ")),
                     "each factor may only depend on variables that do not depend on it",
                 ));
             }
-            path.push((parent, 0));
         }
     }
     None

@@ -67,6 +67,7 @@ fn is_positive(model: &Model, form: &Form) -> bool {
         Form::Bernoulli(p) => model.constant(*p).is_some_and(|p| p > 0.0 && p < 1.0),
         Form::Categorical(entries) => entries.iter().all(positive),
         Form::Table(rows) => rows.iter().flatten().all(positive),
+        Form::Constants(numbers) => numbers.iter().all(|p| *p > 0.0),
         Form::If { then, otherwise, .. } => is_positive(model, then) && is_positive(model, otherwise),
         _ => false,
     }

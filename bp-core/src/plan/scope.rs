@@ -51,7 +51,7 @@ pub(super) fn of_form(model: &Model, factor: FactorId) -> Scope {
 }
 
 fn has_table(form: &Form) -> bool {
-    let mut found = matches!(form, Form::Table(_) | Form::Unknown(_));
+    let mut found = matches!(form, Form::Table(_) | Form::Constants(_) | Form::Unknown(_));
     form.each_part(&mut |part| found |= has_table(part));
     found
 }

@@ -70,6 +70,9 @@ impl Network {
             help: "give it fewer parents".to_owned(),
         })?;
         let mut values = Vec::with_capacity(cells);
+        if let Form::Constants(numbers) = &factor.form {
+            return Ok(Table { variables, values: numbers.clone() });
+        }
         if let Form::Table(rows) = &factor.form {
             for entry in rows.iter().flatten() {
                 let number = model.evaluate(*entry, &|_| None);

@@ -117,6 +117,12 @@ fn density(model: &Model, values: &Values, factor: &Factor, form: &Form) -> f64 
             };
             of(&rows[place(&factor.right)][place(&factor.left)])
         }
+        Form::Constants(numbers) => {
+            let uses = factor.right.iter().chain(&factor.left);
+            numbers[uses.fold(0, |place, use_| {
+                place * model.variables[use_.variable].domain.count().unwrap() + values[&use_.variable]
+            })]
+        }
         Form::Dirac(value) => {
             if of(value) == values[&left] as f64 + base {
                 1.0

@@ -3,14 +3,14 @@
 //! In: a factor and its form. Out: its faults. Invariant: one mistake is told once: of a row that has the wrong
 //! length or an impossible entry, nothing is said about its sum.
 
-use super::{Fault, Place, fault, fault_with_help, law};
+use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{Domain, Expression, Form, Model};
 use std::collections::HashMap;
 
 /// How far constant probabilities may sum from one.
-const SUM_TOLERANCE: f64 = 1e-6;
+pub(super) const SUM_TOLERANCE: f64 = 1e-6;
 
 /// How many combinations of parents are tried when looking for a value that a Dirac can take.
 const MOST_COMBINATIONS: usize = 4096;
@@ -20,7 +20,9 @@ pub(super) fn form_faults(model: &Model, id: FactorId) -> Vec<Fault> {
     let Some(left) = factor.left.first() else { return Vec::new() };
     let mut faults = Vec::new();
     let place = Place::Form(id);
-    if factor.left.len() > 1 && !matches!(factor.form, Form::Uniform | Form::Table(_) | Form::Unknown(_)) {
+    if factor.left.len() > 1
+        && !matches!(factor.form, Form::Uniform | Form::Table(_) | Form::Constants(_) | Form::Unknown(_))
+    {
         let (name, count) = (factor.form.name(), factor.left.len());
         faults.push(fault(
             place,
@@ -60,6 +62,7 @@ fn branch_faults(
             row_faults(model, id, entries, domain.count(), name, &|| model.domain_text(domain), faults)
         }
         Form::Table(rows) => table_faults(model, id, rows, faults),
+        Form::Constants(numbers) => faults.extend(constants::constants_fault(model, id, numbers)),
         Form::Law { law, arguments } => law::law_faults(model, id, *law, arguments, domain, name, faults),
         Form::NormalBins { deviation, .. } => {
             if !matches!(domain, Domain::Finite { labels, range: Some(_) } if labels.len() == 1) {

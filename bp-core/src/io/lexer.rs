@@ -1,0 +1,206 @@
+//! Words, quoted strings and signs: what BIF, Hugin NET and UAI are written in.
+//!
+//! In: a text, and the signs of its format. Out: [`Token`]s with their spans. Invariant: blanks, byte order marks and
+//! comments never come out; every token moves the place forward, so reading ends.
+//!
+//! Comments: `// …`, `/* … */` and `# …`, `% …`, which only begin where a token would: `Asy//Patch` and `12%` are words.
+//! `#` and `%` also begin labels (`#1`): they are comments at the start of a line, after `;` or `}`, or before a blank.
+
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// One token.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Token<'s> {
+    /// Characters up to the next blank or sign.
+    Word(&'s str),
+    /// What stands between two `"`.
+    Quoted(&'s str),
+    /// A sign of the format.
+    Sign(u8),
+    /// The end of the text.
+    End,
+}
+
+/// A text being read.
+#[derive(Clone)]
+pub(super) struct Lexer<'s> {
+    text: &'s str,
+    signs: &'static [u8],
+    /// Where the next token is looked for.
+    at: usize,
+    /// Whether `#` and `%` begin a comment here whatever follows.
+    fresh: bool,
+    peeked: Option<(Token<'s>, Span)>,
+}
+
+impl<'s> Lexer<'s> {
+    pub(super) fn new(text: &'s str, signs: &'static [u8]) -> Self {
+        let at = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+        Self { text, signs, at, fresh: true, peeked: None }
+    }
+
+    /// The next token, which stays.
+    pub(super) fn peek(&mut self) -> Result<(Token<'s>, Span), Diagnostic> {
+        if let Some(peeked) = self.peeked {
+            return Ok(peeked);
+        }
+        let token = self.token()?;
+        self.peeked = Some(token);
+        Ok(token)
+    }
+
+    /// The next token.
+    pub(super) fn next(&mut self) -> Result<(Token<'s>, Span), Diagnostic> {
+        match self.peeked.take() {
+            Some(peeked) => Ok(peeked),
+            None => self.token(),
+        }
+    }
+
+    /// Takes a sign, if it is next.
+    pub(super) fn takes(&mut self, sign: u8) -> Result<bool, Diagnostic> {
+        let here = self.peek()?.0 == Token::Sign(sign);
+        if here {
+            self.peeked = None;
+        }
+        Ok(here)
+    }
+
+    /// Takes a sign that must be next.
+    pub(super) fn sign(&mut self, sign: u8, after: &str) -> Result<Span, Diagnostic> {
+        match self.next()? {
+            (Token::Sign(found), span) if found == sign => Ok(span),
+            (found, span) => Err(unexpected(span, found, &format!("`{}` after {after}", char::from(sign)))),
+        }
+    }
+
+    /// Takes a name, quoted or not.
+    pub(super) fn name(&mut self, what: &str) -> Result<(&'s str, Span), Diagnostic> {
+        match self.next()? {
+            (Token::Word(name) | Token::Quoted(name), span) => Ok((name, span)),
+            (found, span) => Err(unexpected(span, found, what)),
+        }
+    }
+
+    /// Skips what is left of a property: up to `;`, or to the end of the line where there is none.
+    pub(super) fn skip_property(&mut self) {
+        let start = self.peeked.take().map_or(self.at, |(_, span)| span.start);
+        let (bytes, mut at, mut quoted) = (self.text.as_bytes(), start, false);
+        while at < bytes.len() {
+            match bytes[at] {
+                b'"' => quoted = !quoted,
+                b';' if !quoted => break,
+                b'\n' if !quoted => break,
+                _ => {}
+            }
+            at += 1;
+        }
+        if quoted {
+            // A quotation mark that nothing closes stands for itself.
+            at = bytes[start..]
+                .iter()
+                .position(|byte| matches!(byte, b';' | b'\n'))
+                .map_or(bytes.len(), |n| start + n);
+        }
+        self.at = (at + 1).min(bytes.len());
+        self.fresh = true;
+    }
+
+    fn token(&mut self) -> Result<(Token<'s>, Span), Diagnostic> {
+        self.blanks()?;
+        let (bytes, start) = (self.text.as_bytes(), self.at);
+        let Some(first) = bytes.get(start).copied() else {
+            return Ok((Token::End, Span::new(start, start)));
+        };
+        self.fresh = matches!(first, b';' | b'}');
+        if self.signs.contains(&first) {
+            self.at += 1;
+            return Ok((Token::Sign(first), Span::new(start, start + 1)));
+        }
+        if first == b'"' {
+            let Some(length) = closing(&bytes[start + 1..]) else {
+                return Err(Diagnostic::new(Span::new(start, start + 1), "this `\"` is never closed"));
+            };
+            self.at = start + length + 2;
+            let inner = &self.text[start + 1..start + 1 + length];
+            return Ok((Token::Quoted(inner), Span::new(start, self.at)));
+        }
+        let ends = |byte: &u8| byte.is_ascii_whitespace() || *byte == b'"' || self.signs.contains(byte);
+        let length = bytes[start..].iter().position(ends).unwrap_or(bytes.len() - start);
+        self.at = start + length;
+        Ok((Token::Word(&self.text[start..self.at]), Span::new(start, self.at)))
+    }
+
+    /// Moves to the next token.
+    fn blanks(&mut self) -> Result<(), Diagnostic> {
+        let bytes = self.text.as_bytes();
+        loop {
+            let rest = &bytes[self.at..];
+            match rest {
+                [b'\n', ..] => {
+                    self.fresh = true;
+                    self.at += 1;
+                }
+                [byte, ..] if byte.is_ascii_whitespace() || *byte == 0x0b => self.at += 1,
+                [b'/', b'/', ..] => self.skip_line(),
+                [b'/', b'*', ..] => {
+                    let Some(end) = rest.windows(2).skip(2).position(|pair| pair == b"*/") else {
+                        let span = Span::new(self.at, self.at + 2);
+                        return Err(Diagnostic::new(span, "this `/*` is never closed"));
+                    };
+                    self.at += end + 4;
+                }
+                [b'#' | b'%', after @ ..]
+                    if self.fresh || after.first().is_none_or(|byte| byte.is_ascii_whitespace()) =>
+                {
+                    self.skip_line();
+                }
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    fn skip_line(&mut self) {
+        let rest = &self.text.as_bytes()[self.at..];
+        self.at += rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
+    }
+}
+
+/// How far away the `"` is that closes, those behind a `\` left aside.
+fn closing(bytes: &[u8]) -> Option<usize> {
+    let mut escaped = false;
+    bytes.iter().position(|byte| {
+        let closes = *byte == b'"' && !escaped;
+        escaped = *byte == b'\\' && !escaped;
+        closes
+    })
+}
+
+/// What was found where something else was expected.
+pub(super) fn unexpected(span: Span, found: Token<'_>, expected: &str) -> Diagnostic {
+    let found = match found {
+        Token::Word(word) | Token::Quoted(word) => format!("`{}`", shortened(word)),
+        Token::Sign(sign) => format!("`{}`", char::from(sign)),
+        Token::End => "the end of the file".to_owned(),
+    };
+    Diagnostic::new(span, format!("expected {expected}, found {found}"))
+}
+
+/// A word of a message: never longer than a line.
+pub(super) fn shortened(word: &str) -> String {
+    match word.char_indices().nth(40) {
+        Some((end, _)) => format!("{}…", &word[..end]),
+        None => word.to_owned(),
+    }
+}
+
+/// A probability, as Rust reads it: `1e-3`, `.5` and `1.` are numbers, `nan` and `inf` are none.
+pub(super) fn number(word: &str) -> Option<f64> {
+    let first = *word.as_bytes().first()?;
+    let begins = first.is_ascii_digit() || matches!(first, b'.' | b'-' | b'+');
+    if !begins {
+        return None;
+    }
+    word.parse().ok().filter(|number: &f64| number.is_finite())
+}

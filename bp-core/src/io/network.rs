@@ -1,0 +1,255 @@
+//! A network on its way to a model, whatever the format that it is read from.
+//!
+//! In: variables with the names of their values, and tables with the place of each row. Out: a [`Model`] whose factors
+//! stand in the order of their variables. Invariant: every row of the model is divided by its own sum, and the file is
+//! told so where that was not rounding; linear in the size of the file.
+
+use super::Warning;
+use super::lexer::shortened;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::ids::{Id, VariableId};
+use crate::model::{Domain, Factor, Form, Model, ModelBuilder, Place, VariableUse};
+use crate::source::Span;
+use std::collections::HashMap;
+
+/// The most numbers that a table may have.
+const MOST_NUMBERS: usize = 1 << 24;
+
+/// How far the sum of a row may be from one before the row is refused.
+const MOST_OFF: f64 = 0.01;
+
+/// How far it may be before the division is worth telling.
+const TOLD_OFF: f64 = 1e-9;
+
+/// The numbers of a table, rows in the order of [`Form::Table`].
+pub(super) struct Table {
+    pub(super) numbers: Vec<f64>,
+    /// Where each row is written, or one place for all.
+    pub(super) places: Vec<Span>,
+}
+
+/// A variable of a network.
+pub(super) struct Node {
+    pub(super) name: String,
+    pub(super) span: Span,
+    pub(super) states: Vec<String>,
+    /// The states by their names.
+    pub(super) ordinals: HashMap<String, usize>,
+    distribution: Option<(Vec<usize>, Table, Span)>,
+}
+
+/// A network in the making.
+#[derive(Default)]
+pub(super) struct Network {
+    pub(super) name: String,
+    pub(super) nodes: Vec<Node>,
+    names: HashMap<String, usize>,
+    pub(super) warnings: Vec<Warning>,
+    /// Rows that were divided by their sums: how many, and the farthest: how far, where, and whose.
+    divided: usize,
+    farthest: Option<(f64, Span, usize)>,
+}
+
+impl Network {
+    /// A variable.
+    pub(super) fn node(&mut self, name: &str, span: Span, states: Vec<String>) -> Result<usize, Diagnostic> {
+        if let Some(first) = self.names.get(name) {
+            let message = format!("variable `{}` is declared twice", shortened(name));
+            return Err(Diagnostic::new(span, message).with_label(self.nodes[*first].span, "first here"));
+        }
+        if states.is_empty() {
+            return Err(Diagnostic::new(span, format!("variable `{}` has no values", shortened(name))));
+        }
+        let mut ordinals = HashMap::with_capacity(states.len());
+        for (ordinal, state) in states.iter().enumerate() {
+            if ordinals.insert(state.clone(), ordinal).is_some() {
+                let message =
+                    format!("two values of `{}` are called `{}`", shortened(name), shortened(state));
+                return Err(Diagnostic::new(span, message));
+            }
+        }
+        self.names.insert(name.to_owned(), self.nodes.len());
+        self.nodes.push(Node { name: name.to_owned(), span, states, ordinals, distribution: None });
+        Ok(self.nodes.len() - 1)
+    }
+
+    /// The variable of this name.
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
+        self.names.get(name).copied()
+    }
+
+    /// The variable of this name, which there must be.
+    pub(super) fn known(&self, name: &str, span: Span) -> Result<usize, Diagnostic> {
+        self.find(name)
+            .ok_or_else(|| Diagnostic::new(span, format!("unknown variable `{}`", shortened(name))))
+    }
+
+    /// The value of this name.
+    pub(super) fn ordinal(&self, node: usize, state: &str, span: Span) -> Result<usize, Diagnostic> {
+        let node = &self.nodes[node];
+        node.ordinals.get(state).copied().ok_or_else(|| {
+            let first: Vec<_> =
+                node.states.iter().take(8).map(|state| format!("`{}`", shortened(state))).collect();
+            let more = if node.states.len() > 8 { ", …" } else { "" };
+            let message = format!("`{}` is not a value of `{}`", shortened(state), shortened(&node.name));
+            Diagnostic::new(span, message).with_help(format!("its values are {}{more}", first.join(", ")))
+        })
+    }
+
+    /// How many rows and entries the table of a variable with these parents has.
+    pub(super) fn shape(
+        &self,
+        node: usize,
+        parents: &[usize],
+        span: Span,
+    ) -> Result<(usize, usize), Diagnostic> {
+        for (position, parent) in parents.iter().enumerate() {
+            if *parent == node || parents[..position].contains(parent) {
+                let message = format!("`{}` stands twice here", shortened(&self.nodes[*parent].name));
+                return Err(Diagnostic::new(span, message));
+            }
+        }
+        let entries = self.nodes[node].states.len();
+        let rows = parents
+            .iter()
+            .try_fold(1usize, |rows, parent| rows.checked_mul(self.nodes[*parent].states.len()));
+        match rows.filter(|rows| rows.checked_mul(entries).is_some_and(|cells| cells <= MOST_NUMBERS)) {
+            Some(rows) => Ok((rows, entries)),
+            None => Err(Diagnostic::new(
+                span,
+                format!(
+                    "the table of `{}` would have more than {MOST_NUMBERS} numbers",
+                    shortened(&self.nodes[node].name)
+                ),
+            )),
+        }
+    }
+
+    /// The values of the parents in a row, as messages name it.
+    pub(super) fn row_name(&self, parents: &[usize], row: usize) -> String {
+        let mut rest = row;
+        let mut words = Vec::new();
+        for parent in parents.iter().rev() {
+            let node = &self.nodes[*parent];
+            words.push(format!(
+                "{} = {}",
+                shortened(&node.name),
+                shortened(&node.states[rest % node.states.len()])
+            ));
+            rest /= node.states.len();
+        }
+        words.reverse();
+        words.join(", ")
+    }
+
+    /// The distribution of a variable. Its rows are divided by their sums.
+    pub(super) fn distribution(
+        &mut self,
+        node: usize,
+        parents: Vec<usize>,
+        mut table: Table,
+        span: Span,
+    ) -> Result<(), Diagnostic> {
+        if let Some((_, _, first)) = &self.nodes[node].distribution {
+            let message = format!("variable `{}` has two distributions", shortened(&self.nodes[node].name));
+            return Err(Diagnostic::new(span, message).with_label(*first, "first here"));
+        }
+        let entries = self.nodes[node].states.len();
+        for (row, numbers) in table.numbers.chunks_exact_mut(entries).enumerate() {
+            let sum: f64 = numbers.iter().sum();
+            let off = (sum - 1.0).abs();
+            // Rounding alone: dividing again would not bring it nearer, and reading a second time changes nothing.
+            if off <= entries as f64 * f64::EPSILON {
+                continue;
+            }
+            let place = table.places.get(row).or(table.places.first()).copied().unwrap_or(span);
+            if off.is_nan() || off > MOST_OFF {
+                let at = match parents.is_empty() {
+                    true => format!("`{}`", shortened(&self.nodes[node].name)),
+                    false => {
+                        format!("`{}` at {}", shortened(&self.nodes[node].name), self.row_name(&parents, row))
+                    }
+                };
+                let message = format!("the probabilities of {at} sum to {sum}, more than 1 % away from 1");
+                return Err(Diagnostic::new(place, message).with_label(place, "these"));
+            }
+            numbers.iter_mut().for_each(|number| *number /= sum);
+            if off > TOLD_OFF {
+                self.divided += 1;
+                if self.farthest.is_none_or(|(far, ..)| off > (far - 1.0).abs()) {
+                    self.farthest = Some((sum, place, node));
+                }
+            }
+        }
+        table.places = Vec::new();
+        self.nodes[node].distribution = Some((parents, table, span));
+        Ok(())
+    }
+
+    /// The model. `whole` is where something is told that has no place of its own.
+    pub(super) fn model(mut self, whole: Span) -> Result<(Model, Vec<Warning>), Diagnostics> {
+        if self.nodes.is_empty() {
+            return Err(Diagnostic::new(whole, "this file declares no variable").into());
+        }
+        let mut model = ModelBuilder::new(if self.name.is_empty() { "unknown" } else { &self.name });
+        let mut spans: Vec<(Span, Span)> = Vec::with_capacity(self.nodes.len());
+        if let Some((sum, place, node)) = self.farthest {
+            let rows = if self.divided == 1 {
+                "1 row was".to_owned()
+            } else {
+                format!("{} rows were", self.divided)
+            };
+            let name = shortened(&self.nodes[node].name);
+            let message = format!("{rows} divided by their sum; the farthest from 1 is {sum}, of `{name}`");
+            self.warnings.push(Warning::new(place, message));
+        }
+        let ids: Vec<VariableId> = (self.nodes.iter_mut())
+            .map(|node| model.variable(&node.name, domain(std::mem::take(&mut node.states))))
+            .collect();
+        for (id, node) in ids.iter().zip(&mut self.nodes) {
+            let Some((parents, table, span)) = node.distribution.take() else {
+                let message = format!("variable `{}` has no distribution", shortened(&node.name));
+                return Err(Diagnostic::new(node.span, message).into());
+            };
+            spans.push((node.span, span));
+            model.push_factor(Factor {
+                left: vec![VariableUse::from(*id)],
+                right: parents.iter().map(|parent| ids[*parent].into()).collect(),
+                form: Form::Constants(table.numbers),
+                products: Vec::new(),
+            });
+        }
+        match model.build() {
+            Ok(model) => Ok((model, self.warnings)),
+            Err(faults) => {
+                let mut wrong = Diagnostics::default();
+                for fault in faults {
+                    let span = match fault.place {
+                        Place::Variable(id) => spans[id.position()].0,
+                        Place::Factor(id) | Place::Form(id) => spans[id.position()].1,
+                        _ => whole,
+                    };
+                    let mut told = Diagnostic::new(span, fault.message);
+                    told.help = fault.help;
+                    wrong.push(told);
+                }
+                wrong.sort();
+                Err(wrong)
+            }
+        }
+    }
+}
+
+/// A domain with these names: whole numbers that follow each other are a range, `false, true` is `bool`.
+fn domain(states: Vec<String>) -> Domain {
+    if states == ["false", "true"] {
+        return Domain::Boolean;
+    }
+    let first: Option<i64> = states[0].parse().ok().filter(|low: &i64| low.abs() < 1 << 40);
+    match first {
+        Some(low) if (low..).zip(&states).all(|(number, state)| number.to_string() == *state) => {
+            Domain::integers(low, low + states.len() as i64 - 1)
+        }
+        _ => Domain::Finite { labels: states, range: None },
+    }
+}
