@@ -200,7 +200,8 @@ impl Tree {
         for (number, clique) in cliques.iter_mut().enumerate() {
             offsets.push(next);
             next.cells += clique.blocks.cells();
-            next.message += clique.message;
+            // What the message was multiplied by stands behind it.
+            next.message += clique.message + 1;
             for (variable, _) in &clique.marginals {
                 let end = next.marginals + network.cardinalities[*variable];
                 places[*variable] = next.marginals..end;

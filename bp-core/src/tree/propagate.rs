@@ -167,6 +167,7 @@ impl Pass<'_> {
         }
         let scale = 1.0 / largest;
         message.iter_mut().for_each(|cell| *cell *= scale);
+        from[clique.message] = scale;
         Ok(largest.ln())
     }
 
@@ -245,8 +246,9 @@ fn down(tree: &Tree, number: usize, first: usize, below: &mut Below<'_>, block: 
         // What came down, over what went up.
         Some(_) => {
             let up = &below.messages[own.message - base.message..];
+            let scale = up[clique.message];
             for (down, up) in ratio.iter_mut().zip(up) {
-                *down = if *up > 0.0 { *down / up } else { 0.0 };
+                *down = if *up > 0.0 { *down / up * scale } else { 0.0 };
             }
         }
         None => ratio[0] = 1.0 / cells.iter().sum::<f64>(),
