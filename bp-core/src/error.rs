@@ -27,6 +27,14 @@ pub enum Error {
     /// Evidence of probability zero.
     #[error("the evidence of `{0}` has probability zero: the program says that this cannot be observed")]
     Impossible(String),
+    /// Evidence of probability zero, and where that was found first.
+    #[error("the evidence has probability zero: {names} cannot have these values, given the rest")]
+    Contradiction {
+        /// The observed variables of that place, by number.
+        variables: Vec<usize>,
+        /// The same, by name.
+        names: String,
+    },
     /// A question that no exact route answers.
     #[error("`{question}` has no exact answer here: {reason}")]
     Unplanned {

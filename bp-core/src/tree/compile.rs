@@ -4,9 +4,11 @@
 //! the tables and messages that it multiplies, and where its own message goes. Invariant: what does not depend on the
 //! evidence is computed here; asking allocates nothing that a [`Session`](super::Session) does not keep.
 
+use super::cost::Cost;
 use super::network::Network;
 use super::stride::{Blocks, Reach};
 use super::triangulate::{Cliques, Graph};
+use crate::error::Error;
 
 /// A table of the network within a clique, at the given values.
 #[derive(Clone, Debug)]
@@ -65,17 +67,6 @@ pub(super) struct Offsets {
 /// Products of tables are kept where a clique has at most this many cells.
 const KEPT: usize = 1 << 16;
 
-/// What a tree would take, before it is made.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Cost {
-    /// Cells of all cliques.
-    pub cells: f64,
-    /// Variables of the largest clique.
-    pub width: usize,
-    /// Bytes of working memory.
-    pub bytes: f64,
-}
-
 /// Cliques that have been found, for those who want to know the cost first.
 pub(super) struct Outline {
     cliques: Cliques,
@@ -85,6 +76,13 @@ pub(super) struct Outline {
 }
 
 impl Outline {
+    fn whole(network: &Network, given: &[usize]) -> Self {
+        let count = network.cardinalities.len();
+        let mut is_given = vec![false; count];
+        given.iter().for_each(|variable| is_given[*variable] = true);
+        Self::of(network, is_given, vec![true; count])
+    }
+
     /// The cliques of the variables that are included and not given. The others are left out with their tables: they
     /// must be barren.
     pub(super) fn of(network: &Network, given: Vec<bool>, included: Vec<bool>) -> Self {
@@ -95,26 +93,32 @@ impl Outline {
             Graph::of(&network.cardinalities, tables.map(|table| table.variables.as_slice()), &left_out);
         let cliques = graph.triangulate(&left_out);
         let width = cliques.members.iter().map(Vec::len).max().unwrap_or(0);
-        let cost = Cost { cells: cliques.cells, width, bytes: 8.0 * cliques.cells * 1.3 };
+        let cost = Cost::of(cliques.cells, width);
         Self { cliques, given, included, cost }
     }
 }
 
 impl Tree {
     /// The junction tree of a network in which the values of some variables are given each time.
-    pub fn new(network: &Network, given: &[usize]) -> Self {
-        let count = network.cardinalities.len();
-        let mut is_given = vec![false; count];
-        given.iter().for_each(|variable| is_given[*variable] = true);
-        let outline = Outline::of(network, is_given, vec![true; count]);
-        Self::from_outline(network, outline, (0..count).collect())
+    ///
+    /// # Errors
+    /// There is no room for it.
+    pub fn new(network: &Network, given: &[usize]) -> Result<Self, Error> {
+        let outline = Outline::whole(network, given);
+        outline.cost.fits()?;
+        Ok(Self::from_outline(network, outline, (0..network.cardinalities.len()).collect()))
+    }
+
+    /// What the tree would take; nothing is made.
+    pub fn cost_of(network: &Network, given: &[usize]) -> Cost {
+        Outline::whole(network, given).cost
     }
 
     /// What the tree takes.
     pub fn cost(&self) -> Cost {
         let cells: usize = self.cliques.iter().map(|clique| clique.blocks.cells()).sum();
         let width = self.cliques.iter().map(|clique| clique.variables.len()).max().unwrap_or(0);
-        Cost { cells: cells as f64, width, bytes: 8.0 * cells as f64 * 1.3 }
+        Cost::of(cells as f64, width)
     }
 
     pub(super) fn from_outline(network: &Network, outline: Outline, wanted: Vec<usize>) -> Self {

@@ -96,6 +96,15 @@ impl Known {
         Ok(())
     }
 
+    /// The given variables of a table that is 0 at their values, or a variable whose likelihood is.
+    pub(super) fn certain_zero(&self, tree: &Tree) -> Vec<usize> {
+        let zero = |(table, given): &&(usize, Vec<(usize, usize)>)| {
+            tree.network.tables[*table].values[self.base(given)] == 0.0
+        };
+        let table = tree.known.iter().find(zero);
+        table.map_or_else(Vec::new, |(_, given)| given.iter().map(|(variable, _)| *variable).collect())
+    }
+
     /// Where a table begins at the given values.
     pub(super) fn base(&self, given: &[(usize, usize)]) -> usize {
         given.iter().map(|(variable, stride)| self.values[*variable] * stride).sum()

@@ -5,17 +5,23 @@
 //!
 //! Lauritzen and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990 (two passes, division by the message that came up).
 
+mod batch;
 mod compile;
+mod cost;
 mod evidence;
 mod most_probable;
+mod names;
 mod network;
 mod plan;
 mod propagate;
 mod stride;
 mod triangulate;
 
-pub use compile::{Cost, Tree};
+pub use batch::{Posterior, answer_cases};
+pub use compile::Tree;
+pub use cost::Cost;
 pub use evidence::Evidence;
+pub use names::Named;
 pub use network::{Network, Table};
 pub use plan::{Marginals, MarginalsSession};
 pub use propagate::Session;

@@ -6,7 +6,7 @@
 //! Largest values instead of sums go up; then each clique chooses the best of what its parent left open (Dawid 1992).
 
 use super::evidence::Evidence;
-use super::propagate::{Session, impossible};
+use super::propagate::Session;
 use crate::error::Error;
 
 impl Session<'_> {
@@ -30,7 +30,7 @@ impl Session<'_> {
             let rows = clique.blocks.cells() / clique.message;
             let at = |row: &usize| cells[row * clique.message + shared];
             let best = (0..rows).max_by(|one, other| at(one).total_cmp(&at(other)));
-            let mut row = best.filter(|row| at(row) > 0.0).ok_or_else(impossible)?;
+            let mut row = best.expect("internal: a clique has cells");
             for one in clique.variables[..open].iter().rev() {
                 values[*one] = row % cardinalities[*one];
                 row /= cardinalities[*one];

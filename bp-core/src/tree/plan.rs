@@ -8,7 +8,8 @@
 //! many targets: targets are taken from the leaves up, each group answers all that it holds, and a group takes in the next
 //! target where one tree for both costs less than two.
 
-use super::compile::{Cost, Outline, Tree};
+use super::compile::{Outline, Tree};
+use super::cost::Cost;
 use super::evidence::Evidence;
 use super::network::Network;
 use super::propagate::Session;
@@ -20,6 +21,7 @@ pub struct Marginals {
     trees: Vec<Tree>,
     /// For each variable the tree that answers it.
     home: Vec<usize>,
+    cardinalities: Vec<usize>,
 }
 
 /// Below this many cells one tree is good enough, and nothing else is looked for.
@@ -28,36 +30,36 @@ const SMALL: f64 = 1e6;
 impl Marginals {
     /// Plans for some wanted variables. `given` are those whose values will be given; `weighed` those that may get a
     /// likelihood.
-    pub fn new(network: &Network, given: &[usize], weighed: &[usize], wanted: &[usize]) -> Self {
-        let count = network.cardinalities.len();
-        let mut is_given = vec![false; count];
-        given.iter().for_each(|one| is_given[*one] = true);
-        let evidence: Vec<usize> = given.iter().chain(weighed).copied().collect();
-        let mut all = vec![false; count];
-        include(network, wanted.iter().chain(&evidence).copied(), &mut all);
-        let whole = Outline::of(network, is_given.clone(), all.clone());
-        let mut home = vec![usize::MAX; count];
-        let groups = groups(network, &is_given, &evidence, wanted, &whole.cost);
-        let outlines = match groups {
-            Some(groups) => groups,
-            None => vec![(whole, wanted.to_vec())],
-        };
+    ///
+    /// # Errors
+    /// There is no room for it.
+    pub fn new(
+        network: &Network,
+        given: &[usize],
+        weighed: &[usize],
+        wanted: &[usize],
+    ) -> Result<Self, Error> {
+        let (outlines, mut home) = outlines(network, given, weighed, wanted);
+        let costs = outlines.iter().map(|(outline, _)| outline.cost);
+        costs.fold(Cost::of(0.0, 0), Cost::and).fits()?;
         let mut trees = Vec::new();
         for (outline, wanted) in outlines {
             wanted.iter().for_each(|one| home[*one] = trees.len());
             trees.push(Tree::from_outline(network, outline, wanted));
         }
-        Self { trees, home }
+        Ok(Self { trees, home, cardinalities: network.cardinalities.clone() })
+    }
+
+    /// What the trees would take together, and how many there would be; nothing is made.
+    pub fn plan(network: &Network, given: &[usize], weighed: &[usize], wanted: &[usize]) -> (Cost, usize) {
+        let (outlines, _) = outlines(network, given, weighed, wanted);
+        let costs = outlines.iter().map(|(outline, _)| outline.cost);
+        (costs.fold(Cost::of(0.0, 0), Cost::and), outlines.len())
     }
 
     /// What the trees take together; the width is that of the widest.
     pub fn cost(&self) -> Cost {
-        let costs = self.trees.iter().map(Tree::cost);
-        costs.fold(Cost { cells: 0.0, width: 0, bytes: 0.0 }, |sum, one| Cost {
-            cells: sum.cells + one.cells,
-            width: sum.width.max(one.width),
-            bytes: sum.bytes + one.bytes,
-        })
+        self.trees.iter().map(Tree::cost).fold(Cost::of(0.0, 0), Cost::and)
     }
 
     /// How many trees there are.
@@ -92,10 +94,40 @@ impl MarginalsSession<'_> {
         self.sessions.get(self.plan.home[variable]).map_or(&[], |session| session.marginal(variable))
     }
 
+    /// The posterior of a wanted variable; of a given one its value, for sure.
+    pub fn posterior(&self, variable: usize, evidence: &Evidence) -> Vec<f64> {
+        let marginal = self.marginal(variable);
+        if !marginal.is_empty() {
+            return marginal.to_vec();
+        }
+        let value = evidence.hard.iter().find(|(one, _)| *one == variable).map(|(_, value)| *value);
+        let count = self.plan.cardinalities[variable];
+        (0..count).map(|other| f64::from(u8::from(Some(other) == value))).collect()
+    }
+
     /// ln P(evidence)
     pub fn ln_evidence(&self) -> f64 {
         self.sessions.first().map_or(0.0, Session::ln_evidence)
     }
+}
+
+/// The trees that are to be made, each with what it answers; and room for where each variable will be answered.
+fn outlines(
+    network: &Network,
+    given: &[usize],
+    weighed: &[usize],
+    wanted: &[usize],
+) -> (Vec<(Outline, Vec<usize>)>, Vec<usize>) {
+    let count = network.cardinalities.len();
+    let mut is_given = vec![false; count];
+    given.iter().for_each(|one| is_given[*one] = true);
+    let evidence: Vec<usize> = given.iter().chain(weighed).copied().collect();
+    let mut all = vec![false; count];
+    include(network, wanted.iter().chain(&evidence).copied(), &mut all);
+    let whole = Outline::of(network, is_given.clone(), all.clone());
+    let groups = groups(network, &is_given, &evidence, wanted, &whole.cost);
+    let found = groups.unwrap_or_else(|| vec![(whole, wanted.to_vec())]);
+    (found, vec![usize::MAX; count])
 }
 
 /// Adds variables and their ancestors.

@@ -76,12 +76,17 @@ impl Session<'_> {
         let pass = Pass { tree: self.tree, known: &self.known, maximum };
         let ln_scale = pass.up(0, self.tree.cliques.len(), &mut self.cells, &mut self.messages)?;
         self.ln_evidence = ln_scale + self.known.ln_certain;
-        if self.ln_evidence == f64::NEG_INFINITY { Err(impossible()) } else { Ok(()) }
+        match self.ln_evidence == f64::NEG_INFINITY {
+            true => Err(contradiction(self.known.certain_zero(self.tree))),
+            false => Ok(()),
+        }
     }
 }
 
-pub(super) fn impossible() -> Error {
-    Error::Impossible("the network".to_owned())
+/// Evidence that cannot be.
+fn contradiction(variables: Vec<usize>) -> Error {
+    let names = format!("variables {variables:?}");
+    Error::Contradiction { variables, names }
 }
 
 /// One way up.
@@ -163,12 +168,30 @@ impl Pass<'_> {
         }
         let largest = message.iter().copied().fold(0.0, f64::max);
         if largest <= 0.0 {
-            return Err(impossible());
+            return Err(contradiction(self.observed(number)));
         }
         let scale = 1.0 / largest;
         message.iter_mut().for_each(|cell| *cell *= scale);
         from[clique.message] = scale;
         Ok(largest.ln())
+    }
+
+    /// The observed variables of a clique; where it has none, those of all cliques below it.
+    fn observed(&self, number: usize) -> Vec<usize> {
+        let of = |clique: &Clique| {
+            let given =
+                clique.sources.iter().flat_map(|source| source.given.iter().map(|(variable, _)| *variable));
+            let weighed =
+                clique.variables.iter().copied().filter(|one| self.known.places[*one] != usize::MAX);
+            given.chain(weighed).collect::<Vec<usize>>()
+        };
+        let mut found = of(&self.tree.cliques[number]);
+        if found.is_empty() {
+            found = self.tree.cliques[self.tree.first[number]..=number].iter().flat_map(of).collect();
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// One block of a clique: tables, likelihoods and messages, multiplied.

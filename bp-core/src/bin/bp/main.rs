@@ -15,6 +15,7 @@ mod format;
 mod highlight;
 mod html;
 mod latex;
+mod network;
 mod numbers;
 mod output;
 mod parameters;
@@ -55,6 +56,9 @@ enum Verb {
     Explain(explain::Arguments),
     Ask(ask::Arguments),
     Draw(draw::Arguments),
+    Marginals(network::marginals::Arguments),
+    Mpe(network::mpe::Arguments),
+    Cost(network::size::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -67,6 +71,9 @@ fn main() -> ExitCode {
         Verb::Explain(arguments) => explain::run(&arguments, &mut out),
         Verb::Ask(arguments) => ask::run(&arguments, &mut out),
         Verb::Draw(arguments) => draw::run(&arguments, &mut out),
+        Verb::Marginals(arguments) => network::marginals::run(&arguments, &mut out),
+        Verb::Mpe(arguments) => network::mpe::run(&arguments, &mut out),
+        Verb::Cost(arguments) => network::size::run(&arguments, &mut out),
         Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
     };
     let flushed = out.flush().map_err(Failure::Output);

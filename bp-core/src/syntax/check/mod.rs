@@ -13,7 +13,6 @@ mod foreign;
 mod forms;
 mod functions;
 mod named_forms;
-mod names;
 mod operators;
 mod questions;
 mod subroutines;
@@ -26,6 +25,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
 use crate::model::{Model, ModelBuilder, Question};
 use crate::source::{Source, Span};
+use crate::spelling as names;
 use std::collections::{HashMap, HashSet};
 
 /// Checks the programs of a file, and gives the meaning of each. A program may ask questions of those before it.

@@ -4,12 +4,12 @@
 //! suggestion is a slip of the hand away, never another word.
 
 /// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
-pub(super) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+pub(crate) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     within(wanted.chars().count() / 4, wanted, known)
 }
 
 /// The nearest of the names where any other word would be odd: in a word of three letters one may be wrong too.
-pub(super) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+pub(crate) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let letters = wanted.chars().count();
     within(if letters < 3 { 0 } else { letters.div_ceil(4) }, wanted, known)
 }
@@ -27,7 +27,7 @@ fn within<'n>(most: usize, wanted: &str, known: impl IntoIterator<Item = &'n str
 }
 
 /// A help that suggests the nearest of the names.
-pub(super) fn did_you_mean<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
+pub(crate) fn did_you_mean<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
     nearest(wanted, known).map(|name| format!("did you mean `{name}`?"))
 }
 
@@ -53,7 +53,7 @@ fn distance(left: &str, right: &str) -> usize {
 }
 
 /// Names as an English list in backticks.
-pub(super) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {
+pub(crate) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {
     let words: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
     match words.split_last() {
         None => String::new(),

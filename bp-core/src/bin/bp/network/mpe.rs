@@ -1,0 +1,47 @@
+//! `bp mpe`: the most probable value of all variables together.
+//!
+//! In: a network and evidence. Out: a table, or JSON. Invariant: as the evidence says where it says anything.
+
+use super::Asked;
+use crate::failure::Failure;
+use crate::numbers::six_digits;
+use crate::wrap::{columns, filled};
+use bp_core::tree::Tree;
+use serde_json::{Map, Value, json};
+use std::io::Write;
+
+/// The most probable assignment of all variables, and ln of its probability together with the evidence.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp mpe asia.bif
+  bp mpe asia.bif --evidence '{\"dysp\": \"yes\"}' --json")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    asked: Asked,
+    /// For machines.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let (named, evidence) = arguments.asked.read()?;
+    let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
+    let tree = Tree::new(&named.network, &given)?;
+    let (values, ln_joint) = tree.session().most_probable(&evidence).map_err(|error| named.tell(error))?;
+    let pairs =
+        || values.iter().enumerate().map(|(one, value)| (named.variable(one), named.value(one, *value)));
+    if arguments.json {
+        let assignment: Map<String, Value> =
+            pairs().map(|(name, value)| (name, Value::String(value))).collect();
+        let answer = json!({ "ln_p": ln_joint, "assignment": assignment });
+        serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
+        return Ok(writeln!(out)?);
+    }
+    let width = pairs().map(|(name, _)| columns(&name)).max().unwrap_or(0);
+    for (name, value) in pairs() {
+        writeln!(out, "  {}  {value}", filled(&name, width))?;
+    }
+    writeln!(out, "\n  ln P = {}", six_digits(ln_joint))?;
+    Ok(())
+}

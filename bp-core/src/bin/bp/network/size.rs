@@ -1,0 +1,63 @@
+//! `bp cost`: what a network would take, before anything runs.
+//!
+//! In: a network and perhaps evidence. Out: width, cells and bytes of one tree, and of what would be run. Invariant:
+//! nothing is computed but the plan.
+
+use super::Asked;
+use crate::failure::Failure;
+use crate::numbers::six_digits;
+use bp_core::tree::{Cost, Marginals, Tree};
+use serde_json::json;
+use std::io::Write;
+
+/// The cost of all marginals: the width of the tree, its cells, and bytes.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp cost link.bif
+  bp cost link.bif --evidence '{\"N59_d_g\": \"N\"}' --json")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    asked: Asked,
+    /// For machines.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let (named, evidence) = arguments.asked.read()?;
+    let network = &named.network;
+    let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
+    let weighed: Vec<usize> = evidence.likelihoods.iter().map(|(variable, _)| *variable).collect();
+    let every: Vec<usize> = (0..network.cardinalities.len()).collect();
+    let tree = Tree::cost_of(network, &given);
+    let (cost, trees) = Marginals::plan(network, &given, &weighed, &every);
+    if arguments.json {
+        let one = |cost: Cost| json!({ "width": cost.width, "cells": cost.cells, "bytes": cost.bytes });
+        let mut answer = one(cost);
+        answer["variables"] = json!(every.len());
+        answer["trees"] = json!(trees);
+        answer["one_tree"] = one(tree);
+        serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
+        return Ok(writeln!(out)?);
+    }
+    writeln!(out, "  {} variables, {} tables", every.len(), network.tables.len())?;
+    let line = |what: &str, cost: Cost| {
+        let bytes = ["B", "kB", "MB", "GB", "TB", "PB"];
+        let unit = (cost.bytes.max(1.0).log10() / 3.0).floor().clamp(0.0, 5.0);
+        let amount = six_digits((cost.bytes / 1000f64.powf(unit) * 10.0).round() / 10.0);
+        format!(
+            "  {what:<22}  width {:>4}  cells {:>12}  {amount} {}",
+            cost.width,
+            six_digits(cost.cells.round()),
+            bytes[unit as usize]
+        )
+    };
+    writeln!(out, "{}", line("one junction tree", tree))?;
+    let what = match trees {
+        1 => "what is run: that".to_owned(),
+        several => format!("what is run: {several} trees"),
+    };
+    writeln!(out, "{}", line(&what, cost))?;
+    Ok(())
+}
