@@ -5,6 +5,7 @@
 
 pub mod answer;
 pub mod diagnostic;
+pub mod distribution;
 pub mod emit;
 pub mod error;
 pub mod exec;
@@ -15,6 +16,7 @@ pub mod lower;
 pub mod model;
 pub mod operators;
 pub mod plan;
+pub mod random;
 pub mod source;
 pub mod space;
 pub mod syntax;
