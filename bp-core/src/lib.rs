@@ -17,6 +17,7 @@ pub mod model;
 pub mod operators;
 pub mod plan;
 pub mod random;
+pub mod sample;
 pub mod source;
 pub mod space;
 pub mod syntax;

@@ -100,6 +100,11 @@ impl<'m> Setting<'m> {
         Ok(setting)
     }
 
+    /// What the host gives under a name.
+    pub fn given(&self, name: &str) -> Option<&[f64]> {
+        self.inputs.find(name)
+    }
+
     /// How many slots an assignment has.
     pub fn slots(&self) -> usize {
         self.offsets[self.offsets.len() - 1]

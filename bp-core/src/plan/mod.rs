@@ -16,11 +16,13 @@ mod gaussian;
 mod notation;
 mod order;
 mod print;
+mod sampled;
 mod scan;
 mod scope;
 
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
+pub use sampled::{Sampled, Treatment};
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
@@ -172,6 +174,8 @@ pub enum Route {
     Exact(Exact),
     /// All is linear and Gaussian: closed form.
     Gaussian(Gaussian),
+    /// No exact route: estimated by draws.
+    Sampled(Sampled),
 }
 
 /// How a question is answered.
@@ -186,8 +190,7 @@ pub struct Plan {
 /// Plans a question.
 ///
 /// # Errors
-/// No exact route answers it: a sum over reals that are not all linear and Gaussian, or a family of unknown
-/// length that no scan covers.
+/// No route answers it: no exact one, and something in it cannot be drawn or weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let mut routes = Vec::new();
     let answered = |ask: &&Ask| {
@@ -216,10 +219,18 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
         rest = others;
         routes.push(match closed {
             true => Route::Gaussian(gaussian::plan(model, asks)?),
-            false => Route::Exact(plan_exact(model, asks, options)?),
+            false => plan_exact_or_sampled(model, asks, options)?,
         });
     }
     Ok(Plan { question: question.clone(), routes })
+}
+
+/// Sums and products where they answer, else draws.
+fn plan_exact_or_sampled(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Route, Error> {
+    match plan_exact(model, asks.clone(), options) {
+        Err(Error::Unplanned { reason, .. }) => Ok(Route::Sampled(sampled::plan(model, asks, reason)?)),
+        exact => Ok(Route::Exact(exact?)),
+    }
 }
 
 /// The stages of an exact plan.

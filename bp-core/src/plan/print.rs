@@ -11,7 +11,7 @@ use crate::model::{Ask, Evidence, Model, Reduction, Searched};
 use std::collections::BTreeMap;
 
 /// (rule, reason, equation).
-type Line = (String, String, String);
+pub(super) type Line = (String, String, String);
 
 impl Plan {
     /// The derivation of the answer, step by step: (rule, reason, equation).
@@ -49,6 +49,7 @@ impl Route {
         match self {
             Route::Exact(exact) => exact.lines(model, notation),
             Route::Gaussian(gaussian) => (gaussian.derivation(model, notation), Vec::new()),
+            Route::Sampled(sampled) => (sampled.derivation(model, notation), Vec::new()),
         }
     }
 }
