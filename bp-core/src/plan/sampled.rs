@@ -53,6 +53,16 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>, reason: String) -> Result<Samp
     let observed: Vec<VariableId> =
         asks[0].known.iter().filter(|known| is_hard(&known.evidence)).map(|known| known.variable).collect();
     let factors = relevant(model, &asks);
+    let hidden_real = |id: &FactorId| {
+        let left = &model.factors[*id].left;
+        left.iter().any(|use_| {
+            !observed.contains(&use_.variable) && !model.variables[use_.variable].domain.is_finite()
+        })
+    };
+    // What is finite throughout is refused for its size or its form: those are to be mended, not estimated.
+    if !factors.iter().any(hidden_real) {
+        return Err(Error::Unplanned { question, reason });
+    }
     if let Some(why) = factors.iter().find_map(|id| refused_factor(model, &model.factors[*id])) {
         return Err(refused(why));
     }
