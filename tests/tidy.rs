@@ -51,7 +51,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 10] = [
+const DIRECTIONS: [(&str, &[&str]); 11] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
@@ -61,6 +61,7 @@ const DIRECTIONS: [(&str, &[&str]); 10] = [
     ("emit", &["syntax", "learn", "answer", "io"]),
     ("distribution", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("sample", &["syntax", "kernel", "lower", "emit", "learn", "answer", "io"]),
+    ("time", &["syntax", "emit", "learn", "answer", "io"]),
     ("answer", &["syntax", "emit"]),
 ];
 

@@ -6,6 +6,7 @@
 
 mod check;
 mod link;
+mod over_time;
 mod reading;
 mod sampled;
 
@@ -172,6 +173,11 @@ pub fn ask_with(
     for route in &plan.routes {
         match route {
             Route::Gaussian(gaussian) => answers.extend(ask_gaussian(model, gaussian, inputs)?),
+            Route::OverTime(over_time) => {
+                let reason =
+                    "it is asked over time: give what was observed, an instant after the other".to_owned();
+                return Err(Error::Unplanned { question: model.ask_text(&over_time.ask), reason });
+            }
             Route::Sampled(sampled) => answers.extend(sampled::answers(model, sampled, inputs, sampling)?),
             Route::Exact(exact) => {
                 let lowered = lower(model, exact, &question.name)?;
@@ -252,6 +258,22 @@ fn ask_gaussian(
                 .collect(),
         })
         .collect())
+}
+
+/// Asks a question over time: what was observed at each instant, by name.
+///
+/// # Errors
+/// As [`ask`]; a question that is not over time.
+pub fn ask_over_time(
+    model: &Model,
+    question: &Question,
+    observations: &[Vec<(String, f64)>],
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    let model = &*link(model)?;
+    check::inputs(model, question, inputs)?;
+    over_time::answers(model, question, observations, inputs, sampling)
 }
 
 /// How close to the largest a score must be to be as good, as a fraction of it.

@@ -21,4 +21,5 @@ pub mod sample;
 pub mod source;
 pub mod space;
 pub mod syntax;
+pub mod time;
 pub mod tree;

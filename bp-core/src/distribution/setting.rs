@@ -100,6 +100,11 @@ impl<'m> Setting<'m> {
         Ok(setting)
     }
 
+    /// What the host gives.
+    pub fn inputs(&self) -> &Inputs<'m, f64> {
+        self.inputs
+    }
+
     /// What the host gives under a name.
     pub fn given(&self, name: &str) -> Option<&[f64]> {
         self.inputs.find(name)

@@ -15,6 +15,7 @@ mod equation;
 mod gaussian;
 mod notation;
 mod order;
+mod over_time;
 mod print;
 mod sampled;
 mod scan;
@@ -22,6 +23,7 @@ mod scope;
 
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
+pub use over_time::{By, OverTime};
 pub use sampled::{Sampled, Treatment};
 
 use crate::error::Error;
@@ -176,6 +178,8 @@ pub enum Route {
     Gaussian(Gaussian),
     /// No exact route: estimated by draws.
     Sampled(Sampled),
+    /// Over time, from instant to instant.
+    OverTime(OverTime),
 }
 
 /// How a question is answered.
@@ -200,11 +204,15 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
         };
         known(&ask.reduction) && !ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
     };
-    if let Some(ask) = question.asks.iter().find(|ask| !answered(ask)) {
+    if let Some(ask) = question.asks.iter().find(|ask| !answered(ask) && !ask.reduction.is_over_time()) {
         let reason = "it is read and checked, but not answered yet".to_owned();
         return Err(Error::Unplanned { question: model.ask_text(ask), reason });
     }
-    let mut rest: Vec<Ask> = question.asks.clone();
+    let (over_time, mut rest): (Vec<Ask>, Vec<Ask>) =
+        question.asks.iter().cloned().partition(|ask| ask.reduction.is_over_time());
+    for ask in over_time {
+        routes.push(Route::OverTime(over_time::plan(model, ask)?));
+    }
     while let Some(first) = rest.first().cloned() {
         let closed = gaussian::applies(model, &first);
         // A searched real stands for one value, which must not be taken for that of another ask.

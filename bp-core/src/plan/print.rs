@@ -50,6 +50,7 @@ impl Route {
             Route::Exact(exact) => exact.lines(model, notation),
             Route::Gaussian(gaussian) => (gaussian.derivation(model, notation), Vec::new()),
             Route::Sampled(sampled) => (sampled.derivation(model, notation), Vec::new()),
+            Route::OverTime(over_time) => (over_time.derivation(model, notation), Vec::new()),
         }
     }
 }

@@ -105,7 +105,7 @@ fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
 fn cost(plan: &Plan) -> Option<f64> {
     let costs = plan.routes.iter().filter_map(|route| match route {
         Route::Exact(exact) => Some(exact.cost),
-        Route::Gaussian(_) | Route::Sampled(_) => None,
+        Route::Gaussian(_) | Route::Sampled(_) | Route::OverTime(_) => None,
     });
     let total: f64 = costs.sum();
     (total > 0.0).then_some(total)
