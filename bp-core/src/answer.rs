@@ -6,7 +6,9 @@
 
 mod check;
 mod link;
+mod over_time;
 mod reading;
+mod sampled;
 
 pub use link::link;
 
@@ -16,6 +18,7 @@ use crate::ids::VariableId;
 use crate::lower::lower;
 use crate::model::{Ask, Evidence, Model, Question, Value};
 use crate::plan::{self, Options, Plan, Route};
+use crate::sample::Sampling;
 use reading::Reading;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -27,8 +30,26 @@ pub struct Answer {
     pub question: String,
     /// ln P(evidence), where the evidence is one event; a density where it is real.
     pub ln_evidence: Option<f64>,
+    /// How it was estimated, where it is not exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<Estimate>,
     /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
     pub answer: Vec<Row>,
+}
+
+/// How an answer was estimated.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Estimate {
+    /// How many draws.
+    pub particles: usize,
+    /// How many draws of the answer itself would say as much.
+    pub effective: f64,
+    /// Where the random numbers began.
+    pub seed: u64,
+    /// The standard error of ln P(evidence), where that is told.
+    pub ln_evidence_error: Option<f64>,
+    /// What is to be minded.
+    pub warning: Option<String>,
 }
 
 /// One row of an answer.
@@ -56,6 +77,29 @@ pub enum Figure {
         /// In nats.
         entropy: f64,
     },
+    /// A probability, estimated.
+    Estimated {
+        /// The probability.
+        p: f64,
+        /// Its standard error.
+        error: f64,
+    },
+    /// An expectation or a variance, estimated.
+    Moment {
+        /// It.
+        value: f64,
+        /// Its standard error.
+        error: f64,
+    },
+    /// What draws say of a real; behind each number its standard error.
+    Real {
+        /// Mean.
+        mean: [f64; 2],
+        /// Standard deviation.
+        deviation: [f64; 2],
+        /// The quantiles at 5 %, 50 % and 95 %.
+        quantiles: [[f64; 2]; 3],
+    },
     /// A normal law.
     Normal {
         /// Mean.
@@ -69,7 +113,7 @@ impl Row {
     /// The probability; `None` for a row that is no probability.
     pub fn p(&self) -> Option<f64> {
         match self.figure {
-            Figure::Probability { p } => Some(p),
+            Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
             _ => None,
         }
     }
@@ -107,8 +151,21 @@ pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error
 /// Asks a question of a model.
 ///
 /// # Errors
-/// No exact route; inputs that are missing or do not fit; evidence of probability zero.
+/// No route; inputs that are missing or do not fit; evidence of probability zero.
 pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+    ask_with(model, question, inputs, Sampling::default())
+}
+
+/// Asks a question of a model; what has no exact answer is estimated as `sampling` says.
+///
+/// # Errors
+/// As [`ask`].
+pub fn ask_with(
+    model: &Model,
+    question: &Question,
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
     let model = &*link(model)?;
     let plan = plan_for_answer(model, question)?;
     check::inputs(model, question, inputs)?;
@@ -116,6 +173,12 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
     for route in &plan.routes {
         match route {
             Route::Gaussian(gaussian) => answers.extend(ask_gaussian(model, gaussian, inputs)?),
+            Route::OverTime(over_time) => {
+                let reason =
+                    "it is asked over time: give what was observed, an instant after the other".to_owned();
+                return Err(Error::Unplanned { question: model.ask_text(&over_time.ask), reason });
+            }
+            Route::Sampled(sampled) => answers.extend(sampled::answers(model, sampled, inputs, sampling)?),
             Route::Exact(exact) => {
                 let lowered = lower(model, exact, &question.name)?;
                 let lanes = Lanes::new(lowered.kernel);
@@ -130,7 +193,8 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
                     }
                     let extents = lanes.extents(&output.name, inputs)?;
                     let rows = Reading::new(model, ask, output, cells, &extents, inputs).rows()?;
-                    let answer = Answer { question: model.ask_text(ask), ln_evidence, answer: rows };
+                    let answer =
+                        Answer { question: model.ask_text(ask), ln_evidence, estimate: None, answer: rows };
                     if exact.ln_evidence && answer.ln_evidence == Some(f64::NEG_INFINITY) {
                         return Err(Error::Impossible(answer.question));
                     }
@@ -183,6 +247,7 @@ fn ask_gaussian(
         .map(|ask| Answer {
             question: model.ask_text(ask),
             ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
+            estimate: None,
             answer: (ask.searched.iter())
                 .map(|searched| model.variable_name(searched.variable))
                 .map(|name| {
@@ -193,6 +258,22 @@ fn ask_gaussian(
                 .collect(),
         })
         .collect())
+}
+
+/// Asks a question over time: what was observed at each instant, by name.
+///
+/// # Errors
+/// As [`ask`]; a question that is not over time.
+pub fn ask_over_time(
+    model: &Model,
+    question: &Question,
+    observations: &[Vec<(String, f64)>],
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    let model = &*link(model)?;
+    check::inputs(model, question, inputs)?;
+    over_time::answers(model, question, observations, inputs, sampling)
 }
 
 /// How close to the largest a score must be to be as good, as a fraction of it.

@@ -5,6 +5,7 @@
 
 pub mod answer;
 pub mod diagnostic;
+pub mod distribution;
 pub mod draw;
 pub mod emit;
 pub mod error;
@@ -18,9 +19,12 @@ pub mod lower;
 pub mod model;
 pub mod operators;
 pub mod plan;
+pub mod random;
+pub mod sample;
 pub mod source;
 pub mod space;
 mod spelling;
 pub mod syntax;
+pub mod time;
 pub mod tree;
 pub mod xml;

@@ -69,6 +69,16 @@ fn emit_question(model: &Model, asked: &Question, modules: &mut Taken, text: &mu
         match route {
             Route::Exact(exact) => question::emit(&lower(model, exact, &asked.name)?, &name, equation, text)?,
             Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, text),
+            Route::OverTime(over_time) => {
+                let reason =
+                    "over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned();
+                return Err(Error::Unplanned { question: model.ask_text(&over_time.ask), reason });
+            }
+            Route::Sampled(sampled) => {
+                let reason =
+                    format!("{}; draws are made by `answer::ask`, not by emitted code", sampled.reason);
+                return Err(Error::Unplanned { question: model.ask_text(&sampled.asks[0]), reason });
+            }
         }
     }
     Ok(())

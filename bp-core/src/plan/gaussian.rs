@@ -52,6 +52,16 @@ pub struct LinearForm {
 
 /// Whether a model is linear and Gaussian throughout, and the ask is one of its reals.
 pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
+    is_linear(model) && distribution(ask)
+}
+
+/// The variables that are linear and Gaussian once all others are known.
+pub(super) fn conditionally_linear(_: &Model) -> Vec<VariableId> {
+    Vec::new()
+}
+
+/// Whether a model is linear and Gaussian throughout.
+pub(super) fn is_linear(model: &Model) -> bool {
     let reals = model.variables.iter().all(|(id, variable)| {
         Some(id) == model.plate_index() || (variable.domain == Domain::Real && variable.family.is_none())
     });
@@ -62,10 +72,7 @@ pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
         Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
         _ => false,
     });
-    reals
-        && linear
-        && model.factors.values().all(|factor| factor_is_finite(model, factor))
-        && distribution(ask)
+    reals && linear && model.factors.values().all(|factor| factor_is_finite(model, factor))
 }
 
 fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {

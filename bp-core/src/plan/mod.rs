@@ -16,13 +16,17 @@ mod equation;
 mod gaussian;
 mod notation;
 mod order;
+mod over_time;
 mod print;
+mod sampled;
 mod scan;
 mod scope;
 
 pub use cost::{Cost, Elimination};
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
+pub use over_time::{By, OverTime};
+pub use sampled::{Sampled, Treatment};
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
@@ -159,6 +163,10 @@ pub enum Route {
     Exact(Exact),
     /// All is linear and Gaussian: closed form.
     Gaussian(Gaussian),
+    /// No exact route: estimated by draws.
+    Sampled(Sampled),
+    /// Over time, from instant to instant.
+    OverTime(OverTime),
 }
 
 /// How a question is answered.
@@ -173,8 +181,7 @@ pub struct Plan {
 /// Plans a question.
 ///
 /// # Errors
-/// No exact route answers it: a sum over reals that are not all linear and Gaussian, or a family of unknown
-/// length that no scan covers.
+/// No route answers it: no exact one, and something in it cannot be drawn or weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let mut routes = Vec::new();
     let answered = |ask: &&Ask| {
@@ -184,11 +191,15 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
         };
         known(&ask.reduction) && !ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
     };
-    if let Some(ask) = question.asks.iter().find(|ask| !answered(ask)) {
+    if let Some(ask) = question.asks.iter().find(|ask| !answered(ask) && !ask.reduction.is_over_time()) {
         let reason = "it is read and checked, but not answered yet".to_owned();
         return Err(Error::Unplanned { question: model.ask_text(ask), reason });
     }
-    let mut rest: Vec<Ask> = question.asks.clone();
+    let (over_time, mut rest): (Vec<Ask>, Vec<Ask>) =
+        question.asks.iter().cloned().partition(|ask| ask.reduction.is_over_time());
+    for ask in over_time {
+        routes.push(Route::OverTime(over_time::plan(model, ask)?));
+    }
     while let Some(first) = rest.first().cloned() {
         let closed = gaussian::applies(model, &first);
         // A searched real stands for one value, which must not be taken for that of another ask.
@@ -203,10 +214,18 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
         rest = others;
         routes.push(match closed {
             true => Route::Gaussian(gaussian::plan(model, asks)?),
-            false => Route::Exact(plan_exact(model, asks, options)?),
+            false => plan_exact_or_sampled(model, asks, options)?,
         });
     }
     Ok(Plan { question: question.clone(), routes })
+}
+
+/// Sums and products where they answer, else draws.
+fn plan_exact_or_sampled(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Route, Error> {
+    match plan_exact(model, asks.clone(), options) {
+        Err(Error::Unplanned { reason, .. }) => Ok(Route::Sampled(sampled::plan(model, asks, reason)?)),
+        exact => Ok(Route::Exact(exact?)),
+    }
 }
 
 /// The stages of an exact plan.

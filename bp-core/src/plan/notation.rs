@@ -42,6 +42,15 @@ impl Notation {
         }
     }
 
+    /// Words and signs that stand between the parts of an equation.
+    pub(super) fn said(self, unicode: &str, latex: &str) -> String {
+        match self {
+            Notation::Unicode => unicode.to_owned(),
+            Notation::Latex => latex.to_owned(),
+            Notation::MathMl => format!("<mtext>{}</mtext>", xml::escaped(unicode)),
+        }
+    }
+
     /// A variable, as mathematics prints it.
     pub(super) fn name(self, model: &Model, id: VariableId) -> String {
         let variable = &model.variables[id];

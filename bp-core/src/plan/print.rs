@@ -5,7 +5,7 @@
 
 use super::draft::{DEFINITION, EVIDENCE, are};
 use super::equation::Printer;
-use super::{Binding, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
+use super::{By, Binding, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Model, Reduction, Searched};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ const LN_P: &str = "<mi>p</mi><mspace width=\"0.17em\"/><mi>ln</mi><mspace width
     <mo separator=\"true\">,</mo> <mi>p</mi>";
 
 /// (rule, reason, equation).
-type Line = (String, String, String);
+pub(super) type Line = (String, String, String);
 
 impl Plan {
     /// The derivation of the answer, step by step: (rule, reason, equation).
@@ -53,6 +53,12 @@ impl Route {
             }
             Route::Exact(_) => "exact, by sums and products: all that is summed is finite",
             Route::Gaussian(_) => "exact, in closed form: all is real, linear and Gaussian",
+            Route::Sampled(_) => "estimated, by draws: what is summed is not finite, nor linear and Gaussian",
+            Route::OverTime(over_time) => match over_time.by {
+                By::Chain => "exact, instant by instant: what is carried is finite",
+                By::Gaussian(_) => "exact, instant by instant: what is carried is linear and Gaussian",
+                By::Particles { .. } => "estimated, instant by instant, by particles",
+            },
         }
     }
 
@@ -67,6 +73,8 @@ impl Route {
         match self {
             Route::Exact(exact) => exact.lines(model, notation),
             Route::Gaussian(gaussian) => (gaussian.derivation(model, notation), Vec::new()),
+            Route::Sampled(sampled) => (sampled.derivation(model, notation), Vec::new()),
+            Route::OverTime(over_time) => (over_time.derivation(model, notation), Vec::new()),
         }
     }
 }

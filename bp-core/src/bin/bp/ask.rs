@@ -13,6 +13,7 @@ use bp_core::kernel::Role;
 use bp_core::lower::lower;
 use bp_core::model::{Evidence, Form, Model, Question, Reduction, Value};
 use bp_core::plan::Route;
+use bp_core::sample::Sampling;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -41,12 +42,23 @@ pub(crate) struct Arguments {
     /// A parameter, a size, or a value that the question leaves open.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     settings: Vec<String>,
+    /// How many draws, where the answer must be estimated.
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
+    particles: usize,
+    /// Where random numbers begin: the same seed gives the same answer.
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
+    seed: u64,
     /// Write the answer as JSON.
     #[arg(long)]
     json: bool,
     /// Show all rows of large tables.
     #[arg(long)]
     all: bool,
+}
+
+fn particles(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| (1..=100_000_000).contains(count));
+    count.ok_or_else(|| "expected a number of draws, from 1 to 100000000".to_owned())
 }
 
 fn setting(text: &str) -> Result<String, String> {
@@ -61,9 +73,10 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions = program::questions(&model, arguments.question.as_deref())?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &questions)?)?;
     let inputs = settings.inputs();
+    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed, ..Sampling::default() };
     let mut answers: Vec<Answer> = Vec::new();
     for question in &questions {
-        answers.extend(answer::ask(&model, question, &inputs)?);
+        answers.extend(answer::ask_with(&model, question, &inputs, sampling)?);
     }
     if arguments.json {
         let written = match answers.as_slice() {

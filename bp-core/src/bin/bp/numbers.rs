@@ -16,6 +16,15 @@ pub(crate) fn six_digits(number: f64) -> String {
     }
 }
 
+/// An error: two significant digits are enough.
+pub(crate) fn two_digits(number: f64) -> String {
+    match format!("{number:.1e}").parse::<f64>() {
+        Ok(rounded) if (1e-4..1e4).contains(&rounded.abs()) => rounded.to_string(),
+        _ if number == 0.0 => "0".to_owned(),
+        _ => format!("{number:.1e}"),
+    }
+}
+
 /// A bar for a fraction of the width, in eighths of a cell; something that is not nothing shows.
 pub(crate) fn bar(fraction: f64, width: usize) -> String {
     const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];

@@ -3,7 +3,7 @@
 //! In: an [`Answer`]. Out: aligned columns, and bars for probabilities. Invariant: no line of a table whose values are
 //! short is wider than a terminal.
 
-use crate::numbers::{bar, six_digits};
+use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
 use bp_core::answer::{Answer, Figure, Row};
 use std::io::{Result, Write};
@@ -19,18 +19,32 @@ pub(crate) fn write(answer: &Answer, all: bool, out: &mut impl Write) -> Result<
     write!(out, "{}", wrapped("", &answer.question, 4))?;
     let shown = if all { answer.answer.len() } else { answer.answer.len().min(FIRST_ROWS) };
     let rows = &answer.answer[..shown];
-    if !rows.is_empty() {
+    if rows.is_empty() {
+        writeln!(out, "  no value is possible")?;
+    }
+    for rows in rows.chunk_by(|one, other| headings(one) == headings(other)) {
         writeln!(out)?;
         write_rows(rows, largest(&answer.answer), out)?;
-    } else {
-        writeln!(out, "  no value is possible")?;
     }
     if shown < answer.answer.len() {
         writeln!(out, "  … and {} more rows; --all shows them", answer.answer.len() - shown)?;
     }
     let knows = answer.question.contains('|');
     if let Some(ln_evidence) = answer.ln_evidence.filter(|_| knows) {
-        writeln!(out, "\n  ln P(evidence) = {}", six_digits(ln_evidence))?;
+        let error = answer.estimate.as_ref().and_then(|estimate| estimate.ln_evidence_error);
+        let error = error.map_or_else(String::new, |error| format!(" ± {}", two_digits(error)));
+        writeln!(out, "\n  ln P(evidence) = {}{error}", six_digits(ln_evidence))?;
+    }
+    if let Some(estimate) = &answer.estimate {
+        let (particles, effective) = (estimate.particles, estimate.effective);
+        writeln!(
+            out,
+            "\n  {particles} draws, worth {effective:.0} of the answer itself (seed {})",
+            estimate.seed
+        )?;
+        if let Some(warning) = &estimate.warning {
+            write!(out, "{}", wrapped("  mind: ", warning, 8))?;
+        }
     }
     Ok(())
 }
@@ -39,22 +53,27 @@ fn largest(rows: &[Row]) -> f64 {
     rows.iter().filter_map(Row::p).fold(0.0, f64::max)
 }
 
+/// The headings of a row: its variables, and what is said of them. A variable without a value heads its row, not a
+/// column.
+fn headings(row: &Row) -> Vec<String> {
+    let named = row.values.iter().any(|(_, value)| value.is_empty());
+    let valued = row.values.iter().filter(|(_, value)| !value.is_empty()).map(|(name, _)| name.clone());
+    let figures: &[&str] = match row.figure {
+        Figure::Probability { .. } => &["probability"],
+        Figure::Entropy { .. } => &["entropy"],
+        Figure::Normal { .. } => &["mean ± deviation"],
+        Figure::Estimated { .. } => &["probability ± error"],
+        Figure::Moment { .. } => &["estimate ± error"],
+        Figure::Real { .. } => &["mean ± error", "deviation", "5 %", "50 %", "95 %"],
+    };
+    let figures = figures.iter().map(|figure| (*figure).to_owned());
+    valued.chain(named.then(String::new)).chain(figures).collect()
+}
+
 fn write_rows(rows: &[Row], largest: f64, out: &mut impl Write) -> Result<()> {
-    let mut headings: Vec<&str> = rows[0].values.iter().map(|(variable, _)| variable.as_str()).collect();
-    headings.push(match rows[0].figure {
-        Figure::Probability { .. } => "probability",
-        Figure::Entropy { .. } => "entropy",
-        Figure::Normal { .. } => "mean ± deviation",
-    });
-    let mut cells: Vec<Vec<String>> = rows.iter().map(cells_of).collect();
-    // The variable of a normal law is a name without a value: it heads its row, not a column.
-    if let Figure::Normal { .. } = rows[0].figure {
-        headings = vec!["", "mean ± deviation"];
-        for (row, cells) in rows.iter().zip(&mut cells) {
-            let names: Vec<_> = row.values.iter().map(|(name, _)| name.as_str()).collect();
-            *cells = vec![names.join(" "), cells.pop().unwrap_or_default()];
-        }
-    }
+    let headings = headings(&rows[0]);
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    let cells: Vec<Vec<String>> = rows.iter().map(cells_of).collect();
     let width = |column: usize| {
         let widest = cells.iter().map(|row| columns(&row[column])).max().unwrap_or(0);
         widest.max(columns(headings[column]))
@@ -80,11 +99,27 @@ fn write_rows(rows: &[Row], largest: f64, out: &mut impl Write) -> Result<()> {
 }
 
 fn cells_of(row: &Row) -> Vec<String> {
-    let mut cells: Vec<String> = row.values.iter().map(|(_, value)| value.clone()).collect();
-    cells.push(match row.figure {
-        Figure::Probability { p } => six_digits(p),
-        Figure::Entropy { entropy } => format!("{} nats", six_digits(entropy)),
-        Figure::Normal { mean, deviation } => format!("{} ± {}", six_digits(mean), six_digits(deviation)),
-    });
+    let mut cells: Vec<String> =
+        row.values.iter().map(|(_, value)| value.clone()).filter(|value| !value.is_empty()).collect();
+    let names: Vec<&str> =
+        row.values.iter().filter(|(_, value)| value.is_empty()).map(|(name, _)| name.as_str()).collect();
+    if !names.is_empty() {
+        cells.push(names.join(" "));
+    }
+    let estimated = |value: f64, error: f64| format!("{} ± {}", six_digits(value), two_digits(error));
+    match row.figure {
+        Figure::Probability { p } => cells.push(six_digits(p)),
+        Figure::Entropy { entropy } => cells.push(format!("{} nats", six_digits(entropy))),
+        Figure::Normal { mean, deviation } => {
+            cells.push(format!("{} ± {}", six_digits(mean), six_digits(deviation)));
+        }
+        Figure::Estimated { p, error } => cells.push(estimated(p, error)),
+        Figure::Moment { value, error } => cells.push(estimated(value, error)),
+        Figure::Real { mean, deviation, quantiles } => {
+            cells.push(estimated(mean[0], mean[1]));
+            cells.push(six_digits(deviation[0]));
+            cells.extend(quantiles.map(|[quantile, _]| six_digits(quantile)));
+        }
+    }
     cells
 }

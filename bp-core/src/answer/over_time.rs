@@ -1,0 +1,65 @@
+//! Answers over time.
+//!
+//! In: a question over time, and what was observed at each instant. Out: [`Answer`]s, whose rows name the instant where
+//! several are told. Invariant: instants are numbered from 1.
+
+use super::{Answer, Figure, Row};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::model::{Model, Question, Reduction};
+use crate::plan::{self, Options, Route};
+use crate::sample::Sampling;
+use crate::time::{self, Told, What};
+
+pub(super) fn answers(
+    model: &Model,
+    question: &Question,
+    observations: &[Vec<(String, f64)>],
+    inputs: &Inputs<'_, f64>,
+    _sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    let setting = Setting::new(model, inputs)?;
+    let mut answers = Vec::new();
+    for route in plan::plan(model, question, Options::default())?.routes {
+        let Route::OverTime(route) = route else {
+            let reason = "it is not asked over time: write `filter P(…)`, `smooth P(…)`".to_owned();
+            return Err(Error::Unplanned { question: question.name.clone(), reason });
+        };
+        if observations.is_empty() {
+            let name = model.ask_text(&route.ask);
+            return Err(Error::input(
+                name,
+                "no instant was given; it is asked over time, with a row for each",
+            ));
+        }
+        let instants = time::instants(&setting, &route, observations)?;
+        let answered = time::answer(&setting, &route, &instants)?;
+        let several = matches!(route.ask.reduction, Reduction::Smooth | Reduction::Sequence);
+        answers.push(Answer {
+            question: model.ask_text(&route.ask),
+            ln_evidence: Some(answered.ln_evidence),
+            estimate: None,
+            answer: answered.told.iter().flat_map(|told| rows(&setting, told, several)).collect(),
+        });
+    }
+    Ok(answers)
+}
+
+fn rows(setting: &Setting<'_>, told: &Told, several: bool) -> Vec<Row> {
+    let index =
+        setting.model.plate_index().map_or("t".to_owned(), |index| setting.model.variable_name(index));
+    let instant = several.then(|| (index, told.instant.to_string()));
+    match &told.what {
+        What::Probabilities(slots, probabilities) => (probabilities.iter())
+            .map(|(ordinals, p)| {
+                let value = |(slot, ordinal): (&usize, &f64)| {
+                    let domain = &setting.model.variables[setting.variable_of(*slot)].domain;
+                    (setting.slot_name(*slot), domain.value_name(*ordinal as usize))
+                };
+                let values = instant.iter().cloned().chain(slots.iter().zip(ordinals).map(value)).collect();
+                Row { values, figure: Figure::Probability { p: *p } }
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,169 @@
+//! Answers that are estimated by draws.
+//!
+//! In: a sampled route and the host's inputs. Out: [`Answer`]s, each figure with its standard error. Invariant: evidence
+//! that no draw meets is an error, and few effective draws are told.
+
+use super::{Answer, Estimate, Figure, Row};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::model::{Ask, Evidence, Model, Reduction, Value};
+use crate::plan::Sampled;
+use crate::sample::{Draws, Observations, Sampling, weigh};
+
+/// Effective draws below which an answer is said to be rough.
+const FEW: f64 = 200.0;
+
+/// The most rows that a table of estimates may have.
+const MOST_ROWS: usize = 1 << 20;
+
+pub(super) fn answers(
+    model: &Model,
+    route: &Sampled,
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    let setting = Setting::new(model, inputs)?;
+    let ask = &route.asks[0];
+    let observations = Observations::of(&setting, ask)?;
+    let mut kept: Vec<usize> = route
+        .asks
+        .iter()
+        .flat_map(|ask| &ask.searched)
+        .flat_map(|item| setting.slots_of(item.variable))
+        .collect();
+    kept.sort_unstable();
+    kept.dedup();
+    let draws = weigh(&setting, &route.steps, &observations, &kept, sampling)?;
+    if draws.is_impossible() {
+        return Err(Error::Impossible(model.ask_text(ask)));
+    }
+    let known = ask
+        .known
+        .iter()
+        .any(|known| !matches!(known.evidence, Evidence::Each) || known_real(model, known.variable));
+    route.asks.iter().map(|ask| answer(&setting, ask, &draws, &kept, sampling, known)).collect()
+}
+
+fn known_real(model: &Model, variable: crate::ids::VariableId) -> bool {
+    !model.variables[variable].domain.is_finite()
+}
+
+/// What draws say of one ask.
+pub(super) fn answer(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    draws: &Draws,
+    kept: &[usize],
+    sampling: Sampling,
+    known: bool,
+) -> Result<Answer, Error> {
+    let ln_evidence = draws.ln_evidence().filter(|_| known);
+    Ok(Answer {
+        question: setting.model.ask_text(ask),
+        ln_evidence: ln_evidence.map(|[ln, _]| ln),
+        estimate: Some(estimate(draws, ln_evidence.map(|[_, error]| error), sampling)),
+        answer: rows(setting, ask, draws, kept)?,
+    })
+}
+
+fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -> Estimate {
+    let effective = draws.effective();
+    let warning = (effective < FEW).then(|| {
+        format!(
+            "the draws say no more than {effective:.0} of the answer itself would: the evidence is unlikely \
+             a priori; take more (--particles), or walk towards it (--method gibbs)"
+        )
+    });
+    Estimate { particles: draws.count(), effective, seed: sampling.seed, ln_evidence_error, warning }
+}
+
+/// The rows of an ask: a probability for each combination of finite values; the moments of each real.
+pub(super) fn rows(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    draws: &Draws,
+    kept: &[usize],
+) -> Result<Vec<Row>, Error> {
+    let model = setting.model;
+    let position =
+        |slot: usize| kept.iter().position(|own| *own == slot).expect("internal: what is searched is kept");
+    let (mut finite, mut reals) = (Vec::new(), Vec::new());
+    for item in &ask.searched {
+        for slot in setting.slots_of(item.variable) {
+            match model.variables[item.variable].domain.is_finite() {
+                true => finite.push((slot, item.at.clone())),
+                false => reals.push(slot),
+            }
+        }
+    }
+    let mut rows = Vec::new();
+    if ask.reduction == Reduction::Probability && !finite.is_empty() {
+        let count = |slot: usize| setting.count(setting.variable_of(slot));
+        let cells = finite
+            .iter()
+            .map(|(slot, _)| count(*slot))
+            .try_fold(1usize, |cells, count| cells.checked_mul(count).filter(|cells| *cells <= MOST_ROWS));
+        let Some(cells) = cells else {
+            let cells = finite.iter().map(|(slot, _)| count(*slot) as f64).product();
+            let (name, help) = (model.ask_text(ask), "search fewer variables at once".to_owned());
+            return Err(Error::TooLarge { name, cells, most: MOST_ROWS as f64, help });
+        };
+        for cell in 0..cells {
+            let (mut rest, mut values) = (cell, vec![0; finite.len()]);
+            for (at, (slot, _)) in finite.iter().enumerate().rev() {
+                values[at] = rest % count(*slot);
+                rest /= count(*slot);
+            }
+            let wanted = |((slot, at), value): (&(usize, Option<Value>), &usize)| match at {
+                None => true,
+                Some(Value::Ordinal(ordinal)) => ordinal == value,
+                Some(Value::Given(name)) => {
+                    setting.given(name).is_some_and(|given| given.first() == Some(&(*value as f64)))
+                }
+                Some(Value::Real(number)) => {
+                    setting.value_at(setting.variable_of(*slot), *number) == Some(*value as f64)
+                }
+            };
+            if !finite.iter().zip(&values).all(wanted) {
+                continue;
+            }
+            let holds = |draw: usize| {
+                let agrees = |((slot, _), value): (&(usize, Option<Value>), &usize)| {
+                    draws.value(draw, position(*slot)) == *value as f64
+                };
+                if finite.iter().zip(&values).all(agrees) { 1.0 } else { 0.0 }
+            };
+            let [p, error] = draws.mean(holds);
+            let name = |(slot, _): &(usize, Option<Value>), value: usize| {
+                let domain = &model.variables[setting.variable_of(*slot)].domain;
+                (setting.slot_name(*slot), domain.value_name(value))
+            };
+            let values = finite.iter().zip(values).map(|(slot, value)| name(slot, value)).collect();
+            rows.push(Row { values, figure: Figure::Estimated { p, error } });
+        }
+    }
+    let numbers = finite.iter().map(|(slot, _)| *slot).filter(|_| ask.reduction != Reduction::Probability);
+    for slot in numbers.chain(reals) {
+        let variable = setting.variable_of(slot);
+        let at = position(slot);
+        let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
+        let figure = match ask.reduction {
+            Reduction::Expectation => {
+                let [value, error] = draws.mean(number);
+                Figure::Moment { value, error }
+            }
+            Reduction::Variance => {
+                let [mean, _] = draws.mean(number);
+                let [value, error] = draws.mean(|draw| (number(draw) - mean).powi(2));
+                Figure::Moment { value, error }
+            }
+            _ => {
+                let of = draws.moments(at);
+                Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles }
+            }
+        };
+        rows.push(Row { values: vec![(setting.slot_name(slot), String::new())], figure });
+    }
+    Ok(rows)
+}

@@ -1,0 +1,255 @@
+//! From a form to its distribution.
+//!
+//! In: an instance of a factor and the values of its right-hand variables. Out: a [`Distribution`]. Invariant: the
+//! probabilities of a finite left-hand side sum to one, or are all 0 (a Dirac outside its domain, weights without any);
+//! no NaN is given on.
+
+use super::number::Scope;
+use super::{Distribution, Instance, Setting, law};
+use crate::error::Error;
+use crate::ids::{ExpressionId, VariableId};
+use crate::law::Law;
+use crate::model::{Domain, Form};
+use crate::operators::normal_cumulative;
+
+impl Setting<'_> {
+    /// The distribution of an instance's left-hand side where variables have these values.
+    ///
+    /// # Errors
+    /// A parameter of a law that cannot be, a probability that is none, a form that has no numbers of its own.
+    pub fn distribution(&self, instance: &Instance, values: &[f64]) -> Result<Distribution, Error> {
+        let scope = Scope {
+            setting: self,
+            values,
+            indices: &instance.indices,
+            component: instance.component,
+            instead: None,
+        };
+        let form = &self.model.factors[instance.factor].form;
+        let distribution = Evaluation { scope, instance }.form(form)?;
+        if let Distribution::Finite(probabilities) = &distribution
+            && probabilities.iter().any(|probability| !(*probability >= 0.0 && probability.is_finite()))
+        {
+            let reason = "its probabilities are not numbers: a divisor or a standard deviation may be 0";
+            return Err(Error::input(self.slot_name(instance.left[0]), reason));
+        }
+        Ok(distribution)
+    }
+
+    /// ln of the density that an instance gives to the value which its left-hand side has.
+    ///
+    /// # Errors
+    /// As [`Setting::distribution`].
+    pub fn ln_density(&self, instance: &Instance, values: &[f64]) -> Result<f64, Error> {
+        Ok(self.distribution(instance, values)?.ln_density(self.left_value(instance, values)))
+    }
+
+    /// The value of an instance's left-hand side; of several variables together, their joint ordinal.
+    pub fn left_value(&self, instance: &Instance, values: &[f64]) -> f64 {
+        match instance.left.as_slice() {
+            [one] => values[*one],
+            several => several
+                .iter()
+                .fold(0.0, |joint, slot| joint * self.count(self.variable_of(*slot)) as f64 + values[*slot]),
+        }
+    }
+
+    /// Writes a value of an instance's left-hand side into an assignment.
+    pub fn put(&self, instance: &Instance, value: f64, values: &mut [f64]) {
+        let mut rest = value;
+        for (position, slot) in instance.left.iter().enumerate().rev() {
+            let count = self.count(self.variable_of(*slot)) as f64;
+            values[*slot] = if position == 0 { rest } else { rest % count };
+            rest = (rest / count).floor();
+        }
+    }
+}
+
+/// A form that is being evaluated.
+struct Evaluation<'e> {
+    scope: Scope<'e>,
+    instance: &'e Instance,
+}
+
+impl Evaluation<'_> {
+    fn left(&self) -> VariableId {
+        self.scope.setting.variable_of(self.instance.left[0])
+    }
+
+    fn count(&self) -> usize {
+        let count = |slot: &usize| self.scope.setting.count(self.scope.setting.variable_of(*slot));
+        self.instance.left.iter().map(count).product()
+    }
+
+    fn unplanned(&self, reason: String) -> Error {
+        Error::Unplanned { question: self.scope.setting.model.name.clone(), reason }
+    }
+
+    fn numbers(&self, ids: &[ExpressionId]) -> Vec<f64> {
+        ids.iter().map(|id| self.scope.number(*id)).collect()
+    }
+
+    /// A form's distribution.
+    fn form(&self, form: &Form) -> Result<Distribution, Error> {
+        let setting = self.scope.setting;
+        let (left, count) = (self.left(), self.count());
+        let domain = &setting.model.variables[left].domain;
+        Ok(match form {
+            Form::Uniform => Distribution::Finite(vec![1.0 / count as f64; count]),
+            Form::Bernoulli(probability) => {
+                let probability = self.scope.number(*probability);
+                Distribution::Finite(vec![1.0 - probability, probability])
+            }
+            Form::Categorical(entries) => Distribution::Finite(self.numbers(entries)),
+            Form::Table(rows) => {
+                let row = (setting.model.factors[self.instance.factor].right.iter()).fold(0, |row, use_| {
+                    row * setting.count(use_.variable) + self.scope.value(use_).max(0.0) as usize
+                });
+                let row =
+                    rows.get(row).ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?;
+                Distribution::Finite(self.numbers(row))
+            }
+            Form::Constants(numbers) => {
+                let row = (setting.model.factors[self.instance.factor].right.iter()).fold(0, |row, use_| {
+                    row * setting.count(use_.variable) + self.scope.value(use_).max(0.0) as usize
+                });
+                let row = numbers.chunks_exact(count.max(1)).nth(row);
+                Distribution::Finite(row.ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?.to_vec())
+            }
+            Form::Law { law, arguments } => {
+                let parameters = self.parameters(*law, arguments)?;
+                match domain.is_finite() {
+                    true => Distribution::Finite(law::over(setting, left, *law, &parameters)),
+                    false => Distribution::Law(*law, parameters),
+                }
+            }
+            Form::Mixture(parts) => self.mixture(parts, domain)?,
+            Form::Truncated { form, low, high } => {
+                let bounds = [self.scope.number(*low), self.scope.number(*high)];
+                match (form.as_ref(), self.form(form)?) {
+                    (_, Distribution::Finite(probabilities)) => {
+                        let inside = |(ordinal, probability): (usize, f64)| {
+                            let number = setting.number_at(left, ordinal as f64);
+                            if bounds[0] <= number && number <= bounds[1] { probability } else { 0.0 }
+                        };
+                        let inside = probabilities.into_iter().enumerate().map(inside).collect();
+                        Distribution::Finite(normalised(inside))
+                    }
+                    (_, Distribution::Law(law, parameters)) => {
+                        let mass = law::mass(law, bounds, law::exactly(law, &parameters));
+                        Distribution::Truncated { law, parameters, bounds, mass }
+                    }
+                    (form, _) => {
+                        return Err(self.unplanned(format!("`truncated` cuts a law, not `{}`", form.name())));
+                    }
+                }
+            }
+            Form::NormalBins { mean, deviation } => {
+                let [mean, deviation] = self.parameters(Law::Normal, &[*mean, *deviation])?;
+                Distribution::Finite(normal_bins(count - 1, mean, deviation))
+            }
+            Form::Dirac(value) => {
+                let value = setting.value_at(left, self.scope.number(*value));
+                match (domain.is_finite(), value) {
+                    (true, value) => {
+                        let is = |ordinal: usize| f64::from(u8::from(Some(ordinal as f64) == value));
+                        Distribution::Finite((0..count).map(is).collect())
+                    }
+                    (false, Some(value)) => Distribution::Point(value),
+                    (false, None) => {
+                        let name = setting.slot_name(self.instance.left[0]);
+                        return Err(Error::input(name, "what its `dirac` says is not a finite number"));
+                    }
+                }
+            }
+            Form::Previous { of, at: None, otherwise } => {
+                let kept = format!("previous {}", setting.model.variable_name(*of));
+                match setting.inputs.find(&kept) {
+                    Some(kept) if kept.len() == count && domain.is_finite() => {
+                        Distribution::Finite(kept.to_vec())
+                    }
+                    _ => self.form(otherwise)?,
+                }
+            }
+            Form::Weights(weight) => {
+                let slot = self.instance.left[0];
+                let at = |ordinal: usize| {
+                    Scope { instead: Some((slot, ordinal as f64)), ..self.scope }.number(*weight)
+                };
+                Distribution::Finite(normalised((0..count).map(at).collect()))
+            }
+            Form::If { condition, then, otherwise } => {
+                let condition = Scope { component: 0, ..self.scope }.number(*condition);
+                self.form(if condition != 0.0 { then } else { otherwise })?
+            }
+            Form::Unknown(_) => {
+                let head = setting.model.head(&setting.model.factors[self.instance.factor]);
+                return Err(self
+                    .unplanned(format!("`{head}` is `unknown`: learn it from data first, with `bp learn`")));
+            }
+            Form::Previous { .. } | Form::Ask { .. } => {
+                let head = setting.model.head(&setting.model.factors[self.instance.factor]);
+                return Err(self.unplanned(format!("`{head}` is what another program or another cell says")));
+            }
+        })
+    }
+
+    fn mixture(&self, parts: &[(ExpressionId, Form)], domain: &Domain) -> Result<Distribution, Error> {
+        let parts: Vec<(f64, Distribution)> = (parts.iter())
+            .map(|(weight, part)| Ok((self.scope.number(*weight), self.form(part)?)))
+            .collect::<Result<_, Error>>()?;
+        if let Some((weight, _)) = parts.iter().find(|(weight, _)| !(*weight >= 0.0 && weight.is_finite())) {
+            let name = self.scope.setting.slot_name(self.instance.left[0]);
+            return Err(Error::input(name, format!("a weight of its mixture is {weight}")));
+        }
+        if !domain.is_finite() {
+            return Ok(Distribution::Mixture(parts));
+        }
+        let mut sum = vec![0.0; self.count()];
+        for (weight, part) in parts {
+            let Distribution::Finite(part) = part else { unreachable!("internal: a finite variable's form") };
+            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += weight * part);
+        }
+        Ok(Distribution::Finite(sum))
+    }
+
+    fn parameters(&self, law: Law, arguments: &[ExpressionId]) -> Result<[f64; 2], Error> {
+        let mut parameters = [0.0; 2];
+        parameters.iter_mut().zip(arguments).for_each(|(number, id)| *number = self.scope.number(*id));
+        match law.refuses(law::exactly(law, &parameters)) {
+            None => Ok(parameters),
+            Some((position, expected)) => {
+                let name = self.scope.setting.slot_name(self.instance.left[0]);
+                let (what, found) = (law.parameters()[position].0, parameters[position]);
+                let message =
+                    format!("the {what} of its `{}` is {found}, but it must be {expected}", law.name());
+                Err(Error::input(name, message))
+            }
+        }
+    }
+}
+
+/// Each part of the total; all 0 where the total is 0.
+pub(super) fn normalised(weights: Vec<f64>) -> Vec<f64> {
+    let total: f64 = weights.iter().sum();
+    if total > 0.0 {
+        weights.into_iter().map(|weight| weight / total).collect()
+    } else {
+        weights.into_iter().map(|weight| weight * 0.0).collect()
+    }
+}
+
+/// "Nothing", then `count` unit bins, the first of which takes all that lies below it.
+fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<f64> {
+    let below = |edge: usize| normal_cumulative((edge as f64 - mean) / deviation);
+    let mut probabilities = vec![0.0; count + 1];
+    if mean >= count as f64 + 0.5 {
+        probabilities[0] = 1.0;
+        return probabilities;
+    }
+    probabilities[0] = 1.0 - below(count);
+    for bin in 1..=count {
+        probabilities[bin] = below(bin) - if bin == 1 { 0.0 } else { below(bin - 1) };
+    }
+    probabilities
+}

@@ -1,0 +1,140 @@
+//! A form where its parents have values: a distribution, as numbers.
+//!
+//! In: a model with numbers for its parameters ([`Setting`]), one factor for one left-hand variable ([`Instance`]), and
+//! the values of the variables. Out: a [`Distribution`]: the logarithm of its density at a value, or a draw. Invariant:
+//! written from the meaning of the forms, apart from `lower/`; tests hold the two against each other.
+//!
+//! A value is the ordinal of a finite domain's value, or a real. An assignment is one number for each slot: a variable
+//! has a slot, a family one for each element, a vector one for each component.
+
+mod form;
+mod law;
+mod number;
+mod setting;
+
+pub use setting::{Instance, Setting};
+
+use crate::law::Law;
+use rand::Rng;
+use rand::RngExt;
+
+/// A distribution of one left-hand side.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Distribution {
+    /// One probability for each value; of several variables together, the last one fastest. All are 0 where nothing is
+    /// possible.
+    Finite(Vec<f64>),
+    /// A law of a real.
+    Law(Law, [f64; 2]),
+    /// A law between two bounds, and the mass that it has there.
+    Truncated {
+        /// Which law.
+        law: Law,
+        /// Its parameters.
+        parameters: [f64; 2],
+        /// The bounds.
+        bounds: [f64; 2],
+        /// P(low < X ≤ high).
+        mass: f64,
+    },
+    /// One real, for sure.
+    Point(f64),
+    /// Several, by chance.
+    Mixture(Vec<(f64, Distribution)>),
+}
+
+/// How often a truncated law is drawn until it lies between its bounds, before the inverse is sought.
+const MOST_REJECTIONS: usize = 16;
+
+impl Distribution {
+    /// ln of the probability of a value, or of the density at a real. Of a point there is no density: 0 where the
+    /// value is the point, else −∞.
+    pub fn ln_density(&self, value: f64) -> f64 {
+        match self {
+            Distribution::Finite(probabilities) => {
+                let inside = value >= 0.0 && value.fract() == 0.0;
+                let probability = inside.then(|| probabilities.get(value as usize)).flatten();
+                probability.map_or(f64::NEG_INFINITY, |probability| probability.ln())
+            }
+            Distribution::Law(law, parameters) => law::ln_density(*law, value, parameters),
+            Distribution::Truncated { law, parameters, bounds: [low, high], mass } => {
+                let inside = *low <= value && value <= *high && *mass > 0.0;
+                if inside { law::ln_density(*law, value, parameters) - mass.ln() } else { f64::NEG_INFINITY }
+            }
+            Distribution::Point(point) => {
+                if value == *point {
+                    0.0
+                } else {
+                    f64::NEG_INFINITY
+                }
+            }
+            Distribution::Mixture(parts) => {
+                let terms: Vec<f64> =
+                    parts.iter().map(|(weight, part)| weight.ln() + part.ln_density(value)).collect();
+                ln_sum(&terms)
+            }
+        }
+    }
+
+    /// A draw; `None` where nothing is possible.
+    pub fn draw(&self, by: &mut impl Rng) -> Option<f64> {
+        match self {
+            Distribution::Finite(probabilities) => {
+                let total: f64 = probabilities.iter().sum();
+                choose(probabilities, by.random::<f64>() * total).map(|ordinal| ordinal as f64)
+            }
+            Distribution::Law(law, parameters) => Some(law.draw(by, law::exactly(*law, parameters))),
+            Distribution::Truncated { law, parameters, bounds, mass } => {
+                let parameters = law::exactly(*law, parameters);
+                if *mass <= 0.0 {
+                    return None;
+                }
+                for _ in 0..MOST_REJECTIONS {
+                    let drawn = law.draw(by, parameters);
+                    if bounds[0] <= drawn && drawn <= bounds[1] {
+                        return Some(drawn);
+                    }
+                }
+                Some(law::inverse(*law, parameters, *bounds, by.random::<f64>() * mass))
+            }
+            Distribution::Point(point) => Some(*point),
+            Distribution::Mixture(parts) => {
+                let weights: Vec<f64> = parts.iter().map(|(weight, _)| *weight).collect();
+                let total: f64 = weights.iter().sum();
+                parts[choose(&weights, by.random::<f64>() * total)?].1.draw(by)
+            }
+        }
+    }
+
+    /// Whether it is one real for sure, or may be.
+    pub fn has_point(&self) -> bool {
+        match self {
+            Distribution::Point(_) => true,
+            Distribution::Mixture(parts) => parts.iter().any(|(_, part)| part.has_point()),
+            _ => false,
+        }
+    }
+}
+
+/// The first position at which the running sum of the weights exceeds a threshold; `None` where all are 0.
+pub fn choose(weights: &[f64], threshold: f64) -> Option<usize> {
+    let mut sum = 0.0;
+    let mut last = None;
+    for (position, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+        sum += weight;
+        last = Some(position);
+        if sum > threshold {
+            break;
+        }
+    }
+    last
+}
+
+/// ln Σ exp(tᵢ), without overflow or underflow; −∞ of nothing.
+pub fn ln_sum(terms: &[f64]) -> f64 {
+    let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !most.is_finite() {
+        return most;
+    }
+    most + terms.iter().map(|term| (term - most).exp()).sum::<f64>().ln()
+}

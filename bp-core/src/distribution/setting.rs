@@ -1,0 +1,260 @@
+//! A model with numbers: parameters, sizes, and a slot for each value.
+//!
+//! In: a model and what the host gives. Out: a [`Setting`], and the [`Instance`]s of its factors, parents first.
+//! Invariant: every parameter has a number and every domain a count; a family under a `prod` is one instance for each
+//! element, a vector one for each component.
+
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::{FactorId, Id, ParameterId, SetId, VariableId};
+use crate::model::{Bound, Domain, IndexSpace, Model, VariableUse};
+use std::ops::Range;
+
+/// A model with numbers for its parameters.
+#[derive(Clone, Debug)]
+pub struct Setting<'m> {
+    /// The model.
+    pub model: &'m Model,
+    pub(super) inputs: &'m Inputs<'m, f64>,
+    pub(super) parameters: Vec<Vec<f64>>,
+    sets: Vec<Option<usize>>,
+    /// Where the slots of each variable begin; at the end, how many slots there are.
+    offsets: Vec<usize>,
+    counts: Vec<usize>,
+}
+
+/// One factor, for one value of the indices around it and one component of a vector.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Instance {
+    /// The factor.
+    pub factor: FactorId,
+    /// The indices of the `prod`s around it, outermost first.
+    pub indices: Vec<f64>,
+    /// Which component of a vector.
+    pub component: usize,
+    /// The slots that it distributes.
+    pub left: Vec<usize>,
+}
+
+impl<'m> Setting<'m> {
+    /// A setting.
+    ///
+    /// # Errors
+    /// A parameter or a size that was not given, or that has another number of places.
+    pub fn new(model: &'m Model, inputs: &'m Inputs<'m, f64>) -> Result<Self, Error> {
+        let sets: Vec<Option<usize>> = (model.sets.values())
+            .map(|set| {
+                inputs.find_size(&set.name).or_else(|| {
+                    let extent = |part| inputs.find_size(&format!("{}.{part}", set.name));
+                    Some(extent("depth")? * extent("rows")? * extent("lanes")?)
+                })
+            })
+            .collect();
+        let mut setting =
+            Self { model, inputs, parameters: Vec::new(), sets, offsets: vec![0], counts: Vec::new() };
+        for parameter in model.parameters.values() {
+            let name = &parameter.name;
+            let size = inputs.find_size(name).map(|size| vec![size as f64]);
+            let given = inputs.find(name).map(<[f64]>::to_vec).or(size).unwrap_or(parameter.default.clone());
+            if given.is_empty() {
+                return Err(Error::input(name, "this parameter was not given, and it has no default"));
+            }
+            if let Some((value, expected)) =
+                given.iter().find_map(|value| Some((value, parameter.kind.refuses(*value)?)))
+            {
+                return Err(Error::input(name, format!("it is {value}, but it must be {expected}")));
+            }
+            setting.parameters.push(given);
+        }
+        for parameter in model.parameters.ids() {
+            let over = &model.parameters[parameter].over;
+            let places = over.iter().map(|over| setting.length(over)).product::<Result<usize, Error>>()?;
+            let found = setting.parameters[parameter.position()].len();
+            if found != 1 && found != places {
+                let message = format!("{found} numbers were given, but {places} are expected");
+                return Err(Error::input(&model.parameters[parameter].name, message));
+            }
+        }
+        for (id, variable) in model.variables.iter() {
+            let count = match &variable.domain {
+                Domain::Set(set) if Some(id) == model.plate_index() => {
+                    setting.sets[set.position()].unwrap_or(1)
+                }
+                Domain::Set(set) => setting.set_size(*set)?,
+                Domain::Finite { labels, range: Some(range) } => {
+                    labels.len() + usize::try_from(setting.bound(range.high) + 1 - range.low).unwrap_or(0)
+                }
+                domain => domain.count().unwrap_or(0),
+            };
+            if count == 0 && variable.domain.is_finite() {
+                return Err(Error::input(model.variable_name(id), "its domain has no value"));
+            }
+            let family = variable.family.map_or(Ok(1), |family| setting.length(&family.over))?;
+            let components = match variable.domain {
+                Domain::Vector(length) => length,
+                _ => 1,
+            };
+            setting.counts.push(count);
+            setting.offsets.push(setting.offsets[id.position()] + family * components);
+        }
+        Ok(setting)
+    }
+
+    /// What the host gives.
+    pub fn inputs(&self) -> &Inputs<'m, f64> {
+        self.inputs
+    }
+
+    /// What the host gives under a name.
+    pub fn given(&self, name: &str) -> Option<&[f64]> {
+        self.inputs.find(name)
+    }
+
+    /// How many slots an assignment has.
+    pub fn slots(&self) -> usize {
+        self.offsets[self.offsets.len() - 1]
+    }
+
+    /// The slots of a variable: all elements of a family, all components of a vector.
+    pub fn slots_of(&self, variable: VariableId) -> Range<usize> {
+        self.offsets[variable.position()]..self.offsets[variable.position() + 1]
+    }
+
+    /// The variable that has a slot.
+    pub fn variable_of(&self, slot: usize) -> VariableId {
+        VariableId::new(self.offsets.partition_point(|offset| *offset <= slot) - 1)
+    }
+
+    /// How a slot is called: `X`, `Z[2]`.
+    pub fn slot_name(&self, slot: usize) -> String {
+        let variable = self.variable_of(slot);
+        let (slots, name) = (self.slots_of(variable), self.model.variable_name(variable));
+        if slots.len() == 1 {
+            return name;
+        }
+        let low = match self.model.variables[variable].family.map(|family| family.over) {
+            Some(IndexSpace::Range(range)) => range.low,
+            _ => 0,
+        };
+        format!("{name}[{}]", (slot - slots.start) as i64 + low)
+    }
+
+    /// How many values a finite variable has.
+    pub fn count(&self, variable: VariableId) -> usize {
+        self.counts[variable.position()]
+    }
+
+    /// The components that a value of a variable has.
+    pub(super) fn components(&self, variable: VariableId) -> usize {
+        match self.model.variables[variable].domain {
+            Domain::Vector(length) => length,
+            _ => 1,
+        }
+    }
+
+    fn bound(&self, bound: Bound) -> i64 {
+        bound.size.map_or(0, |size: ParameterId| self.parameters[size.position()][0] as i64) + bound.offset
+    }
+
+    fn set_size(&self, set: SetId) -> Result<usize, Error> {
+        self.sets[set.position()].ok_or_else(|| {
+            let name = &self.model.sets[set].name;
+            Error::input(name, "this size was not given; give the number of its elements")
+        })
+    }
+
+    /// How many elements an index space has.
+    pub(super) fn length(&self, over: &IndexSpace) -> Result<usize, Error> {
+        match over {
+            IndexSpace::Set(set) => self.set_size(*set),
+            IndexSpace::Range(range) => {
+                Ok(usize::try_from(self.bound(range.high) + 1 - range.low).unwrap_or(0))
+            }
+        }
+    }
+
+    /// The instances of a factor.
+    ///
+    /// # Errors
+    /// A size that was not given.
+    pub fn instances(&self, id: FactorId) -> Result<Vec<Instance>, Error> {
+        let factor = &self.model.factors[id];
+        let mut all: Vec<Vec<f64>> = vec![Vec::new()];
+        for (_, over) in &factor.products {
+            let low = match over {
+                IndexSpace::Range(range) => range.low,
+                IndexSpace::Set(_) => 0,
+            };
+            let count = self.length(over)?;
+            let each = |indices: &Vec<f64>| {
+                (0..count)
+                    .map(|position| {
+                        let mut indices = indices.clone();
+                        indices.push((low + position as i64) as f64);
+                        indices
+                    })
+                    .collect::<Vec<_>>()
+            };
+            all = all.iter().flat_map(each).collect();
+        }
+        let components = factor.left.iter().map(|left| self.components(left.variable)).max().unwrap_or(1);
+        let mut instances = Vec::new();
+        for indices in all {
+            for component in 0..components {
+                let left = |use_: &VariableUse| self.left_slot(use_, &indices, component);
+                let left = factor.left.iter().map(left).collect::<Option<Vec<usize>>>();
+                // A family without an index under its `prod` would be distributed as one value.
+                let left = left.ok_or_else(|| {
+                    let head = self.model.head(factor);
+                    Error::Unplanned {
+                        question: self.model.name.clone(),
+                        reason: format!("`{head}` distributes a whole family at once, not one element"),
+                    }
+                })?;
+                instances.push(Instance { factor: id, indices: indices.clone(), component, left });
+            }
+        }
+        Ok(instances)
+    }
+
+    fn left_slot(&self, use_: &VariableUse, indices: &[f64], component: usize) -> Option<usize> {
+        let slots = self.slots_of(use_.variable);
+        let components = self.components(use_.variable);
+        let element = match use_.element {
+            None if slots.len() != components => return None,
+            None => 0,
+            Some(element) => self.element(use_.variable, self.index_number(element, indices))?,
+        };
+        let slot = slots.start + element * components + component.min(components - 1);
+        slots.contains(&slot).then_some(slot)
+    }
+
+    /// The instances of all factors, parents first.
+    ///
+    /// # Errors
+    /// As [`Setting::instances`].
+    pub fn ordered(&self) -> Result<Vec<Instance>, Error> {
+        let mut instances = Vec::new();
+        for factor in factors_in_order(self.model) {
+            instances.extend(self.instances(factor)?);
+        }
+        Ok(instances)
+    }
+}
+
+/// The factors of a model, parents first; in the order of the decomposition where that is free.
+fn factors_in_order(model: &Model) -> Vec<FactorId> {
+    let mut known: Vec<VariableId> =
+        (model.variables.ids()).filter(|id| model.factor_of(*id).is_none()).collect();
+    let mut rest: Vec<FactorId> = model.factors.ids().collect();
+    let mut ordered = Vec::with_capacity(rest.len());
+    while !rest.is_empty() {
+        let ready =
+            |id: &FactorId| model.factors[*id].right.iter().all(|use_| known.contains(&use_.variable));
+        let next = rest.iter().position(ready).expect("internal: a checked decomposition has an order");
+        let factor = rest.remove(next);
+        known.extend(model.factors[factor].left.iter().map(|use_| use_.variable));
+        ordered.push(factor);
+    }
+    ordered
+}

@@ -1,0 +1,59 @@
+//! Answers by draws.
+//!
+//! In: a model with numbers, a [`Sampled`](crate::plan::Sampled) route, evidence, how many particles and a seed. Out:
+//! [`Draws`], and estimates with their standard errors. Invariant: each particle has its own stream of random numbers,
+//! and sums are made in the order of the particles: the same seed gives the same answer on any number of threads.
+
+mod draws;
+mod evidence;
+mod weighting;
+
+pub use draws::{Draws, Moments};
+pub use evidence::Observations;
+pub use weighting::weigh;
+
+use crate::random::{Random, seeded};
+use rand::{RngExt, SeedableRng};
+
+/// How an answer is estimated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Sampling {
+    /// How many draws.
+    pub particles: usize,
+    /// Where the random numbers begin.
+    pub seed: u64,
+    /// By which draws.
+    pub method: Method,
+}
+
+/// How draws come about.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Method {
+    /// Each is drawn from the prior and weighed by the evidence.
+    #[default]
+    Weighting,
+    /// Each follows from the one before, one variable after the other given all others (Geman and Geman 1984).
+    Gibbs,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Self { particles: 100_000, seed: 1, method: Method::Weighting }
+    }
+}
+
+/// The streams of one purpose under one seed.
+#[derive(Clone, Copy, Debug)]
+pub struct Streams(u64);
+
+impl Streams {
+    /// The streams of a purpose.
+    pub fn new(seed: u64, purpose: &str) -> Self {
+        Self(seeded(seed, purpose).random())
+    }
+
+    /// The stream of one particle. An odd factor gives each number a seed of its own.
+    pub fn stream(self, number: usize) -> Random {
+        Random::seed_from_u64(self.0.wrapping_add((number as u64).wrapping_mul(0xd134_2543_de82_ef95)))
+    }
+}

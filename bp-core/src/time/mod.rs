@@ -1,0 +1,147 @@
+//! Time: what is believed of hidden variables, instant by instant.
+//!
+//! In: a model with numbers, an [`OverTime`] route, and what was observed at each instant. Out: a [`Told`] for each
+//! instant that is asked about. Invariant: an instant of which nothing is observed is an instant all the same.
+
+pub mod chain;
+mod finite;
+
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::model::{Evidence, Reduction, Value};
+use crate::plan::{By, OverTime};
+use chain::{Course, Matrix};
+use finite::Finite;
+
+/// What is observed at an instant: slots and their values.
+pub type Instant = Vec<(usize, f64)>;
+
+/// What is believed of an instant.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Told {
+    /// Which, from 1.
+    pub instant: usize,
+    /// What is said of the searched slots.
+    pub what: What,
+}
+
+/// What is said of slots.
+#[derive(Clone, PartialEq, Debug)]
+pub enum What {
+    /// Of finite slots together: their values, and how probable they are.
+    Probabilities(Vec<usize>, Vec<(Vec<f64>, f64)>),
+}
+
+/// All that is told.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Answered {
+    /// Instant by instant.
+    pub told: Vec<Told>,
+    /// ln P(observations)
+    pub ln_evidence: f64,
+}
+
+/// The slots and values of observations by name.
+///
+/// # Errors
+/// A name that is no observed variable, or a value that it cannot have.
+pub fn instants(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    observations: &[Vec<(String, f64)>],
+) -> Result<Vec<Instant>, Error> {
+    let model = setting.model;
+    let mut slots: Vec<(String, usize)> = Vec::new();
+    for variable in route.observed(model) {
+        slots.extend(setting.slots_of(variable).map(|slot| (setting.slot_name(slot), slot)));
+    }
+    let mut always: Instant = Vec::new();
+    for known in &route.ask.known {
+        let value = match &known.evidence {
+            Evidence::Hard(Value::Ordinal(ordinal)) => *ordinal as f64,
+            Evidence::Hard(Value::Real(number)) => *number,
+            _ => continue,
+        };
+        always.extend(setting.slots_of(known.variable).map(|slot| (slot, value)));
+    }
+    let mut all = Vec::with_capacity(observations.len());
+    for (position, observed) in observations.iter().enumerate() {
+        let mut checked = crate::sample::Observations::none(setting);
+        let mut instant = always.clone();
+        for (name, value) in observed {
+            let Some((_, slot)) = slots.iter().find(|(known, _)| known == name) else {
+                let known: Vec<String> = slots.iter().map(|(name, _)| format!("`{name}`")).collect();
+                let message = format!("the question does not know it; it knows {}", known.join(", "));
+                return Err(Error::input(name, message));
+            };
+            checked
+                .observe(setting, *slot, *value)
+                .map_err(|error| Error::input(format!("instant {}", position + 1), error.to_string()))?;
+            instant.retain(|(own, _)| own != slot);
+            instant.push((*slot, *value));
+        }
+        instant.sort_by_key(|(slot, _)| *slot);
+        all.push(instant);
+    }
+    Ok(all)
+}
+
+/// Answers a question over time.
+///
+/// # Errors
+/// Observations that are impossible, numbers that are missing.
+pub fn answer(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {
+    match &route.by {
+        By::Chain => answer_chain(setting, route, instants),
+        _ => unreachable!("internal: not yet"),
+    }
+}
+
+/// The error that an observation is impossible.
+fn impossible(setting: &Setting<'_>, route: &OverTime, instant: usize) -> Error {
+    Error::Impossible(format!("{}, instant {}", setting.model.ask_text(&route.ask), instant + 1))
+}
+
+fn answer_chain(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {
+    let mut finite = Finite::new(setting, route);
+    let chain = finite.chain()?;
+    let mut matrices: Vec<Matrix> =
+        instants.iter().map(|instant| finite.matrix(instant)).collect::<Result<_, _>>()?;
+    let ahead = match route.ask.reduction {
+        Reduction::Predict(steps) => steps,
+        _ => 0,
+    };
+    for _ in 0..ahead {
+        matrices.push(finite.matrix(&Vec::new())?);
+    }
+    let told = |instant: usize| impossible(setting, route, instant);
+    let Course { beliefs, ln_evidence } = match route.ask.reduction {
+        Reduction::Smooth | Reduction::Sequence => chain.smooth(&matrices).map_err(told)?,
+        _ => chain.filter(&matrices).map_err(told)?,
+    };
+    let searched: Vec<usize> =
+        route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+    let told_of = |instant: usize, belief: &[f64]| Told {
+        instant: instant + 1,
+        what: What::Probabilities(searched.clone(), finite.marginal(&searched, belief)),
+    };
+    let last = beliefs.len().saturating_sub(1);
+    let told = match route.ask.reduction {
+        Reduction::Sequence => {
+            let sequence = chain.most_likely(&matrices).map_err(told)?;
+            (sequence.iter().zip(&beliefs).enumerate())
+                .map(|(instant, (outcome, belief))| {
+                    let values = finite.marginal(&searched, belief);
+                    let chosen = finite.slots(*outcome, &searched);
+                    let rows = values.into_iter().filter(|(values, _)| *values == chosen).collect();
+                    Told { instant: instant + 1, what: What::Probabilities(searched.clone(), rows) }
+                })
+                .collect()
+        }
+        Reduction::Smooth => {
+            beliefs.iter().enumerate().map(|(instant, belief)| told_of(instant, belief)).collect()
+        }
+        _ => beliefs.get(last).map(|belief| told_of(last, belief)).into_iter().collect(),
+    };
+    Ok(Answered { told, ln_evidence })
+}
