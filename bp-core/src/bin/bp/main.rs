@@ -10,6 +10,7 @@ mod explain;
 mod failure;
 mod format;
 mod latex;
+mod learn;
 mod numbers;
 mod parameters;
 mod program;
@@ -35,6 +36,7 @@ Examples:
   bp check wet_grass.bp
   bp ask wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
+  bp learn spam.bp --data mails.csv --out learned.bp
   bp fmt --check *.bp
 
 Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
@@ -46,6 +48,7 @@ enum Verb {
     Fmt(format::Arguments),
     Explain(explain::Arguments),
     Ask(ask::Arguments),
+    Learn(learn::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
         Verb::Fmt(arguments) => format::run(&arguments, &mut out),
         Verb::Explain(arguments) => explain::run(&arguments, &mut out),
         Verb::Ask(arguments) => ask::run(&arguments, &mut out),
+        Verb::Learn(arguments) => learn::run(&arguments, &mut out),
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {

@@ -19,6 +19,7 @@ mod questions;
 mod subroutines;
 mod tables;
 mod types;
+mod unknown;
 
 use super::ast::{self, File, Name, Program, SectionKind};
 use super::parse;
