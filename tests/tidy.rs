@@ -10,13 +10,14 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 26] = [
+const PACKAGES: [&str; 27] = [
     "ariadne",
     "bp-core",
     "bp-macros",
     "bvm",
     "clap",
     "criterion",
+    "csv",
     "dejavu",
     "indicatif",
     "nalgebra",
@@ -51,7 +52,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 8] = [
+const DIRECTIONS: [(&str, &[&str]); 10] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
@@ -59,7 +60,9 @@ const DIRECTIONS: [(&str, &[&str]); 8] = [
     ("lower", &["syntax", "emit", "exec", "learn", "answer", "io"]),
     ("exec", &["syntax", "lower", "emit", "learn", "answer", "io", "model", "plan"]),
     ("emit", &["syntax", "learn", "answer", "io"]),
-    ("answer", &["syntax", "emit"]),
+    ("answer", &["syntax", "emit", "learn"]),
+    ("learn", &["syntax", "emit"]),
+    ("io", &["model", "syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer"]),
 ];
 
 /// Where a direction is not kept, and why.
