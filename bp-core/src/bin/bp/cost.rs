@@ -50,7 +50,7 @@ pub(crate) const HEADINGS: [&str; 6] =
 pub(crate) fn tables(model: &Model, plan: &Plan) -> Vec<Table> {
     let exact = plan.routes.iter().filter_map(|route| match route {
         Route::Exact(exact) => Some(exact),
-        Route::Gaussian(_) => None,
+        Route::Gaussian(_) | Route::Sampled(_) | Route::OverTime(_) => None,
     });
     let table = |exact: &bp_core::plan::Exact| {
         let row = |summed: Option<String>, cost: &Cost| Row {
