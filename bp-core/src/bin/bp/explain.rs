@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let model = program::model(&arguments.file)?;
+    let model = program::linked(&arguments.file)?;
     let questions = program::questions(&model, arguments.question.as_deref())?;
     let plans: Vec<Plan> =
         questions.iter().map(|one| plan(&model, one, Options::default())).collect::<Result<_, Error>>()?;
