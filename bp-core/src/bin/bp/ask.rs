@@ -69,7 +69,7 @@ fn setting(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let model = program::model(&arguments.file)?;
+    let model = program::linked(&arguments.file)?;
     let questions = program::questions(&model, arguments.question.as_deref())?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &questions)?)?;
     let inputs = settings.inputs();

@@ -4,6 +4,7 @@
 //! under the text that it is wrong in.
 
 use crate::failure::Failure;
+use bp_core::answer::link;
 use bp_core::error::Error;
 use bp_core::model::{Model, Question};
 use bp_core::source::Source;
@@ -40,6 +41,11 @@ pub(crate) fn is_stdin(path: &Path) -> bool {
 pub(crate) fn model(path: &Path) -> Result<Model, Failure> {
     let source = read(path)?;
     compile(&source).map_err(|wrong| Failure::Wrong(wrong, source))
+}
+
+/// Reads a program, and asks its subroutines.
+pub(crate) fn linked(path: &Path) -> Result<Model, Failure> {
+    Ok(link(&model(path)?)?.into_owned())
 }
 
 /// The question that was typed, or else all that the program declares.

@@ -25,7 +25,11 @@ impl Page {
         }
         match &form.kind {
             FormKind::Let { name, value, body } => {
-                self.form(&format!("{opening}let {name} = {value} in "), body, closing);
+                self.line(&format!("{opening}let {name} = {value} in"));
+                match opening.is_empty() {
+                    true => self.form("", body, closing),
+                    false => self.deeper(|page| page.form("", body, closing)),
+                }
             }
             FormKind::Previous { variable, of, otherwise: Some(body) } => {
                 self.form(&format!("{opening}{} else ", previous(variable, of.as_deref())), body, closing);
