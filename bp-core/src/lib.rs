@@ -20,6 +20,7 @@ pub mod operators;
 pub mod plan;
 pub mod source;
 pub mod space;
+pub mod spelling;
 pub mod syntax;
 pub mod tree;
 pub mod xml;

@@ -1,0 +1,98 @@
+//! Names as the language writes them: bare where they are words of it, else in quotes.
+//!
+//! In: any name: `Rain`, `Asy/Patch`, `<5`. Out: its spelling: `Rain`, `"Asy/Patch"`, `"<5"`. Invariant: [`unquoted`] of
+//! [`quoted`] is the name, and the spelling is one token of Rust, so that it passes through a macro.
+
+use pest::unicode::{XID_CONTINUE, XID_START};
+use std::borrow::Cow;
+
+/// Words that are never names unless they are quoted.
+pub const RESERVED: [&str; 13] =
+    ["if", "else", "match", "let", "in", "and", "or", "not", "table", "prod", "true", "false", "P"];
+
+/// A name, in quotes unless it is a word that can stand without.
+pub fn quoted(name: &str) -> Cow<'_, str> {
+    let mut letters = name.chars();
+    let begins = letters.next().is_some_and(|first| first == '_' || XID_START(first));
+    if begins && letters.all(XID_CONTINUE) && name != "_" && !RESERVED.contains(&name) {
+        return Cow::Borrowed(name);
+    }
+    let mut text = String::with_capacity(name.len() + 2);
+    text.push('"');
+    for letter in name.chars() {
+        match letter {
+            '"' | '\\' => text.extend(['\\', letter]),
+            '\n' => text.push_str("\\n"),
+            '\r' => text.push_str("\\r"),
+            '\t' => text.push_str("\\t"),
+            other => text.push(other),
+        }
+    }
+    text.push('"');
+    Cow::Owned(text)
+}
+
+/// The name that a spelling stands for.
+pub fn unquoted(spelling: &str) -> Cow<'_, str> {
+    let Some(inside) = spelling.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) else {
+        return Cow::Borrowed(spelling);
+    };
+    if !inside.contains('\\') {
+        return Cow::Borrowed(inside);
+    }
+    let (mut name, mut letters) = (String::with_capacity(inside.len()), inside.chars());
+    while let Some(letter) = letters.next() {
+        match (letter, letter == '\\') {
+            (_, true) => match letters.next() {
+                Some('n') => name.push('\n'),
+                Some('r') => name.push('\r'),
+                Some('t') => name.push('\t'),
+                Some(same) => name.push(same),
+                None => {}
+            },
+            (letter, false) => name.push(letter),
+        }
+    }
+    Cow::Owned(name)
+}
+
+/// How long the quoted name is with which a text begins, where it does: up to a `"` on the same line.
+pub fn quoted_length(text: &str) -> Option<usize> {
+    let mut escaped = false;
+    for (position, byte) in text.bytes().enumerate().skip(1) {
+        match byte {
+            b'\n' => return None,
+            b'"' if !escaped => return text.starts_with('"').then_some(position + 1),
+            _ => escaped = byte == b'\\' && !escaped,
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_name_comes_back() {
+        for (name, spelling) in [
+            ("Rain", "Rain"),
+            ("σ_1", "σ_1"),
+            ("Asy/Patch", "\"Asy/Patch\""),
+            ("<5", "\"<5\""),
+            ("12+", "\"12+\""),
+            ("true", "\"true\""),
+            ("P", "\"P\""),
+            ("_", "\"_\""),
+            ("two words", "\"two words\""),
+            ("say \"a\\b\"\n", "\"say \\\"a\\\\b\\\"\\n\""),
+        ] {
+            assert_eq!(quoted(name), spelling);
+            assert_eq!(unquoted(spelling), name);
+            if spelling.starts_with('"') {
+                assert_eq!(quoted_length(&format!("{spelling} \"")), Some(spelling.len()));
+            }
+        }
+        assert_eq!(quoted_length("\"open\n\""), None);
+    }
+}
