@@ -1,65 +1,72 @@
-//! What a name was probably meant to be.
+//! Names as the language writes them: bare where they are words of it, else in quotes.
 //!
-//! In: a name that nothing answers to, and those that something does. Out: the nearest, if it is near. Invariant: a
-//! suggestion is a slip of the hand away, never another word.
+//! In: any name: `Rain`, `Asy/Patch`, `<5`. Out: its spelling: `Rain`, `"Asy/Patch"`, `"<5"`. Invariant: [`unquoted`] of
+//! [`quoted`] is the name, and the spelling is one token of Rust, so that it passes through a macro.
 
-/// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
-pub(crate) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    within(wanted.chars().count() / 4, wanted, known)
-}
+use pest::unicode::{XID_CONTINUE, XID_START};
+use std::borrow::Cow;
 
-/// The nearest of the names where any other word would be odd: in a word of three letters one may be wrong too.
-pub(crate) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let letters = wanted.chars().count();
-    within(if letters < 3 { 0 } else { letters.div_ceil(4) }, wanted, known)
-}
+/// Words that are never names unless they are quoted.
+pub const RESERVED: [&str; 13] =
+    ["if", "else", "match", "let", "in", "and", "or", "not", "table", "prod", "true", "false", "P"];
 
-fn within<'n>(most: usize, wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let capital = |name: &str| name.starts_with(char::is_uppercase);
-    // Names come in any order: among equally near ones those written alike go first, then the alphabet decides.
-    known
-        .into_iter()
-        .filter(|name| *name != wanted)
-        .map(|name| (distance(&wanted.to_lowercase(), &name.to_lowercase()), name))
-        .filter(|(distance, _)| *distance <= most)
-        .min_by_key(|(distance, name)| (*distance, capital(name) != capital(wanted), *name))
-        .map(|(_, name)| name)
-}
-
-/// A help that suggests the nearest of the names.
-pub(crate) fn did_you_mean<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
-    nearest(wanted, known).map(|name| format!("did you mean `{name}`?"))
-}
-
-/// How many letters have to be put in, taken out, replaced or swapped with their neighbour.
-fn distance(left: &str, right: &str) -> usize {
-    let (left, right): (Vec<char>, Vec<char>) = (left.chars().collect(), right.chars().collect());
-    let mut rows: Vec<Vec<usize>> = vec![(0..=right.len()).collect()];
-    for row in 1..=left.len() {
-        let mut next = vec![row];
-        for column in 1..=right.len() {
-            let same = left[row - 1] == right[column - 1];
-            let mut best = (rows[row - 1][column] + 1).min(next[column - 1] + 1);
-            best = best.min(rows[row - 1][column - 1] + usize::from(!same));
-            let swapped = row > 1 && column > 1;
-            if swapped && left[row - 1] == right[column - 2] && left[row - 2] == right[column - 1] {
-                best = best.min(rows[row - 2][column - 2] + 1);
-            }
-            next.push(best);
+/// A name, in quotes unless it is a word that can stand without.
+pub fn quoted(name: &str) -> Cow<'_, str> {
+    let mut letters = name.chars();
+    let begins = letters.next().is_some_and(|first| first == '_' || XID_START(first));
+    if begins && letters.all(XID_CONTINUE) && name != "_" && !RESERVED.contains(&name) {
+        return Cow::Borrowed(name);
+    }
+    let mut text = String::with_capacity(name.len() + 2);
+    text.push('"');
+    for letter in name.chars() {
+        match letter {
+            '"' | '\\' => text.extend(['\\', letter]),
+            '\n' => text.push_str("\\n"),
+            '\r' => text.push_str("\\r"),
+            '\t' => text.push_str("\\t"),
+            other => text.push(other),
         }
-        rows.push(next);
     }
-    rows[left.len()][right.len()]
+    text.push('"');
+    Cow::Owned(text)
 }
 
-/// Names as an English list in backticks.
-pub(crate) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {
-    let words: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
-    match words.split_last() {
-        None => String::new(),
-        Some((only, [])) => only.clone(),
-        Some((end, rest)) => format!("{} {last} {end}", rest.join(", ")),
+/// The name that a spelling stands for.
+pub fn unquoted(spelling: &str) -> Cow<'_, str> {
+    let Some(inside) = spelling.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) else {
+        return Cow::Borrowed(spelling);
+    };
+    if !inside.contains('\\') {
+        return Cow::Borrowed(inside);
     }
+    let (mut name, mut letters) = (String::with_capacity(inside.len()), inside.chars());
+    while let Some(letter) = letters.next() {
+        match (letter, letter == '\\') {
+            (_, true) => match letters.next() {
+                Some('n') => name.push('\n'),
+                Some('r') => name.push('\r'),
+                Some('t') => name.push('\t'),
+                Some(same) => name.push(same),
+                None => {}
+            },
+            (letter, false) => name.push(letter),
+        }
+    }
+    Cow::Owned(name)
+}
+
+/// How long the quoted name is with which a text begins, where it does: up to a `"` on the same line.
+pub fn quoted_length(text: &str) -> Option<usize> {
+    let mut escaped = false;
+    for (position, byte) in text.bytes().enumerate().skip(1) {
+        match byte {
+            b'\n' => return None,
+            b'"' if !escaped => return text.starts_with('"').then_some(position + 1),
+            _ => escaped = byte == b'\\' && !escaped,
+        }
+    }
+    None
 }
 
 #[cfg(test)]
@@ -67,9 +74,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_are_near_and_other_words_are_not() {
-        assert_eq!(nearest("Sprinkelr", ["Rain", "Sprinkler", "Wet"]), Some("Sprinkler"));
-        assert_eq!(nearest("wet", ["Rain", "Wet"]), Some("Wet"));
-        assert_eq!(nearest("l_max", ["tau_max", "mu_l"]), None);
+    fn any_name_comes_back() {
+        for (name, spelling) in [
+            ("Rain", "Rain"),
+            ("σ_1", "σ_1"),
+            ("Asy/Patch", "\"Asy/Patch\""),
+            ("<5", "\"<5\""),
+            ("12+", "\"12+\""),
+            ("true", "\"true\""),
+            ("P", "\"P\""),
+            ("_", "\"_\""),
+            ("two words", "\"two words\""),
+            ("say \"a\\b\"\n", "\"say \\\"a\\\\b\\\"\\n\""),
+        ] {
+            assert_eq!(quoted(name), spelling);
+            assert_eq!(unquoted(spelling), name);
+            if spelling.starts_with('"') {
+                assert_eq!(quoted_length(&format!("{spelling} \"")), Some(spelling.len()));
+            }
+        }
+        assert_eq!(quoted_length("\"open\n\""), None);
     }
 }

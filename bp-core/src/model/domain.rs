@@ -6,6 +6,7 @@
 
 use super::Bins;
 use crate::ids::{ParameterId, SetId};
+use crate::spelling::quoted;
 use serde::{Deserialize, Serialize};
 
 /// An integer bound, perhaps known only at run time: `offset`, or `size + offset`.
@@ -125,6 +126,14 @@ impl Domain {
             Domain::Finite { labels, .. } if ordinal < labels.len() => labels[ordinal].clone(),
             Domain::Bins(bins) if ordinal < bins.count() => bins.name(ordinal),
             _ => (self.base() + ordinal as i64).to_string(),
+        }
+    }
+
+    /// The value with this ordinal as the language writes it: `Rain`, `"<5"`, `-3`.
+    pub fn value_spelled(&self, ordinal: usize) -> String {
+        match self {
+            Domain::Finite { labels, .. } if ordinal < labels.len() => quoted(&labels[ordinal]).into_owned(),
+            _ => self.value_name(ordinal),
         }
     }
 

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
+use crate::spelling::quoted;
 
 impl Model {
     /// A variable's name as written: `O`, `O^-1`.
@@ -19,9 +20,16 @@ impl Model {
         }
     }
 
+    /// A variable as the language writes it: `O`, `O^-1`, `"two words"`.
+    pub fn spelled(&self, id: VariableId) -> String {
+        let variable = &self.variables[id];
+        let before = if variable.previous_of.is_some() { "^-1" } else { "" };
+        format!("{}{before}", quoted(&variable.name))
+    }
+
     /// A use of a variable in a factor: `O`, `Z[i]`.
     pub fn use_name(&self, use_: &VariableUse, products: &[(String, IndexSpace)]) -> String {
-        let name = self.variable_name(use_.variable);
+        let name = self.spelled(use_.variable);
         match use_.element {
             Some(element) => format!("{name}[{}]", self.expression_text(element, products)),
             None => name,
@@ -42,17 +50,17 @@ impl Model {
     /// One thing asked, as a user would type it.
     pub fn ask_text(&self, ask: &Ask) -> String {
         let value = |variable: VariableId, value: &Value| match value {
-            Value::Ordinal(ordinal) => self.variables[variable].domain.value_name(*ordinal),
+            Value::Ordinal(ordinal) => self.variables[variable].domain.value_spelled(*ordinal),
             Value::Real(number) => number.to_string(),
             Value::Given(name) => name.clone(),
         };
         let item = |variable: VariableId, at: Option<&Value>| match at {
-            Some(at) => format!("{} = {}", self.variable_name(variable), value(variable, at)),
-            None => self.variable_name(variable),
+            Some(at) => format!("{} = {}", self.spelled(variable), value(variable, at)),
+            None => self.spelled(variable),
         };
         let weighted = |variable: VariableId, word: &str, weights: &[f64]| {
             let weights: Vec<_> = weights.iter().map(f64::to_string).collect();
-            format!("{} {word} [{}]", self.variable_name(variable), weights.join(", "))
+            format!("{} {word} [{}]", self.spelled(variable), weights.join(", "))
         };
         let join = |items: Vec<String>| {
             let separator = if items.iter().any(|item| item.contains(' ')) { ", " } else { " " };
@@ -63,7 +71,7 @@ impl Model {
             let known: Vec<_> = (known.iter())
                 .map(|known| match &known.evidence {
                     Evidence::Hard(value) => item(known.variable, Some(value)),
-                    Evidence::Each => self.variable_name(known.variable),
+                    Evidence::Each => self.spelled(known.variable),
                     Evidence::Virtual(weights) => weighted(known.variable, "virtual", weights),
                     Evidence::Soft(weights) => weighted(known.variable, "soft", weights),
                 })
@@ -138,7 +146,7 @@ impl Model {
                 )
             }
             Expression::First { family, with } => {
-                let name = self.variable_name(*family);
+                let name = self.spelled(*family);
                 match with {
                     Some((value, at)) => {
                         format!("first({name} with {} at {})", text(*value, 0), text(*at, 0))
@@ -202,6 +210,7 @@ impl Model {
             Domain::Finite { labels, range } => {
                 let mut parts = Vec::new();
                 if !labels.is_empty() {
+                    let labels: Vec<_> = labels.iter().map(|label| quoted(label)).collect();
                     parts.push(format!("{{ {} }}", labels.join(", ")));
                 }
                 if let Some(range) = range {

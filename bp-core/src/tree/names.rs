@@ -8,7 +8,7 @@ use super::network::Network;
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::Model;
-use crate::spelling;
+use crate::guess;
 use std::collections::HashMap;
 
 /// A model's finite variables, by name and by number.
@@ -45,7 +45,7 @@ impl Named {
     /// There is none of this name.
     pub fn number_of(&self, variable: &str) -> Result<usize, Error> {
         self.numbers.get(variable).map(|id| id.position()).ok_or_else(|| {
-            let near = spelling::nearest(variable, self.numbers.keys().map(String::as_str));
+            let near = guess::nearest(variable, self.numbers.keys().map(String::as_str));
             let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
             Error::input(variable, format!("`{}` has no variable of this name{help}", self.model.name))
         })
@@ -107,7 +107,7 @@ impl Named {
         match error {
             Error::Contradiction { variables, .. } => {
                 let names: Vec<String> = variables.iter().map(|one| self.variable(*one)).collect();
-                let names = spelling::listed(names.iter().map(String::as_str), "and");
+                let names = guess::listed(names.iter().map(String::as_str), "and");
                 Error::Contradiction { variables, names }
             }
             other => other,

@@ -7,8 +7,9 @@ use bp_core::syntax::ast::*;
 use proptest::prelude::*;
 
 fn name_text() -> impl Strategy<Value = String> {
-    prop::sample::select(vec!["A", "Rain", "sigma_a", "x1", "first", "_k", "over", "by", "Tau"])
-        .prop_map(str::to_owned)
+    let bare = ["A", "Rain", "sigma_a", "x1", "first", "_k", "over", "by", "Tau"];
+    let quoted = ["Asy/Patch", "<5", "two words", "true", "P", "a//b", "(", "say \"so\\", "_"];
+    prop::sample::select([bare, quoted].concat()).prop_map(str::to_owned)
 }
 
 fn name() -> impl Strategy<Value = Name> {

@@ -309,6 +309,7 @@ impl Checker<'_> {
 pub(super) fn ordinal_of(value: &Value, domain: &Domain) -> Option<usize> {
     match (&value.kind, domain) {
         (ValueKind::Boolean(value), Domain::Boolean) => Some(usize::from(*value)),
+        (ValueKind::Boolean(value), Domain::Finite { .. }) => domain.ordinal_of(&value.to_string()),
         (ValueKind::Name(name), Domain::Finite { .. }) => domain.ordinal_of(&name.text),
         (ValueKind::Number(sign, text), Domain::Finite { range: Some(_), .. }) => {
             domain.ordinal_of(&integer(*sign, text)?.to_string())

@@ -26,7 +26,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
 use crate::model::{Model, ModelBuilder, Question};
 use crate::source::{Source, Span};
-use crate::spelling as names;
+use crate::guess as names;
 use std::collections::{HashMap, HashSet};
 
 /// Checks the programs of a file, and gives the meaning of each. A program may ask questions of those before it.

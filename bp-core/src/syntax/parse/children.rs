@@ -5,6 +5,7 @@
 
 use super::grammar::Rule;
 use crate::source::Span;
+use crate::spelling::unquoted;
 use crate::syntax::ast::{At, Name};
 use pest::iterators::{Pair, Pairs};
 
@@ -67,7 +68,7 @@ impl<'s> Children<'s> {
 
 /// The name that a pair is.
 pub(super) fn name(pair: &Pair<'_, Rule>) -> Name {
-    Name { at: at(pair), text: pair.as_str().to_owned() }
+    Name { at: at(pair), text: unquoted(pair.as_str()).into_owned() }
 }
 
 /// Where a pair stands, up to the end of its last token.

@@ -5,27 +5,34 @@
 //! closes the section, the program or the file.
 
 use crate::source::Span;
+use crate::spelling::quoted_length;
 use crate::syntax::ast::*;
 
 /// The places of all comments of a text, in order.
 pub(super) fn find(text: &str) -> Vec<Span> {
-    let mut found = Vec::new();
+    hidden(text).filter(|span| text[span.start..].starts_with('/')).collect()
+}
+
+/// The places of all comments and quoted names: signs in them are none.
+pub(super) fn hidden(text: &str) -> impl Iterator<Item = Span> {
     let mut position = 0;
-    while let Some(offset) = text[position..].find('/') {
-        let start = position + offset;
-        let rest = &text[start..];
-        let length = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if let Some(inner) = rest.strip_prefix("/*") {
-            inner.find("*/").map_or(rest.len(), |end| end + 4)
-        } else {
-            position = start + 1;
-            continue;
-        };
-        found.push(Span::new(start, start + length));
-        position = start + length;
-    }
-    found
+    std::iter::from_fn(move || {
+        loop {
+            let start = position + text[position..].find(['/', '"'])?;
+            let rest = &text[start..];
+            let length = if rest.starts_with("//") {
+                Some(rest.find('\n').unwrap_or(rest.len()))
+            } else if let Some(inner) = rest.strip_prefix("/*") {
+                Some(inner.find("*/").map_or(rest.len(), |end| end + 4))
+            } else {
+                quoted_length(rest)
+            };
+            position = start + length.unwrap_or(1);
+            if let Some(length) = length {
+                return Some(Span::new(start, start + length));
+            }
+        }
+    })
 }
 
 /// Gives every comment of the text to an item of the file.

@@ -15,7 +15,7 @@ const OPERATORS: usize = 512;
 
 /// Refuses a text that nests too deeply.
 pub(super) fn check(text: &str) -> Result<(), Diagnostic> {
-    let mut hidden = comments::find(text).into_iter().peekable();
+    let mut hidden = comments::hidden(text).peekable();
     // For each open bracket, how many operators came before it in its expression.
     let mut open: Vec<usize> = Vec::new();
     let mut chain = 0;

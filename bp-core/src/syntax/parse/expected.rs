@@ -7,6 +7,7 @@ use super::comments;
 use super::grammar::Rule;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
+use crate::spelling::{RESERVED, quoted_length};
 use pest::error::{Error, ErrorVariant, InputLocation};
 
 /// The diagnostic of a parse error.
@@ -43,13 +44,10 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         diagnostic = diagnostic.with_help("write `==` to compare");
     } else if RESERVED.contains(&found) && rules.contains(&Rule::name) {
         diagnostic =
-            diagnostic.with_help(format!("`{found}` is a word of the language and cannot be a name"));
+            diagnostic.with_help(format!("`{found}` is a word of the language; in quotes it can be a name"));
     }
     diagnostic
 }
-
-const RESERVED: [&str; 13] =
-    ["if", "else", "match", "let", "in", "and", "or", "not", "table", "prod", "true", "false", "P"];
 
 /// The parser's position may be before blanks and comments.
 fn skip_comments(text: &str, mut position: usize) -> usize {
@@ -78,6 +76,7 @@ fn token(text: &str, position: usize) -> &str {
     match rest.chars().next() {
         None => "",
         Some(character) if word(character) => &rest[..rest.find(|c| !word(c)).unwrap_or(rest.len())],
+        Some('"') => &rest[..quoted_length(rest).unwrap_or(1)],
         Some(character) => {
             let pairs = ["..=", "..", "=>", "==", "!=", "<=", ">=", "->", "&&", "||", "/*"];
             let known = pairs.into_iter().find(|pair| rest.starts_with(pair));
@@ -96,6 +95,9 @@ fn token_before(text: &str, position: usize) -> Span {
             Some(comment) => end = comment.start,
             None => break,
         }
+    }
+    if let Some(name) = comments::hidden(text).find(|hidden| hidden.end == end) {
+        return name;
     }
     let rest = &text[..end];
     let word = |character: char| character.is_alphanumeric() || character == '_';
@@ -177,7 +179,7 @@ fn describe(rule: Rule) -> &'static str {
         form_arm | arm | pattern | wildcard => "a pattern",
         row => "a row of numbers",
         keys | value => "a value",
-        path | segment | name | reserved => "a name",
+        path | segment | name | quoted | reserved => "a name",
         arguments | open_paren => "`(`",
         learnt => "the names that are learnt",
         by | kw_by => "`by`",

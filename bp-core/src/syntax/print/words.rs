@@ -3,6 +3,7 @@
 //! In: nodes of the tree. Out: `Display` for each, in normal spacing. Invariant: what is printed parses to an equal
 //! node; a comma stands between two variables only where one of them carries a value or an index.
 
+use crate::spelling::quoted;
 use crate::syntax::ast::*;
 use std::fmt::{Display, Formatter, Result};
 
@@ -13,7 +14,7 @@ pub(super) fn list<T: Display>(items: &[T], separator: &str) -> String {
 
 impl Display for Name {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        f.write_str(&self.text)
+        f.write_str(&quoted(&self.text))
     }
 }
 

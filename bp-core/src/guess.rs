@@ -1,0 +1,75 @@
+//! What a name was probably meant to be.
+//!
+//! In: a name that nothing answers to, and those that something does. Out: the nearest, if it is near. Invariant: a
+//! suggestion is a slip of the hand away, never another word.
+
+/// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
+pub(crate) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    within(wanted.chars().count() / 4, wanted, known)
+}
+
+/// The nearest of the names where any other word would be odd: in a word of three letters one may be wrong too.
+pub(crate) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let letters = wanted.chars().count();
+    within(if letters < 3 { 0 } else { letters.div_ceil(4) }, wanted, known)
+}
+
+fn within<'n>(most: usize, wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let capital = |name: &str| name.starts_with(char::is_uppercase);
+    // Names come in any order: among equally near ones those written alike go first, then the alphabet decides.
+    known
+        .into_iter()
+        .filter(|name| *name != wanted)
+        .map(|name| (distance(&wanted.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(distance, _)| *distance <= most)
+        .min_by_key(|(distance, name)| (*distance, capital(name) != capital(wanted), *name))
+        .map(|(_, name)| name)
+}
+
+/// A help that suggests the nearest of the names.
+pub(crate) fn did_you_mean<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
+    nearest(wanted, known).map(|name| format!("did you mean `{name}`?"))
+}
+
+/// How many letters have to be put in, taken out, replaced or swapped with their neighbour.
+fn distance(left: &str, right: &str) -> usize {
+    let (left, right): (Vec<char>, Vec<char>) = (left.chars().collect(), right.chars().collect());
+    let mut rows: Vec<Vec<usize>> = vec![(0..=right.len()).collect()];
+    for row in 1..=left.len() {
+        let mut next = vec![row];
+        for column in 1..=right.len() {
+            let same = left[row - 1] == right[column - 1];
+            let mut best = (rows[row - 1][column] + 1).min(next[column - 1] + 1);
+            best = best.min(rows[row - 1][column - 1] + usize::from(!same));
+            let swapped = row > 1 && column > 1;
+            if swapped && left[row - 1] == right[column - 2] && left[row - 2] == right[column - 1] {
+                best = best.min(rows[row - 2][column - 2] + 1);
+            }
+            next.push(best);
+        }
+        rows.push(next);
+    }
+    rows[left.len()][right.len()]
+}
+
+/// Names as an English list in backticks.
+pub(crate) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {
+    let words: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    match words.split_last() {
+        None => String::new(),
+        Some((only, [])) => only.clone(),
+        Some((end, rest)) => format!("{} {last} {end}", rest.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_near_and_other_words_are_not() {
+        assert_eq!(nearest("Sprinkelr", ["Rain", "Sprinkler", "Wet"]), Some("Sprinkler"));
+        assert_eq!(nearest("wet", ["Rain", "Wet"]), Some("Wet"));
+        assert_eq!(nearest("l_max", ["tau_max", "mu_l"]), None);
+    }
+}
