@@ -3,10 +3,14 @@
 //! f(x) = x^(a−1) (1−x)^(b−1) Γ(a+b) / (Γ(a) Γ(b)) for 0 < x < 1,  F(x) = I_x(a, b),
 //! E = a/(a+b),  Var = ab / ((a+b)² (a+b+1)).
 
-use super::{Arithmetic, Constraint, Support};
+use super::{
+    Arithmetic, Constraint, Refusal, Sample, Support,
+    fit::{NO_CONVERGENCE, TOO_EQUAL, trigamma},
+};
 use crate::operators::{Binary, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
+use statrs::function::gamma::digamma;
 
 pub(super) const NAME: &str = "beta";
 pub(super) const PARAMETERS: [(&str, Constraint); 2] =
@@ -48,6 +52,39 @@ pub(super) fn mean([a, b]: [f64; 2]) -> f64 {
 
 pub(super) fn variance([a, b]: [f64; 2]) -> f64 {
     a * b / ((a + b) * (a + b) * (a + b + 1.0))
+}
+
+/// ψ(a) − ψ(a + b) = E[ln x] and ψ(b) − ψ(a + b) = E[ln(1 − x)], by Newton's method from the a and b that have the
+/// sample's mean and variance.
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
+    let (least, most) = sample.ends();
+    if least <= 0.0 || most >= 1.0 {
+        return Err("needs values between 0 and 1, both left out");
+    }
+    let mean = sample.mean_of(|x| x);
+    let variance = sample.mean_of(|x| (x - mean) * (x - mean));
+    if variance <= 1e-28 {
+        return Err(TOO_EQUAL);
+    }
+    let (first, second) = (sample.mean_of(f64::ln), sample.mean_of(|x| (-x).ln_1p()));
+    let strength = (mean * (1.0 - mean) / variance - 1.0).max(1e-3);
+    let (mut a, mut b) = (mean * strength, (1.0 - mean) * strength);
+    for _ in 0..500 {
+        let (whole, bend) = (digamma(a + b), trigamma(a + b));
+        let (slope_a, slope_b) = (first - digamma(a) + whole, second - digamma(b) + whole);
+        // The Hessian is [z − ψ′(a), z; z, z − ψ′(b)] with z = ψ′(a + b); it is negative definite.
+        let (bend_a, bend_b) = (bend - trigamma(a), bend - trigamma(b));
+        let determinant = bend_a * bend_b - bend * bend;
+        let next_a = a - (bend_b * slope_a - bend * slope_b) / determinant;
+        let next_b = b - (bend_a * slope_b - bend * slope_a) / determinant;
+        let (next_a, next_b) = (next_a.clamp(0.5 * a, 2.0 * a), next_b.clamp(0.5 * b, 2.0 * b));
+        let moved = ((next_a - a) / a).abs().max(((next_b - b) / b).abs());
+        (a, b) = (next_a, next_b);
+        if moved <= 1e-12 {
+            return Ok([a, b]);
+        }
+    }
+    Err(NO_CONVERGENCE)
 }
 
 pub(super) fn draw(by: &mut impl Rng, [a, b]: [f64; 2]) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! P(x) = n! / (x! (n−x)!) pˣ (1−p)^(n−x) for x = 0..n,  E = n p,  Var = n p (1 − p).
 
-use super::{Arithmetic, Constraint, Support};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support};
 use crate::operators::{Binary, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
@@ -60,6 +60,16 @@ pub(super) fn mean([n, p]: [f64; 2]) -> f64 {
 
 pub(super) fn variance([n, p]: [f64; 2]) -> f64 {
     n * p * (1.0 - p)
+}
+
+/// p = mean of x / n, where n is known.
+pub(super) fn fit(sample: &Sample, known: &[f64]) -> Result<[f64; 2], Refusal> {
+    let [trials] = known else { return Err("needs the number of trials") };
+    let (least, most) = sample.ends();
+    match least >= 0.0 && most <= *trials && *trials > 0.0 {
+        true => Ok([*trials, sample.mean_of(|x| x) / trials]),
+        false => Err("needs values from 0 to the number of trials"),
+    }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [n, p]: [f64; 2]) -> f64 {

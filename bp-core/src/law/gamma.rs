@@ -2,10 +2,14 @@
 //!
 //! f(x) = rᵏ x^(k−1) exp(−r x) / Γ(k) for x > 0,  F(x) = P(k, r x),  E = k/r,  Var = k/r².
 
-use super::{Arithmetic, Constraint, Support};
+use super::{
+    Arithmetic, Constraint, Refusal, Sample, Support,
+    fit::{NOT_POSITIVE, TOO_EQUAL, positive_root, trigamma},
+};
 use crate::operators::Unary;
 use rand::Rng;
 use rand_distr::Distribution;
+use statrs::function::gamma::digamma;
 
 pub(super) const NAME: &str = "gamma";
 pub(super) const PARAMETERS: [(&str, Constraint); 2] =
@@ -43,6 +47,23 @@ pub(super) fn mean([k, rate]: [f64; 2]) -> f64 {
 
 pub(super) fn variance([k, rate]: [f64; 2]) -> f64 {
     k / (rate * rate)
+}
+
+/// ln k − ψ(k) = ln E[x] − E[ln x] by Newton's method, then r = k / E[x]; start of Minka, *Estimating a Gamma
+/// distribution*, 2002.
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
+    if sample.ends().0 <= 0.0 {
+        return Err(NOT_POSITIVE);
+    }
+    let mean = sample.mean_of(|x| x);
+    // E of ln(x / E[x]), which is 0 only where all are equal (Jensen).
+    let spread = -sample.mean_of(|x| (x / mean).ln());
+    if spread <= 1e-13 {
+        return Err(TOO_EQUAL);
+    }
+    let start = (3.0 - spread + ((spread - 3.0).powi(2) + 24.0 * spread).sqrt()) / (12.0 * spread);
+    let shape = positive_root(start, |k| (k.ln() - digamma(k) - spread, 1.0 / k - trigamma(k)))?;
+    Ok([shape, shape / mean])
 }
 
 pub(super) fn draw(by: &mut impl Rng, [k, rate]: [f64; 2]) -> f64 {

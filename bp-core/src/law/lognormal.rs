@@ -2,7 +2,7 @@
 //!
 //! f(x) = N(ln x; m, s) / x for x > 0,  E = exp(m + s²/2),  Var = (exp(s²) − 1) exp(2m + s²).
 
-use super::{Arithmetic, Constraint, Support, normal};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_POSITIVE, normal};
 use rand::Rng;
 
 pub(super) const NAME: &str = "lognormal";
@@ -47,6 +47,14 @@ pub(super) fn mean([m, s]: [f64; 2]) -> f64 {
 
 pub(super) fn variance([m, s]: [f64; 2]) -> f64 {
     (s * s).exp_m1() * (2.0 * m + s * s).exp()
+}
+
+/// The normal law of the logarithms.
+pub(super) fn fit(sample: &Sample, known: &[f64]) -> Result<[f64; 2], Refusal> {
+    match sample.ends().0 > 0.0 {
+        true => normal::fit(&sample.map(f64::ln), known),
+        false => Err(NOT_POSITIVE),
+    }
 }
 
 pub(super) fn draw(by: &mut impl Rng, parameters: [f64; 2]) -> f64 {

@@ -1,6 +1,7 @@
 //! Laws: distributions of one number that have a name and some parameters.
 //!
-//! In: parameters, and a number. Out: density, cumulative distribution, mass of an interval, a draw, moments. Invariant:
+//! In: parameters, and a number. Out: density, cumulative distribution, mass of an interval, a draw, moments; from a
+//! sample, the parameters of maximum likelihood. Invariant:
 //! each law is one file beside its equation; its density is written once, over an [`Arithmetic`], and so is the same for
 //! a kernel and in f64. Parameters are valid ([`Law::refuses`]); outside the support the density is 0.
 
@@ -8,15 +9,19 @@ mod arithmetic;
 mod beta;
 mod binomial;
 mod exponential;
+mod fit;
 mod gamma;
 mod lognormal;
 mod normal;
 mod poisson;
+mod sample;
 mod uniform;
 mod von_mises;
 mod weibull;
 
 pub use arithmetic::{Arithmetic, Numbers};
+pub use fit::Refusal;
+pub use sample::Sample;
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -105,6 +110,17 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::variance(exactly(parameters)),)+ }
             }
 
+            /// The parameters under which a sample is most likely; those that are known are the first ones.
+            ///
+            /// # Errors
+            /// No parameters are best: too few values that differ, or values that the law cannot give.
+            pub fn fit(self, sample: &Sample, known: &[f64]) -> Result<Vec<f64>, Refusal> {
+                if sample.is_empty() || !sample.iter().all(|(number, weight)| number.is_finite() && weight >= 0.0) {
+                    return Err("needs values");
+                }
+                match self { $(Law::$law => $file::fit(sample, known).map(Vec::from),)+ }
+            }
+
             /// A draw.
             pub fn draw(self, by: &mut impl Rng, parameters: &[f64]) -> f64 {
                 match self { $(Law::$law => $file::draw(by, exactly(parameters)),)+ }
@@ -178,5 +194,7 @@ fn exactly<N: Copy, const COUNT: usize>(parameters: &[N]) -> [N; COUNT] {
     parameters.try_into().expect("internal: a law has its parameters")
 }
 
+#[cfg(test)]
+mod fit_tests;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 //!
 //! f(x) = exp(−½ ((x − m)/s)²) / (s √(2π)),  F(x) = Φ((x − m)/s),  E = m,  Var = s².
 
-use super::{Arithmetic, Constraint, Support};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::TOO_EQUAL};
 use crate::operators::{Unary, normal_cumulative};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -52,6 +52,14 @@ pub(super) fn mean([m, _]: [f64; 2]) -> f64 {
 
 pub(super) fn variance([_, s]: [f64; 2]) -> f64 {
     s * s
+}
+
+/// m = mean of x,  s² = mean of (x − m)²: of maximum likelihood, which divides by N, not by N − 1.
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
+    let mean = sample.mean_of(|x| x);
+    let deviation = sample.mean_of(|x| (x - mean) * (x - mean)).sqrt();
+    // Equal values differ from their mean by its rounding.
+    if deviation > 1e-14 * mean.abs() { Ok([mean, deviation]) } else { Err(TOO_EQUAL) }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [m, s]: [f64; 2]) -> f64 {

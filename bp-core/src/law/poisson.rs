@@ -2,7 +2,7 @@
 //!
 //! P(x) = rˣ exp(−r) / x! for x = 0, 1, 2, …,  F(x) = Q(⌊x⌋ + 1, r),  E = Var = r.
 
-use super::{Arithmetic, Constraint, Support};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support};
 use crate::operators::{Binary, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
@@ -41,6 +41,15 @@ pub(super) fn mean([rate]: [f64; 1]) -> f64 {
 
 pub(super) fn variance([rate]: [f64; 1]) -> f64 {
     rate
+}
+
+/// r = mean of x
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
+    let mean = sample.mean_of(|x| x);
+    match sample.ends().0 >= 0.0 && mean > 0.0 {
+        true => Ok([mean]),
+        false => Err("needs counts that are not all 0"),
+    }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! f(x) = 1/(b − a) for a ≤ x ≤ b,  F(x) = (x − a)/(b − a),  E = (a + b)/2,  Var = (b − a)²/12.
 
-use super::{Arithmetic, Constraint, Support};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::TOO_EQUAL};
 use crate::operators::{Binary, Unary};
 use rand::{Rng, RngExt};
 
@@ -46,6 +46,12 @@ pub(super) fn mean([low, high]: [f64; 2]) -> f64 {
 
 pub(super) fn variance([low, high]: [f64; 2]) -> f64 {
     (high - low) * (high - low) / 12.0
+}
+
+/// The smallest and the largest value: any narrower interval has likelihood 0, any wider one less.
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
+    let (low, high) = sample.ends();
+    if low < high { Ok([low, high]) } else { Err(TOO_EQUAL) }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [low, high]: [f64; 2]) -> f64 {

@@ -3,7 +3,10 @@
 //! f(x) = exp(κ cos(x − m)) / (2π I₀(κ)) on any turn;  E = m, and the variance is 1 − I₁(κ)/I₀(κ), which on a circle
 //! stands for it (Mardia and Jupp, *Directional Statistics*, 2000). F counts from m − π.
 
-use super::{Arithmetic, Constraint, Support};
+use super::{
+    Arithmetic, Constraint, Refusal, Sample, Support,
+    fit::{TOO_EQUAL, positive_root},
+};
 use crate::operators::{Unary, ln_bessel};
 use rand::{Rng, RngExt};
 use std::f64::consts::{PI, TAU};
@@ -56,6 +59,33 @@ pub(super) fn variance([_, k]: [f64; 2]) -> f64 {
     let angles = (0..steps).map(|step| (f64::from(step) + 0.5) * PI / f64::from(steps));
     let sum: f64 = angles.map(|t| (1.0 - t.cos()) * (k * t.cos() - ln_bessel(k)).exp()).sum();
     sum / f64::from(steps)
+}
+
+/// m is the direction of E[(cos x, sin x)], and I₁(κ)/I₀(κ) its length R, by Newton's method from the start of Banerjee
+/// and others, *Journal of Machine Learning Research* 6:1345-1382, 2005.
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
+    let (cosine, sine) = (sample.mean_of(f64::cos), sample.mean_of(f64::sin));
+    let length = cosine.hypot(sine);
+    if length >= 1.0 - 1e-13 {
+        return Err(TOO_EQUAL);
+    }
+    if length <= 1e-9 {
+        return Err("needs angles that prefer a direction");
+    }
+    let start = length * (2.0 - length * length) / (1.0 - length * length);
+    let concentration = positive_root(start, |k| {
+        let ratio = bessel_ratio(k);
+        (ratio - length, 1.0 - ratio * ratio - ratio / k)
+    })?;
+    Ok([sine.atan2(cosine), concentration])
+}
+
+/// I₁(κ)/I₀(κ) by its continued fraction 1/(2/κ + 1/(4/κ + …)) (Abramowitz and Stegun 9.1.73), far out by its series.
+fn bessel_ratio(k: f64) -> f64 {
+    if k > 1e4 {
+        return 1.0 - 0.5 / k - 0.125 / (k * k) - 0.125 / (k * k * k);
+    }
+    (1..=(k as u32 + 60)).rev().fold(0.0, |rest, n| 1.0 / (f64::from(2 * n) / k + rest))
 }
 
 /// Best and Fisher, *Applied Statistics* 28:152-157, 1979; the result lies in ]m − π, m + π].

@@ -3,7 +3,10 @@
 //! f(x) = (k/c) (x/c)^(k−1) exp(−(x/c)^k) for x > 0,  F(x) = 1 − exp(−(x/c)^k),
 //! E = c Γ(1 + 1/k),  Var = c² (Γ(1 + 2/k) − Γ(1 + 1/k)²).
 
-use super::{Arithmetic, Constraint, Support};
+use super::{
+    Arithmetic, Constraint, Refusal, Sample, Support,
+    fit::{NOT_POSITIVE, TOO_EQUAL, positive_root},
+};
 use crate::operators::{Binary, Unary, ln_gamma};
 use rand::Rng;
 use rand_distr::{Distribution, Exp1};
@@ -56,6 +59,29 @@ pub(super) fn mean([k, c]: [f64; 2]) -> f64 {
 pub(super) fn variance([k, c]: [f64; 2]) -> f64 {
     let first = ln_gamma(1.0 + 1.0 / k).exp();
     c * c * (ln_gamma(1.0 + 2.0 / k).exp() - first * first)
+}
+
+/// Σ xᵏ ln x / Σ xᵏ − 1/k = E[ln x] by Newton's method, then cᵏ = E[xᵏ]. Numbers are taken relative to the largest, so that no
+/// power overflows.
+pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
+    let (least, most) = sample.ends();
+    if least <= 0.0 {
+        return Err(NOT_POSITIVE);
+    }
+    let mean = sample.mean_of(|x| (x / most).ln());
+    let deviation = sample.mean_of(|x| ((x / most).ln() - mean).powi(2)).sqrt();
+    if deviation <= 1e-13 {
+        return Err(TOO_EQUAL);
+    }
+    // ln X has the standard deviation π / (k √6).
+    let start = std::f64::consts::PI / (deviation * 6f64.sqrt());
+    let shape = positive_root(start, |k| {
+        let power = |n: i32| sample.mean_of(|x| (x / most).powf(k) * (x / most).ln().powi(n));
+        let (zeroth, first, second) = (power(0), power(1), power(2));
+        let centre = first / zeroth;
+        (centre - 1.0 / k - mean, second / zeroth - centre * centre + 1.0 / (k * k))
+    })?;
+    Ok([shape, most * sample.mean_of(|x| (x / most).powf(shape)).powf(1.0 / shape)])
 }
 
 pub(super) fn draw(by: &mut impl Rng, [k, c]: [f64; 2]) -> f64 {
