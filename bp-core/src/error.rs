@@ -24,6 +24,20 @@ pub enum Error {
         /// What was found, and what was expected.
         message: String,
     },
+    /// A cell of a table that is no value of its variable.
+    #[error("`{}`, row {row}, column `{column}`: `{value}` is {message}", path.display())]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// The row in it.
+        row: usize,
+        /// The name of the column.
+        column: String,
+        /// What stands there.
+        value: String,
+        /// What was expected.
+        message: String,
+    },
     /// Evidence of probability zero.
     #[error("the evidence of `{0}` has probability zero: the program says that this cannot be observed")]
     Impossible(String),

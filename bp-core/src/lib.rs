@@ -14,6 +14,7 @@ pub mod io;
 pub mod kernel;
 pub mod latex;
 pub mod law;
+pub mod learn;
 pub mod lower;
 pub mod model;
 pub mod operators;

@@ -100,8 +100,46 @@ pub enum Fit {
     Histogram,
     /// Frequencies with a prior count for each value, a Dirichlet law: (nᵢ + a) / (N + k a).
     Dirichlet(f64),
-    /// The parameters of a law.
-    Law(Law),
+    /// The chance of `true`, with a beta law before: (n₁ + a) / (N + a + b).
+    Beta(f64, f64),
+    /// The parameters of a law, of maximum likelihood.
+    Law {
+        /// Which.
+        law: Law,
+        /// Parameters that are known: the number of trials of a `binomial`.
+        known: Vec<f64>,
+    },
+    /// A normal law whose variance is the sum of squares divided by N − 1.
+    UnbiasedNormal,
+    /// A law with a conjugate law before; the mean of what is believed after is put in.
+    Conjugate {
+        /// Which.
+        law: Law,
+        /// Parameters that are known: the number of trials of a `binomial`, the deviation of a `normal`.
+        known: Vec<f64>,
+        /// The parameters of the law before: of a gamma law for a rate, a beta law for a probability, a normal law
+        /// for a mean.
+        prior: [f64; 2],
+    },
+    /// Intercept, slopes and deviation of a linear regression on all variables of the right: least squares.
+    LinearRegression,
+}
+
+impl Fit {
+    /// A law fitted by maximum likelihood.
+    pub fn law(law: Law) -> Self {
+        Fit::Law { law, known: Vec::new() }
+    }
+
+    /// The law to which a law's conjugate prior belongs.
+    pub fn prior_of(law: Law) -> Option<Law> {
+        match law {
+            Law::Poisson | Law::Exponential => Some(Law::Gamma),
+            Law::Binomial => Some(Law::Beta),
+            Law::Normal => Some(Law::Normal),
+            _ => None,
+        }
+    }
 }
 
 impl Form {

@@ -5,8 +5,10 @@
 
 pub mod ast;
 mod check;
+mod graft;
 mod parse;
 mod print;
 
 pub use check::{check, compile, parse_question};
+pub use graft::graft;
 pub use parse::parse;

@@ -5,6 +5,7 @@
 #![allow(dead_code)]
 
 pub(crate) mod brute;
+pub(crate) mod learning;
 pub(crate) mod random;
 
 use bp_core::exec::{Inputs, interpret};

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::program::{self, is_stdin};
 use bp_core::error::Error;
 use bp_core::syntax::parse;
+use std::fs::Permissions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -69,13 +70,26 @@ fn replace(path: &Path, text: &str) -> std::io::Result<()> {
     if permissions.readonly() {
         return Err(std::io::Error::new(std::io::ErrorKind::PermissionDenied, "the file is read-only"));
     }
+    write_beside(&path, text, Some(permissions))
+}
+
+/// Writes a text to a file that may not be there yet, whole or not at all.
+pub(crate) fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
+    match path.exists() {
+        true => replace(path, text),
+        false => write_beside(path, text, None),
+    }
+}
+
+/// Writes a text beside a file, then gives it the file's name.
+fn write_beside(path: &Path, text: &str, permissions: Option<Permissions>) -> std::io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let beside = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
     let written = std::fs::File::create_new(&beside).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
-        file.set_permissions(permissions)?;
+        permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))?;
         file.sync_all()?;
-        std::fs::rename(&beside, &path)
+        std::fs::rename(&beside, path)
     });
     if written.is_err() {
         // The first error is the one to tell.

@@ -16,6 +16,7 @@ mod highlight;
 mod html;
 mod latex;
 mod network;
+mod learn;
 mod numbers;
 mod output;
 mod parameters;
@@ -44,6 +45,7 @@ Examples:
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
   bp draw wet_grass.bp rain --out wet_grass.svg
+  bp learn spam.bp --data mails.csv --out learned.bp
   bp fmt --check *.bp
 
 Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
@@ -60,6 +62,7 @@ enum Verb {
     Mpe(network::mpe::Arguments),
     Cost(network::size::Arguments),
     Completions(completions::Arguments),
+    Learn(learn::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -75,6 +78,7 @@ fn main() -> ExitCode {
         Verb::Mpe(arguments) => network::mpe::run(&arguments, &mut out),
         Verb::Cost(arguments) => network::size::run(&arguments, &mut out),
         Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
+        Verb::Learn(arguments) => learn::run(&arguments, &mut out),
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {

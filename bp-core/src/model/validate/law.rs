@@ -79,15 +79,58 @@ pub(super) fn fit_faults(
     faults: &mut Vec<Fault>,
 ) {
     let place = Place::Form(id);
+    let is = || format!("`{name}` is `{}`", model.domain_text(domain));
     match fit {
-        Fit::Law(law) => faults.extend(domain_fault(model, id, *law, domain, name)),
+        Fit::Law { law, known } => {
+            faults.extend(domain_fault(model, id, *law, domain, name));
+            if *law == Law::Binomial && known.is_empty() {
+                let message = "the number of trials of `binomial` is not learned";
+                faults.push(fault_with_help(place, message, "write it: `unknown(binomial(10))`"));
+            }
+            faults.extend(numbers_fault(place, *law, known, 0));
+        }
+        Fit::UnbiasedNormal | Fit::LinearRegression => {
+            faults.extend(domain_fault(model, id, Law::Normal, domain, name));
+            if let Domain::Vector(_) = domain {
+                faults.push(fault(place, format!("components are not learned, but {}", is())));
+            }
+        }
+        Fit::Conjugate { law, known, prior } => {
+            faults.extend(domain_fault(model, id, *law, domain, name));
+            let from = usize::from(*law == Law::Normal);
+            faults.extend(numbers_fault(place, *law, known, from));
+            if let Some(before) = Fit::prior_of(*law) {
+                faults.extend(numbers_fault(place, before, prior, 0));
+            }
+        }
+        Fit::Beta(..) if *domain != Domain::Boolean => {
+            let message = format!("`beta(a, b)` is the prior of a `bool`, but {}", is());
+            faults.push(fault_with_help(
+                place,
+                message,
+                "of a real in ]0; 1[ learn `unknown(beta)`; of other values `unknown(dirichlet(1))`",
+            ));
+        }
+        Fit::Beta(a, b) => faults.extend(numbers_fault(place, Law::Beta, &[*a, *b], 0)),
         Fit::LaplaceSuccession | Fit::Histogram | Fit::Dirichlet(_) if !domain.is_finite() => {
-            let message = format!("values are counted, but `{name}` is `{}`", model.domain_text(domain));
-            faults.push(fault_with_help(place, message, "learn a law: `unknown(normal)`"));
+            faults.push(fault_with_help(
+                place,
+                format!("values are counted, but {}", is()),
+                "learn a law: `unknown(normal)`",
+            ));
         }
         Fit::Dirichlet(prior) if prior.is_nan() || *prior <= 0.0 => {
             faults.push(fault(place, format!("a prior count must be greater than 0, but this is {prior}")));
         }
         _ => {}
     }
+}
+
+/// What is wrong with numbers that are some of a law's parameters, the first of which is at `from`.
+fn numbers_fault(place: Place, law: Law, numbers: &[f64], from: usize) -> Option<Fault> {
+    let parameters = &law.parameters()[from..];
+    parameters.iter().zip(numbers).find_map(|((what, constraint), number)| {
+        let expected = constraint.refuses(*number)?;
+        Some(fault(place, format!("the {what} of `{}` must be {expected}, but this is {number}", law.name())))
+    })
 }

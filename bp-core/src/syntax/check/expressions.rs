@@ -161,6 +161,8 @@ impl Checker<'_> {
         let (id, found) = self.expression(expr, scope, None)?;
         let expected = match over {
             IndexSpace::Set(set) => Type::Element(*set),
+            // A truth value or a label is the number that its domain gives it, from 0 on.
+            IndexSpace::Range(_) if matches!(found, Type::Boolean | Type::Label(_)) => return Some(id),
             IndexSpace::Range(_) => Type::Number,
         };
         self.expect(expr.span(), &found, &expected).then_some(id)

@@ -8,7 +8,7 @@ use super::expressions::{Scope, Typed, plural};
 use super::types::Type;
 use super::{Checker, Meaning};
 use crate::ids::{ExpressionId, ParameterId, VariableId};
-use crate::model::{Domain, Expression, IndexSpace, ParameterKind};
+use crate::model::{Bound, Domain, Expression, IndexSpace, ParameterKind, Range};
 use crate::source::Span;
 use crate::syntax::ast::{self, Expr, ExprKind, Occurrence};
 
@@ -101,10 +101,16 @@ impl Checker<'_> {
             if let Some((_, over)) = scope.products.iter().rev().find(|(product, _)| *product == name.text) {
                 return Some(*over);
             }
-            if let Some(Domain::Finite { labels, range: Some(range) }) = self.domain_of(index)
-                && labels.is_empty()
-            {
-                return Some(IndexSpace::Range(range));
+            match self.domain_of(index) {
+                Some(Domain::Finite { labels, range: Some(range) }) if labels.is_empty() => {
+                    return Some(IndexSpace::Range(range));
+                }
+                // From 0 on, as in expressions.
+                Some(domain @ (Domain::Boolean | Domain::Finite { range: None, .. })) => {
+                    let high = Bound::constant(domain.count()? as i64 - 1);
+                    return Some(IndexSpace::Range(Range { low: 0, high }));
+                }
+                _ => {}
             }
         }
         match self.expression(index, scope, None)? {

@@ -18,6 +18,7 @@ mod questions;
 mod subroutines;
 mod tables;
 mod types;
+mod unknown;
 
 use super::ast::{self, File, Name, Program, SectionKind};
 use super::parse;

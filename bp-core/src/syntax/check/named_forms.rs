@@ -11,7 +11,7 @@ use super::types::Type;
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
-use crate::model::{Domain, Expression, Fit, Form, VariableUse};
+use crate::model::{Domain, Expression, Form, VariableUse};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 
@@ -291,46 +291,5 @@ impl Checker<'_> {
             parts.push(weight.zip(part));
         }
         parts.into_iter().collect::<Option<Vec<_>>>().map(Form::Mixture)
-    }
-
-    /// `unknown`, `unknown(normal)`, `unknown(dirichlet(2))`
-    fn unknown_form(&mut self, span: Span, given: &[Expr], target: &Target) -> Option<Form> {
-        let fit = match given {
-            [] if target.domain.is_finite() => Fit::LaplaceSuccession,
-            [] => Fit::Law(Law::Normal),
-            [only] => self.fit(only)?,
-            more => {
-                let message = format!("`unknown` takes how it is learned, found {} arguments", more.len());
-                self.complain_and_help(span, message, "write `unknown`, or `unknown(normal)`");
-                return None;
-            }
-        };
-        Some(Form::Unknown(fit))
-    }
-
-    fn fit(&mut self, how: &Expr) -> Option<Fit> {
-        let (name, arguments) = match &how.kind {
-            ExprKind::Name(name) => (name.text.as_str(), &[][..]),
-            ExprKind::Call(name, arguments) => (name.text.as_str(), arguments.as_slice()),
-            _ => ("", &[][..]),
-        };
-        let fit = match (name, arguments) {
-            ("laplace_succession", []) => Some(Fit::LaplaceSuccession),
-            ("histogram", []) => Some(Fit::Histogram),
-            ("dirichlet", [prior]) => super::constant(prior).map(Fit::Dirichlet),
-            (law, []) => Law::named(law).map(Fit::Law),
-            _ => None,
-        };
-        if fit.is_none() {
-            let ways = ["laplace_succession", "histogram", "dirichlet"];
-            let known: Vec<&str> = ways.into_iter().chain(Law::ALL.iter().map(|law| law.name())).collect();
-            let message = format!(
-                "`{how}` is no way to learn a form; the ways are `dirichlet(1)` (with a prior count) and {}",
-                listed(known.iter().copied().filter(|way| *way != "dirichlet"), "and")
-            );
-            let help = did_you_mean(name, known);
-            self.wrong.push(Diagnostic { help, ..Diagnostic::new(how.span(), message) });
-        }
-        fit
     }
 }

@@ -1,0 +1,229 @@
+//! `bp learn`: the parameters of a program from data.
+//!
+//! In: a program with `unknown` forms or an `identification`, a table of cases. Out: the program with what was learned, and
+//! a report. Invariant: the file is written whole or not at all, and only when it has been read back and means what was
+//! learned.
+
+use crate::failure::{Failure, colour};
+use crate::format::write_whole;
+use crate::numbers::six_digits;
+use crate::program;
+use crate::wrap::{WIDTH, filled, wrapped};
+use bp_core::error::Error;
+use bp_core::io::read_table;
+use bp_core::learn::{Learned, Learner, Report, Settings};
+use bp_core::source::Source;
+use bp_core::syntax::{compile, graft, parse};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+/// Learns a program's parameters from data.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp learn spam.bp --data mails.csv --out learned.bp
+  bp learn weights.bp --data weights.csv --out learned.bp --iterations 200
+  bp learn asia.bp --data records.csv --json
+
+The first row of the data names the columns; those that name no variable are left
+out. An empty cell, `NA` and `?` are missing. A variable without a column is hidden:
+its distribution is learned by expectation-maximisation.")]
+pub(crate) struct Arguments {
+    /// A program; `-` is stdin.
+    file: PathBuf,
+    /// A table of cases, with commas between its columns.
+    #[arg(long, value_name = "FILE")]
+    data: PathBuf,
+    /// Where the learned program is written; without it, only the report is.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write the report as JSON.
+    #[arg(long)]
+    json: bool,
+    /// What the start is drawn from, where something is hidden.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// The most steps, where something is hidden.
+    #[arg(long, default_value_t = Settings::default().iterations, value_parser = at_least_one)]
+    iterations: usize,
+    /// The gain in ln likelihood below which no more steps are made.
+    #[arg(long, default_value_t = Settings::default().threshold, value_name = "GAIN")]
+    threshold: f64,
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "expected 1 or more".to_owned())
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let source = program::read(&arguments.file)?;
+    let model = match compile(&source) {
+        Ok(model) => model,
+        Err(wrong) => return Err(Failure::Wrong(wrong, source)),
+    };
+    let mut learner = Learner::new(&model)?;
+    let path = &arguments.data;
+    let file = File::open(path).map_err(|error| Error::file(path, error))?;
+    learner.observe_table(&read_table(path, file)?)?;
+    let settings =
+        Settings { seed: arguments.seed, iterations: arguments.iterations, threshold: arguments.threshold };
+    let bar = progress(settings.iterations);
+    let learned = learner.learned_with(&settings, &mut |iteration, ln_likelihood| {
+        bar.set_position(iteration as u64);
+        bar.set_message(format!("ln likelihood {}", six_digits(ln_likelihood)));
+    });
+    bar.finish_and_clear();
+    let learned = learned?;
+    if let Some(to) = &arguments.out {
+        let text = program_text(&source, &learned, arguments)?;
+        write_whole(to, &text).map_err(|error| Error::file(to, error))?;
+    }
+    match arguments.json {
+        true => {
+            serde_json::to_writer(&mut *out, &learned.report).map_err(std::io::Error::from)?;
+            writeln!(out)?;
+        }
+        false => show(&learned.report, arguments, out)?,
+    }
+    Ok(())
+}
+
+/// A bar on stderr, where that is a terminal.
+fn progress(iterations: usize) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(iterations as u64);
+    let plain = if colour(&std::io::stderr()) { "{bar:30.cyan}" } else { "{bar:30}" };
+    let style = ProgressStyle::with_template(&format!("{plain} {{pos}}/{{len}} {{msg}}"));
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+/// The author's text with what was learned, under a comment that says from what.
+fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Result<String, Failure> {
+    let wrong = |wrong, text: &str| Failure::Wrong(wrong, Source::new("what was learned", text));
+    let text = learned.text();
+    let forms = parse(&Source::new("learned", text.as_str())).map_err(|error| wrong(error, &text))?;
+    let mut file = parse(source).map_err(|error| wrong(error, &source.text))?;
+    if let Some(forms) = forms.programs.first() {
+        graft(&mut file, forms);
+    }
+    let report = &learned.report;
+    let name = arguments.data.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut remark = format!(
+        "// Learned from {}: {}, {} missing.",
+        name.replace(char::is_control, " "),
+        counted(report.cases, "case"),
+        counted(report.cells_missing, "cell")
+    );
+    if !report.hidden.is_empty() {
+        remark.push_str(&format!(" Hidden: {}.", report.hidden.join(", ")));
+    }
+    if let Some(program) = file.programs.last_mut() {
+        program.comments.before.retain(|comment| !comment.starts_with("// Learned from "));
+        program.comments.before.insert(0, remark);
+    }
+    let text = file.to_string();
+    let read_back = Source::new("what was learned", text.as_str());
+    match compile(&read_back) {
+        Ok(_) => Ok(text),
+        Err(error) => Err(Failure::Wrong(error, read_back)),
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let mut facts = vec![
+        counted(report.cases, "case"),
+        format!("{} missing", counted(report.cells_missing, "cell")),
+        format!("ln likelihood {}", six_digits(report.ln_likelihood)),
+    ];
+    if !report.hidden.is_empty() {
+        facts.push(format!("hidden: {}", report.hidden.join(", ")));
+    }
+    if let Some(expectation) = &report.expectation {
+        let end = if expectation.converged { "converged" } else { "not converged: raise --iterations" };
+        facts.push(format!("{}, {end}", counted(expectation.iterations, "step")));
+    }
+    write!(out, "{}", wrapped("", &facts.join("; "), 2))?;
+    writeln!(out)?;
+    let headings = ["form", "learned by", "parameters", "contexts", "empty", "ln likelihood"];
+    let rows: Vec<[String; 6]> = (report.forms.iter())
+        .map(|form| {
+            [
+                form.form.clone(),
+                form.learned.clone(),
+                form.parameters.to_string(),
+                form.contexts.to_string(),
+                form.empty.to_string(),
+                six_digits(form.ln_likelihood),
+            ]
+        })
+        .collect();
+    let width = |column: usize| {
+        let cells = rows.iter().map(|row| row[column].chars().count());
+        cells.chain([headings[column].len()]).max().unwrap_or(0)
+    };
+    let figures: usize = (2..6).map(|column| width(column) + 2).sum();
+    let learned = width(1).min(20);
+    // A long head stands on a line of its own.
+    let head = width(0).min(WIDTH.saturating_sub(figures + learned + 4));
+    let mut line = |cells: [&str; 6]| -> std::io::Result<()> {
+        let mut text = format!("  {}", filled(cells[0], head));
+        if cells[0].chars().count() > head {
+            write!(out, "{}", wrapped("  ", cells[0], 4))?;
+            text = format!("  {}", " ".repeat(head));
+        }
+        let way: String = cells[1].chars().take(learned).collect();
+        text.push_str(&format!("  {}", filled(&way, learned)));
+        for (column, cell) in cells.iter().enumerate().skip(2) {
+            text.push_str(&format!("  {cell:>width$}", width = width(column)));
+        }
+        writeln!(out, "{}", text.trim_end())
+    };
+    line(headings)?;
+    for row in &rows {
+        line([0, 1, 2, 3, 4, 5].map(|column| row[column].as_str()))?;
+    }
+    for form in &report.forms {
+        let mut remarks = Vec::new();
+        if form.empty > 0 {
+            remarks.push(format!(
+                "no case says anything of {}: {}",
+                counted(form.empty, "context"),
+                empty(form)
+            ));
+        }
+        if form.pooled > 0 {
+            let few = counted(form.pooled, "context");
+            remarks.push(format!("too few cases for {few}: the law of all cases together"));
+        }
+        for remark in remarks {
+            write!(out, "{}", wrapped("  ", &format!("{}: {remark}", form.form), 4))?;
+        }
+    }
+    if let Some(to) = &arguments.out {
+        write!(out, "{}", wrapped("", &format!("written to {}", to.display()), 2))?;
+    }
+    Ok(())
+}
+
+/// What stands where nothing was seen.
+fn empty(form: &bp_core::learn::FormReport) -> &'static str {
+    match form.learned.as_str() {
+        way if way.ends_with("prior") || way.starts_with("beta(") || way.starts_with("dirichlet(") => {
+            "what the prior says"
+        }
+        "laplace_succession" | "histogram" => "uniform",
+        "parameters" => "what the parameters were, or uniform",
+        _ => "the law of all cases together",
+    }
+}

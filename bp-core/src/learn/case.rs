@@ -1,0 +1,101 @@
+//! Cases: what each variable was, once.
+//!
+//! In: numbers, or values by their names. Out: a [`Case`]. Invariant: every number in it is one that its variable's domain
+//! has; what is not said is missing.
+
+use crate::error::Error;
+use crate::ids::{Id, VariableId};
+use crate::model::{Domain, Model};
+
+/// What is written where nothing was seen, besides an empty cell.
+const MISSING: [&str; 2] = ["NA", "?"];
+
+/// What each variable was: the number that the value is in an expression, or nothing where it is missing. A real in bins
+/// may keep the number that was read.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Case {
+    numbers: Vec<Option<f64>>,
+}
+
+impl Case {
+    /// Nothing is known yet.
+    pub fn new(model: &Model) -> Self {
+        Self { numbers: vec![None; model.variables.len()] }
+    }
+
+    /// With the number of a variable: an integer is itself, `true` is 1, the first label of an enumeration is 0.
+    pub fn with(mut self, variable: VariableId, number: f64) -> Self {
+        // −0 is 0.
+        self.numbers[variable.position()] = Some(number + 0.0);
+        self
+    }
+
+    /// With the value of this name; an empty name, `NA` and `?` are missing.
+    ///
+    /// # Errors
+    /// The model has no such variable, or the variable no such value.
+    pub fn with_value(self, model: &Model, variable: &str, value: &str) -> Result<Self, Error> {
+        let id = model.variable(variable);
+        let id = id.ok_or_else(|| Error::input(variable, "the program has no variable of this name"))?;
+        match read(model, id, value) {
+            Ok(Some(number)) => Ok(self.with(id, number)),
+            Ok(None) => Ok(self),
+            Err(expected) => Err(Error::input(variable, format!("`{value}` is {expected}"))),
+        }
+    }
+
+    /// The number of a variable.
+    pub fn number(&self, variable: VariableId) -> Option<f64> {
+        self.numbers.get(variable.position()).copied().flatten()
+    }
+
+    /// How many of these variables are missing.
+    pub(super) fn missing(&self, variables: &[VariableId]) -> usize {
+        variables.iter().filter(|variable| self.number(**variable).is_none()).count()
+    }
+
+    /// The same case, always.
+    pub(super) fn key(&self) -> Vec<Option<u64>> {
+        self.numbers.iter().map(|number| number.map(f64::to_bits)).collect()
+    }
+
+    pub(super) fn from_key(key: &[Option<u64>]) -> Self {
+        Self { numbers: key.iter().map(|bits| bits.map(f64::from_bits)).collect() }
+    }
+}
+
+/// The number of a value by its name; `None` where it is missing, what was expected where there is no such value.
+pub(super) fn read(model: &Model, variable: VariableId, text: &str) -> Result<Option<f64>, String> {
+    let domain = &model.variables[variable].domain;
+    let text = text.trim();
+    let is_label =
+        matches!(domain, Domain::Finite { labels, .. } if labels.iter().any(|label| label == text));
+    if text.is_empty() || (MISSING.contains(&text) && !is_label) {
+        return Ok(None);
+    }
+    let number = match domain {
+        Domain::Boolean if text == "0" || text == "1" => text.parse().ok(),
+        Domain::Bins(_) | Domain::Real => text.parse().ok().filter(|number: &f64| number.is_finite()),
+        _ => domain.ordinal_of(text).map(|ordinal| domain.number(ordinal)),
+    };
+    match number.filter(|number| is_value(domain, *number)) {
+        Some(number) => Ok(Some(number)),
+        None => Err(no_value(model, variable)),
+    }
+}
+
+/// What is said of something that is no value of a variable.
+pub(super) fn no_value(model: &Model, variable: VariableId) -> String {
+    let domain = &model.variables[variable].domain;
+    let (name, domain) = (model.variable_name(variable), model.domain_text(domain));
+    format!("not a value of `{name}`, which is `{domain}`")
+}
+
+/// Whether a number is a value of a domain.
+pub(super) fn is_value(domain: &Domain, number: f64) -> bool {
+    match domain {
+        Domain::Real => number.is_finite(),
+        Domain::Vector(_) | Domain::Set(_) => false,
+        _ => number.is_finite() && domain.ordinal_at(number).is_some(),
+    }
+}

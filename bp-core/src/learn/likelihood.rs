@@ -1,0 +1,112 @@
+//! How likely what was seen is, and how large the priors are there.
+//!
+//! In: distributions with their numbers, and statistics. Out: ln L, and ln of the priors up to constants. Invariant: the
+//! numbers that are estimated are those at which ln L + ln prior of what was seen is largest.
+//!
+//! A law over integers or bins is normalised over the domain here, as in an answer; it is fitted without that.
+
+use super::distribution::{Distribution, Kind, Learnable, Share};
+use super::estimate::prior_counts;
+use super::statistics::Statistic;
+use crate::law::{Law, Numbers};
+use crate::model::{Domain, Fit};
+use std::f64::consts::TAU;
+
+/// x ln y, 0 where x is 0.
+fn times_ln(x: f64, y: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x * y.ln() }
+}
+
+/// The probabilities of a row.
+fn probabilities(learnable: &Learnable, row: &[Share]) -> Vec<f64> {
+    let known: Vec<Option<f64>> = (row.iter())
+        .map(|share| match share {
+            Share::Learned(cell) => learnable.number(*cell),
+            Share::Rest => None,
+        })
+        .collect();
+    let rest = 1.0 - known.iter().flatten().sum::<f64>();
+    known.into_iter().map(|number| number.unwrap_or(rest.max(0.0))).collect()
+}
+
+/// ln P of all that was seen of a distribution.
+pub(super) fn ln_likelihood(
+    learnable: &Learnable,
+    distribution: &Distribution,
+    statistic: &Statistic,
+) -> f64 {
+    match (&distribution.kind, statistic) {
+        (Kind::Row(row), Statistic::Counts(counts)) => {
+            let probabilities = probabilities(learnable, row);
+            counts.iter().zip(probabilities).map(|(count, p)| times_ln(*count, p)).sum()
+        }
+        (Kind::Law(law, arguments), Statistic::Sample(sample)) if !sample.is_empty() => {
+            let Some(parameters) = learnable.arguments(arguments) else { return f64::NAN };
+            let left = learnable.model.factors[distribution.factor].left[0].variable;
+            let domain = &learnable.model.variables[left].domain;
+            let weights = |ordinal: usize| weight(*law, &parameters, domain, domain.number(ordinal));
+            let total: f64 = match (domain, domain.count()) {
+                (Domain::Real, _) | (_, None) => 1.0,
+                (_, Some(count)) => (0..count).map(weights).sum(),
+            };
+            sample.total() * (sample.mean_of(|x| ln_weight(*law, &parameters, domain, x)) - total.ln())
+        }
+        (Kind::Regression(cells), statistic) => {
+            let numbers: Vec<f64> = cells.iter().filter_map(|cell| learnable.number(*cell)).collect();
+            let Some((deviation, coefficients)) = numbers.split_last() else { return f64::NAN };
+            let mut sum = 0.0;
+            for (row, count) in statistic.rows() {
+                let terms = coefficients[1..].iter().zip(&row).map(|(slope, x)| slope * x).sum::<f64>();
+                let (mean, y) = (coefficients[0] + terms, row[row.len() - 1]);
+                sum += count * Law::Normal.ln_density(&mut Numbers, y, &[mean, *deviation]);
+            }
+            sum
+        }
+        _ => 0.0,
+    }
+}
+
+fn ln_weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
+    match domain {
+        Domain::Bins(_) => weight(law, parameters, domain, x).ln(),
+        _ => law.ln_density(&mut Numbers, x, parameters),
+    }
+}
+
+/// What a law gives to the value that a number is, before it is normalised over the domain.
+fn weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
+    let Domain::Bins(bins) = domain else { return law.density(x, parameters) };
+    let Some(bin) = bins.holding(x) else { return 0.0 };
+    let (from, to) = (bins.edges()[bin], bins.edges()[bin + 1]);
+    if bins.is_circle() && matches!(law, Law::Normal | Law::VonMises) {
+        let turn = bins.ends().1 - bins.ends().0;
+        let distance = (bins.centre(bin) - parameters[0] + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
+        if law == Law::VonMises {
+            return law.density(distance * TAU / turn, &[0.0, parameters[1]]);
+        }
+        let (half, around) = (0.5 * (to - from), [0.0, parameters[1]]);
+        return law.mass(&mut Numbers, distance - half, distance + half, &around).unwrap_or(0.0);
+    }
+    law.mass(&mut Numbers, from, to, parameters)
+        .unwrap_or_else(|| law.cumulative(to, parameters) - law.cumulative(from, parameters))
+}
+
+/// ln of the prior, up to a constant, of which what is put in is the maximum together with ln L.
+pub(super) fn ln_prior(learnable: &Learnable, distribution: &Distribution) -> f64 {
+    match (&distribution.kind, &distribution.fit) {
+        (Kind::Row(row), fit) => {
+            let prior = prior_counts(fit.as_ref(), row.len());
+            let probabilities = probabilities(learnable, row);
+            prior.iter().zip(probabilities).map(|(count, p)| times_ln(*count, p)).sum()
+        }
+        (Kind::Law(law, arguments), Some(Fit::Conjugate { prior: [first, second], .. })) => {
+            let Some(parameters) = learnable.arguments(arguments) else { return 0.0 };
+            match law {
+                Law::Poisson | Law::Exponential => times_ln(*first, parameters[0]) - second * parameters[0],
+                Law::Binomial => times_ln(*first, parameters[1]) + times_ln(*second, 1.0 - parameters[1]),
+                _ => -0.5 * ((parameters[0] - first) / second).powi(2),
+            }
+        }
+        _ => 0.0,
+    }
+}

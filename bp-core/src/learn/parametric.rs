@@ -1,0 +1,249 @@
+//! From `unknown` forms to parametric ones.
+//!
+//! In: a model. Out: the same model in which each `unknown` has become a table, a law or a regression whose numbers are to
+//! be learned. Invariant: nothing else is changed; one distribution for each combination of values on the right.
+
+use super::worth::places;
+use crate::error::Error;
+use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
+use crate::law::Law;
+use crate::model::{
+    Bound, Domain, Expression, Fit, Form, IndexSpace, Model, Parameter, ParameterKind, Range,
+};
+use crate::operators::{Binary, Unary};
+use std::collections::{HashMap, HashSet};
+
+/// The most combinations of values for which there is a distribution each.
+pub(super) const MOST_CONTEXTS: usize = 1 << 20;
+
+/// An `unknown` form, in its new shape.
+#[derive(Clone, Debug)]
+pub(super) struct Unknown {
+    pub(super) factor: FactorId,
+    pub(super) fit: Fit,
+    pub(super) shape: Shape,
+}
+
+/// What an `unknown` form has become.
+#[derive(Clone, Debug)]
+pub(super) enum Shape {
+    /// Rows of numbers.
+    Table(Vec<Vec<ExpressionId>>),
+    /// Fields of parameters, one for each parameter of the law that is learned.
+    Law(Law, Vec<ParameterId>),
+    /// Intercept, slopes, deviation.
+    Regression(Vec<ParameterId>),
+}
+
+/// What is learned, and how each form that is learned is told from others.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Unknowns {
+    pub(super) list: Vec<Unknown>,
+    /// Numbers in tables that are learned, with the way in which they are.
+    pub(super) entries: HashMap<ExpressionId, usize>,
+    /// Parameters that are learned, with the way in which they are: `None` for those of `identification`.
+    pub(super) parameters: HashMap<ParameterId, Option<usize>>,
+    /// Means of regressions.
+    pub(super) regressions: HashMap<ExpressionId, usize>,
+}
+
+/// Gives every `unknown` form its shape.
+pub(super) fn parametric(model: &mut Model) -> Result<Unknowns, Error> {
+    let mut unknowns = Unknowns::default();
+    for factor in model.factors.ids() {
+        let mut form = model.factors[factor].form.clone();
+        replace(model, factor, &mut form, &mut unknowns)?;
+        model.factors[factor].form = form;
+    }
+    for identification in &model.identifications {
+        unknowns.parameters.extend(identification.parameters.iter().map(|id| (*id, None)));
+    }
+    Ok(unknowns)
+}
+
+fn replace(
+    model: &mut Model,
+    factor: FactorId,
+    form: &mut Form,
+    unknowns: &mut Unknowns,
+) -> Result<(), Error> {
+    match form {
+        Form::Unknown(fit) => *form = shaped(model, factor, fit.clone(), unknowns)?,
+        Form::If { then, otherwise, .. } => {
+            replace(model, factor, then, unknowns)?;
+            replace(model, factor, otherwise, unknowns)?;
+        }
+        other => {
+            let mut inside = false;
+            other.each_part(&mut |part| inside |= matches!(part, Form::Unknown(_)));
+            if inside {
+                let (head, name) = (model.head(&model.factors[factor]), other.name());
+                let message = format!("`unknown` is not learned inside `{name}`");
+                return Err(Error::input(head, message));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) -> Result<Form, Error> {
+    let position = unknowns.list.len();
+    let factor = model.factors[id].clone();
+    let head = model.head(&factor);
+    let right: Vec<VariableId> = factor.right.iter().map(|use_| use_.variable).collect();
+    let left: Vec<VariableId> = factor.left.iter().map(|use_| use_.variable).collect();
+    let (shape, form) = match &fit {
+        Fit::LaplaceSuccession | Fit::Histogram | Fit::Dirichlet(_) | Fit::Beta(..) => {
+            let columns = count(model, &head, &left)?;
+            let rows = count(model, &head, &right)?;
+            if rows.saturating_mul(columns) > MOST_CONTEXTS {
+                return Err(too_many(&head));
+            }
+            let share = 1.0 / columns as f64;
+            let table: Vec<Vec<ExpressionId>> = (0..rows)
+                .map(|_| (0..columns).map(|_| model.expressions.push(Expression::Number(share))).collect())
+                .collect();
+            unknowns.entries.extend(table.iter().flatten().map(|entry| (*entry, position)));
+            (Shape::Table(table.clone()), Form::Table(table))
+        }
+        Fit::LinearRegression => {
+            let mut parameters = vec![field(model, "intercept", &left, &[], unknowns, position)];
+            let mut mean = use_of(model, parameters[0], &[]);
+            for variable in &right {
+                if matches!(model.variables[*variable].domain, Domain::Set(_) | Domain::Vector(_)) {
+                    let name = model.variable_name(*variable);
+                    return Err(Error::input(head, format!("`{name}` is no number to regress on")));
+                }
+                let what = format!("slope_on_{}", plain(&model.variable_name(*variable)));
+                let slope = field(model, &what, &left, &[], unknowns, position);
+                parameters.push(slope);
+                let value = model.expressions.push(Expression::Variable((*variable).into()));
+                let slope = use_of(model, slope, &[]);
+                let term = model.expressions.push(Expression::Binary(Binary::Multiply, slope, value));
+                mean = model.expressions.push(Expression::Binary(Binary::Add, mean, term));
+            }
+            let deviation = field(model, "deviation", &left, &[], unknowns, position);
+            parameters.push(deviation);
+            unknowns.regressions.insert(mean, position);
+            let deviation = use_of(model, deviation, &[]);
+            (Shape::Regression(parameters), Form::normal(mean, deviation))
+        }
+        Fit::Law { .. } | Fit::UnbiasedNormal | Fit::Conjugate { .. } => {
+            let (law, known) = match &fit {
+                Fit::Law { law, known } | Fit::Conjugate { law, known, .. } => (*law, known.clone()),
+                _ => (Law::Normal, Vec::new()),
+            };
+            count(model, &head, &right)?;
+            let indices: Vec<(IndexSpace, ExpressionId)> =
+                right.iter().map(|variable| index(model, *variable)).collect();
+            let mut fields = Vec::new();
+            let mut arguments = Vec::new();
+            // Known are the number of trials, which is first, and the deviation, which is last.
+            let given = |place: usize| match law {
+                Law::Binomial => known.first().filter(|_| place == 0),
+                _ => known.first().filter(|_| place == 1),
+            };
+            for (place, (what, _)) in law.parameters().iter().enumerate() {
+                if let Some(number) = given(place) {
+                    arguments.push(model.expressions.push(Expression::Number(*number)));
+                    continue;
+                }
+                let parameter = field(model, &what.replace(' ', "_"), &left, &indices, unknowns, position);
+                let places: Vec<ExpressionId> = indices.iter().map(|(_, index)| *index).collect();
+                fields.push(parameter);
+                arguments.push(use_of(model, parameter, &places));
+            }
+            (Shape::Law(law, fields), Form::Law { law, arguments })
+        }
+    };
+    unknowns.list.push(Unknown { factor: id, fit, shape });
+    Ok(form)
+}
+
+fn too_many(head: &str) -> Error {
+    Error::input(head, format!("there would be more than {MOST_CONTEXTS} numbers to learn"))
+}
+
+/// How many combinations of values some variables have.
+fn count(model: &Model, head: &str, variables: &[VariableId]) -> Result<usize, Error> {
+    let mut total = 1usize;
+    for variable in variables {
+        let domain = &model.variables[*variable].domain;
+        let count = domain.count().ok_or_else(|| {
+            let (name, text) = (model.variable_name(*variable), model.domain_text(domain));
+            let way_out = match domain {
+                Domain::Real => "cut it into `bins(low, high, count)`, or learn `unknown(linear_regression)`",
+                _ => "write its bounds as numbers",
+            };
+            let message = format!(
+                "it is learned for each value, and `{name}` is `{text}`, which has no list; {way_out}"
+            );
+            Error::input(head, message)
+        })?;
+        total =
+            total.checked_mul(count).filter(|total| *total <= MOST_CONTEXTS).ok_or_else(|| too_many(head))?;
+    }
+    Ok(total)
+}
+
+/// Over what a field runs that has a number for each value of a variable, and the index of that value.
+fn index(model: &mut Model, variable: VariableId) -> (IndexSpace, ExpressionId) {
+    let domain = model.variables[variable].domain.clone();
+    let value = model.expressions.push(Expression::Variable(variable.into()));
+    let count = domain.count().unwrap_or(1) as i64;
+    let range = |low: i64| IndexSpace::Range(Range { low, high: Bound::constant(low + count - 1) });
+    let Domain::Bins(bins) = &domain else { return (range(domain.base()), value) };
+    let number = |model: &mut Model, number: f64| model.expressions.push(Expression::Number(number));
+    let node = |model: &mut Model, operator: Binary, left, right| {
+        model.expressions.push(Expression::Binary(operator, left, right))
+    };
+    if let Some(width) = bins.width() {
+        let (low, width) = (number(model, bins.ends().0), number(model, width));
+        let offset = node(model, Binary::Subtract, value, low);
+        let bin = node(model, Binary::Divide, offset, width);
+        return (range(0), model.expressions.push(Expression::Unary(Unary::Floor, bin)));
+    }
+    // As many inner edges as lie below the centre.
+    let mut bin = number(model, 0.0);
+    for edge in &bins.edges()[1..bins.count()] {
+        let (edge, one, none) = (number(model, *edge), number(model, 1.0), number(model, 0.0));
+        let condition = node(model, Binary::Greater, value, edge);
+        let step = model.expressions.push(Expression::If { condition, then: one, otherwise: none });
+        bin = node(model, Binary::Add, bin, step);
+    }
+    (range(0), bin)
+}
+
+/// A new parameter that is learned: `mean_of_X`, with a number for each value of what is on the right.
+fn field(
+    model: &mut Model,
+    what: &str,
+    left: &[VariableId],
+    indices: &[(IndexSpace, ExpressionId)],
+    unknowns: &mut Unknowns,
+    position: usize,
+) -> ParameterId {
+    let of: Vec<String> = left.iter().map(|variable| plain(&model.variable_name(*variable))).collect();
+    let stem = format!("{what}_of_{}", of.join("_"));
+    let taken: HashSet<&str> = (model.parameters.values().map(|it| it.name.as_str()))
+        .chain(model.variables.values().map(|it| it.name.as_str()))
+        .chain(model.sets.values().map(|it| it.name.as_str()))
+        .collect();
+    let names = std::iter::once(stem.clone()).chain((2..).map(|number| format!("{stem}_{number}")));
+    let name = names.into_iter().find(|name| !taken.contains(name.as_str())).unwrap_or(stem);
+    let over = indices.iter().map(|(over, _)| *over).collect();
+    let parameter =
+        model.parameters.push(Parameter { name, kind: ParameterKind::Real, default: Vec::new(), over });
+    unknowns.parameters.insert(parameter, Some(position));
+    model.parameters[parameter].default = vec![1.0; places(model, parameter).unwrap_or(1)];
+    parameter
+}
+
+fn use_of(model: &mut Model, parameter: ParameterId, indices: &[ExpressionId]) -> ExpressionId {
+    model.expressions.push(Expression::Parameter { parameter, indices: indices.to_vec() })
+}
+
+/// A variable's name as part of another name.
+fn plain(name: &str) -> String {
+    name.replace("^-1", "_before")
+}

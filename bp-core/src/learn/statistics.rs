@@ -1,0 +1,50 @@
+//! What has been seen of each distribution.
+//!
+//! In: what was seen, with weights. Out: counts, samples, rows to regress on. Invariant: the order in which whole weights
+//! came in leaves no trace.
+
+use super::distribution::{Kind, Seen};
+use crate::law::Sample;
+use std::collections::BTreeMap;
+
+/// What has been seen of one distribution.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum Statistic {
+    /// How often each value.
+    Counts(Vec<f64>),
+    Sample(Sample),
+    /// Rows of numbers, by their bits, and how often each.
+    Rows(BTreeMap<Vec<u64>, f64>),
+}
+
+impl Statistic {
+    pub(super) fn of(kind: &Kind) -> Self {
+        match kind {
+            Kind::Row(row) => Statistic::Counts(vec![0.0; row.len()]),
+            Kind::Law(..) => Statistic::Sample(Sample::default()),
+            Kind::Regression(_) => Statistic::Rows(BTreeMap::new()),
+        }
+    }
+
+    pub(super) fn add(&mut self, seen: &Seen, weight: f64) {
+        match (self, seen) {
+            (Statistic::Counts(counts), Seen::Value(value)) => counts[*value] += weight,
+            (Statistic::Sample(sample), Seen::Number(number)) => sample.add(*number, weight),
+            (Statistic::Rows(rows), Seen::Numbers(numbers)) => {
+                let bits = numbers.iter().map(|number| (number + 0.0).to_bits()).collect();
+                *rows.entry(bits).or_default() += weight;
+            }
+            _ => unreachable!("internal: what is seen of a distribution is of its kind"),
+        }
+    }
+
+    /// The rows as numbers.
+    pub(super) fn rows(&self) -> Vec<(Vec<f64>, f64)> {
+        match self {
+            Statistic::Rows(rows) => (rows.iter())
+                .map(|(bits, weight)| (bits.iter().map(|bits| f64::from_bits(*bits)).collect(), *weight))
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! `bp learn`, as a shell sees it.
+//!
+//! In: the built binary, programs and tables made here. Out: learned programs, reports, exit codes. Invariant: a file is
+//! written whole, or not at all.
+
+use serde_json::Value;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+const PROGRAM: &str = "/// Which urn?
+program Urns {
+    variables {
+        Urn  : { Left, Right };  // where it was drawn
+        Ball : { Red, White };
+        Size : real;
+    }
+    decomposition { P(Urn) P(Ball | Urn) P(Size | Ball) }
+    forms {
+        P(Urn) = unknown(histogram);
+        P(Ball | Urn) = unknown;
+        P(Size | Ball) = unknown(normal);
+    }
+    question urn { P(Urn | Ball = Red) }
+}
+";
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn with(files: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        files.iter().for_each(|(name, text)| std::fs::write(folder.path().join(name), text).unwrap());
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn bp(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
+        let output = command.current_dir(self.0.path()).args(arguments).output().unwrap();
+        assert!(!said(&output).contains("panicked"), "{}", said(&output));
+        output
+    }
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn written(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(0), "{}", said(output));
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+const DATA: &str = "Ball,Urn,Size,Day\nRed,Left,1,Monday\nRed,Left,3,Monday\nWhite,Right,7,Tuesday\n\"White\",Left,9,?\n,Right,,Monday\n";
+
+#[test]
+fn a_learned_program_is_asked_as_any_other() {
+    let folder = Folder::with(&[("urns.bp", PROGRAM), ("d.csv", DATA)]);
+    let report = written(&folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--out", "learned.bp"]));
+    assert!(report.starts_with("5 cases; 2 cells missing; ln likelihood "), "{report}");
+    assert!(
+        report.contains("written to learned.bp") && report.lines().all(|line| line.chars().count() <= 80)
+    );
+    let learned = std::fs::read_to_string(folder.path("learned.bp")).unwrap();
+    assert!(
+        learned.starts_with("// Learned from d.csv: 5 cases, 2 cells missing.\n/// Which urn?\n"),
+        "{learned}"
+    );
+    for line in [
+        "Urn : { Left, Right };  // where it was drawn",
+        "P(Urn) = categorical(0.6, 0.4);",
+        "P(Ball | Urn) = table { Left: 0.6, 0.4; Right: 0.3333333333333333, 0.6666666666666666; };",
+        "P(Size | Ball) = match Ball { Red => normal(2, 1), White => normal(8, 1) };",
+    ] {
+        assert!(learned.contains(line), "{line} in {learned}");
+    }
+    // The same again, formatted as it is, learned again as it is not: nothing is unknown any more.
+    written(&folder.bp(&["fmt", "--check", "learned.bp"]));
+    let answer: Value =
+        serde_json::from_str(&written(&folder.bp(&["ask", "learned.bp", "urn", "--json"]))).unwrap();
+    let left = answer["answer"][0]["p"].as_f64().unwrap();
+    assert!((left - 0.36 / (0.36 + 0.4 / 3.0)).abs() < 1e-12, "{answer}");
+    let again = folder.bp(&["learn", "learned.bp", "--data", "d.csv"]);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(said(&again).contains("nothing is to be learned"), "{}", said(&again));
+}
+
+#[test]
+fn a_report_is_json_too() {
+    let folder =
+        Folder::with(&[("urns.bp", PROGRAM), ("d.csv", "Ball,Size\nRed,1\nRed,2\nWhite,3\nWhite,4\n")]);
+    let arguments = ["learn", "urns.bp", "--data", "d.csv", "--json", "--seed", "3", "--iterations", "5"];
+    let report: Value = serde_json::from_str(&written(&folder.bp(&arguments))).unwrap();
+    assert_eq!((&report["cases"], &report["hidden"][0]), (&Value::from(4), &Value::from("Urn")));
+    assert_eq!(report["expectation"]["seed"], 3);
+    assert_eq!(report["forms"][2]["form"], "P(Size | Ball)");
+    assert_eq!(
+        report,
+        serde_json::from_str::<Value>(&written(&folder.bp(&arguments))).unwrap(),
+        "a seed is a run"
+    );
+}
+
+#[test]
+fn wrong_data_leave_no_file() {
+    let folder = Folder::with(&[("urns.bp", PROGRAM), ("d.csv", "Ball,Urn,Size\nRed,Left,1\nBlue,Left,2\n")]);
+    let wrong = folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--out", "learned.bp"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    let expected =
+        "`d.csv`, row 3, column `Ball`: `Blue` is not a value of `Ball`, which is `{ Red, White }`";
+    assert!(said(&wrong).contains(expected), "{}", said(&wrong));
+    assert!(!folder.path("learned.bp").exists());
+    let missing = folder.bp(&["learn", "urns.bp", "--data", "no.csv"]);
+    assert!(said(&missing).contains("`no.csv`"), "{}", said(&missing));
+    assert_eq!(folder.bp(&["learn", "urns.bp"]).status.code(), Some(2));
+}
