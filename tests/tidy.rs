@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 28] = [
+const PACKAGES: [&str; 29] = [
     "ariadne",
     "bp-core",
     "bp-macros",
@@ -18,6 +18,7 @@ const PACKAGES: [&str; 28] = [
     "clap",
     "clap_complete",
     "criterion",
+    "csv",
     "dejavu",
     "indicatif",
     "nalgebra",
@@ -53,7 +54,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 9] = [
+const DIRECTIONS: [(&str, &[&str]); 11] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
@@ -62,7 +63,9 @@ const DIRECTIONS: [(&str, &[&str]); 9] = [
     ("exec", &["syntax", "lower", "emit", "learn", "answer", "io", "model", "plan"]),
     ("draw", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("emit", &["syntax", "learn", "answer", "io"]),
-    ("answer", &["syntax", "emit"]),
+    ("answer", &["syntax", "emit", "learn"]),
+    ("learn", &["syntax", "emit"]),
+    ("io", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer"]),
 ];
 
 /// Where a direction is not kept, and why.

@@ -23,6 +23,7 @@ mod case;
 mod distribution;
 mod estimate;
 mod hidden;
+mod kind;
 mod learner;
 mod likelihood;
 mod parametric;
