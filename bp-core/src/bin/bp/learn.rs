@@ -1,8 +1,7 @@
 //! `bp learn`: the parameters of a program from data.
 //!
 //! In: a program with `unknown` forms or an `identification`, a table of cases. Out: the program with what was learned, and
-//! a report. Invariant: the file is written whole or not at all, and only when it has been read back and means what was
-//! learned.
+//! a report. Invariant: the file is written whole or not at all, and only when it has been read back and checked.
 
 use crate::failure::{Failure, colour};
 use crate::format::write_whole;
