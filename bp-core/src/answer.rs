@@ -5,21 +5,25 @@
 //! evidence of probability zero is an error.
 
 mod check;
+mod compare;
+mod compiled;
+mod gaussian;
 mod link;
+mod moments;
 mod over_time;
-mod reading;
+mod rows;
 mod sampled;
+mod soft;
+mod table;
 
+pub use compiled::{CompiledQuestion, compile, plan_for_answer};
 pub use link::link;
+pub use table::{Column, Table};
 
 use crate::error::Error;
-use crate::exec::{Filter, Inputs, Lanes, scalar::Scalar};
-use crate::ids::VariableId;
-use crate::lower::lower;
-use crate::model::{Ask, Evidence, Model, Question, Value};
-use crate::plan::{self, Options, Plan, Route};
+use crate::exec::{Inputs, scalar::Scalar};
+use crate::model::{Model, Question};
 use crate::sample::Sampling;
-use reading::Reading;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
@@ -84,12 +88,39 @@ pub enum Figure {
         /// Its standard error.
         error: f64,
     },
-    /// An expectation or a variance, estimated.
-    Moment {
+    /// A value that was drawn.
+    Draw {
+        /// Its number, from 1.
+        draw: usize,
+    },
+    /// An expectation.
+    Expectation {
         /// It.
-        value: f64,
-        /// Its standard error.
-        error: f64,
+        expectation: f64,
+        /// Its standard error, where it is estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<f64>,
+    },
+    /// A variance.
+    Variance {
+        /// It.
+        variance: f64,
+        /// Its standard error, where it is estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<f64>,
+    },
+    /// What two variables say of each other.
+    Information {
+        /// In nats.
+        information: f64,
+    },
+    /// How far one distribution is from another.
+    Divergence {
+        /// In nats. JSON has no infinity: there it is null.
+        divergence: f64,
+        /// Whether the second excludes what the first does not.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        infinite: bool,
     },
     /// What draws say of a real; behind each number its standard error.
     Real {
@@ -127,27 +158,6 @@ fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S
     map.end()
 }
 
-/// How a question to a model is planned when one wants to see the answer: with ln P(evidence) where the
-/// evidence is one event.
-///
-/// # Errors
-/// See [`plan::plan`].
-pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
-    let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
-    // The density of a real is told without ln P(evidence), for which it would have to be integrated.
-    let event = |ask: &Ask| {
-        ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
-            && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
-    };
-    let (events, tables): (Vec<Ask>, Vec<Ask>) = question.asks.iter().cloned().partition(event);
-    let mut routes = Vec::new();
-    for (asks, ln_evidence) in [(events, model.plate.is_none()), (tables, false)] {
-        let part = Question { name: question.name.clone(), asks };
-        routes.extend(plan::plan(model, &part, Options { ln_evidence, ..Options::default() })?.routes);
-    }
-    Ok(Plan { question: question.clone(), routes })
-}
-
 /// Asks a question of a model.
 ///
 /// # Errors
@@ -166,98 +176,7 @@ pub fn ask_with(
     inputs: &Inputs<'_, f64>,
     sampling: Sampling,
 ) -> Result<Vec<Answer>, Error> {
-    let model = &*link(model)?;
-    let plan = plan_for_answer(model, question)?;
-    check::inputs(model, question, inputs)?;
-    let mut answers = Vec::new();
-    for route in &plan.routes {
-        match route {
-            Route::Gaussian(gaussian) => answers.extend(ask_gaussian(model, gaussian, inputs)?),
-            Route::OverTime(over_time) => {
-                let reason =
-                    "it is asked over time: give what was observed, an instant after the other".to_owned();
-                return Err(Error::Unplanned { question: model.ask_text(&over_time.ask), reason });
-            }
-            Route::Sampled(sampled) => answers.extend(sampled::answers(model, sampled, inputs, sampling)?),
-            Route::Exact(exact) => {
-                let lowered = lower(model, exact, &question.name)?;
-                let lanes = Lanes::new(lowered.kernel);
-                let outputs = lanes.run(inputs)?;
-                let ln_evidence = exact.ln_evidence.then(|| outputs.get("ln_evidence")[0]);
-                for output in &lowered.outputs {
-                    let Some(ask) = &output.ask else { continue };
-                    let cells = outputs.get(&output.name);
-                    if cells.iter().any(|cell| cell.is_nan()) {
-                        let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
-                        return Err(Error::input(&output.name, reason));
-                    }
-                    let extents = lanes.extents(&output.name, inputs)?;
-                    let rows = Reading::new(model, ask, output, cells, &extents, inputs).rows()?;
-                    let answer =
-                        Answer { question: model.ask_text(ask), ln_evidence, estimate: None, answer: rows };
-                    if exact.ln_evidence && answer.ln_evidence == Some(f64::NEG_INFINITY) {
-                        return Err(Error::Impossible(answer.question));
-                    }
-                    answers.push(answer);
-                }
-            }
-        }
-    }
-    // Asks that know the same were answered together; they are given back in the order of the question.
-    let order: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
-    answers.sort_by_key(|answer| order.iter().position(|asked| *asked == answer.question));
-    Ok(answers)
-}
-
-fn ask_gaussian(
-    model: &Model,
-    gaussian: &plan::Gaussian,
-    inputs: &Inputs<'_, f64>,
-) -> Result<Vec<Answer>, Error> {
-    let given = |name: &str| match inputs.find(name) {
-        None => Ok(None),
-        Some([number]) => Ok(Some(*number)),
-        Some(several) => {
-            let count = several.len();
-            Err(Error::input(name, format!("{count} numbers were given, but 1 is expected")))
-        }
-    };
-    let mut parameters: Vec<(&str, f64)> = Vec::new();
-    for parameter in model.parameters.values() {
-        if let Some(number) = given(&parameter.name)? {
-            parameters.push((&parameter.name, number));
-        }
-    }
-    let mut observations = Vec::new();
-    for known in &gaussian.asks[0].known {
-        let name = model.variable_name(known.variable);
-        let value = match &known.evidence {
-            Evidence::Hard(Value::Real(number)) => *number,
-            Evidence::Hard(Value::Given(given_as)) => {
-                given(given_as)?.ok_or_else(|| Error::input(given_as, "it was not given"))?
-            }
-            _ => given(&name)?.ok_or_else(|| Error::input(&name, "it was not given"))?,
-        };
-        observations.push((name, value));
-    }
-    let observations: Vec<(&str, f64)> =
-        observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    let belief = Filter::new(model, gaussian, &parameters)?.step(&observations)?;
-    Ok((gaussian.asks.iter())
-        .map(|ask| Answer {
-            question: model.ask_text(ask),
-            ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
-            estimate: None,
-            answer: (ask.searched.iter())
-                .map(|searched| model.variable_name(searched.variable))
-                .map(|name| {
-                    let mean = belief.mean_of(&name).unwrap_or(f64::NAN);
-                    let deviation = belief.deviation_of(&name).unwrap_or(f64::NAN);
-                    Row { values: vec![(name, String::new())], figure: Figure::Normal { mean, deviation } }
-                })
-                .collect(),
-        })
-        .collect())
+    compile(model, question)?.ask_with(inputs, sampling)
 }
 
 /// Asks a question over time: what was observed at each instant, by name.

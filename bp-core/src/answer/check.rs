@@ -6,7 +6,7 @@
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Domain, Evidence, Model, Question, Value};
+use crate::model::{Domain, Evidence, Known, Model, Question, Reduction, Value};
 
 /// Checks parameters against their kinds, and given values against their domains.
 pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
@@ -26,7 +26,11 @@ pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
                 given(model, searched.variable, name, inputs)?;
             }
         }
-        for known in &ask.known {
+        let others: &[Known] = match &ask.reduction {
+            Reduction::Divergence { from } => from,
+            _ => &[],
+        };
+        for known in ask.known.iter().chain(others) {
             match &known.evidence {
                 Evidence::Hard(Value::Given(name)) => given(model, known.variable, name, inputs)?,
                 Evidence::Each => given(model, known.variable, &model.variable_name(known.variable), inputs)?,

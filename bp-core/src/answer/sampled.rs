@@ -150,13 +150,13 @@ pub(super) fn rows(
         let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
         let figure = match ask.reduction {
             Reduction::Expectation => {
-                let [value, error] = draws.mean(number);
-                Figure::Moment { value, error }
+                let [expectation, error] = draws.mean(number);
+                Figure::Expectation { expectation, error: Some(error) }
             }
             Reduction::Variance => {
                 let [mean, _] = draws.mean(number);
-                let [value, error] = draws.mean(|draw| (number(draw) - mean).powi(2));
-                Figure::Moment { value, error }
+                let [variance, error] = draws.mean(|draw| (number(draw) - mean).powi(2));
+                Figure::Variance { variance, error: Some(error) }
             }
             _ => {
                 let of = draws.moments(at);

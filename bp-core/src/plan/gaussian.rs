@@ -83,7 +83,7 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
 }
 
 fn distribution(ask: &Ask) -> bool {
-    ask.reduction == Reduction::Probability
+    matches!(ask.reduction, Reduction::Probability | Reduction::Expectation | Reduction::Variance)
         && ask.searched.iter().all(|searched| searched.at.is_none())
         && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
 }

@@ -17,6 +17,7 @@ mod gaussian;
 mod notation;
 mod order;
 mod over_time;
+mod parts;
 mod print;
 mod sampled;
 mod scan;
@@ -27,10 +28,11 @@ pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 pub use over_time::{By, OverTime};
 pub use sampled::{Sampled, Treatment};
+pub use parts::parts;
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
-use crate::model::{Ask, Evidence, Model, Question, Reduction, Value};
+use crate::model::{Ask, Model, Question, Value};
 use draft::Draft;
 use std::collections::BTreeMap;
 
@@ -184,21 +186,16 @@ pub struct Plan {
 /// No route answers it: no exact one, and something in it cannot be drawn or weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let mut routes = Vec::new();
-    let answered = |ask: &&Ask| {
-        let known = |reduction: &Reduction| {
-            use Reduction::{Argmax, Entropy, Maximum, Probability};
-            matches!(reduction, Probability | Maximum | Argmax { .. } | Entropy)
-        };
-        known(&ask.reduction) && !ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
-    };
-    if let Some(ask) = question.asks.iter().find(|ask| !answered(ask) && !ask.reduction.is_over_time()) {
-        let reason = "it is read and checked, but not answered yet".to_owned();
-        return Err(Error::Unplanned { question: model.ask_text(ask), reason });
-    }
-    let (over_time, mut rest): (Vec<Ask>, Vec<Ask>) =
+    let (over_time, asks): (Vec<Ask>, Vec<Ask>) =
         question.asks.iter().cloned().partition(|ask| ask.reduction.is_over_time());
     for ask in over_time {
         routes.push(Route::OverTime(over_time::plan(model, ask)?));
+    }
+    let mut rest: Vec<Ask> = Vec::new();
+    for part in asks.iter().flat_map(|ask| parts(model, ask)) {
+        if !rest.contains(&part) {
+            rest.push(part);
+        }
     }
     while let Some(first) = rest.first().cloned() {
         let closed = gaussian::applies(model, &first);

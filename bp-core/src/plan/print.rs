@@ -5,7 +5,7 @@
 
 use super::draft::{DEFINITION, EVIDENCE, are};
 use super::equation::Printer;
-use super::{By, Binding, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
+use super::{Binding, By, Exact, Gaussian, Notation, Plan, Route, Step, cancel, parts};
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Model, Reduction, Searched};
 use std::collections::BTreeMap;
@@ -20,7 +20,8 @@ pub(super) type Line = (String, String, String);
 impl Plan {
     /// The derivation of the answer, step by step: (rule, reason, equation).
     pub fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
-        self.routes.iter().flat_map(|route| route.derivation(model, notation)).collect()
+        let distributions = self.routes.iter().flat_map(|route| route.derivation(model, notation));
+        distributions.chain(self.made(model, notation)).collect()
     }
 
     /// All that is computed: the equation of each distribution, then what each ask makes of it.
@@ -29,7 +30,13 @@ impl Plan {
             let (mut steps, read_outs) = route.lines(model, notation);
             steps.pop().into_iter().chain(read_outs).map(|(_, _, equation)| equation).collect::<Vec<_>>()
         };
-        self.routes.iter().flat_map(of_route).collect()
+        let made = self.made(model, notation).into_iter().map(|(_, _, equation)| equation);
+        self.routes.iter().flat_map(of_route).chain(made).collect()
+    }
+
+    /// What is made of several distributions, or of one that is not what was asked.
+    fn made(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        self.question.asks.iter().flat_map(|ask| parts::lines(model, ask, notation)).collect()
     }
 
     /// The equation that is computed: the last line of each derivation.
@@ -167,7 +174,16 @@ impl Exact {
             }
             Reduction::Maximum => ("maximum", format!("{}{left}", notation.extremum("max", &names))),
             Reduction::Argmax { .. } => ("argmax", format!("{}{left}", notation.extremum("argmax", &names))),
-            _ => return None,
+            Reduction::Best(_)
+            | Reduction::Draw(_)
+            | Reduction::Expectation
+            | Reduction::Variance
+            | Reduction::Information => parts::read_out(ask, &names, &left, notation)?,
+            Reduction::Divergence { .. }
+            | Reduction::Filter
+            | Reduction::Predict(_)
+            | Reduction::Smooth
+            | Reduction::Sequence => return None,
         };
         Some((rule.to_owned(), "what is asked is made of the distribution".to_owned(), equation))
     }

@@ -8,14 +8,13 @@
 //! lengths are in metres, times in seconds. Invariant: the head is inside the room and outside every thing at
 //! all times, and the same seed gives the same world.
 
-mod random;
 pub mod sensors;
 mod shape;
 #[cfg(test)]
 mod tests;
 mod truth;
 
-pub use random::{Random, seeded};
+pub use bp_core::random::{Random, seeded};
 pub use shape::Shape;
 pub use truth::{CellTruth, WALL_M};
 

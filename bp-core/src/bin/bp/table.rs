@@ -63,7 +63,13 @@ fn headings(row: &Row) -> Vec<String> {
         Figure::Entropy { .. } => &["entropy"],
         Figure::Normal { .. } => &["mean ± deviation"],
         Figure::Estimated { .. } => &["probability ± error"],
-        Figure::Moment { .. } => &["estimate ± error"],
+        Figure::Draw { .. } => &["draw"],
+        Figure::Expectation { error: None, .. } => &["expectation"],
+        Figure::Expectation { .. } => &["expectation ± error"],
+        Figure::Variance { error: None, .. } => &["variance"],
+        Figure::Variance { .. } => &["variance ± error"],
+        Figure::Information { .. } => &["information"],
+        Figure::Divergence { .. } => &["divergence"],
         Figure::Real { .. } => &["mean ± error", "deviation", "5 %", "50 %", "95 %"],
     };
     let figures = figures.iter().map(|figure| (*figure).to_owned());
@@ -114,7 +120,13 @@ fn cells_of(row: &Row) -> Vec<String> {
             cells.push(format!("{} ± {}", six_digits(mean), six_digits(deviation)));
         }
         Figure::Estimated { p, error } => cells.push(estimated(p, error)),
-        Figure::Moment { value, error } => cells.push(estimated(value, error)),
+        Figure::Draw { draw } => cells.push(draw.to_string()),
+        Figure::Expectation { expectation: value, error } | Figure::Variance { variance: value, error } => {
+            cells.push(error.map_or_else(|| six_digits(value), |error| estimated(value, error)));
+        }
+        Figure::Information { information } => cells.push(format!("{} nats", six_digits(information))),
+        Figure::Divergence { infinite: true, .. } => cells.push("infinite".to_owned()),
+        Figure::Divergence { divergence, .. } => cells.push(format!("{} nats", six_digits(divergence))),
         Figure::Real { mean, deviation, quantiles } => {
             cells.push(estimated(mean[0], mean[1]));
             cells.push(six_digits(deviation[0]));

@@ -1,0 +1,236 @@
+//! A question that is compiled once and asked again and again with other given values.
+//!
+//! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant: what
+//! does not depend on the inputs (plan, kernels, schedules) is made once.
+
+use super::rows::Reader;
+use super::table::Table;
+use super::{Answer, check, compare, gaussian, link, sampled, soft};
+use crate::error::Error;
+use crate::exec::{Inputs, Lanes};
+use crate::ids::VariableId;
+use crate::kernel::Kernel;
+use crate::lower::{Output, lower};
+use crate::model::{Ask, Evidence, Model, Question, Reduction};
+use crate::plan::{self, Gaussian, Options, Plan, Route, Sampled, parts};
+use crate::sample::Sampling;
+use std::borrow::Cow;
+
+/// A question that is ready to be asked.
+#[derive(Clone, Debug)]
+pub struct CompiledQuestion<'m> {
+    model: Cow<'m, Model>,
+    question: Question,
+    routes: Vec<Compiled>,
+}
+
+#[derive(Clone, Debug)]
+enum Compiled {
+    Exact { ln_evidence: bool, lanes: Lanes, outputs: Vec<Output> },
+    Gaussian(Gaussian),
+    Sampled(Sampled),
+    OverTime(Ask),
+}
+
+/// What a route says of one of its asks.
+enum Said {
+    Table(Table, Option<f64>),
+    Answer(Answer),
+}
+
+/// How a question to a model is planned when one wants to see the answer: with ln P(evidence) where the
+/// evidence is one event.
+///
+/// # Errors
+/// See [`plan::plan`].
+pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
+    let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
+    // The density of a real is told without ln P(evidence), for which it would have to be integrated.
+    let event = |ask: &Ask| {
+        ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
+            && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
+    };
+    let asks = question.asks.iter().flat_map(|ask| parts(model, ask));
+    let (events, tables): (Vec<Ask>, Vec<Ask>) = asks.partition(event);
+    let mut routes = Vec::new();
+    for (asks, ln_evidence) in [(events, model.plate.is_none()), (tables, false)] {
+        let part = Question { name: question.name.clone(), asks };
+        routes.extend(plan::plan(model, &part, Options { ln_evidence, ..Options::default() })?.routes);
+    }
+    Ok(Plan { question: question.clone(), routes })
+}
+
+/// Compiles a question to a model.
+///
+/// # Errors
+/// No route answers it; a subroutine that cannot be answered.
+pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQuestion<'m>, Error> {
+    let model = link(model)?;
+    let mut routes = Vec::new();
+    for route in plan_for_answer(&model, question)?.routes {
+        routes.push(match route {
+            Route::Exact(exact) => {
+                let lowered = lower(&model, &exact, &question.name)?;
+                let ln_evidence = exact.ln_evidence;
+                Compiled::Exact { ln_evidence, lanes: Lanes::new(lowered.kernel), outputs: lowered.outputs }
+            }
+            Route::Gaussian(gaussian) => Compiled::Gaussian(gaussian),
+            Route::Sampled(sampled) => Compiled::Sampled(sampled),
+            Route::OverTime(over_time) => Compiled::OverTime(over_time.ask),
+        });
+    }
+    Ok(CompiledQuestion { model, question: question.clone(), routes })
+}
+
+impl CompiledQuestion<'_> {
+    /// The question.
+    pub fn question(&self) -> &Question {
+        &self.question
+    }
+
+    /// The kernels that answer it, as far as kernels do: their inputs can be given.
+    pub fn kernels(&self) -> impl Iterator<Item = &Kernel> {
+        self.routes.iter().filter_map(|route| match route {
+            Compiled::Exact { lanes, .. } => Some(lanes.kernel()),
+            _ => None,
+        })
+    }
+
+    /// Asks it.
+    ///
+    /// # Errors
+    /// Inputs that are missing or do not fit; evidence of probability zero.
+    pub fn ask(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+        self.ask_with(inputs, Sampling::default())
+    }
+
+    /// Asks it; what has no exact answer is estimated, and what is drawn is drawn, as `sampling` says.
+    ///
+    /// # Errors
+    /// As [`CompiledQuestion::ask`].
+    pub fn ask_with(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
+        let said = self.run(inputs, sampling)?;
+        self.question.asks.iter().map(|ask| self.answer(ask, &said, inputs, sampling)).collect()
+    }
+
+    /// The whole conditional table of each thing asked, whatever is made of it otherwise.
+    ///
+    /// # Errors
+    /// As [`CompiledQuestion::ask`]; an answer that is no table.
+    pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
+        let said = self.run(inputs, Sampling::default())?;
+        let table = |ask: &Ask| {
+            if let Reduction::Entropy | Reduction::Divergence { .. } = ask.reduction {
+                let word = ask.reduction.word();
+                return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
+            }
+            let (table, _) = self.table(ask, &ask.known, &parts(&self.model, ask)[0], &said)?;
+            Ok(Table { question: self.model.ask_text(ask), ..table })
+        };
+        self.question.asks.iter().map(table).collect()
+    }
+
+    fn no_table(&self, ask: &Ask, reason: &str) -> Error {
+        let reason = format!("{reason}: there is no table of it");
+        Error::Unplanned { question: self.model.ask_text(ask), reason }
+    }
+
+    /// What each route says of each of its asks.
+    fn run(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<(String, Said)>, Error> {
+        let model = &self.model;
+        check::inputs(model, &self.question, inputs)?;
+        let mut said = Vec::new();
+        for route in &self.routes {
+            let answers = match route {
+                Compiled::Gaussian(gaussian) => gaussian::answers(model, gaussian, inputs)?,
+                Compiled::Sampled(sampled) => sampled::answers(model, sampled, inputs, sampling)?,
+                Compiled::OverTime(ask) => {
+                    let reason = "it is asked over time: give what was observed, an instant after the other";
+                    return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
+                }
+                Compiled::Exact { ln_evidence, lanes, outputs } => {
+                    said.extend(self.run_exact(*ln_evidence, lanes, outputs, inputs)?);
+                    continue;
+                }
+            };
+            said.extend(answers.into_iter().map(|answer| (answer.question.clone(), Said::Answer(answer))));
+        }
+        Ok(said)
+    }
+
+    fn run_exact(
+        &self,
+        ln_evidence: bool,
+        lanes: &Lanes,
+        outputs: &[Output],
+        inputs: &Inputs<'_, f64>,
+    ) -> Result<Vec<(String, Said)>, Error> {
+        let mut found = lanes.run(inputs)?;
+        let ln_evidence = ln_evidence.then(|| found.get("ln_evidence")[0]);
+        let mut said = Vec::new();
+        for output in outputs {
+            let Some(ask) = &output.ask else { continue };
+            let own = found.arrays.iter_mut().find(|(name, _)| *name == output.name);
+            let cells = std::mem::take(&mut own.expect("internal: the output exists").1);
+            if cells.iter().any(|cell| cell.is_nan()) {
+                let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
+                return Err(Error::input(&output.name, reason));
+            }
+            if ln_evidence == Some(f64::NEG_INFINITY) {
+                return Err(Error::Impossible(self.model.ask_text(ask)));
+            }
+            let extents = lanes.extents(&output.name, inputs)?;
+            let table = Table::read(&self.model, ask, output, cells, &extents);
+            said.push((output.name.clone(), Said::Table(table, ln_evidence)));
+        }
+        Ok(said)
+    }
+
+    /// The table that an ask means, of that of its part; and ln P(evidence), where the evidence is an event.
+    fn table(
+        &self,
+        ask: &Ask,
+        known: &[crate::model::Known],
+        part: &Ask,
+        said: &[(String, Said)],
+    ) -> Result<(Table, Option<f64>), Error> {
+        match self.said(part, said) {
+            Said::Answer(_) => Err(self.no_table(ask, "it is not answered by sums over finite values")),
+            Said::Table(table, ln_evidence) => {
+                let soft = known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)));
+                let table = soft::applied(&self.model, ask, known, table.clone())?;
+                // What is believed softly is no event.
+                Ok((table, ln_evidence.filter(|_| !soft)))
+            }
+        }
+    }
+
+    fn said<'s>(&self, part: &Ask, said: &'s [(String, Said)]) -> &'s Said {
+        let name = self.model.ask_text(part);
+        let found = said.iter().find(|(known, _)| *known == name);
+        &found.expect("internal: every part is answered").1
+    }
+
+    fn answer(
+        &self,
+        ask: &Ask,
+        said: &[(String, Said)],
+        inputs: &Inputs<'_, f64>,
+        sampling: Sampling,
+    ) -> Result<Answer, Error> {
+        let question = self.model.ask_text(ask);
+        let parts = parts(&self.model, ask);
+        if let (Said::Answer(answer), true) = (self.said(&parts[0], said), parts[0] == *ask) {
+            return Ok(answer.clone());
+        }
+        let (table, ln_evidence) = self.table(ask, &ask.known, &parts[0], said)?;
+        if let (Reduction::Divergence { from }, Some(second)) = (&ask.reduction, parts.get(1)) {
+            let (second, _) = self.table(ask, from, second, said)?;
+            let answer = compare::divergences(&table, &second);
+            return Ok(Answer { question, ln_evidence: None, estimate: None, answer });
+        }
+        let seed = sampling.seed;
+        let answer = Reader { model: &self.model, ask, table: &table, inputs, seed }.rows()?;
+        Ok(Answer { question, ln_evidence, estimate: None, answer })
+    }
+}

@@ -1,0 +1,41 @@
+//! Numbers that are made of a distribution.
+//!
+//! In: the probabilities of one context. Out: moments, entropies and their kin, in nats. Invariant: 0 ln 0 is 0, and what
+//! cannot be negative is not.
+
+/// −p ln p.
+pub(super) fn minus_p_ln_p(p: f64) -> f64 {
+    if p > 0.0 { -p * p.ln() } else { 0.0 }
+}
+
+/// The expectation and the variance of values: Σ s p, Σ (s − expectation)² p.
+pub(super) fn of(numbers: &[f64], values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let weighted = numbers.iter().zip(values);
+    let expectation: f64 = weighted.clone().map(|(p, value)| p * value).sum();
+    (expectation, weighted.map(|(p, value)| p * (value - expectation).powi(2)).sum())
+}
+
+/// Mutual information: Σ p(x, y) ln (p(x, y) / (p(x) p(y))), with `second` values of y standing together for each x
+/// (Shannon 1948).
+pub(super) fn information(numbers: &[f64], second: usize) -> f64 {
+    let rows: Vec<f64> = numbers.chunks(second).map(|row| row.iter().sum()).collect();
+    let mut columns = vec![0.0; second];
+    for row in numbers.chunks(second) {
+        columns.iter_mut().zip(row).for_each(|(sum, p)| *sum += p);
+    }
+    let term = |(at, p): (usize, &f64)| match *p > 0.0 {
+        true => p * (p / (rows[at / second] * columns[at % second])).ln(),
+        false => 0.0,
+    };
+    numbers.iter().enumerate().map(term).sum::<f64>().max(0.0)
+}
+
+/// Σ p ln (p / q): infinite where q is 0 and p is not (Kullback and Leibler 1951).
+pub(super) fn divergence(first: &[f64], second: &[f64]) -> f64 {
+    let term = |(p, q): (&f64, &f64)| match (*p > 0.0, *q > 0.0) {
+        (false, _) => 0.0,
+        (true, false) => f64::INFINITY,
+        (true, true) => p * (p / q).ln(),
+    };
+    first.iter().zip(second).map(term).sum::<f64>().max(0.0)
+}

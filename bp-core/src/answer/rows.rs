@@ -1,0 +1,212 @@
+//! What is made of a table: all of it, its largest, draws from it, its moments.
+//!
+//! In: a table, the ask, what the host gave. Out: rows. Invariant: it is made in each context, never among contexts; an
+//! impossible context has rows of zeros where its probabilities are asked, an entropy of 0, and no row otherwise.
+
+use super::table::{Column, Table};
+use super::{Figure, Row, argmax, moments};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Ask, Model, Reduction, Value};
+use crate::random::seeded;
+use rand::RngExt;
+
+/// The most values that are drawn at once.
+const MOST_DRAWS: f64 = 1e7;
+
+pub(super) struct Reader<'r> {
+    pub(super) model: &'r Model,
+    pub(super) ask: &'r Ask,
+    pub(super) table: &'r Table,
+    pub(super) inputs: &'r Inputs<'r, f64>,
+    pub(super) seed: u64,
+}
+
+impl Reader<'_> {
+    /// The rows, context by context.
+    ///
+    /// # Errors
+    /// A field that breaks ties and does not fit; more draws than there is room for.
+    pub(super) fn rows(&self) -> Result<Vec<Row>, Error> {
+        let field = self.field()?;
+        let mut random = seeded(self.seed, &self.table.question);
+        if let Reduction::Draw(count) = self.ask.reduction {
+            let contexts = self.table.numbers.len() / self.table.width();
+            let cells = count as f64 * contexts as f64;
+            if cells > MOST_DRAWS {
+                let (name, help) = (self.table.question.clone(), "draw fewer values".to_owned());
+                return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
+            }
+        }
+        let left: Vec<Vec<usize>> =
+            (0..self.table.width()).map(|at| Column::ordinals(&self.table.left, at)).collect();
+        let mut rows = Vec::new();
+        for (context, numbers) in self.table.contexts().enumerate() {
+            let wanted: Vec<usize> =
+                (0..numbers.len()).filter(|at| self.is_wanted(&left[*at], context)).collect();
+            let figure = |at: usize| (at, Figure::Probability { p: numbers[at] });
+            let possible = numbers.iter().any(|p| *p > 0.0);
+            let chosen: Vec<(usize, Figure)> = match &self.ask.reduction {
+                Reduction::Probability => wanted.into_iter().map(figure).collect(),
+                Reduction::Entropy => {
+                    let entropy = match self.table.left.is_empty() {
+                        // The kernel has summed already.
+                        true => numbers[0],
+                        false => wanted.iter().map(|at| moments::minus_p_ln_p(numbers[*at])).sum(),
+                    };
+                    rows.push(self.context_row(context, Figure::Entropy { entropy }));
+                    continue;
+                }
+                _ if !possible => continue,
+                Reduction::Maximum => self.largest(numbers, &wanted, None, context).into_iter().take(1).map(figure).collect(),
+                Reduction::Argmax { .. } => {
+                    self.largest(numbers, &wanted, field, context).into_iter().map(figure).collect()
+                }
+                Reduction::Best(count) => {
+                    let mut best = wanted;
+                    best.retain(|at| numbers[*at] > 0.0);
+                    best.sort_by(|one, other| numbers[*other].total_cmp(&numbers[*one]));
+                    best.into_iter().take(*count).map(figure).collect()
+                }
+                Reduction::Draw(count) => {
+                    let mut reached = 0.0;
+                    let cumulative: Vec<f64> = (numbers.iter())
+                        .map(|p| {
+                            reached += p;
+                            reached
+                        })
+                        .collect();
+                    let mut draw = |number: usize| {
+                        let at = random.random::<f64>() * reached;
+                        // The first that reaches beyond has a probability above 0.
+                        (cumulative.partition_point(|sum| *sum <= at), Figure::Draw { draw: number })
+                    };
+                    (1..=*count).map(&mut draw).collect()
+                }
+                Reduction::Expectation | Reduction::Variance => {
+                    for (column, own) in self.table.left.iter().enumerate() {
+                        let domain = &self.model.variables[own.variable].domain;
+                        let values = left.iter().map(|ordinals| domain.number(ordinals[column]));
+                        let (expectation, variance) = moments::of(numbers, values);
+                        let figure = match self.ask.reduction {
+                            Reduction::Expectation => Figure::Expectation { expectation, error: None },
+                            _ => Figure::Variance { variance, error: None },
+                        };
+                        let mut row = self.context_row(context, figure);
+                        row.values.push((own.name.clone(), String::new()));
+                        rows.push(row);
+                    }
+                    continue;
+                }
+                Reduction::Information => {
+                    let first = self.ask.searched[0].variable;
+                    let second: usize = (self.table.left.iter())
+                        .filter(|column| column.variable != first)
+                        .map(|column| column.values.len())
+                        .product();
+                    let information = moments::information(numbers, second);
+                    rows.push(self.context_row(context, Figure::Information { information }));
+                    continue;
+                }
+                Reduction::Divergence { .. } => unreachable!("internal: two tables are compared elsewhere"),
+                Reduction::Filter | Reduction::Predict(_) | Reduction::Smooth | Reduction::Sequence => {
+                    unreachable!("internal: what is asked over time has no table")
+                }
+            };
+            rows.extend(chosen.into_iter().map(|(at, figure)| {
+                let mut row = self.context_row(context, figure);
+                row.values.extend(named(&self.table.left, &left[at]));
+                self.name_bound(&mut row, context);
+                row
+            }));
+        }
+        Ok(rows)
+    }
+
+    /// The field that breaks ties: one number for each value, or for each value in each context.
+    fn field(&self) -> Result<Option<&[f64]>, Error> {
+        let Reduction::Argmax { nearest: Some(name) } = &self.ask.reduction else { return Ok(None) };
+        let field = self.inputs.find(name);
+        let field = field.ok_or_else(|| Error::input(name, "it was not given; it breaks ties"))?;
+        let expected = [self.table.width(), self.table.numbers.len()];
+        match expected.contains(&field.len()) {
+            true => Ok(Some(field)),
+            false => {
+                let (found, expected) = (field.len(), expected[1]);
+                let message = format!("{found} numbers were given, but {expected} are expected");
+                Err(Error::input(name, message))
+            }
+        }
+    }
+
+    /// Where the numbers of a context are largest.
+    fn largest(&self, numbers: &[f64], wanted: &[usize], field: Option<&[f64]>, context: usize) -> Vec<usize> {
+        let scores: Vec<f64> = wanted.iter().map(|at| numbers[*at]).collect();
+        let near = |field: &[f64]| -> Vec<f64> {
+            let start = if field.len() == numbers.len() { 0 } else { context * numbers.len() };
+            wanted.iter().map(|at| field[start + at]).collect()
+        };
+        let near = field.map(near);
+        argmax(&scores, near.as_deref()).into_iter().map(|tied| wanted[tied]).collect()
+    }
+
+    fn context_row(&self, context: usize, figure: Figure) -> Row {
+        let right = &self.table.right;
+        Row { values: named(right, &Column::ordinals(right, context)).collect(), figure }
+    }
+
+    /// Names the searched variables that have no column: those of which the kernel took one value.
+    fn name_bound(&self, row: &mut Row, context: usize) {
+        for searched in &self.ask.searched {
+            let has_column = self.table.left.iter().any(|column| column.variable == searched.variable);
+            if let (Some(at), false) = (&searched.at, has_column) {
+                let name = self.model.variable_name(searched.variable);
+                row.values.push((name, self.value_at(searched.variable, at, context)));
+            }
+        }
+    }
+
+    /// Whether a cell lies at the values at which the question wants its variables.
+    fn is_wanted(&self, ordinals: &[usize], context: usize) -> bool {
+        self.table.left.iter().zip(ordinals).all(|(column, ordinal)| {
+            let searched = self.ask.searched.iter().find(|searched| searched.variable == column.variable);
+            match searched.and_then(|searched| searched.at.as_ref()) {
+                Some(Value::Ordinal(wanted)) => ordinal == wanted,
+                Some(Value::Given(name)) => {
+                    self.given(name, context).is_none_or(|given| *ordinal as f64 == given)
+                }
+                _ => true,
+            }
+        })
+    }
+
+    /// What was given under a name: one number for all, or one for each element of the plate, which goes fastest
+    /// among the contexts.
+    fn given(&self, name: &str, context: usize) -> Option<f64> {
+        let values = self.inputs.find(name)?;
+        values.get(context % values.len().max(1)).copied()
+    }
+
+    fn value_at(&self, variable: VariableId, at: &Value, context: usize) -> String {
+        let finite = self.model.variables[variable].domain.is_finite();
+        match at {
+            Value::Ordinal(ordinal) => self.model.value_name(variable, *ordinal),
+            Value::Real(number) => number.to_string(),
+            Value::Given(name) => match self.given(name, context) {
+                Some(ordinal) if finite => self.model.value_name(variable, ordinal as usize),
+                Some(number) => number.to_string(),
+                None => name.clone(),
+            },
+        }
+    }
+}
+
+/// The names of values, with those of their variables.
+pub(super) fn named<'t>(
+    columns: &'t [Column],
+    ordinals: &'t [usize],
+) -> impl Iterator<Item = (String, String)> + use<'t> {
+    let name = |(column, ordinal): (&Column, &usize)| (column.name.clone(), column.values[*ordinal].clone());
+    columns.iter().zip(ordinals).map(name)
+}
