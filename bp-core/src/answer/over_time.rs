@@ -61,5 +61,11 @@ fn rows(setting: &Setting<'_>, told: &Told, several: bool) -> Vec<Row> {
                 Row { values, figure: Figure::Probability { p: *p } }
             })
             .collect(),
+        What::Normal(laws) => (laws.iter())
+            .map(|(name, [mean, deviation])| {
+                let values = instant.iter().cloned().chain([(name.clone(), String::new())]).collect();
+                Row { values, figure: Figure::Normal { mean: *mean, deviation: *deviation } }
+            })
+            .collect(),
     }
 }

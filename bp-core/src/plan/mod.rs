@@ -23,6 +23,7 @@ mod scan;
 mod scope;
 
 pub use cost::{Cost, Elimination};
+pub(crate) use gaussian::components;
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 pub use over_time::{By, OverTime};

@@ -8,8 +8,9 @@ mod finite;
 
 use crate::distribution::Setting;
 use crate::error::Error;
+use crate::exec::{Belief, Filter};
 use crate::model::{Evidence, Reduction, Value};
-use crate::plan::{By, OverTime};
+use crate::plan::{By, Gaussian, OverTime};
 use chain::{Course, Matrix};
 use finite::Finite;
 
@@ -30,6 +31,8 @@ pub struct Told {
 pub enum What {
     /// Of finite slots together: their values, and how probable they are.
     Probabilities(Vec<usize>, Vec<(Vec<f64>, f64)>),
+    /// Of reals, each by its name: mean and standard deviation.
+    Normal(Vec<(String, [f64; 2])>),
 }
 
 /// All that is told.
@@ -93,8 +96,55 @@ pub fn instants(
 pub fn answer(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {
     match &route.by {
         By::Chain => answer_chain(setting, route, instants),
-        _ => unreachable!("internal: not yet"),
+        By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),
+        By::Particles { reason, .. } => {
+            let question = setting.model.ask_text(&route.ask);
+            Err(Error::Unplanned { question, reason: reason.clone() })
+        }
     }
+}
+
+/// A Kalman filter, forward and back.
+fn answer_gaussian(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    gaussian: &Gaussian,
+    instants: &[Instant],
+) -> Result<Answered, Error> {
+    let model = setting.model;
+    let parameters: Vec<(&str, f64)> = (model.parameters.values())
+        .filter_map(|parameter| Some((parameter.name.as_str(), *setting.given(&parameter.name)?.first()?)))
+        .collect();
+    let mut filter = Filter::new(model, gaussian, &parameters)?;
+    let names: Vec<Vec<(String, f64)>> = (instants.iter())
+        .map(|instant| instant.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect())
+        .collect();
+    let named: Vec<Vec<(&str, f64)>> = names
+        .iter()
+        .map(|instant| instant.iter().map(|(name, value)| (name.as_str(), *value)).collect())
+        .collect();
+    let several = matches!(route.ask.reduction, Reduction::Smooth | Reduction::Sequence);
+    let beliefs = match several {
+        true => filter.smoothed(&named)?,
+        false => filter.filtered(&named)?,
+    };
+    let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
+    let told = |(instant, belief): (usize, Belief)| {
+        let of = |(row, name): (usize, &String)| {
+            let deviation = belief.covariance[(row, row)].max(0.0).sqrt();
+            (name.clone(), [belief.mean[row], deviation])
+        };
+        Told {
+            instant: instant + 1,
+            what: What::Normal(belief.variables.iter().enumerate().map(of).collect()),
+        }
+    };
+    let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
+    if let Reduction::Predict(steps) = route.ask.reduction {
+        all.push((instants.len() - 1 + steps, filter.predicted(steps)?));
+    }
+    let from = if several { 0 } else { all.len().saturating_sub(1) };
+    Ok(Answered { told: all.split_off(from).into_iter().map(told).collect(), ln_evidence })
 }
 
 /// The error that an observation is impossible.
