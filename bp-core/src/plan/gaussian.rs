@@ -57,11 +57,6 @@ pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
     is_linear(model) && distribution(ask)
 }
 
-/// The variables that are linear and Gaussian once all others are known.
-pub(super) fn conditionally_linear(_: &Model) -> Vec<VariableId> {
-    Vec::new()
-}
-
 /// Whether a model is linear and Gaussian throughout.
 pub(super) fn is_linear(model: &Model) -> bool {
     let reals = model.variables.iter().all(|(id, variable)| {

@@ -9,6 +9,7 @@
 mod barren;
 mod cancel;
 mod cost;
+mod conditional;
 mod dirac;
 mod draft;
 mod eliminate;

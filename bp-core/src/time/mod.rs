@@ -5,14 +5,18 @@
 
 pub mod chain;
 mod finite;
+mod normal;
+mod particles;
 
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::{Belief, Filter};
 use crate::model::{Evidence, Reduction, Value};
 use crate::plan::{By, Gaussian, OverTime};
+use crate::sample::{Draws, Moments, Sampling};
 use chain::{Course, Matrix};
 use finite::Finite;
+use particles::Moves;
 
 /// What is observed at an instant: slots and their values.
 pub type Instant = Vec<(usize, f64)>;
@@ -33,6 +37,17 @@ pub enum What {
     Probabilities(Vec<usize>, Vec<(Vec<f64>, f64)>),
     /// Of reals, each by its name: mean and standard deviation.
     Normal(Vec<(String, [f64; 2])>),
+    /// Particles: of the kept slots that were drawn the draws, of the others what their laws say.
+    Cloud {
+        /// Draws of the kept slots.
+        draws: Draws,
+        /// Which slots these are.
+        kept: Vec<usize>,
+        /// Slots that were not drawn.
+        linear: Vec<(usize, Moments)>,
+        /// How many particles of equal weight would say as much, instant by instant.
+        effective: Vec<f64>,
+    },
 }
 
 /// All that is told.
@@ -93,13 +108,33 @@ pub fn instants(
 ///
 /// # Errors
 /// Observations that are impossible, numbers that are missing.
-pub fn answer(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {
+pub fn answer(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    instants: &[Instant],
+    sampling: Sampling,
+) -> Result<Answered, Error> {
     match &route.by {
         By::Chain => answer_chain(setting, route, instants),
         By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),
-        By::Particles { reason, .. } => {
-            let question = setting.model.ask_text(&route.ask);
-            Err(Error::Unplanned { question, reason: reason.clone() })
+        By::Particles { linear, .. } => {
+            let moves = Moves::new(setting, &route.carried, linear)?;
+            let mut all = instants.to_vec();
+            if let Reduction::Predict(steps) = route.ask.reduction {
+                all.resize(instants.len() + steps, Vec::new());
+            }
+            let cloud =
+                moves.follow(&all, sampling)?.map_err(|instant| impossible(setting, route, instant))?;
+            let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+            let (linear, kept): (Vec<usize>, Vec<usize>) =
+                slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
+            let what = What::Cloud {
+                draws: cloud.draws(&kept),
+                kept,
+                linear: linear.into_iter().map(|slot| (slot, cloud.mixture(slot))).collect(),
+                effective: cloud.effective.clone(),
+            };
+            Ok(Answered { told: vec![Told { instant: all.len(), what }], ln_evidence: cloud.ln_evidence })
         }
     }
 }

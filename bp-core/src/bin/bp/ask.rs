@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions = program::questions(&model, arguments.question.as_deref())?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &questions)?)?;
     let inputs = settings.inputs();
-    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed, ..Sampling::default() };
+    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
     let mut answers: Vec<Answer> = Vec::new();
     for question in &questions {
         answers.extend(answer::ask_with(&model, question, &inputs, sampling)?);
