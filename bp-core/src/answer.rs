@@ -5,11 +5,13 @@
 //! evidence of probability zero is an error.
 
 mod check;
+mod instants;
 mod link;
 mod over_time;
 mod reading;
 mod sampled;
 
+pub use instants::read_instants;
 pub use link::link;
 
 use crate::distribution::Setting;
@@ -176,7 +178,8 @@ pub fn ask_with(
             Route::Gaussian(gaussian) => answers.extend(ask_gaussian(model, gaussian, inputs)?),
             Route::OverTime(over_time) => {
                 let reason =
-                    "it is asked over time: give what was observed, an instant after the other".to_owned();
+                    "it is asked over time: give what was observed, a row for each instant (`--data`)"
+                        .to_owned();
                 return Err(Error::Unplanned { question: model.ask_text(&over_time.ask), reason });
             }
             Route::Sampled(sampled) => answers.extend(sampled::answers(model, sampled, inputs, sampling)?),

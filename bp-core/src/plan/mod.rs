@@ -8,8 +8,8 @@
 
 mod barren;
 mod cancel;
-mod cost;
 mod conditional;
+mod cost;
 mod dirac;
 mod draft;
 mod eliminate;

@@ -5,7 +5,7 @@
 
 use super::draft::{DEFINITION, EVIDENCE, are};
 use super::equation::Printer;
-use super::{By, Binding, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
+use super::{Binding, By, Exact, Gaussian, Notation, Plan, Route, Step, cancel};
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Model, Reduction, Searched};
 use std::collections::BTreeMap;
