@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod compiled;
 mod gaussian;
+mod instants;
 mod link;
 mod moments;
 mod over_time;
@@ -17,6 +18,7 @@ mod soft;
 mod table;
 
 pub use compiled::{CompiledQuestion, compile, plan_for_answer};
+pub use instants::read_instants;
 pub use link::link;
 pub use table::{Column, Table};
 

@@ -145,7 +145,7 @@ impl CompiledQuestion<'_> {
                 Compiled::Gaussian(gaussian) => gaussian::answers(model, gaussian, inputs)?,
                 Compiled::Sampled(sampled) => sampled::answers(model, sampled, inputs, sampling)?,
                 Compiled::OverTime(ask) => {
-                    let reason = "it is asked over time: give what was observed, an instant after the other";
+                    let reason = "it is asked over time: give what was observed, a row for each instant (`--data`)";
                     return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
                 }
                 Compiled::Exact { ln_evidence, lanes, outputs } => {

@@ -4,10 +4,12 @@
 //! of its moments. Invariant: each parameter and each observation is one number.
 
 use super::{Answer, Figure, Row};
+use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::{Filter, Inputs};
-use crate::model::{Evidence, Model, Reduction, Value};
+use crate::model::{Model, Reduction};
 use crate::plan::Gaussian;
+use crate::sample::Observations;
 
 pub(super) fn answers(
     model: &Model,
@@ -28,18 +30,12 @@ pub(super) fn answers(
             parameters.push((&parameter.name, number));
         }
     }
-    let mut observations = Vec::new();
-    for known in &gaussian.asks[0].known {
-        let name = model.variable_name(known.variable);
-        let value = match &known.evidence {
-            Evidence::Hard(Value::Real(number)) => *number,
-            Evidence::Hard(Value::Given(given_as)) => {
-                given(given_as)?.ok_or_else(|| Error::input(given_as, "it was not given"))?
-            }
-            _ => given(&name)?.ok_or_else(|| Error::input(&name, "it was not given"))?,
-        };
-        observations.push((name, value));
-    }
+    let setting = Setting::new(model, inputs)?;
+    let evidence = Observations::of(&setting, &gaussian.asks[0])?;
+    let known = gaussian.asks[0].known.iter().filter(|known| Some(known.variable) != model.plate_index());
+    let slots = known.flat_map(|known| setting.slots_of(known.variable));
+    let observations: Vec<(String, f64)> =
+        slots.map(|slot| (setting.slot_name(slot), evidence.values[slot])).collect();
     let observations: Vec<(&str, f64)> =
         observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
     let belief = Filter::new(model, gaussian, &parameters)?.step(&observations)?;
@@ -49,7 +45,8 @@ pub(super) fn answers(
             ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
             estimate: None,
             answer: (ask.searched.iter())
-                .map(|searched| model.variable_name(searched.variable))
+                .flat_map(|searched| setting.slots_of(searched.variable))
+                .map(|slot| setting.slot_name(slot))
                 .map(|name| {
                     let mean = belief.mean_of(&name).unwrap_or(f64::NAN);
                     let deviation = belief.deviation_of(&name).unwrap_or(f64::NAN);

@@ -9,10 +9,10 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Evidence, Model, Reduction, Value};
 use crate::plan::Sampled;
-use crate::sample::{Draws, Observations, Sampling, weigh};
+use crate::sample::{Draws, Moments, Observations, Sampling, weigh};
 
 /// Effective draws below which an answer is said to be rough.
-const FEW: f64 = 200.0;
+pub(super) const FEW: f64 = 200.0;
 
 /// The most rows that a table of estimates may have.
 const MOST_ROWS: usize = 1 << 20;
@@ -58,12 +58,12 @@ pub(super) fn answer(
     sampling: Sampling,
     known: bool,
 ) -> Result<Answer, Error> {
-    let ln_evidence = draws.ln_evidence().filter(|_| known);
+    let ln_evidence = Some(draws.ln_evidence()).filter(|_| known);
     Ok(Answer {
         question: setting.model.ask_text(ask),
         ln_evidence: ln_evidence.map(|[ln, _]| ln),
         estimate: Some(estimate(draws, ln_evidence.map(|[_, error]| error), sampling)),
-        answer: rows(setting, ask, draws, kept)?,
+        answer: rows(setting, ask, draws, kept, &[])?,
     })
 }
 
@@ -72,18 +72,20 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
     let warning = (effective < FEW).then(|| {
         format!(
             "the draws say no more than {effective:.0} of the answer itself would: the evidence is unlikely \
-             a priori; take more (--particles), or walk towards it (--method gibbs)"
+             a priori; take more (--particles)"
         )
     });
     Estimate { particles: draws.count(), effective, seed: sampling.seed, ln_evidence_error, warning }
 }
 
-/// The rows of an ask: a probability for each combination of finite values; the moments of each real.
+/// The rows of an ask: a probability for each combination of finite values; the moments of each real, which of those
+/// in `linear` are known.
 pub(super) fn rows(
     setting: &Setting<'_>,
     ask: &Ask,
     draws: &Draws,
     kept: &[usize],
+    linear: &[(usize, Moments)],
 ) -> Result<Vec<Row>, Error> {
     let model = setting.model;
     let position =
@@ -146,6 +148,11 @@ pub(super) fn rows(
     let numbers = finite.iter().map(|(slot, _)| *slot).filter(|_| ask.reduction != Reduction::Probability);
     for slot in numbers.chain(reals) {
         let variable = setting.variable_of(slot);
+        if let Some((_, of)) = linear.iter().find(|(own, _)| *own == slot) {
+            let figure = Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles };
+            rows.push(Row { values: vec![(setting.slot_name(slot), String::new())], figure });
+            continue;
+        }
         let at = position(slot);
         let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
         let figure = match ask.reduction {

@@ -4,10 +4,12 @@
 //! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
 //! factor, conditioned once, and only what the next instant needs is carried.
 
+mod smooth;
+
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Domain, Model};
-use crate::plan::{Gaussian, LinearForm};
+use crate::model::Model;
+use crate::plan::{Gaussian, LinearForm, Source, components};
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
@@ -35,6 +37,14 @@ impl Belief {
         let row = self.variables.iter().position(|variable| variable == name)?;
         Some(self.covariance[(row, row)].max(0.0).sqrt())
     }
+}
+
+/// The normal law of all variables of an instant: first what was carried, then the others.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Joint {
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+    ln_evidence: f64,
 }
 
 /// One variable: row in the joint law, mean as a row over earlier rows, variance of its own noise.
@@ -85,47 +95,66 @@ impl Filter {
             return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
         }
         let parameter = |name: &str| values[name];
-        let mut rows: HashMap<VariableId, usize> = HashMap::new();
+        let mut rows: HashMap<(VariableId, usize), usize> = HashMap::new();
         for (_, previous) in &plan.carried {
-            rows.insert(*previous, rows.len());
+            for component in 0..components(model, *previous) {
+                rows.insert((*previous, component), rows.len());
+            }
+        }
+        let start = rows.len();
+        let mut extend = |source: &Source, all: usize| -> Result<Vec<(usize, Extension)>, Error> {
+            let mut extensions = Vec::new();
+            for component in 0..components(model, source.variable) {
+                let row = rows.get(&(source.variable, component)).copied().unwrap_or(all + component);
+                extensions
+                    .push((row, extension(model, source, component, &rows, row.max(start), &parameter)?));
+            }
+            for (component, (row, _)) in extensions.iter().enumerate() {
+                rows.insert((source.variable, component), *row);
+            }
+            Ok(extensions)
+        };
+        // Before the first instant: the law of what is carried.
+        let (mut mean, mut covariance) = (DVector::zeros(start), DMatrix::zeros(start, start));
+        for source in &plan.initial {
+            for (row, extension) in extend(source, start)? {
+                mean[row] = extension.coefficients.dot(&mean) + extension.constant;
+                let cross = &covariance * &extension.coefficients;
+                covariance.set_column(row, &cross);
+                covariance.set_row(row, &cross.transpose());
+                covariance[(row, row)] = extension.coefficients.dot(&cross) + extension.variance;
+            }
         }
         let mut extensions = Vec::new();
         for source in &plan.sources {
-            let form = LinearForm::of(model, source.mean, &parameter);
-            let mut coefficients = DVector::zeros(rows.len());
-            for (variable, coefficient) in &form.coefficients {
-                coefficients[rows[variable]] = *coefficient;
-            }
-            let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, &parameter).constant);
-            let name = model.variable_name(source.variable);
-            if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
-                return Err(Error::input(
-                    name,
-                    format!("its standard deviation must be positive, but it is {deviation}"),
-                ));
-            }
-            if !form.constant.is_finite() || coefficients.iter().any(|coefficient| !coefficient.is_finite()) {
-                return Err(Error::input(name, "its mean is not a finite number; a divisor may be 0"));
-            }
-            extensions.push(Extension {
-                coefficients,
-                constant: form.constant,
-                variance: deviation * deviation,
-            });
-            rows.insert(source.variable, rows.len());
+            extensions.extend(
+                extend(source, start + extensions.len())?.into_iter().map(|(_, extension)| extension),
+            );
         }
-        let row = |variable: &VariableId| (model.variable_name(*variable), rows[variable]);
-        let searched = plan.asks.iter().flat_map(|ask| &ask.searched).map(|searched| row(&searched.variable));
-        let carried: Vec<usize> = plan.carried.iter().map(|(now, _)| rows[now]).collect();
-        let real = |variable: &&VariableId| model.variables[**variable].domain == Domain::Real;
+        let named = |variable: VariableId| {
+            let (count, name) = (components(model, variable), model.variable_name(variable));
+            let of =
+                |component: usize| if count == 1 { name.clone() } else { format!("{name}[{component}]") };
+            let rows = &rows;
+            (0..count).map(|component| (of(component), rows[&(variable, component)])).collect::<Vec<_>>()
+        };
+        let searched = plan.asks.iter().flat_map(|ask| &ask.searched).flat_map(|item| named(item.variable));
+        let carried: Vec<usize> =
+            plan.carried.iter().flat_map(|(now, _)| named(*now)).map(|(_, row)| row).collect();
+        let real = |variable: &&VariableId| !model.variables[**variable].domain.is_finite();
         Ok(Self {
             searched: searched.collect(),
-            observed: plan.observed.iter().filter(real).map(row).collect(),
-            mean: DVector::zeros(carried.len()),
-            covariance: DMatrix::zeros(carried.len(), carried.len()),
+            observed: plan.observed.iter().filter(real).flat_map(|variable| named(*variable)).collect(),
+            mean,
+            covariance,
             carried,
             extensions,
         })
+    }
+
+    /// The names of what is observed: of a vector, those of its components (`V[0]`).
+    pub fn observed(&self) -> impl Iterator<Item = &str> {
+        self.observed.iter().map(|(name, _)| name.as_str())
     }
 
     /// The joint law of this instant, before anything is observed.
@@ -145,26 +174,12 @@ impl Filter {
         (mean, covariance)
     }
 
-    /// K = Σ Hᵀ (H Σ Hᵀ)⁻¹ and the factor of H Σ Hᵀ.
-    fn gain(&self, covariance: &DMatrix<f64>) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
-        let rows: Vec<usize> = self.observed.iter().map(|(_, row)| *row).collect();
-        let cross = covariance.select_columns(&rows);
-        let innovation = cross.select_rows(&rows);
-        let names: Vec<_> = self.observed.iter().map(|(name, _)| name.as_str()).collect();
-        let inverse = (innovation.clone().cholesky()).ok_or_else(|| {
-            Error::input(
-                names.join(" "),
-                "its observations have no density together: one follows from the others",
-            )
-        })?;
-        Ok((cross * inverse.inverse(), innovation))
-    }
-
     /// The gain of one searched variable for one observed one, at this instant.
     pub fn gain_of(&self, variable: &str, observed: &str) -> Option<f64> {
         let row = self.searched.iter().find(|(name, _)| name == variable)?.1;
         let column = self.observed.iter().position(|(name, _)| name == observed)?;
-        let (gain, _) = self.gain(&self.predict().1).ok()?;
+        let observed: Vec<_> = self.observed.iter().map(|(name, row)| (name.as_str(), *row, 0.0)).collect();
+        let (gain, _) = gain(&observed, &self.predict().1).ok()?;
         Some(gain[(row, column)])
     }
 
@@ -178,26 +193,42 @@ impl Filter {
         {
             return Err(Error::input(*name, "the question does not know this variable"));
         }
+        for (name, _) in &self.observed {
+            if observations.iter().all(|(given, _)| given != name) {
+                return Err(Error::input(name, "it was not observed"));
+            }
+        }
+        let joint = self.advance(observations)?;
+        Ok(self.belief(&joint))
+    }
+
+    /// One instant, of which some of what may be observed is: the law of all its variables, and of what was carried.
+    ///
+    /// # Errors
+    /// An observation that is not finite, or that follows from the others.
+    pub(crate) fn advance(&mut self, observations: &[(&str, f64)]) -> Result<Joint, Error> {
         let (mut mean, mut covariance) = self.predict();
         let mut ln_evidence = 0.0;
-        if !self.observed.is_empty() {
-            let mut surprise = DVector::zeros(self.observed.len());
-            for (position, (name, row)) in self.observed.iter().enumerate() {
-                let given = observations.iter().find(|(given, _)| given == name);
-                let (_, value) = given.ok_or_else(|| Error::input(name, "it was not observed"))?;
-                if !value.is_finite() {
-                    return Err(Error::input(
-                        name,
-                        format!("an observation must be finite, but it is {value}"),
-                    ));
-                }
-                surprise[position] = value - mean[*row];
+        let given =
+            |name: &str| observations.iter().find(|(given, _)| *given == name).map(|(_, value)| *value);
+        let observed: Vec<(&str, usize, f64)> = self
+            .observed
+            .iter()
+            .filter_map(|(name, row)| Some((name.as_str(), *row, given(name)?)))
+            .collect();
+        if !observed.is_empty() {
+            if let Some((name, _, value)) = observed.iter().find(|(_, _, value)| !value.is_finite()) {
+                return Err(Error::input(*name, format!("an observation must be finite, but it is {value}")));
             }
-            let (gain, innovation) = self.gain(&covariance)?;
-            let rows: Vec<usize> = self.observed.iter().map(|(_, row)| *row).collect();
-            let solved = innovation.clone().cholesky().expect("internal: the gain was computed from it");
+            let rows: Vec<usize> = observed.iter().map(|(_, row, _)| *row).collect();
+            let surprise = DVector::from_iterator(
+                observed.len(),
+                observed.iter().map(|(_, row, value)| value - mean[*row]),
+            );
+            let (gain, innovation) = gain(&observed, &covariance)?;
+            let solved = innovation.cholesky().expect("internal: the gain was computed from it");
             let ln_determinant = 2.0 * solved.l().diagonal().map(f64::ln).sum();
-            let count = self.observed.len() as f64;
+            let count = observed.len() as f64;
             ln_evidence = -0.5
                 * (surprise.dot(&solved.solve(&surprise))
                     + ln_determinant
@@ -208,13 +239,18 @@ impl Filter {
         }
         self.mean = mean.select_rows(&self.carried);
         self.covariance = covariance.select_rows(&self.carried).select_columns(&self.carried);
+        Ok(Joint { mean, covariance, ln_evidence })
+    }
+
+    /// What a joint law says of what is searched.
+    pub(crate) fn belief(&self, joint: &Joint) -> Belief {
         let rows: Vec<usize> = self.searched.iter().map(|(_, row)| *row).collect();
-        Ok(Belief {
+        Belief {
             variables: self.searched.iter().map(|(name, _)| name.clone()).collect(),
-            mean: mean.select_rows(&rows),
-            covariance: covariance.select_rows(&rows).select_columns(&rows),
-            ln_evidence,
-        })
+            mean: joint.mean.select_rows(&rows),
+            covariance: joint.covariance.select_rows(&rows).select_columns(&rows),
+            ln_evidence: joint.ln_evidence,
+        }
     }
 
     /// Lets the covariance, and so the gains, settle to what they become after a long time; means stay.
@@ -236,4 +272,51 @@ impl Filter {
         }
         Err(Error::input("covariance", "it does not settle: something is carried that nothing observes"))
     }
+}
+
+/// One component of a variable, as a row over the rows before it.
+fn extension(
+    model: &Model,
+    source: &Source,
+    component: usize,
+    rows: &HashMap<(VariableId, usize), usize>,
+    size: usize,
+    parameter: &dyn Fn(&str) -> f64,
+) -> Result<Extension, Error> {
+    let form = LinearForm::of(model, source.mean, component, parameter);
+    let mut coefficients = DVector::zeros(size);
+    for (variable, coefficient) in &form.coefficients {
+        coefficients[rows[variable]] = *coefficient;
+    }
+    let deviation =
+        source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, parameter).constant);
+    let name = model.variable_name(source.variable);
+    if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
+        return Err(Error::input(
+            name,
+            format!("its standard deviation must be positive, but it is {deviation}"),
+        ));
+    }
+    if !form.constant.is_finite() || coefficients.iter().any(|coefficient| !coefficient.is_finite()) {
+        return Err(Error::input(name, "its mean is not a finite number; a divisor may be 0"));
+    }
+    Ok(Extension { coefficients, constant: form.constant, variance: deviation * deviation })
+}
+
+/// K = Σ Hᵀ (H Σ Hᵀ)⁻¹, and H Σ Hᵀ.
+fn gain(
+    observed: &[(&str, usize, f64)],
+    covariance: &DMatrix<f64>,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
+    let rows: Vec<usize> = observed.iter().map(|(_, row, _)| *row).collect();
+    let cross = covariance.select_columns(&rows);
+    let innovation = cross.select_rows(&rows);
+    let inverse = innovation.clone().cholesky().ok_or_else(|| {
+        let names: Vec<_> = observed.iter().map(|(name, _, _)| *name).collect();
+        Error::input(
+            names.join(" "),
+            "its observations have no density together: one follows from the others",
+        )
+    })?;
+    Ok((cross * inverse.inverse(), innovation))
 }

@@ -31,7 +31,9 @@ pub struct Source {
 pub struct Gaussian {
     /// What is asked.
     pub asks: Vec<Ask>,
-    /// The variables, parents first.
+    /// What the variables of the last instant were before the first one, parents first; the others were 0, at rest.
+    pub initial: Vec<Source>,
+    /// The variables of an instant, parents first.
     pub sources: Vec<Source>,
     /// Variables of which the last instant's law is needed: (X, X^-1).
     pub carried: Vec<(VariableId, VariableId)>,
@@ -44,8 +46,8 @@ pub struct Gaussian {
 /// A linear form: Σ coefficient · variable + constant.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LinearForm {
-    /// Coefficients.
-    pub coefficients: BTreeMap<VariableId, f64>,
+    /// Coefficients, of a variable and its component (0 of a number).
+    pub coefficients: BTreeMap<(VariableId, usize), f64>,
     /// Constant.
     pub constant: f64,
 }
@@ -55,28 +57,35 @@ pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
     is_linear(model) && distribution(ask)
 }
 
-/// The variables that are linear and Gaussian once all others are known.
-pub(super) fn conditionally_linear(_: &Model) -> Vec<VariableId> {
-    Vec::new()
-}
-
 /// Whether a model is linear and Gaussian throughout.
 pub(super) fn is_linear(model: &Model) -> bool {
     let reals = model.variables.iter().all(|(id, variable)| {
-        Some(id) == model.plate_index() || (variable.domain == Domain::Real && variable.family.is_none())
+        Some(id) == model.plate_index() || (!variable.domain.is_finite() && variable.family.is_none())
     });
-    let linear = model.factors.values().all(|factor| match &factor.form {
+    let linear = model.factors.values().all(|factor| match initial(&factor.form) {
         Form::Law { law: Law::Normal, arguments } => {
             degree(model, arguments[0]) <= Some(1) && degree(model, arguments[1]) == Some(0)
         }
         Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
         _ => false,
     });
-    reals && linear && model.factors.values().all(|factor| factor_is_finite(model, factor))
+    let first = model.factors.values().all(|factor| {
+        let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
+        !before(&factor.left[0]) || factor.right.iter().all(before)
+    });
+    reals && linear && first && model.factors.values().all(|factor| factor_is_finite(model, factor))
+}
+
+/// What a form says before the first instant.
+fn initial(form: &Form) -> &Form {
+    match form {
+        Form::Previous { at: None, otherwise, .. } => otherwise,
+        form => form,
+    }
 }
 
 fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
-    match &factor.form {
+    match initial(&factor.form) {
         Form::Dirac(mean) => degree(model, *mean).is_some(),
         form => form.as_normal().is_some_and(|(mean, _)| degree(model, mean).is_some()),
     }
@@ -105,7 +114,19 @@ fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
                 _ => (left + right == 0).then_some(0),
             }
         }
+        // A vector of numbers; a rotation or a length is not linear.
+        Expression::Vector(name, parts) if name == "vector" => {
+            parts.iter().try_fold(0, |most, part| Some(degree(model, *part)?.max(most)))
+        }
         _ => None,
+    }
+}
+
+/// How many components a real has.
+pub(crate) fn components(model: &Model, variable: VariableId) -> usize {
+    match model.variables[variable].domain {
+        Domain::Vector(length) => length,
+        _ => 1,
     }
 }
 
@@ -114,27 +135,42 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let mut rest: Vec<_> = model.factors.values().collect();
     let relevant = relevant(model, &asks);
     rest.retain(|factor| relevant.contains(&factor.left[0].variable));
+    let previous =
+        |factor: &&&crate::model::Factor| model.variables[factor.left[0].variable].previous_of.is_some();
+    let first: Vec<VariableId> = rest.iter().filter(previous).map(|factor| factor.left[0].variable).collect();
     let carried: Vec<(VariableId, VariableId)> = (model.variables.iter())
         .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
-        .filter(|(_, previous)| model.factor_of(*previous).is_none() && relevant.contains(previous))
+        .filter(|(_, previous)| relevant.contains(previous))
         .collect();
-    let mut known: Vec<VariableId> = carried.iter().map(|(_, previous)| *previous).collect();
+    // What was carried without a form is at rest before the first instant.
+    let mut known: Vec<VariableId> = carried
+        .iter()
+        .map(|(_, previous)| *previous)
+        .filter(|previous| model.factor_of(*previous).is_none())
+        .collect();
     known.extend(model.plate_index());
+    let mut initial_sources = Vec::new();
     while !rest.is_empty() {
         let ready =
             rest.iter().position(|factor| factor.right.iter().all(|use_| known.contains(&use_.variable)));
         let factor = rest.remove(ready.expect("internal: a checked decomposition has an order"));
-        let (mean, deviation) = match (&factor.form, factor.form.as_normal()) {
+        let form = initial(&factor.form);
+        let (mean, deviation) = match (form, form.as_normal()) {
             (_, Some((mean, deviation))) => (mean, Some(deviation)),
             (Form::Dirac(value), _) => (*value, None),
             _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
         };
-        known.push(factor.left[0].variable);
-        sources.push(Source { variable: factor.left[0].variable, mean, deviation });
+        let variable = factor.left[0].variable;
+        known.push(variable);
+        let source = Source { variable, mean, deviation };
+        match first.contains(&variable) {
+            true => initial_sources.push(source),
+            false => sources.push(source),
+        }
     }
     let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
     let derivation = derive(model, &carried, &observed);
-    Ok(Gaussian { asks, sources, carried, observed, derivation })
+    Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, derivation })
 }
 
 /// What the searched and observed variables depend on, now and before; the others are barren.
@@ -221,21 +257,27 @@ fn before(letter: &str) -> String {
 }
 
 impl LinearForm {
-    /// The linear form that an expression is where parameters have these values.
-    pub fn of(model: &Model, id: ExpressionId, parameter: &dyn Fn(&str) -> f64) -> Self {
+    /// The linear form that an expression, or one component of a vector, is where parameters have these values.
+    pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
         let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
         match &model.expressions[id] {
             Expression::Number(number) => constant(*number),
             Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
             Expression::Variable(use_) => {
-                Self { coefficients: BTreeMap::from([(use_.variable, 1.0)]), constant: 0.0 }
+                let component = if components(model, use_.variable) == 1 { 0 } else { component };
+                Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
             }
-            Expression::Unary(Unary::Negate, operand) => Self::of(model, *operand, parameter).times(-1.0),
+            Expression::Unary(Unary::Negate, operand) => {
+                Self::of(model, *operand, component, parameter).times(-1.0)
+            }
             Expression::Unary(operator, operand) => {
-                constant(operator.apply(Self::of(model, *operand, parameter).constant))
+                constant(operator.apply(Self::of(model, *operand, component, parameter).constant))
             }
             Expression::Binary(operator, left, right) => {
-                let (left, right) = (Self::of(model, *left, parameter), Self::of(model, *right, parameter));
+                let (left, right) = (
+                    Self::of(model, *left, component, parameter),
+                    Self::of(model, *right, component, parameter),
+                );
                 match operator {
                     Binary::Add => left.plus(&right),
                     Binary::Subtract => left.plus(&right.times(-1.0)),
@@ -245,6 +287,7 @@ impl LinearForm {
                     _ => constant(operator.apply(left.constant, right.constant)),
                 }
             }
+            Expression::Vector(_, parts) => Self::of(model, parts[component], 0, parameter),
             _ => unreachable!("internal: not linear, though the plan said so"),
         }
     }

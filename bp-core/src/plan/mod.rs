@@ -8,6 +8,7 @@
 
 mod barren;
 mod cancel;
+mod conditional;
 mod cost;
 mod dirac;
 mod draft;
@@ -24,6 +25,7 @@ mod scan;
 mod scope;
 
 pub use cost::{Cost, Elimination};
+pub(crate) use gaussian::components;
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 pub use over_time::{By, OverTime};

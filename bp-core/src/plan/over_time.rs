@@ -8,7 +8,7 @@
 
 use super::notation::Notation;
 use super::print::Line;
-use super::{Gaussian, gaussian, plan_exact, sampled};
+use super::{Gaussian, conditional, gaussian, plan_exact, sampled};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, Evidence, Known, Model, Reduction, Searched, Value};
@@ -102,7 +102,7 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     if let Some(why) = model.factors.values().find_map(|factor| sampled::refused_factor(model, factor)) {
         return Err(refused(format!("{reason}; and {why}")));
     }
-    route.by = By::Particles { linear: gaussian::conditionally_linear(model), reason };
+    route.by = By::Particles { linear: conditional::linear(model), reason };
     Ok(route)
 }
 
@@ -196,10 +196,8 @@ impl OverTime {
             Reduction::Sequence => Some((
                 "most likely sequence",
                 "sums become maxima",
-                notation.said(
-                    "δₜ = max P(X zₜ | X⁻¹) δₜ₋₁",
-                    "\\delta_t = \\max P(X z_t | X^{-1}) \\delta_{t-1}",
-                ),
+                notation
+                    .said("δₜ = max P(X zₜ | X⁻¹) δₜ₋₁", "\\delta_t = \\max P(X z_t | X^{-1}) \\delta_{t-1}"),
             )),
             Reduction::Predict(_) => Some((
                 "prediction",

@@ -10,6 +10,7 @@ mod weighting;
 
 pub use draws::{Draws, Moments};
 pub use evidence::Observations;
+pub(crate) use weighting::draw_or_weigh;
 pub use weighting::weigh;
 
 use crate::random::{Random, seeded};
@@ -22,23 +23,11 @@ pub struct Sampling {
     pub particles: usize,
     /// Where the random numbers begin.
     pub seed: u64,
-    /// By which draws.
-    pub method: Method,
-}
-
-/// How draws come about.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Method {
-    /// Each is drawn from the prior and weighed by the evidence.
-    #[default]
-    Weighting,
-    /// Each follows from the one before, one variable after the other given all others (Geman and Geman 1984).
-    Gibbs,
 }
 
 impl Default for Sampling {
     fn default() -> Self {
-        Self { particles: 100_000, seed: 1, method: Method::Weighting }
+        Self { particles: 100_000, seed: 1 }
     }
 }
 

@@ -84,7 +84,7 @@ pub(super) fn draw_one(
 }
 
 /// Draws what is not observed of a left-hand side, and gives the ln weight of what is.
-pub(super) fn draw_or_weigh(
+pub(crate) fn draw_or_weigh(
     setting: &Setting<'_>,
     instance: &Instance,
     observations: &Observations,

@@ -5,13 +5,18 @@
 
 pub mod chain;
 mod finite;
+mod normal;
+mod particles;
 
 use crate::distribution::Setting;
 use crate::error::Error;
+use crate::exec::{Belief, Filter};
 use crate::model::{Evidence, Reduction, Value};
-use crate::plan::{By, OverTime};
+use crate::plan::{By, Gaussian, OverTime};
+use crate::sample::{Draws, Moments, Sampling};
 use chain::{Course, Matrix};
 use finite::Finite;
+use particles::Moves;
 
 /// What is observed at an instant: slots and their values.
 pub type Instant = Vec<(usize, f64)>;
@@ -30,6 +35,19 @@ pub struct Told {
 pub enum What {
     /// Of finite slots together: their values, and how probable they are.
     Probabilities(Vec<usize>, Vec<(Vec<f64>, f64)>),
+    /// Of reals, each by its name: mean and standard deviation.
+    Normal(Vec<(String, [f64; 2])>),
+    /// Particles: of the kept slots that were drawn the draws, of the others what their laws say.
+    Cloud {
+        /// Draws of the kept slots.
+        draws: Draws,
+        /// Which slots these are.
+        kept: Vec<usize>,
+        /// Slots that were not drawn.
+        linear: Vec<(usize, Moments)>,
+        /// How many particles of equal weight would say as much, instant by instant.
+        effective: Vec<f64>,
+    },
 }
 
 /// All that is told.
@@ -90,11 +108,78 @@ pub fn instants(
 ///
 /// # Errors
 /// Observations that are impossible, numbers that are missing.
-pub fn answer(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {
+pub fn answer(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    instants: &[Instant],
+    sampling: Sampling,
+) -> Result<Answered, Error> {
     match &route.by {
         By::Chain => answer_chain(setting, route, instants),
-        _ => unreachable!("internal: not yet"),
+        By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),
+        By::Particles { linear, .. } => {
+            let moves = Moves::new(setting, &route.carried, linear)?;
+            let mut all = instants.to_vec();
+            if let Reduction::Predict(steps) = route.ask.reduction {
+                all.resize(instants.len() + steps, Vec::new());
+            }
+            let cloud =
+                moves.follow(&all, sampling)?.map_err(|instant| impossible(setting, route, instant))?;
+            let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+            let (linear, kept): (Vec<usize>, Vec<usize>) =
+                slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
+            let what = What::Cloud {
+                draws: cloud.draws(&kept),
+                kept,
+                linear: linear.into_iter().map(|slot| (slot, cloud.mixture(slot))).collect(),
+                effective: cloud.effective.clone(),
+            };
+            Ok(Answered { told: vec![Told { instant: all.len(), what }], ln_evidence: cloud.ln_evidence })
+        }
     }
+}
+
+/// A Kalman filter, forward and back.
+fn answer_gaussian(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    gaussian: &Gaussian,
+    instants: &[Instant],
+) -> Result<Answered, Error> {
+    let model = setting.model;
+    let parameters: Vec<(&str, f64)> = (model.parameters.values())
+        .filter_map(|parameter| Some((parameter.name.as_str(), *setting.given(&parameter.name)?.first()?)))
+        .collect();
+    let mut filter = Filter::new(model, gaussian, &parameters)?;
+    let names: Vec<Vec<(String, f64)>> = (instants.iter())
+        .map(|instant| instant.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect())
+        .collect();
+    let named: Vec<Vec<(&str, f64)>> = names
+        .iter()
+        .map(|instant| instant.iter().map(|(name, value)| (name.as_str(), *value)).collect())
+        .collect();
+    let several = matches!(route.ask.reduction, Reduction::Smooth | Reduction::Sequence);
+    let beliefs = match several {
+        true => filter.smoothed(&named)?,
+        false => filter.filtered(&named)?,
+    };
+    let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
+    let told = |(instant, belief): (usize, Belief)| {
+        let of = |(row, name): (usize, &String)| {
+            let deviation = belief.covariance[(row, row)].max(0.0).sqrt();
+            (name.clone(), [belief.mean[row], deviation])
+        };
+        Told {
+            instant: instant + 1,
+            what: What::Normal(belief.variables.iter().enumerate().map(of).collect()),
+        }
+    };
+    let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
+    if let Reduction::Predict(steps) = route.ask.reduction {
+        all.push((instants.len() - 1 + steps, filter.predicted(steps)?));
+    }
+    let from = if several { 0 } else { all.len().saturating_sub(1) };
+    Ok(Answered { told: all.split_off(from).into_iter().map(told).collect(), ln_evidence })
 }
 
 /// The error that an observation is impossible.

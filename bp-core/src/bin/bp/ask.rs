@@ -9,6 +9,7 @@ use crate::{program, table};
 use bp_core::answer::{self, Answer};
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
+use bp_core::io::read_table;
 use bp_core::kernel::Role;
 use bp_core::lower::lower;
 use bp_core::model::{Evidence, Form, Model, Question, Reduction, Value};
@@ -26,6 +27,7 @@ Examples:
   bp ask wet_grass.bp rain                     one of them
   bp ask wet_grass.bp 'P(Rain | Wet = true)'   any other
   bp ask wet_grass.bp 'argmax P(Rain Sprinkler | Wet = true)' --json
+  bp ask umbrella.bp 'smooth P(Rain | Umbrella)' --data days.csv
   bp ask line_of_sight.bp 'P(Z = z | O C)' \\
       --set N=10 --set Rays=1 --set sigma=0.6 --set z=3
 
@@ -42,6 +44,10 @@ pub(crate) struct Arguments {
     /// A parameter, a size, or a value that the question leaves open.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     settings: Vec<String>,
+    /// What was observed, for a question over time: a CSV file, a row for each
+    /// instant; an empty cell was not observed.
+    #[arg(long, value_name = "FILE")]
+    data: Option<PathBuf>,
     /// How many draws, where the answer must be estimated.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
     particles: usize,
@@ -73,10 +79,18 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions = program::questions(&model, arguments.question.as_deref())?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &questions)?)?;
     let inputs = settings.inputs();
-    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed, ..Sampling::default() };
+    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
     let mut answers: Vec<Answer> = Vec::new();
     for question in &questions {
-        answers.extend(answer::ask_with(&model, question, &inputs, sampling)?);
+        let over_time = question.asks.iter().any(|ask| ask.reduction.is_over_time());
+        answers.extend(match &arguments.data {
+            Some(path) if over_time => {
+                let file = std::fs::File::open(path).map_err(|error| Error::file(path, error))?;
+                let instants = answer::read_instants(&model, question, &read_table(path, file)?)?;
+                answer::ask_over_time(&model, question, &instants, &inputs, sampling)?
+            }
+            _ => answer::ask_with(&model, question, &inputs, sampling)?,
+        });
     }
     if arguments.json {
         let written = match answers.as_slice() {

@@ -1,0 +1,176 @@
+//! Linear and Gaussian programs over time, against the dense joint law of all instants.
+//!
+//! In: programs, observations with gaps. Out: filtered, predicted and smoothed laws. Invariant: expected values are those
+//! of one normal law over every variable of every instant, built from its equations and conditioned at once by nalgebra.
+
+mod support;
+
+use bp_core::answer::{Figure, ask, ask_over_time};
+use bp_core::exec::Inputs;
+use bp_core::model::Model;
+use bp_core::sample::Sampling;
+use nalgebra::{DMatrix, DVector};
+use support::{model_of, question};
+
+/// A normal law: means and covariances of variables that are added one by one.
+struct Dense {
+    mean: Vec<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Dense {
+    /// Adds Σ cᵢ xᵢ + constant + noise.
+    fn add(&mut self, terms: &[(usize, f64)], constant: f64, deviation: f64) -> usize {
+        let size = self.mean.len();
+        let mut weights = DVector::zeros(size);
+        terms.iter().for_each(|(row, weight)| weights[*row] += weight);
+        self.mean.push(terms.iter().map(|(row, weight)| weight * self.mean[*row]).sum::<f64>() + constant);
+        let cross = &self.covariance * &weights;
+        let variance = weights.dot(&cross) + deviation * deviation;
+        self.covariance = DMatrix::from_fn(size + 1, size + 1, |i, j| match (i == size, j == size) {
+            (false, false) => self.covariance[(i, j)],
+            (true, false) => cross[j],
+            (false, true) => cross[i],
+            (true, true) => variance,
+        });
+        size
+    }
+
+    /// Mean and deviation of a row, given others; and ln of their density.
+    fn given(&self, row: usize, known: &[(usize, f64)]) -> ([f64; 2], f64) {
+        let rows: Vec<usize> = known.iter().map(|(row, _)| *row).collect();
+        let own = self.covariance.select_rows(&rows).select_columns(&rows);
+        let surprise =
+            DVector::from_iterator(rows.len(), known.iter().map(|(row, value)| value - self.mean[*row]));
+        let solved = own.clone().cholesky().unwrap();
+        let cross = self.covariance.select_rows(&rows).column(row).into_owned();
+        let mean = self.mean[row] + cross.dot(&solved.solve(&surprise));
+        let variance = self.covariance[(row, row)] - cross.dot(&solved.solve(&cross));
+        let determinant = own.determinant();
+        let count = rows.len() as f64;
+        let ln = -0.5
+            * (surprise.dot(&solved.solve(&surprise))
+                + determinant.ln()
+                + count * std::f64::consts::TAU.ln());
+        ([mean, variance.max(0.0).sqrt()], ln)
+    }
+}
+
+/// A position that a velocity moves (without noise: the carried law is singular), seen with noise, with gaps.
+const CART: &str = "program Cart over t in Time { parameters { dt : real = 0.5; }
+    variables { X, X^-1, W, W^-1, Z, U : real; }
+    decomposition { P(X^-1) P(W^-1 | X^-1) P(W | W^-1) P(X | X^-1 W) P(Z | X) P(U | W) }
+    forms { P(X^-1) = previous(X) else normal(1, 2); P(W^-1 | X^-1) = previous(W) else normal(0.5 * X^-1, 1);
+            P(W | W^-1) = normal(0.9 * W^-1, 0.3); P(X | X^-1 W) = dirac(X^-1 + dt * W);
+            P(Z | X) = normal(2 * X - 1, 0.7); P(U | W) = normal(W, 0.4); } }";
+
+const SEEN: [[f64; 2]; 6] =
+    [[1.0, 0.4], [f64::NAN, 0.8], [3.5, f64::NAN], [f64::NAN, f64::NAN], [4.0, 0.2], [4.4, 0.1]];
+
+/// Rows X, W of each instant (0 is before the first), and all that was seen, instant by instant.
+fn cart() -> (Dense, Vec<[usize; 2]>, Vec<Vec<(usize, f64)>>) {
+    let mut dense = Dense { mean: Vec::new(), covariance: DMatrix::zeros(0, 0) };
+    let x = dense.add(&[], 1.0, 2.0);
+    let w = dense.add(&[(x, 0.5)], 0.0, 1.0);
+    let (mut states, mut seen) = (vec![[x, w]], Vec::new());
+    for instant in 0..9 {
+        let [x0, w0] = states[instant];
+        let w = dense.add(&[(w0, 0.9)], 0.0, 0.3);
+        let x = dense.add(&[(x0, 1.0), (w, 0.5)], 0.0, 0.0);
+        let (z, u) = (dense.add(&[(x, 2.0)], -1.0, 0.7), dense.add(&[(w, 1.0)], 0.0, 0.4));
+        states.push([x, w]);
+        let of = SEEN.get(instant).map_or(Vec::new(), |row| vec![(z, row[0]), (u, row[1])]);
+        seen.push(of.into_iter().filter(|(_, value)| !value.is_nan()).collect());
+    }
+    (dense, states, seen)
+}
+
+fn asked(model: &Model, text: &str, rows: &[[f64; 2]]) -> (Vec<[f64; 2]>, f64) {
+    let observed = |row: &[f64; 2]| {
+        let cells = ["Z", "U"].into_iter().zip(row).filter(|(_, value)| !value.is_nan());
+        cells.map(|(name, value)| (name.to_owned(), *value)).collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = rows.iter().map(observed).collect();
+    let answers = ask_over_time(model, &question(model, text), &rows, &Inputs::new(), Sampling::default());
+    let answer = answers.unwrap().remove(0);
+    let laws = answer.answer.iter().map(|row| match row.figure {
+        Figure::Normal { mean, deviation } => [mean, deviation],
+        figure => panic!("{figure:?}"),
+    });
+    (laws.collect(), answer.ln_evidence.unwrap())
+}
+
+#[track_caller]
+fn near(found: [f64; 2], expected: [f64; 2]) {
+    assert!(
+        (found[0] - expected[0]).abs() < 1e-9 && (found[1] - expected[1]).abs() < 1e-9,
+        "{found:?}, expected {expected:?}"
+    );
+}
+
+#[test]
+fn filter_predict_and_smooth_are_the_dense_law() {
+    let model = model_of(CART);
+    let (dense, states, seen) = cart();
+    for length in 1..=6 {
+        let known: Vec<(usize, f64)> = seen[..length].concat();
+        let (laws, ln) = asked(&model, "filter P(X W | Z U)", &SEEN[..length]);
+        let (x, ln_expected) = dense.given(states[length][0], &known);
+        near(laws[0], x);
+        near(laws[1], dense.given(states[length][1], &known).0);
+        assert!((ln - ln_expected).abs() < 1e-9, "{ln} {ln_expected}");
+    }
+    let known: Vec<(usize, f64)> = seen.concat();
+    let (smooth, _) = asked(&model, "smooth P(X W | Z U)", &SEEN);
+    for instant in 0..6 {
+        for variable in 0..2 {
+            near(smooth[instant * 2 + variable], dense.given(states[instant + 1][variable], &known).0);
+        }
+    }
+    let (sequence, _) = asked(&model, "sequence P(X W | Z U)", &SEEN);
+    assert_eq!(sequence, smooth, "the most likely sequence of a normal law is its mean");
+    for ahead in 1..=3 {
+        let (laws, _) = asked(&model, &format!("predict({ahead}) P(X | Z U)"), &SEEN);
+        near(laws[0], dense.given(states[6 + ahead][0], &known).0);
+    }
+    // What will be seen is predicted too.
+    let (laws, _) = asked(&model, "predict(1) P(Z | U)", &SEEN.map(|row| [f64::NAN, row[1]]));
+    let only_u: Vec<(usize, f64)> =
+        (seen.concat()).into_iter().filter(|(row, _)| (row - 2) % 4 == 3).collect();
+    near(laws[0], dense.given(2 + 6 * 4 + 2, &only_u).0);
+}
+
+#[test]
+fn vectors_are_their_components() {
+    let model = model_of(
+        "program Space { parameters { s : real = 0.5; } variables { X, X^-1, Z : real[2]; }
+         decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
+         forms { P(X^-1) = previous(X) else normal([1, -1], 2); P(X | X^-1) = normal(0.8 * X^-1 + [0, 1], s);
+                 P(Z | X) = normal(X / 2, 1); } }",
+    );
+    let scalar = |start: f64, shift: f64, z: f64| {
+        // Prior after a step, then one measurement: precisions add.
+        let (mean, variance) = (0.8 * start + shift, 0.64 * 4.0 + 0.25);
+        let gain = 0.5 * variance / (0.25 * variance + 1.0);
+        [mean + gain * (z - 0.5 * mean), ((1.0 - 0.5 * gain) * variance).sqrt()]
+    };
+    let rows = vec![vec![("Z[0]".to_owned(), 0.3), ("Z[1]".to_owned(), 2.0)]];
+    let answers = ask_over_time(
+        &model,
+        &question(&model, "filter P(X | Z)"),
+        &rows,
+        &Inputs::new(),
+        Sampling::default(),
+    );
+    let z = [0.3, 2.0];
+    let at_once = ask(&model, &question(&model, "P(X | Z)"), &Inputs::new().array("Z", &z));
+    for answer in [answers.unwrap().remove(0), at_once.unwrap().remove(0)] {
+        for (row, (name, expected)) in
+            answer.answer.iter().zip([("X[0]", scalar(1.0, 0.0, 0.3)), ("X[1]", scalar(-1.0, 1.0, 2.0))])
+        {
+            let Figure::Normal { mean, deviation } = row.figure else { panic!("{row:?}") };
+            assert_eq!(row.values[0].0, name);
+            near([mean, deviation], expected);
+        }
+    }
+}
