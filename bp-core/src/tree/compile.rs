@@ -81,8 +81,10 @@ impl Outline {
     /// must be barren.
     pub(super) fn of(network: &Network, given: Vec<bool>, included: Vec<bool>) -> Self {
         let tables = (network.tables.iter()).filter(|table| table.variables.iter().all(|one| included[*one]));
-        let left_out: Vec<bool> = given.iter().zip(&included).map(|(given, included)| *given || !included).collect();
-        let graph = Graph::of(&network.cardinalities, tables.map(|table| table.variables.as_slice()), &left_out);
+        let left_out: Vec<bool> =
+            given.iter().zip(&included).map(|(given, included)| *given || !included).collect();
+        let graph =
+            Graph::of(&network.cardinalities, tables.map(|table| table.variables.as_slice()), &left_out);
         let cliques = graph.triangulate(&left_out);
         let width = cliques.members.iter().map(Vec::len).max().unwrap_or(0);
         let cost = Cost { cells: cliques.cells, width, bytes: 8.0 * cliques.cells * 1.3 };
@@ -165,7 +167,8 @@ impl Tree {
                 continue;
             };
             let fits = |clique: &&usize| free.iter().all(|one| cliques[**clique].variables.contains(one));
-            let home = having[*rarest].iter().find(fits).copied().expect("internal: a table lies in a clique");
+            let home =
+                having[*rarest].iter().find(fits).copied().expect("internal: a table lies in a clique");
             let along: Vec<usize> = (cliques[home].variables.iter())
                 .map(|one| pairs.clone().find(|(other, _)| other == one).map_or(0, |(_, stride)| stride))
                 .collect();

@@ -39,8 +39,11 @@ impl Network {
         let mut network = Network::default();
         for id in model.variables.ids() {
             let variable = &model.variables[id];
-            let count = variable.domain.count().filter(|_| variable.family.is_none() && model.plate.is_none());
-            let count = count.ok_or_else(|| refused(model, format!("`{}` has no list of values", model.variable_name(id))))?;
+            let count =
+                variable.domain.count().filter(|_| variable.family.is_none() && model.plate.is_none());
+            let count = count.ok_or_else(|| {
+                refused(model, format!("`{}` has no list of values", model.variable_name(id)))
+            })?;
             network.cardinalities.push(count);
         }
         network.table_of = vec![None; network.cardinalities.len()];
@@ -57,7 +60,9 @@ impl Network {
     fn table(&self, model: &Model, id: FactorId, factor: &Factor) -> Result<Table, Error> {
         let variables: Vec<usize> =
             factor.right.iter().chain(&factor.left).map(|use_| use_.variable.position()).collect();
-        let cells = variables.iter().try_fold(1usize, |cells, variable| cells.checked_mul(self.cardinalities[*variable]));
+        let cells = variables
+            .iter()
+            .try_fold(1usize, |cells, variable| cells.checked_mul(self.cardinalities[*variable]));
         let cells = cells.filter(|cells| *cells <= MOST_CELLS).ok_or_else(|| Error::TooLarge {
             name: model.head(factor),
             cells: variables.iter().map(|variable| self.cardinalities[*variable] as f64).product(),
@@ -68,7 +73,9 @@ impl Network {
         if let Form::Table(rows) = &factor.form {
             for entry in rows.iter().flatten() {
                 let number = model.evaluate(*entry, &|_| None);
-                values.push(number.ok_or_else(|| refused(model, format!("`{}` is not made of numbers", model.head(factor))))?);
+                values.push(number.ok_or_else(|| {
+                    refused(model, format!("`{}` is not made of numbers", model.head(factor)))
+                })?);
             }
             return Ok(Table { variables, values });
         }
@@ -80,7 +87,9 @@ impl Network {
             };
             let ordinal = *ordinals.last().expect("internal: a factor has a left side");
             let p = density(model, factor, &factor.form, ordinal, &number);
-            values.push(p.ok_or_else(|| refused(model, format!("`{}` has no table of numbers", model.head(&model.factors[id]))))?);
+            values.push(p.ok_or_else(|| {
+                refused(model, format!("`{}` has no table of numbers", model.head(&model.factors[id])))
+            })?);
             for (ordinal, variable) in ordinals.iter_mut().zip(&variables).rev() {
                 *ordinal += 1;
                 if *ordinal < self.cardinalities[*variable] {

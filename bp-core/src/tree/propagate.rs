@@ -91,7 +91,8 @@ impl Session<'_> {
             self.values[*variable] = *value;
             if !self.tree.given[*variable] {
                 self.likelihood_of[*variable] = self.likelihoods.len();
-                self.likelihoods.extend((0..cardinalities[*variable]).map(|other| f64::from(u8::from(other == *value))));
+                self.likelihoods
+                    .extend((0..cardinalities[*variable]).map(|other| f64::from(u8::from(other == *value))));
             }
         }
         for (variable, weights) in &evidence.virtual_ {
@@ -109,7 +110,8 @@ impl Session<'_> {
                 }
             }
         }
-        let missing = (0..cardinalities.len()).find(|one| self.tree.given[*one] && self.values[*one] == usize::MAX);
+        let missing =
+            (0..cardinalities.len()).find(|one| self.tree.given[*one] && self.values[*one] == usize::MAX);
         if let Some(variable) = missing {
             return Err(Error::input(format!("variable {variable}"), "its value was not given"));
         }
@@ -236,7 +238,8 @@ impl Context<'_> {
             None => block.fill(1.0),
         }
         for source in &clique.sources {
-            let base: usize = source.given.iter().map(|(variable, stride)| self.values[*variable] * stride).sum();
+            let base: usize =
+                source.given.iter().map(|(variable, stride)| self.values[*variable] * stride).sum();
             source.reach.multiply(block, number, &self.tree.network.tables[source.table].values, base);
         }
         for (variable, reach) in &clique.likelihoods {

@@ -81,8 +81,10 @@ fn offsets(extents: &[usize], strides: &[usize]) -> Vec<u32> {
 }
 
 fn step_of(inner: &[u32]) -> Step {
-    let runs = |length: usize| inner.iter().enumerate().all(|(place, offset)| *offset as usize == place / length);
-    let again = |length: usize| inner.iter().enumerate().all(|(place, offset)| *offset as usize == place % length);
+    let runs =
+        |length: usize| inner.iter().enumerate().all(|(place, offset)| *offset as usize == place / length);
+    let again =
+        |length: usize| inner.iter().enumerate().all(|(place, offset)| *offset as usize == place % length);
     if inner.iter().all(|offset| *offset == 0) {
         return Step::Still;
     }
@@ -190,7 +192,14 @@ mod tests {
         // A clique over (a, b, c) with 3, 40 and 5 values; tables over some of them.
         let blocks = Blocks::of(vec![3, 40, 5]);
         assert_eq!((blocks.count, blocks.width), (3, 200));
-        for (strides, length) in [([0, 0, 0], 1), ([200, 5, 1], 600), ([0, 5, 1], 200), ([40, 1, 0], 120), ([5, 0, 1], 15), ([0, 1, 40], 200)] {
+        for (strides, length) in [
+            ([0, 0, 0], 1),
+            ([200, 5, 1], 600),
+            ([0, 5, 1], 200),
+            ([40, 1, 0], 120),
+            ([5, 0, 1], 15),
+            ([0, 1, 40], 200),
+        ] {
             let reach = blocks.reach(&strides);
             let table: Vec<f64> = (0..length).map(|place| 1.0 + f64::from(place)).collect();
             let mut totals = vec![0.0; length as usize];

@@ -135,7 +135,8 @@ impl Graph {
             let mut touched: Vec<u32> = self.neighbours[variable as usize].clone();
             for (one, other) in &fill {
                 if rule != Rule::Weight {
-                    let (first, second) = (&self.neighbours[*one as usize], &self.neighbours[*other as usize]);
+                    let (first, second) =
+                        (&self.neighbours[*one as usize], &self.neighbours[*other as usize]);
                     touched.extend(first.iter().filter(|both| second.binary_search(both).is_ok()));
                 }
                 self.connect(*one, *other);
@@ -198,7 +199,10 @@ fn join(order: &[u32], cliques: Vec<Vec<u32>>, count: usize, ln_cardinality: &[f
     for position in 0..order.len() {
         let Some(above) = parent[position] else { continue };
         let holder = home[position];
-        if home[above] == above && cliques[holder].len() > cliques[above].len() && holds(&cliques[holder], &cliques[above]) {
+        if home[above] == above
+            && cliques[holder].len() > cliques[above].len()
+            && holds(&cliques[holder], &cliques[above])
+        {
             home[above] = holder;
         }
     }
@@ -248,10 +252,14 @@ mod tests {
             for seed in 0..3 {
                 let cliques = graph.clone().eliminate(rule, given, seed, f64::INFINITY).unwrap();
                 for table in tables {
-                    let free: Vec<u32> = table.iter().filter(|one| !given[**one]).map(|one| *one as u32).collect();
+                    let free: Vec<u32> =
+                        table.iter().filter(|one| !given[**one]).map(|one| *one as u32).collect();
                     let mut sorted = free.clone();
                     sorted.sort_unstable();
-                    assert!(cliques.members.iter().any(|clique| holds(clique, &sorted)), "{sorted:?} in no clique");
+                    assert!(
+                        cliques.members.iter().any(|clique| holds(clique, &sorted)),
+                        "{sorted:?} in no clique"
+                    );
                 }
                 for (number, parent) in cliques.parent.iter().enumerate() {
                     assert!(parent.is_none_or(|parent| parent > number), "parents come later");
@@ -260,12 +268,16 @@ mod tests {
                 for variable in (0..count as u32).filter(|one| !given[*one as usize]) {
                     let has = |number: &usize| cliques.members[*number].binary_search(&variable).is_ok();
                     let own: Vec<usize> = (0..cliques.members.len()).filter(has).collect();
-                    let tops = own.iter().filter(|number| cliques.parent[**number].is_none_or(|above| !has(&above)));
+                    let tops =
+                        own.iter().filter(|number| cliques.parent[**number].is_none_or(|above| !has(&above)));
                     assert_eq!(tops.count(), 1, "variable {variable}: {cliques:?}");
                 }
                 for (number, clique) in cliques.members.iter().enumerate() {
                     let inside = |other: &usize| *other != number && holds(&cliques.members[*other], clique);
-                    assert!(!(0..cliques.members.len()).any(|other| inside(&other)), "{clique:?} lies in another");
+                    assert!(
+                        !(0..cliques.members.len()).any(|other| inside(&other)),
+                        "{clique:?} lies in another"
+                    );
                 }
             }
         }
@@ -284,7 +296,8 @@ mod tests {
             let pick = |salt: u64| (mix(seed * 1000 + salt) % count as u64) as usize;
             let tables: Vec<Vec<usize>> = (0..count as u64 + 2)
                 .map(|table| {
-                    let mut list: Vec<usize> = (0..1 + table % 3).map(|place| pick(table * 10 + place)).collect();
+                    let mut list: Vec<usize> =
+                        (0..1 + table % 3).map(|place| pick(table * 10 + place)).collect();
                     list.sort_unstable();
                     list.dedup();
                     list
