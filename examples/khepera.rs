@@ -29,11 +29,10 @@ bayesian_program! {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut answer = driver::turn::Outputs::<f64>::default();
     driver::turn::run(&driver::turn::Inputs {}, &mut answer)?;
-    // By [Vrot][Behaviour][Dir][Prox].
-    let contexts = 3 * 21 * 16;
+    // By [Behaviour][Dir][Prox][Vrot].
     let mean = |context: usize| -> f64 {
         (0..21)
-            .map(|speed| (speed as f64 - 10.0) * answer.p_vrot_behaviour_dir_prox[speed * contexts + context])
+            .map(|speed| (speed as f64 - 10.0) * answer.p_vrot_behaviour_dir_prox[21 * context + speed])
             .sum()
     };
     let surface = |behaviour: usize| (0..336).map(|place| mean(behaviour * 336 + place)).collect();

@@ -106,6 +106,8 @@ fn a_question_asked_again_allocates_nothing() {
     };
     let first: Vec<f64> = (0..16).map(&mut ask).collect();
     let mut sum = 0.0;
+    let one = allocation_counter::measure(|| drop(std::hint::black_box(vec![1u8; 100])));
+    assert_eq!(one.count_total, 1, "the counter counts");
     let counted = allocation_counter::measure(|| sum = (0..100_000).map(&mut ask).sum());
     assert_eq!(counted.count_total, 0);
     assert!((sum - 6250.0 * first.iter().sum::<f64>()).abs() < 1e-6);

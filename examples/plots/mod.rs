@@ -92,7 +92,11 @@ pub fn curves(
         chart.draw_series(AreaSeries::new(points, 0.0, colour(0.4).mix(0.3)).border_style(colour(0.25)))?;
         let mut mesh = chart.configure_mesh();
         mesh.disable_mesh().x_desc(across.0).y_desc(upwards).label_style(("sans-serif", 13, &INK));
-        mesh.x_labels(7).y_labels(5).axis_desc_style(("sans-serif", 15, &INK)).draw()?;
+        mesh.x_label_formatter(&|x| format!("{x:.0}"))
+            .x_labels(7)
+            .y_labels(5)
+            .axis_desc_style(("sans-serif", 15, &INK))
+            .draw()?;
     }
     all.present()?;
     drop(all);

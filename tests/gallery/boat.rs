@@ -66,7 +66,7 @@ fn bearings_and_distances_are_fused() {
         ("all", fused(all, seen)),
         ("two_distances", fused([None, Some(50), Some(50)], [None; 3])),
         ("wrong_distance", fused([Some(71), Some(50), Some(90)], seen)),
-        ("outlier", fused(all, [Some(225), Some(180), Some(20)])),
+        ("outlier", fused(all, [Some(225), Some(180), Some(320)])),
     ];
     for (asked, expected) in &expected {
         near(&probabilities(&model, asked, &[]), expected, 1e-10);

@@ -6,6 +6,8 @@
 
 use crate::laws::{in_bins, normal, normalised};
 use crate::{answers, near, probabilities, program};
+use bp_core::source::Source;
+use bp_core::syntax::compile;
 
 /// The probability of a state of sixteen bits, layer by layer, the first four the causes.
 fn layered(state: usize) -> f64 {
@@ -109,6 +111,21 @@ fn a_drifting_boat_is_followed() {
 #[test]
 fn a_steered_boat_is_followed() {
     follows("markov_localisation", 30, Some([3, -2]), 2.0);
+}
+
+#[test]
+fn a_subroutine_is_what_it_says_and_can_be_replaced() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sprinkler.bp");
+    let text = std::fs::read_to_string(path).unwrap();
+    let with = |paris: &str, nice: &str| {
+        let text = text.replace("ask(Paris.rain)", paris).replace("ask(Nice.rain)", nice);
+        let model = compile(&Source::new("sprinkler", text)).unwrap();
+        ["rain", "wet", "where"].map(|asked| probabilities(&model, asked, &[])).concat()
+    };
+    let without = with("bernoulli(0.3)", "bernoulli(0.1)");
+    near(&with("ask(Paris.rain)", "ask(Nice.rain)"), &without, 1e-15);
+    // Another Paris: .5 / (.5 + .5 · .9).
+    near(&with("bernoulli(0.5)", "ask(Nice.rain)")[1..2], &[0.5 / 0.95], 1e-14);
 }
 
 #[test]
