@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 29] = [
+const PACKAGES: [&str; 30] = [
+    "allocation-counter",
     "ariadne",
     "bp-core",
     "bp-macros",

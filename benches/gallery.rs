@@ -1,0 +1,84 @@
+//! The gallery's answers, timed: `cargo bench --bench gallery`.
+//!
+//! In: programs of `examples/`. Out: seconds for each answer. Invariant: a question asked again allocates nothing, and
+//! that is asserted before it is timed.
+
+use bp_core::answer::ask;
+use bp_core::exec::Inputs;
+use bp_core::source::Source;
+use bp_core::syntax::{compile, parse_question};
+use bp_macros::bayesian_program;
+use criterion::Criterion;
+use std::hint::black_box;
+
+bayesian_program!("examples/water_unit.bp");
+bayesian_program!("examples/boat.bp");
+bayesian_program!("examples/boat_relaxed.bp");
+bayesian_program!("examples/layered_network.bp");
+
+fn water_unit_table(criterion: &mut Criterion) {
+    let mut table = water_unit::output::Outputs::<f64>::default();
+    criterion.bench_function("water unit, 161 051 numbers, emitted", |bench| {
+        bench
+            .iter(|| water_unit::output::run(&water_unit::output::Inputs {}, black_box(&mut table)).unwrap());
+    });
+    let model = water_unit::model();
+    let question = model.question("output").expect("it is declared");
+    criterion.bench_function("water unit, 161 051 named rows, from text", |bench| {
+        bench.iter(|| ask(&model, question, &Inputs::new()).unwrap());
+    });
+}
+
+fn boat_places(criterion: &mut Criterion) {
+    let degrees = 1f64.to_degrees();
+    let (mut three, mut six) =
+        (boat::bearings::Outputs::<f64>::default(), boat::all::Outputs::<f64>::default());
+    criterion.bench_function("boat, 101 x 101 places, three bearings", |bench| {
+        bench.iter(|| {
+            boat::bearings::run(&boat::bearings::Inputs { degrees }, black_box(&mut three)).unwrap()
+        });
+    });
+    criterion.bench_function("boat, 101 x 101 places, all six readings", |bench| {
+        bench.iter(|| boat::all::run(&boat::all::Inputs { degrees }, black_box(&mut six)).unwrap());
+    });
+    let mut along = boat_relaxed::along::Outputs::<f64>::default();
+    criterion.bench_function("boat, 101 places, distances summed out", |bench| {
+        let inputs = boat_relaxed::along::Inputs { degrees };
+        bench.iter(|| boat_relaxed::along::run(&inputs, black_box(&mut along)).unwrap());
+    });
+}
+
+fn asked_again(criterion: &mut Criterion) {
+    let mut answer = layered_network::effect::Outputs::<f64>::default();
+    let mut again = |number: usize| {
+        let [a1, a2, a3, a4] = [0, 1, 2, 3].map(|bit| (number >> bit & 1) as f64);
+        let inputs = layered_network::effect::Inputs { a1, a2, a3, a4 };
+        layered_network::effect::run(&inputs, black_box(&mut answer)).unwrap();
+    };
+    again(0);
+    let counted = allocation_counter::measure(|| (0..100_000).for_each(&mut again));
+    assert_eq!(counted.count_total, 0, "allocations in 10^5 asks");
+    criterion.bench_function("layers, compiled once, asked again", |bench| {
+        let mut number = 0;
+        bench.iter(|| {
+            number += 1;
+            again(number);
+        });
+    });
+    let source = Source::new("layered_network", layered_network::SOURCE);
+    criterion.bench_function("layers, from text to answer", |bench| {
+        bench.iter(|| {
+            let model = compile(&source).unwrap();
+            let typed = Source::new("question", "P(D1 | A1 = true, A2 = false, A3 = true, A4 = false)");
+            ask(&model, &parse_question(&typed, &model).unwrap(), &Inputs::new()).unwrap()
+        });
+    });
+}
+
+fn main() {
+    let mut criterion = Criterion::default().sample_size(10).configure_from_args();
+    water_unit_table(&mut criterion);
+    boat_places(&mut criterion);
+    asked_again(&mut criterion);
+    criterion.final_summary();
+}

@@ -1,0 +1,114 @@
+//! The gallery through every door: emitted Rust, lanes and interpreter give the same numbers, and emitted Rust asks again
+//! without allocating.
+//!
+//! In: programs of `examples/`, by the macro. Out: nothing where all is well. Invariant: 1e-12 between any two.
+
+use bp_core::answer::link;
+use bp_core::exec::{Inputs, Lanes, Outputs, interpret};
+use bp_core::lower::lower;
+use bp_core::model::Model;
+use bp_core::plan::{Options, Route, plan};
+
+/// The programs, each a module of its own.
+mod programs {
+    use bp_macros::bayesian_program;
+
+    bayesian_program!("examples/asia.bp");
+    bayesian_program!("examples/categorisation.bp");
+    bayesian_program!("examples/homing.bp");
+    bayesian_program!("examples/inverse_programming.bp");
+    bayesian_program!("examples/layered_network.bp");
+    bayesian_program!("examples/log_coding.bp");
+    bayesian_program!("examples/phototaxy.bp");
+    bayesian_program!("examples/pseudo_kalman.bp");
+    bayesian_program!("examples/rain_umbrella.bp");
+    bayesian_program!("examples/spam.bp");
+    bayesian_program!("examples/sprinkler.bp");
+    bayesian_program!("examples/sum_of_dice.bp");
+    bayesian_program!("examples/water_unit.bp");
+}
+use programs::*;
+
+/// Compares the named output of emitted Rust with the outputs of lanes and interpreter.
+fn agree(model: &Model, question: &str, inputs: &Inputs<'_, f64>, emitted: &[f64]) {
+    let model = link(model).unwrap();
+    let question = model.question(question).unwrap();
+    let mut matched = false;
+    for route in &plan(&model, question, Options::default()).unwrap().routes {
+        let Route::Exact(exact) = route else { panic!("{} has a closed form", question.name) };
+        let kernel = lower(&model, exact, &question.name).unwrap().kernel;
+        let truth: Outputs<f64> = interpret(&kernel, inputs).unwrap();
+        let lanes = Lanes::new(kernel).run(inputs).unwrap();
+        for ((name, truth), (_, lanes)) in truth.arrays.iter().zip(&lanes.arrays) {
+            assert_eq!(truth.len(), lanes.len());
+            let close = |(p, q): (&f64, &f64)| (p - q).abs() <= 1e-12 * p.abs().max(1e-3);
+            assert!(truth.iter().zip(lanes).all(close), "{name} of {}: lanes", model.name);
+            matched |= truth.len() == emitted.len() && truth.iter().zip(emitted).all(close);
+        }
+    }
+    assert!(matched, "{}, {}: no output is that of emitted Rust", model.name, question.name);
+}
+
+/// One question of a program that needs nothing given.
+macro_rules! same {
+    ($program:ident, $question:ident, $output:ident) => {{
+        let mut answer = $program::$question::Outputs::<f64>::default();
+        $program::$question::run(&$program::$question::Inputs {}, &mut answer).unwrap();
+        agree(&$program::model(), stringify!($question), &Inputs::new(), &answer.$output);
+    }};
+}
+
+#[test]
+fn every_door_gives_the_same_answer() {
+    same!(asia, before, p_dyspnoea);
+    same!(categorisation, category, p_c_dist_l);
+    same!(inverse_programming, belief, p_h_b0_270_b1_270);
+    same!(log_coding, code_of_bell, p_a_coherent_true_prior_bell);
+    same!(phototaxy, seen, p_theta_l_vrot_5);
+    same!(rain_umbrella, rain, p_rain_true_umbrella_true);
+    same!(spam, spam, p_spam_fortune_next_programming_money_you);
+    same!(sprinkler, rain, p_rain_grass_wet_true_location);
+    same!(sum_of_dice, last, p_o3_s3_14);
+    same!(water_unit, output, p_o_i0_i1_s_c);
+    let mut answer = homing::choice::Outputs::<f64>::default();
+    homing::choice::run(&homing::choice::Inputs { alpha: 7.0, beta: 0.5 }, &mut answer).unwrap();
+    let inputs = Inputs::new().number("alpha", 7.0).number("beta", 0.5);
+    agree(&homing::model(), "choice", &inputs, &answer.p_h_prox);
+}
+
+#[test]
+fn a_filter_is_the_same_through_every_door() {
+    let before: Vec<f64> = (1..=20).map(|bin| f64::from(bin) / 210.0).collect();
+    let mut answer = pseudo_kalman::place::Outputs::<f64>::default();
+    let inputs = pseudo_kalman::place::Inputs {
+        degrees: 1f64.to_degrees(),
+        previous_x: &before,
+        previous_y: &before,
+        b1: 225.0,
+        b2: 180.0,
+        b3: 270.0,
+    };
+    pseudo_kalman::place::run(&inputs, &mut answer).unwrap();
+    let inputs = Inputs::new().array("previous X", &before).array("previous Y", &before);
+    let inputs = inputs.number("b1", 225.0).number("b2", 180.0).number("b3", 270.0);
+    agree(&pseudo_kalman::model(), "place", &inputs, &answer.p_x_b1_b1_b2_b2_b3_b3);
+    agree(&pseudo_kalman::model(), "place", &inputs, &answer.p_y_b1_b1_b2_b2_b3_b3);
+}
+
+#[test]
+fn a_question_asked_again_allocates_nothing() {
+    let mut answer = layered_network::effect::Outputs::<f64>::default();
+    let mut ask = |number: usize| {
+        let [a1, a2, a3, a4] = [0, 1, 2, 3].map(|bit| (number >> bit & 1) as f64);
+        layered_network::effect::run(&layered_network::effect::Inputs { a1, a2, a3, a4 }, &mut answer)
+            .unwrap();
+        answer.p_d1_a1_a1_a2_a2_a3_a3_a4_a4[1]
+    };
+    let first: Vec<f64> = (0..16).map(&mut ask).collect();
+    let mut sum = 0.0;
+    let one = allocation_counter::measure(|| drop(std::hint::black_box(vec![1u8; 100])));
+    assert_eq!(one.count_total, 1, "the counter counts");
+    let counted = allocation_counter::measure(|| sum = (0..100_000).map(&mut ask).sum());
+    assert_eq!(counted.count_total, 0);
+    assert!((sum - 6250.0 * first.iter().sum::<f64>()).abs() < 1e-6);
+}
