@@ -7,6 +7,7 @@
 mod ask;
 mod check;
 mod completions;
+mod convert;
 mod cost;
 mod draw;
 mod explain;
@@ -43,6 +44,7 @@ Examples:
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
   bp draw wet_grass.bp rain --out wet_grass.svg
+  bp convert alarm.bif alarm.bp
   bp fmt --check *.bp
 
 Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
@@ -55,6 +57,7 @@ enum Verb {
     Explain(explain::Arguments),
     Ask(ask::Arguments),
     Draw(draw::Arguments),
+    Convert(convert::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Verb::Explain(arguments) => explain::run(&arguments, &mut out),
         Verb::Ask(arguments) => ask::run(&arguments, &mut out),
         Verb::Draw(arguments) => draw::run(&arguments, &mut out),
+        Verb::Convert(arguments) => convert::run(&arguments, &mut out),
         Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
     };
     let flushed = out.flush().map_err(Failure::Output);
