@@ -1,12 +1,17 @@
 //! Golden pages of mistakes: what the author of a wrong program reads.
 //!
-//! In: `tests/errors/*.bp`, each with mistakes. Out: the rendered diagnostics, compared with the `.txt` beside. With
+//! In: `tests/errors/*.bp`, and network files of other formats there, each with mistakes. Out: the rendered diagnostics, compared with the `.txt` beside. With
 //! `BLESS=1` in the environment the pages are written instead. Invariant: every program there is wrong, and every page
 //! is wanted.
 
+use bp_core::io::{self, Format};
 use bp_core::source::Source;
-use bp_core::syntax::compile;
 use std::path::PathBuf;
+
+/// The wrong files: programs, and networks of every format.
+fn wrong_files() -> Vec<PathBuf> {
+    Format::ALL.into_iter().flat_map(|format| pages(format.endings()[0])).collect()
+}
 
 fn pages(extension: &str) -> Vec<PathBuf> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/errors");
@@ -20,13 +25,13 @@ fn pages(extension: &str) -> Vec<PathBuf> {
 #[test]
 fn wrong_programs_get_the_pages_beside_them() {
     let bless = std::env::var_os("BLESS").is_some_and(|value| value == "1");
-    let programs = pages("bp");
+    let programs = wrong_files();
     assert!(programs.len() >= 25, "only {} wrong programs", programs.len());
     let mut different = Vec::new();
     for path in &programs {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let source = Source::new(name.clone(), std::fs::read_to_string(path).unwrap());
-        let page = match compile(&source) {
+        let page = match io::read(&source, Format::of(path).unwrap()) {
             Ok(_) => panic!("{name} is not wrong"),
             Err(wrong) => wrong.render(&source, false),
         };
@@ -38,8 +43,8 @@ fn wrong_programs_get_the_pages_beside_them() {
         }
     }
     assert!(different.is_empty(), "BLESS=1 accepts these pages:\n{}", different.join("\n"));
-    let orphans: Vec<_> =
-        pages("txt").into_iter().filter(|page| !programs.contains(&page.with_extension("bp"))).collect();
+    let kept: Vec<_> = programs.iter().map(|path| path.with_extension("txt")).collect();
+    let orphans: Vec<_> = pages("txt").into_iter().filter(|page| !kept.contains(page)).collect();
     assert!(orphans.is_empty(), "pages without a program: {orphans:?}");
 }
 

@@ -55,7 +55,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 15] = [
+const DIRECTIONS: [(&str, &[&str]); 16] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
@@ -68,9 +68,10 @@ const DIRECTIONS: [(&str, &[&str]); 15] = [
     ("sample", &["syntax", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("tree", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("time", &["syntax", "emit", "learn", "answer", "io"]),
-    ("answer", &["syntax", "emit", "learn"]),
+    ("data", &["model", "syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("answer", &["syntax", "emit", "learn", "io"]),
     ("learn", &["syntax", "emit"]),
-    ("io", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer"]),
+    ("io", &["plan", "kernel", "lower", "emit", "learn"]),
 ];
 
 /// Where a direction is not kept, and why.

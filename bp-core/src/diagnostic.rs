@@ -111,11 +111,47 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
+/// The longest line that is shown whole.
+const LONGEST: usize = 400;
+
+/// The mistake beside what surrounds it on its line, where the line is too long to be shown: network files hold tables of
+/// a million numbers on one.
+fn excerpt(diagnostic: &Diagnostic, source: &Source) -> Option<String> {
+    let text = source.text.as_str();
+    let long = |span: Span| {
+        let start = span.start.min(text.len());
+        let before = text.as_bytes()[..start].iter().rev().take_while(|byte| **byte != b'\n').count();
+        let after = text.as_bytes()[start..].iter().take_while(|byte| **byte != b'\n').count();
+        before + after > LONGEST
+    };
+    let spans = diagnostic.labels.iter().map(|(span, _)| *span).chain([diagnostic.span]);
+    if !spans.into_iter().any(long) {
+        return None;
+    }
+    let (line, column) = source.line_and_column(diagnostic.span.start);
+    let start = text.floor_char_boundary(diagnostic.span.start);
+    let before: String = text[..start].chars().rev().take(30).take_while(|letter| *letter != '\n').collect();
+    let before: String = before.chars().rev().collect();
+    let after: String = text[start..].chars().take(50).take_while(|letter| *letter != '\n').collect();
+    let blanks = " ".repeat(before.chars().count());
+    let mut page = format!("error: {}\n   ╭─[ {}:{line}:{column} ]\n", diagnostic.message, source.name);
+    page.push_str(&format!("   │ …{before}{}…\n   │  {blanks}╰── here\n", after.trim_end()));
+    if let Some(help) = &diagnostic.help {
+        page.push_str(&format!("   │ Help: {help}\n"));
+    }
+    page.push_str("───╯\n");
+    Some(page)
+}
+
 fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String {
+    if let Some(page) = excerpt(diagnostic, source) {
+        return page;
+    }
     let name = source.name.as_str();
     let fit = |span: Span| {
-        let end = span.end.min(source.text.len());
-        (name, span.start.min(end)..end)
+        // Whole characters: the page is cut at these places.
+        let end = source.text.ceil_char_boundary(span.end);
+        (name, source.text.floor_char_boundary(span.start).min(end)..end)
     };
     let config =
         Config::new().with_color(colour).with_index_type(IndexType::Byte).with_char_set(CharSet::Unicode);

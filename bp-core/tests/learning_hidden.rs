@@ -5,7 +5,7 @@
 
 mod support;
 
-use bp_core::io::read_table;
+use bp_core::data::read_table;
 use bp_core::law::Law;
 use bp_core::learn::{Case, Learner, Settings};
 use bp_core::model::Model;

@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::io::Table;
+use crate::data::Table;
 use crate::model::{Domain, Model, Question};
 use std::io::{Error as Wrong, ErrorKind};
 

@@ -4,10 +4,21 @@
 //! comments never come out; every token moves the place forward, so reading ends.
 //!
 //! Comments: `// …`, `/* … */` and `# …`, `% …`, which only begin where a token would: `Asy//Patch` and `12%` are words.
-//! `#` and `%` also begin labels (`#1`): they are comments at the start of a line, after `;` or `}`, or before a blank.
+//! `#` and `%` also begin labels (`#1`): they are comments at the start of a line, after `;` or `}`, or before a blank,
+//! and `%` always where the format says so.
 
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
+
+/// What a format writes its own way.
+pub(super) struct Dialect {
+    /// Characters that are tokens of their own.
+    pub(super) signs: &'static [u8],
+    /// Whether `%` always begins a comment.
+    pub(super) percent: bool,
+    /// Whether `\"` in a string is a quotation mark.
+    pub(super) escapes: bool,
+}
 
 /// One token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +37,7 @@ pub(super) enum Token<'s> {
 #[derive(Clone)]
 pub(super) struct Lexer<'s> {
     text: &'s str,
-    signs: &'static [u8],
+    dialect: &'static Dialect,
     /// Where the next token is looked for.
     at: usize,
     /// Whether `#` and `%` begin a comment here whatever follows.
@@ -35,9 +46,9 @@ pub(super) struct Lexer<'s> {
 }
 
 impl<'s> Lexer<'s> {
-    pub(super) fn new(text: &'s str, signs: &'static [u8]) -> Self {
+    pub(super) fn new(text: &'s str, dialect: &'static Dialect) -> Self {
         let at = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-        Self { text, signs, at, fresh: true, peeked: None }
+        Self { text, dialect, at, fresh: true, peeked: None }
     }
 
     /// The next token, which stays.
@@ -114,19 +125,20 @@ impl<'s> Lexer<'s> {
             return Ok((Token::End, Span::new(start, start)));
         };
         self.fresh = matches!(first, b';' | b'}');
-        if self.signs.contains(&first) {
+        if self.dialect.signs.contains(&first) {
             self.at += 1;
             return Ok((Token::Sign(first), Span::new(start, start + 1)));
         }
         if first == b'"' {
-            let Some(length) = closing(&bytes[start + 1..]) else {
+            let Some(length) = closing(&bytes[start + 1..], self.dialect.escapes) else {
                 return Err(Diagnostic::new(Span::new(start, start + 1), "this `\"` is never closed"));
             };
             self.at = start + length + 2;
             let inner = &self.text[start + 1..start + 1 + length];
             return Ok((Token::Quoted(inner), Span::new(start, self.at)));
         }
-        let ends = |byte: &u8| byte.is_ascii_whitespace() || *byte == b'"' || self.signs.contains(byte);
+        let ends =
+            |byte: &u8| byte.is_ascii_whitespace() || *byte == b'"' || self.dialect.signs.contains(byte);
         let length = bytes[start..].iter().position(ends).unwrap_or(bytes.len() - start);
         self.at = start + length;
         Ok((Token::Word(&self.text[start..self.at]), Span::new(start, self.at)))
@@ -152,7 +164,9 @@ impl<'s> Lexer<'s> {
                     self.at += end + 4;
                 }
                 [b'#' | b'%', after @ ..]
-                    if self.fresh || after.first().is_none_or(|byte| byte.is_ascii_whitespace()) =>
+                    if self.fresh
+                        || (self.dialect.percent && rest[0] == b'%')
+                        || after.first().is_none_or(|byte| byte.is_ascii_whitespace()) =>
                 {
                     self.skip_line();
                 }
@@ -167,12 +181,12 @@ impl<'s> Lexer<'s> {
     }
 }
 
-/// How far away the `"` is that closes, those behind a `\` left aside.
-fn closing(bytes: &[u8]) -> Option<usize> {
+/// How far away the `"` is that closes; with escapes, those behind a `\` left aside.
+fn closing(bytes: &[u8], escapes: bool) -> Option<usize> {
     let mut escaped = false;
     bytes.iter().position(|byte| {
         let closes = *byte == b'"' && !escaped;
-        escaped = *byte == b'\\' && !escaped;
+        escaped = escapes && *byte == b'\\' && !escaped;
         closes
     })
 }
@@ -195,7 +209,7 @@ pub(super) fn shortened(word: &str) -> String {
     }
 }
 
-/// A probability, as Rust reads it: `1e-3`, `.5` and `1.` are numbers, `nan` and `inf` are none.
+/// A number, as Rust reads it: `1e-3`, `.5` and `1.` are numbers, `nan` and `inf` are none.
 pub(super) fn number(word: &str) -> Option<f64> {
     let first = *word.as_bytes().first()?;
     let begins = first.is_ascii_digit() || matches!(first, b'.' | b'-' | b'+');
@@ -203,4 +217,17 @@ pub(super) fn number(word: &str) -> Option<f64> {
         return None;
     }
     word.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// A probability at a place.
+pub(super) fn probability(word: &str, span: Span) -> Result<f64, Diagnostic> {
+    let read = number(word).ok_or_else(|| unexpected(span, Token::Word(word), "a probability"))?;
+    // Beyond one by rounding; its row is divided by its sum.
+    match (0.0..=1.01).contains(&read) {
+        true => Ok(read),
+        false => {
+            let message = format!("a probability lies between 0 and 1, but this is {}", shortened(word));
+            Err(Diagnostic::new(span, message))
+        }
+    }
 }

@@ -1,14 +1,66 @@
-//! Files: network formats of other tools, and tables of cases.
+//! Files of other tools: network formats.
 //!
-//! In: a [`Source`](crate::source::Source), or a path. Out: a [`Model`](crate::model::Model) and what was mended on the
-//! way, or rows of cells; or what is wrong, under the text or with file, row and column. Invariant: whatever the bytes, an
-//! answer comes back; numbers are read as f64, exactly.
+//! In: a [`Source`]. Out: a [`Network`]: a [`Model`] and what was mended on the way; or what is wrong, under the text. And
+//! back: a model of finite variables as the text of a format. Invariant: whatever the bytes, an answer comes back;
+//! numbers are read and written as f64, exactly.
 
 pub mod bif;
-mod csv;
+pub mod hugin;
+pub mod program;
+pub mod uai;
+pub mod xmlbif;
+
+mod draft;
+mod finite;
+mod format;
 mod lexer;
-mod network;
 mod warning;
 
-pub use csv::{Table, read_table};
+pub use format::Format;
 pub use warning::Warning;
+
+use crate::diagnostic::Diagnostics;
+use crate::error::Error;
+use crate::model::{Known, Model};
+use crate::source::Source;
+
+/// What a file holds.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Network {
+    /// Its variables and distributions.
+    pub model: Model,
+    /// What is always known with it: the potentials of a Markov network, which are variables of the model, are true.
+    pub known: Vec<Known>,
+    /// What was mended.
+    pub warnings: Vec<Warning>,
+}
+
+/// Reads a network.
+///
+/// # Errors
+/// Every mistake, or the first one that stops reading.
+pub fn read(source: &Source, format: Format) -> Result<Network, Diagnostics> {
+    let bare = |(model, warnings)| Network { model, known: Vec::new(), warnings };
+    match format {
+        Format::Program => crate::syntax::compile(source).map(|model| bare((model, Vec::new()))),
+        Format::Bif => bif::read(source).map(bare),
+        Format::Xmlbif => xmlbif::read(source).map(bare),
+        Format::Hugin => hugin::read(source).map(bare),
+        Format::Uai => uai::read(source),
+    }
+}
+
+/// Writes a network.
+///
+/// # Errors
+/// A variable that is not finite, a form without a table, a name that the format cannot hold.
+pub fn write(network: &Network, format: Format) -> Result<String, Error> {
+    let model = &network.model;
+    match format {
+        Format::Program => program::write(model),
+        Format::Bif => bif::write(model),
+        Format::Xmlbif => xmlbif::write(model),
+        Format::Hugin => hugin::write(model),
+        Format::Uai => uai::write(model, &network.known),
+    }
+}

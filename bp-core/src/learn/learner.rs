@@ -12,7 +12,7 @@ use super::statistics::Statistic;
 use super::{Learned, Settings};
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
-use crate::io::Table;
+use crate::data::Table;
 use crate::model::Model;
 use std::collections::{BTreeMap, HashMap};
 

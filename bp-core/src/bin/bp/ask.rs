@@ -9,7 +9,7 @@ use crate::{program, table};
 use bp_core::answer::{self, Answer};
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
-use bp_core::io::read_table;
+use bp_core::data::read_table;
 use bp_core::kernel::Role;
 use bp_core::lower::lower;
 use bp_core::model::{Evidence, Form, Model, Question, Reduction, Value};

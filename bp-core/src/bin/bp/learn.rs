@@ -9,7 +9,7 @@ use crate::numbers::six_digits;
 use crate::program;
 use crate::wrap::{WIDTH, filled, wrapped};
 use bp_core::error::Error;
-use bp_core::io::read_table;
+use bp_core::data::read_table;
 use bp_core::learn::{Learned, Learner, Report, Settings};
 use bp_core::source::Source;
 use bp_core::syntax::{compile, graft, parse};

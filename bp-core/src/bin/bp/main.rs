@@ -7,6 +7,7 @@
 mod ask;
 mod check;
 mod completions;
+mod convert;
 mod cost;
 mod draw;
 mod explain;
@@ -46,6 +47,7 @@ Examples:
   bp explain wet_grass.bp --html --out wet_grass.html
   bp draw wet_grass.bp rain --out wet_grass.svg
   bp learn spam.bp --data mails.csv --out learned.bp
+  bp convert alarm.bif alarm.bp
   bp fmt --check *.bp
 
 Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
@@ -61,6 +63,7 @@ enum Verb {
     Marginals(network::marginals::Arguments),
     Mpe(network::mpe::Arguments),
     Cost(network::size::Arguments),
+    Convert(convert::Arguments),
     Completions(completions::Arguments),
     Learn(learn::Arguments),
 }
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
         Verb::Marginals(arguments) => network::marginals::run(&arguments, &mut out),
         Verb::Mpe(arguments) => network::mpe::run(&arguments, &mut out),
         Verb::Cost(arguments) => network::size::run(&arguments, &mut out),
+        Verb::Convert(arguments) => convert::run(&arguments, &mut out),
         Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
         Verb::Learn(arguments) => learn::run(&arguments, &mut out),
     };

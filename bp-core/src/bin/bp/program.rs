@@ -6,30 +6,34 @@
 use crate::failure::Failure;
 use bp_core::answer::link;
 use bp_core::error::Error;
+use bp_core::io::{self, Format, Network};
 use bp_core::model::{Model, Question};
 use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
-use std::io::{ErrorKind, Read};
+use bp_core::syntax::parse_question;
+use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
 
 /// Reads a text.
 pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
-    let fail = |source| Failure::Data(Error::file(path, source));
-    let bytes = match is_stdin(path) {
-        true => {
-            let mut bytes = Vec::new();
-            std::io::stdin().lock().read_to_end(&mut bytes).map_err(fail)?;
-            bytes
-        }
-        false => std::fs::read(path).map_err(fail)?,
-    };
-    let name = if is_stdin(path) { "stdin".to_owned() } else { path.display().to_string() };
+    let (name, bytes) = bytes(path)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
-        fail(std::io::Error::new(ErrorKind::InvalidData, format!("line {line} is not UTF-8 text")))
+        let told = std::io::Error::new(ErrorKind::InvalidData, format!("line {line} is not UTF-8 text"));
+        Failure::Data(Error::file(path, told))
     })?;
     Ok(Source::new(name, text))
+}
+
+/// What messages call a file, and what it holds.
+fn bytes(path: &Path) -> Result<(String, Vec<u8>), Failure> {
+    let fail = |source| Failure::Data(Error::file(path, source));
+    if !is_stdin(path) {
+        return Ok((path.display().to_string(), std::fs::read(path).map_err(fail)?));
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin().lock().read_to_end(&mut bytes).map_err(fail)?;
+    Ok(("stdin".to_owned(), bytes))
 }
 
 /// Whether a path stands for stdin.
@@ -37,10 +41,42 @@ pub(crate) fn is_stdin(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Reads a program.
+/// Reads a program, or a network of any format, by the end of its name. What was mended is told on stderr.
 pub(crate) fn model(path: &Path) -> Result<Model, Failure> {
-    let source = read(path)?;
-    compile(&source).map_err(|wrong| Failure::Wrong(wrong, source))
+    Ok(network(path, Format::of(path).unwrap_or(Format::Program))?.model)
+}
+
+/// Reads a network of this format. What was mended is told on stderr.
+pub(crate) fn network(path: &Path, format: Format) -> Result<Network, Failure> {
+    let source = match format {
+        Format::Program => read(path)?,
+        _ => read_any(path)?,
+    };
+    match io::read(&source, format) {
+        Ok(network) => {
+            for warning in &network.warnings {
+                warn(&warning.line(&source));
+            }
+            Ok(network)
+        }
+        Err(wrong) => Err(Failure::Wrong(wrong, source)),
+    }
+}
+
+/// Reads a text that need not be UTF-8: older tools write Latin-1.
+fn read_any(path: &Path) -> Result<Source, Failure> {
+    let (name, bytes) = bytes(path)?;
+    let text = String::from_utf8(bytes).unwrap_or_else(|error| {
+        warn(&format!("{name}: warning: not UTF-8; it was read as Latin-1"));
+        error.as_bytes().iter().copied().map(char::from).collect()
+    });
+    Ok(Source::new(name, text))
+}
+
+/// Tells a line on stderr.
+pub(crate) fn warn(line: &str) {
+    // Where stderr is closed there is nobody to be told.
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Reads a program, and asks its subroutines.

@@ -5,23 +5,23 @@
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::io::Warning;
-use crate::io::lexer::{Lexer, Token, number, shortened, unexpected};
-use crate::io::network::{Network, Table};
+use crate::io::draft::{Draft, Fastest, Table};
+use crate::io::lexer::{Dialect, Lexer, Token, number, probability, shortened, unexpected};
 use crate::model::Model;
 use crate::source::{Source, Span};
 
-const SIGNS: &[u8] = b"{}()[];,|";
+const BIF: Dialect = Dialect { signs: b"{}()[];,|", percent: false, escapes: false };
 
 /// Reads a network. The warnings say what was mended.
 pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
-    let mut reader = Reader { lexer: Lexer::new(&source.text, SIGNS), network: Network::default() };
+    let mut reader = Reader { lexer: Lexer::new(&source.text, &BIF), network: Draft::default() };
     reader.file()?;
     reader.network.model(Span::new(0, 0))
 }
 
 struct Reader<'s> {
     lexer: Lexer<'s>,
-    network: Network,
+    network: Draft,
 }
 
 impl<'s> Reader<'s> {
@@ -215,7 +215,7 @@ impl<'s> Reader<'s> {
                     self.count(numbers.len(), rows * entries, at.to(end))?;
                     places = vec![at.to(end)];
                     if !parents.is_empty() {
-                        numbers = self.ordered(numbers, node, entries, at);
+                        numbers = self.network.by_rows(numbers, node, Fastest::Parents, at);
                     }
                     whole = true;
                 }
@@ -289,7 +289,8 @@ impl<'s> Reader<'s> {
                 (Token::Sign(b')'), _) if found == parents.len() => return Ok(row),
                 (Token::Sign(b')'), span) => {
                     let count = parents.len();
-                    let message = format!("this row names {found} values, but there are {count} parents");
+                    let message =
+                        format!("this row names {found} values: expected {count}, one for each parent");
                     return Err(Diagnostic::new(at.to(span), message));
                 }
                 (found, span) => return Err(unexpected(span, found, "the value of a parent or `)`")),
@@ -318,14 +319,7 @@ impl<'s> Reader<'s> {
                     if numbers.len() - before >= most && number(word).is_none() {
                         return Ok(end);
                     }
-                    let Some(read) = number(word) else {
-                        return Err(unexpected(span, Token::Word(word), "a probability"));
-                    };
-                    if !(0.0..=1.0 + 1e-2).contains(&read) {
-                        let message =
-                            format!("a probability lies between 0 and 1, but this is {}", shortened(word));
-                        return Err(Diagnostic::new(span, message));
-                    }
+                    let read = probability(word, span)?;
                     lexer.next()?;
                     numbers.push(read);
                     end = span;
@@ -342,25 +336,6 @@ impl<'s> Reader<'s> {
         }
         let what = if expected == 1 { "probability" } else { "probabilities" };
         Err(Diagnostic::new(span, format!("expected {expected} {what} here, found {found}")))
-    }
-
-    /// A conditional `table` with the entries of a row together.
-    fn ordered(&mut self, numbers: Vec<f64>, node: usize, entries: usize, at: Span) -> Vec<f64> {
-        let rows = numbers.len() / entries;
-        let far = |sum: f64| (sum - 1.0).abs() > 0.01;
-        let slowest = (0..rows).all(|row| !far((0..entries).map(|entry| numbers[entry * rows + row]).sum()));
-        let fastest = numbers.chunks_exact(entries).all(|row| !far(row.iter().sum()));
-        if slowest || !fastest {
-            return (0..rows * entries)
-                .map(|place| numbers[place % entries * rows + place / entries])
-                .collect();
-        }
-        let name = shortened(&self.network.nodes[node].name);
-        let message = format!(
-            "the table of `{name}` was read row by row: only so do its rows sum to 1 (BIF lists the values of `{name}` slowest)"
-        );
-        self.network.warnings.push(Warning::new(at, message));
-        numbers
     }
 
     /// Fills the rows that were not written, or names them.

@@ -12,14 +12,23 @@ use crate::model::{Domain, Factor, Form, Model, ModelBuilder, Place, VariableUse
 use crate::source::Span;
 use std::collections::HashMap;
 
-/// The most numbers that a table may have.
-const MOST_NUMBERS: usize = 1 << 24;
+/// The most numbers that all tables together may have.
+const MOST_NUMBERS: usize = 1 << 26;
 
 /// How far the sum of a row may be from one before the row is refused.
 const MOST_OFF: f64 = 0.01;
 
 /// How far it may be before the division is worth telling.
 const TOLD_OFF: f64 = 1e-9;
+
+/// Which variable of a flat table changes fastest.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Fastest {
+    /// The one that it distributes: its rows stand one after the other.
+    Child,
+    /// The last parent.
+    Parents,
+}
 
 /// The numbers of a table, rows in the order of [`Form::Table`].
 pub(super) struct Table {
@@ -40,17 +49,19 @@ pub(super) struct Node {
 
 /// A network in the making.
 #[derive(Default)]
-pub(super) struct Network {
+pub(super) struct Draft {
     pub(super) name: String,
     pub(super) nodes: Vec<Node>,
     names: HashMap<String, usize>,
     pub(super) warnings: Vec<Warning>,
     /// Rows that were divided by their sums: how many, and the farthest: how far, where, and whose.
     divided: usize,
+    /// The numbers of all tables so far.
+    numbers: usize,
     farthest: Option<(f64, Span, usize)>,
 }
 
-impl Network {
+impl Draft {
     /// A variable.
     pub(super) fn node(&mut self, name: &str, span: Span, states: Vec<String>) -> Result<usize, Diagnostic> {
         if let Some(first) = self.names.get(name) {
@@ -113,15 +124,15 @@ impl Network {
         let rows = parents
             .iter()
             .try_fold(1usize, |rows, parent| rows.checked_mul(self.nodes[*parent].states.len()));
-        match rows.filter(|rows| rows.checked_mul(entries).is_some_and(|cells| cells <= MOST_NUMBERS)) {
+        let cells = rows.and_then(|rows| rows.checked_mul(entries)?.checked_add(self.numbers));
+        match rows.filter(|_| cells.is_some_and(|cells| cells <= MOST_NUMBERS)) {
             Some(rows) => Ok((rows, entries)),
-            None => Err(Diagnostic::new(
-                span,
-                format!(
-                    "the table of `{}` would have more than {MOST_NUMBERS} numbers",
-                    shortened(&self.nodes[node].name)
-                ),
-            )),
+            None => {
+                let name = shortened(&self.nodes[node].name);
+                let message =
+                    format!("with the table of `{name}` there would be more than {MOST_NUMBERS} numbers");
+                Err(Diagnostic::new(span, message))
+            }
         }
     }
 
@@ -140,6 +151,39 @@ impl Network {
         }
         words.reverse();
         words.join(", ")
+    }
+
+    /// A flat table row by row. Where rows only sum to one in the other order than the format's, it is that one.
+    pub(super) fn by_rows(&mut self, numbers: Vec<f64>, node: usize, order: Fastest, at: Span) -> Vec<f64> {
+        let entries = self.nodes[node].states.len();
+        let rows = numbers.len() / entries;
+        let near = |sum: f64| (sum - 1.0).abs() <= MOST_OFF;
+        let child = || numbers.chunks_exact(entries).all(|row| near(row.iter().sum()));
+        let parents =
+            || (0..rows).all(|row| near((0..entries).map(|entry| numbers[entry * rows + row]).sum()));
+        let found = match order {
+            Fastest::Child if !child() && parents() => Fastest::Parents,
+            Fastest::Parents if !parents() && child() => Fastest::Child,
+            same => same,
+        };
+        if found != order {
+            let name = shortened(&self.nodes[node].name);
+            let message = match found {
+                Fastest::Child => format!(
+                    "the table of `{name}` was read with its values changing fastest: only so do its rows sum to 1"
+                ),
+                Fastest::Parents => format!(
+                    "the table of `{name}` was read with its values changing slowest: only so do its rows sum to 1"
+                ),
+            };
+            self.warnings.push(Warning::new(at, message));
+        }
+        match found {
+            Fastest::Child => numbers,
+            Fastest::Parents => {
+                (0..rows * entries).map(|place| numbers[place % entries * rows + place / entries]).collect()
+            }
+        }
     }
 
     /// The distribution of a variable. Its rows are divided by their sums.
@@ -182,6 +226,7 @@ impl Network {
             }
         }
         table.places = Vec::new();
+        self.numbers += table.numbers.len();
         self.nodes[node].distribution = Some((parents, table, span));
         Ok(())
     }
@@ -194,13 +239,12 @@ impl Network {
         let mut model = ModelBuilder::new(if self.name.is_empty() { "unknown" } else { &self.name });
         let mut spans: Vec<(Span, Span)> = Vec::with_capacity(self.nodes.len());
         if let Some((sum, place, node)) = self.farthest {
-            let rows = if self.divided == 1 {
-                "1 row was".to_owned()
-            } else {
-                format!("{} rows were", self.divided)
+            let rows = match self.divided {
+                1 => "1 row was divided by its sum".to_owned(),
+                several => format!("{several} rows were divided by their sums"),
             };
             let name = shortened(&self.nodes[node].name);
-            let message = format!("{rows} divided by their sum; the farthest from 1 is {sum}, of `{name}`");
+            let message = format!("{rows}; the farthest from 1 is {sum}, of `{name}`");
             self.warnings.push(Warning::new(place, message));
         }
         let ids: Vec<VariableId> = (self.nodes.iter_mut())

@@ -1,0 +1,83 @@
+//! `bp convert`: a network in another format.
+//!
+//! In: a file, and where the other goes. Out: the file, and on stderr what was mended or lost. Invariant: a file is
+//! written whole or not at all.
+
+use crate::failure::Failure;
+use crate::{output, program};
+use bp_core::diagnostic::Diagnostics;
+use bp_core::io::{self, Format};
+use bp_core::syntax::parse;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Writes a network in another format.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp convert alarm.bif alarm.bp
+  bp convert wet_grass.bp wet_grass.net
+  bp convert grid.uai - --to bif
+
+Formats, by the end of the name: bp, bif, xmlbif (xml, bifxml), uai, net (hugin).
+UAI holds no names: variables and values become their indices.")]
+pub(crate) struct Arguments {
+    /// A network or a program; `-` is stdin.
+    #[arg(value_name = "IN")]
+    from_file: PathBuf,
+    /// Where it goes; `-` is stdout.
+    #[arg(value_name = "OUT")]
+    to_file: PathBuf,
+    /// The format of IN, where its name does not tell.
+    #[arg(long, value_name = "FORMAT", value_parser = named)]
+    from: Option<Format>,
+    /// The format of OUT, where its name does not tell.
+    #[arg(long, value_name = "FORMAT", value_parser = named)]
+    to: Option<Format>,
+}
+
+fn named(name: &str) -> Result<Format, String> {
+    Format::named(name).ok_or_else(|| format!("the formats are {}", names()))
+}
+
+fn names() -> String {
+    Format::ALL.map(|format| format!("`{}`", format.endings()[0])).join(", ")
+}
+
+fn format(path: &Path, said: Option<Format>, option: &str) -> Result<Format, Failure> {
+    said.or_else(|| Format::of(path)).ok_or_else(|| {
+        let message =
+            format!("the name `{}` does not tell its format; say `{option}` and one of", path.display());
+        Failure::Words(format!("{message} {}", names()))
+    })
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let from = format(&arguments.from_file, arguments.from, "--from")?;
+    let to = format(&arguments.to_file, arguments.to, "--to")?;
+    let text = match (from, to) {
+        // A program may say more than its tables do.
+        (Format::Program, Format::Program) => formatted(&arguments.from_file)?,
+        _ => {
+            let network = program::network(&arguments.from_file, from)?;
+            if to == Format::Uai && from != Format::Uai {
+                let name = arguments.to_file.display();
+                program::warn(&format!(
+                    "{name}: warning: UAI holds no names; variables and values are their indices"
+                ));
+            }
+            io::write(&network, to)?
+        }
+    };
+    let path = (!program::is_stdin(&arguments.to_file)).then_some(arguments.to_file.as_path());
+    output::write(path, text.as_bytes(), out)
+}
+
+fn formatted(path: &Path) -> Result<String, Failure> {
+    let source = program::read(path)?;
+    let wrong: Diagnostics = match parse(&source) {
+        Ok(file) => return Ok(file.to_string()),
+        Err(wrong) => wrong,
+    };
+    Err(Failure::Wrong(wrong, source))
+}

@@ -1,0 +1,255 @@
+//! The reader of Hugin NET.
+//!
+//! In: a text. Out: a model and warnings, or the first mistake. Invariant: attributes that say nothing of the
+//! distribution are passed over; a potential without data is uniform, and told.
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::io::Warning;
+use crate::io::draft::{Draft, Fastest, Table};
+use crate::io::lexer::{Dialect, Lexer, Token, probability, shortened, unexpected};
+use crate::model::Model;
+use crate::source::{Source, Span};
+use std::collections::HashMap;
+
+const NET: Dialect = Dialect { signs: b"{}()=;|", percent: true, escapes: true };
+
+/// Reads a network. The warnings say what was mended.
+pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
+    let mut reader =
+        Reader { lexer: Lexer::new(&source.text, &NET), draft: Draft::default(), nodes: HashMap::new() };
+    reader.file()?;
+    reader.draft.model(Span::new(0, 0))
+}
+
+struct Reader<'s> {
+    lexer: Lexer<'s>,
+    draft: Draft,
+    /// The variables by their identifiers.
+    nodes: HashMap<&'s str, usize>,
+}
+
+/// A potential whose variables are not read yet.
+type Waiting<'s> = Vec<Lexer<'s>>;
+
+impl<'s> Reader<'s> {
+    fn file(&mut self) -> Result<(), Diagnostic> {
+        let (mut waiting, mut classes): (Waiting<'s>, usize) = (Vec::new(), 0);
+        loop {
+            match self.lexer.next()? {
+                (Token::End, _) => break,
+                (Token::Word("net"), _) => self.heading()?,
+                (Token::Word("class"), _) => {
+                    self.lexer.name("the name of a class")?;
+                    self.lexer.sign(b'{', "the name of the class")?;
+                    classes += 1;
+                }
+                (Token::Sign(b'}'), _) if classes > 0 => classes -= 1,
+                (Token::Word("discrete"), _) => {}
+                (Token::Word("node"), _) => self.node()?,
+                (Token::Word("potential"), _) => {
+                    // Variables may be declared after their potentials.
+                    waiting.push(self.lexer.clone());
+                    self.skip_block()?;
+                }
+                (Token::Word(kind @ ("continuous" | "decision" | "utility" | "function")), span) => {
+                    let message = format!("a `{kind}` node: only discrete nodes can be read");
+                    return Err(Diagnostic::new(span, message));
+                }
+                (Token::Word(_), _) if classes > 0 && self.lexer.takes(b'=')? => self.skip_value()?,
+                (Token::Sign(b';'), _) => {}
+                (found, span) => return Err(unexpected(span, found, "`net`, `node` or `potential`")),
+            }
+        }
+        for lexer in waiting {
+            self.lexer = lexer;
+            self.potential()?;
+        }
+        Ok(())
+    }
+
+    /// `net { name = "…"; }`
+    fn heading(&mut self) -> Result<(), Diagnostic> {
+        self.lexer.sign(b'{', "`net`")?;
+        self.attributes(|reader, name| {
+            if name == "name" {
+                reader.draft.name = reader.text()?;
+            }
+            Ok(())
+        })
+    }
+
+    /// `node X { states = ("a" "b"); }`
+    fn node(&mut self) -> Result<(), Diagnostic> {
+        let (identifier, span) = self.lexer.name("the name of a node")?;
+        self.lexer.sign(b'{', "the name of the node")?;
+        let (mut name, mut states) = (identifier.to_owned(), Vec::new());
+        self.attributes(|reader, attribute| {
+            match attribute {
+                "bp_name" => name = reader.text()?,
+                "states" => states = reader.states()?,
+                _ => {}
+            }
+            Ok(())
+        })?;
+        if states.is_empty() {
+            let message = format!("node `{}` has no `states`", shortened(identifier));
+            return Err(Diagnostic::new(span, message).with_help("write `states = (\"yes\" \"no\");`"));
+        }
+        let node = self.draft.node(&name, span, states)?;
+        self.nodes.insert(identifier, node);
+        Ok(())
+    }
+
+    /// Attributes up to `}`; those that `take` leaves are passed over.
+    fn attributes(
+        &mut self,
+        mut take: impl FnMut(&mut Self, &str) -> Result<(), Diagnostic>,
+    ) -> Result<(), Diagnostic> {
+        loop {
+            match self.lexer.next()? {
+                (Token::Sign(b'}'), _) => return Ok(()),
+                (Token::Sign(b';'), _) => {}
+                (Token::Word(name), _) => {
+                    self.lexer.sign(b'=', &format!("`{}`", shortened(name)))?;
+                    take(self, name)?;
+                    self.skip_value()?;
+                }
+                (found, span) => return Err(unexpected(span, found, "an attribute or `}`")),
+            }
+        }
+    }
+
+    /// What is left of an attribute's value.
+    fn skip_value(&mut self) -> Result<(), Diagnostic> {
+        loop {
+            match self.lexer.peek()? {
+                (Token::Sign(b'}'), _) => return Ok(()),
+                (Token::End, span) => return Err(unexpected(span, Token::End, "`;`")),
+                (Token::Sign(b';'), _) => {
+                    self.lexer.next()?;
+                    return Ok(());
+                }
+                _ => self.lexer.next()?,
+            };
+        }
+    }
+
+    fn text(&mut self) -> Result<String, Diagnostic> {
+        Ok(unescaped(self.lexer.name("a text in quotes")?.0))
+    }
+
+    fn states(&mut self) -> Result<Vec<String>, Diagnostic> {
+        self.lexer.sign(b'(', "`states =`")?;
+        let mut states = Vec::new();
+        loop {
+            match self.lexer.next()? {
+                (Token::Sign(b')'), _) => return Ok(states),
+                (Token::Word(state) | Token::Quoted(state), _) => states.push(unescaped(state)),
+                (found, span) => return Err(unexpected(span, found, "the name of a state or `)`")),
+            }
+        }
+    }
+
+    /// Passes over `( … ) { … }`.
+    fn skip_block(&mut self) -> Result<(), Diagnostic> {
+        loop {
+            match self.lexer.next()? {
+                (Token::Sign(b'}'), _) => return Ok(()),
+                (Token::End, span) => return Err(unexpected(span, Token::End, "`}`")),
+                _ => {}
+            }
+        }
+    }
+
+    /// `(X | Y Z) { data = (…); }`
+    fn potential(&mut self) -> Result<(), Diagnostic> {
+        let mut head = self.lexer.sign(b'(', "`potential`")?;
+        let mut variables = Vec::new();
+        let mut left = None;
+        loop {
+            match self.lexer.next()? {
+                (Token::Word(name) | Token::Quoted(name), span) => {
+                    let node = self.nodes.get(name).copied();
+                    variables.push(node.ok_or_else(|| {
+                        Diagnostic::new(span, format!("unknown node `{}`", shortened(name)))
+                    })?);
+                }
+                (Token::Sign(b'|'), _) if left.is_none() => left = Some(variables.len()),
+                (Token::Sign(b')'), end) => {
+                    head = head.to(end);
+                    break;
+                }
+                (found, span) => return Err(unexpected(span, found, "the name of a node or `)`")),
+            }
+        }
+        if left.unwrap_or(variables.len()) != 1 {
+            let message =
+                "expected one node before the `|`: a potential of several is no conditional distribution";
+            return Err(Diagnostic::new(head, message));
+        }
+        let (node, parents) = (variables[0], variables[1..].to_vec());
+        let (rows, entries) = self.draft.shape(node, &parents, head)?;
+        self.lexer.sign(b'{', "the nodes of the potential")?;
+        let mut data: Option<(Vec<f64>, Span)> = None;
+        self.attributes(|reader, attribute| {
+            if attribute == "model_data" || attribute == "model_nodes" {
+                let (_, span) = reader.lexer.peek()?;
+                return Err(Diagnostic::new(
+                    span,
+                    "a potential given by a model cannot be read; save it as a table",
+                ));
+            }
+            if attribute == "data" {
+                data = Some(reader.data()?);
+            }
+            Ok(())
+        })?;
+        let (numbers, at) = data.unwrap_or_else(|| {
+            let name = shortened(&self.draft.nodes[node].name);
+            let message = format!("the potential of `{name}` has no data; it was made uniform");
+            self.draft.warnings.push(Warning::new(head, message));
+            (vec![1.0 / entries as f64; rows * entries], head)
+        });
+        if numbers.len() != rows * entries {
+            let expected = rows * entries;
+            let message =
+                format!("expected {expected} numbers ({rows} rows of {entries}), found {}", numbers.len());
+            return Err(Diagnostic::new(at, message));
+        }
+        let numbers = self.draft.by_rows(numbers, node, Fastest::Child, at);
+        self.draft.distribution(node, parents, Table { numbers, places: vec![at] }, head)
+    }
+
+    /// `((0.1 0.9)(0.5 0.5))`: how the brackets nest says nothing that the order does not.
+    fn data(&mut self) -> Result<(Vec<f64>, Span), Diagnostic> {
+        let (_, mut at) = self.lexer.peek()?;
+        let mut numbers = Vec::new();
+        loop {
+            match self.lexer.peek()? {
+                (Token::Sign(b'(' | b')'), span) => {
+                    self.lexer.next()?;
+                    at = at.to(span);
+                }
+                (Token::Word(word), span) => {
+                    self.lexer.next()?;
+                    numbers.push(probability(word, span)?);
+                }
+                (Token::Sign(b';' | b'}'), _) => return Ok((numbers, at)),
+                (found, span) => return Err(unexpected(span, found, "a number, `(` or `)`")),
+            }
+        }
+    }
+}
+
+/// A text without the `\` before quotation marks.
+fn unescaped(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut letters = text.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\\' => plain.extend(letters.next()),
+            other => plain.push(other),
+        }
+    }
+    plain
+}
