@@ -8,8 +8,8 @@ use super::network::Network;
 use crate::error::Error;
 use crate::guess;
 use crate::ids::{Id, VariableId};
-use crate::model::Model;
-use std::collections::HashMap;
+use crate::model::{self, Known, Model, Value};
+use std::collections::{HashMap, HashSet};
 
 /// A model's finite variables, by name and by number.
 #[derive(Clone, Debug)]
@@ -18,15 +18,28 @@ pub struct Named {
     pub network: Network,
     model: Model,
     numbers: HashMap<String, VariableId>,
+    /// What is always known: (variable, value). These variables are not shown.
+    known: Vec<(usize, usize)>,
 }
 
 impl Named {
-    /// The network of a model.
+    /// The network of a model, and what is always known with it.
     ///
     /// # Errors
     /// See [`Network::of`].
-    pub fn new(model: Model) -> Result<Self, Error> {
-        Ok(Self { network: Network::of(&model)?, numbers: model.variables_by_name(), model })
+    pub fn new(model: Model, known: &[Known]) -> Result<Self, Error> {
+        let value = |known: &Known| match known.evidence {
+            model::Evidence::Hard(Value::Ordinal(ordinal)) => Some((known.variable.position(), ordinal)),
+            _ => None,
+        };
+        let known = known.iter().filter_map(value).collect();
+        Ok(Self { network: Network::of(&model)?, numbers: model.variables_by_name(), model, known })
+    }
+
+    /// The variables that an answer shows: all but those that are always known.
+    pub fn shown(&self) -> Vec<usize> {
+        let hidden: HashSet<usize> = self.known.iter().map(|(variable, _)| *variable).collect();
+        (0..self.network.cardinalities.len()).filter(|one| !hidden.contains(one)).collect()
     }
 
     /// The name of a variable.
@@ -76,7 +89,7 @@ impl Named {
         values: impl IntoIterator<Item = (&'n str, &'n str)>,
         likelihoods: impl IntoIterator<Item = (&'n str, &'n [f64])>,
     ) -> Result<Evidence, Error> {
-        let mut evidence = Evidence::default();
+        let mut evidence = Evidence { hard: self.known.clone(), ..Evidence::default() };
         for (name, value) in values {
             let variable = self.number_of(name)?;
             evidence.hard.push((variable, self.value_of(variable, value)?));

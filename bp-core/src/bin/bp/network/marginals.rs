@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let (named, evidence) = arguments.asked.read()?;
     let wanted: Vec<usize> = match arguments.only.is_empty() {
-        true => (0..named.network.cardinalities.len()).collect(),
+        true => named.shown(),
         false => arguments.only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
     };
     let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();

@@ -3,12 +3,14 @@
 //! In: a file, and evidence as JSON. Out: a network by names, and its evidence. Invariant: a wrong name or value is told
 //! before anything is computed.
 
+pub(crate) mod batch;
 pub(crate) mod marginals;
 pub(crate) mod mpe;
 pub(crate) mod size;
 
 use crate::failure::Failure;
 use crate::program;
+use bp_core::io::Format;
 use bp_core::tree::{Evidence, Named};
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
@@ -55,7 +57,8 @@ impl Asked {
 
 /// Reads a network.
 pub(crate) fn network(path: &Path) -> Result<Named, Failure> {
-    Ok(Named::new(program::model(path)?)?)
+    let read = program::network(path, Format::of(path).unwrap_or(Format::Program))?;
+    Ok(Named::new(read.model, &read.known)?)
 }
 
 /// A JSON object, written on the command line or in a file.

@@ -1,0 +1,118 @@
+//! `bp batch`: the posteriors of many cases.
+//!
+//! In: a network, and a table with a column for each observed variable. Out: a table with a row for each case. Invariant:
+//! the file is whole or not there; a case that cannot be has its row too, with nothing but the reason in it.
+
+use super::network;
+use crate::failure::Failure;
+use crate::output;
+use bp_core::data::{Table, read_table};
+use bp_core::error::Error;
+use bp_core::tree::{Evidence, Named, answer_cases};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// The posteriors of many cases, a row for each: `ln_p_evidence`, then `variable=value` for each value.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp batch asia.bif --cases cases.csv --out posteriors.csv
+  bp batch asia.bif --cases cases.csv --only lung,tub
+
+The first row of the cases names the observed variables; an empty cell is not
+observed. Columns that name no variable are refused.")]
+pub(crate) struct Arguments {
+    /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
+    #[arg(value_name = "NETWORK")]
+    file: PathBuf,
+    /// The cases (CSV).
+    #[arg(long, value_name = "FILE")]
+    cases: PathBuf,
+    /// Where the answers go; without it, to stdout.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Only the posteriors of these variables.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let named = network(&arguments.file)?;
+    let file = std::fs::File::open(&arguments.cases).map_err(|error| Error::file(&arguments.cases, error))?;
+    let table = read_table(&arguments.cases, file)?;
+    let cases = cases(&named, &table)?;
+    let wanted: Vec<usize> = match arguments.only.is_empty() {
+        true => named.shown(),
+        false => arguments.only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
+    };
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left");
+    // Hidden where stderr is no terminal.
+    let bar = ProgressBar::new(cases.len() as u64);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let answers = answer_cases(&named.network, &cases, &wanted, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let mut page = csv::Writer::from_writer(Vec::new());
+    let told = |error: csv::Error| Failure::Output(std::io::Error::other(error));
+    let values = wanted.iter().flat_map(|one| {
+        let name = named.variable(*one);
+        let named = &named;
+        (0..named.network.cardinalities[*one])
+            .map(move |value| format!("{name}={}", named.value(*one, value)))
+    });
+    let heading: Vec<String> =
+        ["ln_p_evidence".to_owned()].into_iter().chain(values).chain(["error".to_owned()]).collect();
+    page.write_record(&heading).map_err(told)?;
+    let mut wrong = 0;
+    for answer in answers {
+        let cells: Vec<String> = match answer {
+            Ok(found) => {
+                let numbers = [found.ln_evidence].into_iter().chain(found.marginals);
+                numbers.map(|number| number.to_string()).chain([String::new()]).collect()
+            }
+            Err(error) => {
+                wrong += 1;
+                let empty = vec![String::new(); heading.len() - 1];
+                empty.into_iter().chain([named.tell(error).to_string()]).collect()
+            }
+        };
+        page.write_record(&cells).map_err(told)?;
+    }
+    let page =
+        page.into_inner().map_err(|error| Failure::Output(std::io::Error::other(error.to_string())))?;
+    output::write(arguments.out.as_deref(), &page, out)?;
+    if wrong > 0 {
+        crate::program::warn(&format!(
+            "warning: {wrong} of {} cases cannot be; their rows say why",
+            cases.len()
+        ));
+    }
+    Ok(())
+}
+
+/// The evidence of each row.
+fn cases(named: &Named, table: &Table) -> Result<Vec<Evidence>, Error> {
+    let columns: Vec<usize> =
+        table.columns.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?;
+    let always = named.evidence([], [])?;
+    (table.rows.iter().enumerate())
+        .map(|(row, cells)| {
+            let mut evidence = always.clone();
+            for ((variable, cell), column) in columns.iter().zip(cells).zip(&table.columns) {
+                let Some(cell) = cell else { continue };
+                let value = named.value_of(*variable, cell).map_err(|error| Error::Cell {
+                    path: table.path.clone(),
+                    row: table.line(row),
+                    column: column.clone(),
+                    value: cell.clone(),
+                    message: match error {
+                        Error::Input { message, .. } => message,
+                        other => other.to_string(),
+                    },
+                })?;
+                evidence.hard.push((*variable, value));
+            }
+            Ok(evidence)
+        })
+        .collect()
+}
