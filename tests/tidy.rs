@@ -53,7 +53,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 9] = [
+const DIRECTIONS: [(&str, &[&str]); 10] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
@@ -62,6 +62,7 @@ const DIRECTIONS: [(&str, &[&str]); 9] = [
     ("exec", &["syntax", "lower", "emit", "learn", "answer", "io", "model", "plan"]),
     ("draw", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("emit", &["syntax", "learn", "answer", "io"]),
+    ("io", &["plan", "kernel", "lower", "emit", "learn"]),
     ("answer", &["syntax", "emit"]),
 ];
 

@@ -2,7 +2,8 @@
 //!
 //! In: the files of a folder that may be absent. Out: their sizes, held against the literature.
 
-use bp_core::io::bif;
+use bp_core::io::{self, Format, Network, bif};
+use bp_core::model::{Form, Model};
 use bp_core::source::Source;
 use std::path::Path;
 
@@ -48,5 +49,44 @@ fn the_classic_networks_have_their_published_sizes() {
             .sum();
         let found: usize = model.factors.values().map(|factor| factor.right.len()).sum();
         assert_eq!((model.variables.len(), found, free), (nodes, arcs, parameters), "{name}");
+    }
+}
+
+/// Every number of a network, table after table.
+fn numbers(model: &Model) -> Vec<f64> {
+    let constant = |id: &_| model.constant(*id).unwrap();
+    (model.factors.values())
+        .flat_map(|factor| match &factor.form {
+            Form::Constants(numbers) => numbers.clone(),
+            Form::Table(rows) => rows.iter().flatten().map(constant).collect(),
+            Form::Categorical(row) => row.iter().map(constant).collect(),
+            other => panic!("{}", other.name()),
+        })
+        .collect()
+}
+
+#[test]
+fn the_classic_networks_go_through_every_format_without_loss() {
+    if !Path::new(FOLDER).is_dir() {
+        println!("skipped: no folder {FOLDER}");
+        return;
+    }
+    for (name, ..) in SIZES {
+        let source = Source::new(name, std::fs::read_to_string(format!("{FOLDER}/{name}.bif")).unwrap());
+        let (model, warnings) = bif::read(&source).unwrap();
+        let mut network = Network { model, known: Vec::new(), warnings };
+        let expected = numbers(&network.model);
+        for format in Format::ALL {
+            let written = Source::new("written", io::write(&network, format).unwrap());
+            let back = io::read(&written, format)
+                .unwrap_or_else(|wrong| panic!("{}", wrong.render(&written, false)));
+            assert!(numbers(&back.model) == expected, "{name} {format:?}");
+            assert_eq!(back.warnings, [], "{name} {format:?}");
+            if format != Format::Uai {
+                assert!(back.model.variables == network.model.variables, "{name} {format:?}");
+                // The next format starts from what this one kept.
+                network = back;
+            }
+        }
     }
 }

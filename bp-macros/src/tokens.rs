@@ -227,6 +227,12 @@ mod tests {
     }
 
     #[test]
+    fn names_in_quotes_come_back() {
+        let text = "P(\"Asy/Patch\" | \"two words\") { \"<5\", \"say \\\"so\\\"\" }";
+        assert_eq!(back(text).text, text);
+    }
+
+    #[test]
     fn documentation_comes_back_as_lines() {
         let text = "/// \"quoted\" \\ \u{3c1}\n/// two\nprogram A { ///\n}";
         assert_eq!(back(text).text, "/// \"quoted\" \\ \u{3c1}\n/// two\nprogram A {\n///\n}");

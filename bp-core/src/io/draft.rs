@@ -239,13 +239,12 @@ impl Draft {
         let mut model = ModelBuilder::new(if self.name.is_empty() { "unknown" } else { &self.name });
         let mut spans: Vec<(Span, Span)> = Vec::with_capacity(self.nodes.len());
         if let Some((sum, place, node)) = self.farthest {
-            let rows = if self.divided == 1 {
-                "1 row was".to_owned()
-            } else {
-                format!("{} rows were", self.divided)
+            let rows = match self.divided {
+                1 => "1 row was divided by its sum".to_owned(),
+                several => format!("{several} rows were divided by their sums"),
             };
             let name = shortened(&self.nodes[node].name);
-            let message = format!("{rows} divided by their sums; the farthest from 1 is {sum}, of `{name}`");
+            let message = format!("{rows}; the farthest from 1 is {sum}, of `{name}`");
             self.warnings.push(Warning::new(place, message));
         }
         let ids: Vec<VariableId> = (self.nodes.iter_mut())

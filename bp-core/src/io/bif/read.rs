@@ -289,7 +289,8 @@ impl<'s> Reader<'s> {
                 (Token::Sign(b')'), _) if found == parents.len() => return Ok(row),
                 (Token::Sign(b')'), span) => {
                     let count = parents.len();
-                    let message = format!("this row names {found} values, but there are {count} parents");
+                    let message =
+                        format!("this row names {found} values: expected {count}, one for each parent");
                     return Err(Diagnostic::new(at.to(span), message));
                 }
                 (found, span) => return Err(unexpected(span, found, "the value of a parent or `)`")),
