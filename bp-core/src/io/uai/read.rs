@@ -86,8 +86,7 @@ impl Reader<'_> {
             scopes.push((scope, span));
         }
         if markov {
-            for variable in 0..count {
-                let size = sizes[variable];
+            for (variable, size) in sizes.into_iter().enumerate() {
                 let table = Table { numbers: vec![1.0 / size as f64; size], places: Vec::new() };
                 let span = self.draft.nodes[variable].span;
                 self.draft.distribution(variable, Vec::new(), table, span)?;
