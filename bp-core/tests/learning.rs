@@ -5,8 +5,8 @@
 
 mod support;
 
-use bp_core::error::Error;
 use bp_core::data::read_table;
+use bp_core::error::Error;
 use bp_core::law::Law;
 use bp_core::learn::{Case, Learner};
 use std::path::Path;

@@ -145,8 +145,12 @@ impl CompiledQuestion<'_> {
                 Compiled::Gaussian(gaussian) => gaussian::answers(model, gaussian, inputs)?,
                 Compiled::Sampled(sampled) => sampled::answers(model, sampled, inputs, sampling)?,
                 Compiled::OverTime(ask) => {
-                    let reason = "it is asked over time: give what was observed, a row for each instant (`--data`)";
-                    return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
+                    let reason =
+                        "it is asked over time: give what was observed, a row for each instant (`--data`)";
+                    return Err(Error::Unplanned {
+                        question: model.ask_text(ask),
+                        reason: reason.to_owned(),
+                    });
                 }
                 Compiled::Exact { ln_evidence, lanes, outputs } => {
                     said.extend(self.run_exact(*ln_evidence, lanes, outputs, inputs)?);

@@ -4,9 +4,9 @@
 //! an empty cell was not observed; columns of what the question does not know are left out; a wrong cell is told with
 //! its file, row and column.
 
+use crate::data::Table;
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::data::Table;
 use crate::model::{Domain, Model, Question};
 use std::io::{Error as Wrong, ErrorKind};
 

@@ -10,9 +10,9 @@ use super::hidden::{Incomplete, maximise};
 use super::report::report;
 use super::statistics::Statistic;
 use super::{Learned, Settings};
+use crate::data::Table;
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
-use crate::data::Table;
 use crate::model::Model;
 use std::collections::{BTreeMap, HashMap};
 

@@ -5,8 +5,8 @@
 
 use super::{model_of, question};
 use bp_core::answer::ask;
-use bp_core::exec::Inputs;
 use bp_core::data::read_table;
+use bp_core::exec::Inputs;
 use bp_core::learn::{Case, Learned, Learner};
 use bp_core::model::Model;
 use bp_core::source::Source;
