@@ -227,8 +227,24 @@ fn plan_exact_or_sampled(model: &Model, asks: Vec<Ask>, options: Options) -> Res
     }
 }
 
-/// The stages of an exact plan.
+/// Products from which on an exact plan is compared with one that sums over what its Diracs would be put in for.
+const MANY_PRODUCTS: f64 = 1e6;
+
+/// An exact plan; where it is dear, the cheaper of two. Putting a Dirac's value in the place of its variable spares a
+/// sum, but brings together all that the value depends on: a chain of them may bring everything together.
 fn plan_exact(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Exact, Error> {
+    let exact = stages(model, asks.clone(), options)?;
+    if exact.cost < MANY_PRODUCTS || !options.rewrites.dirac {
+        return Ok(exact);
+    }
+    let summed = Options { rewrites: Rewrites { dirac: false, ..options.rewrites }, ..options };
+    // What cannot be summed, such as a real, keeps its substitution.
+    let other = stages(model, asks, summed).ok().filter(|other| other.cost < exact.cost);
+    Ok(other.unwrap_or(exact))
+}
+
+/// The stages of an exact plan.
+fn stages(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Exact, Error> {
     let mut draft = Draft::define(model, asks, options);
     draft.marginalise();
     draft.decompose();
