@@ -153,3 +153,17 @@ fn names_that_rust_could_not_tell_apart_are_told() {
         assert!(error[0].1.to_string().contains("would both be called"), "{error:?}");
     }
 }
+
+#[test]
+fn before_the_first_instant_holds_what_else_says() {
+    let model = model_of(
+        "program First { variables { X, X^-1 : bool; } decomposition { P(X^-1) P(X | X^-1) }
+         forms { P(X^-1) = previous(X) else bernoulli(0.25); P(X | X^-1) = bernoulli(if X^-1 { 0.8 } else { 0.4 }); } }",
+    );
+    let p = |inputs: &Inputs<'_, f64>| {
+        ask(&model, &question(&model, "P(X = true)"), inputs).unwrap()[0].answer[0].p().unwrap()
+    };
+    assert!((p(&Inputs::new()) - (0.25 * 0.8 + 0.75 * 0.4)).abs() < 1e-15);
+    let kept = [0.5, 0.5];
+    assert!((p(&Inputs::new().array("previous X", &kept)) - 0.6).abs() < 1e-15);
+}

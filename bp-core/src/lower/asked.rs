@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::ids::{AxisId, ValueId, VariableId};
 use crate::kernel::{Index, Role};
 use crate::model::{Factor, VariableUse};
+use crate::operators::Binary;
 
 impl Lowering<'_> {
     /// The marginal that the last step kept.
@@ -16,14 +17,18 @@ impl Lowering<'_> {
         of: VariableId,
         cell: Option<VariableId>,
         at: &Meaning,
-        otherwise: ValueId,
+        (otherwise, is_uniform): (ValueId, bool),
     ) -> Result<ValueId, Error> {
         let Meaning::Ordinal(ordinal) = *at else {
             return Err(self.unplanned("only marginals of finite variables are kept"));
         };
         let domain = self.model.variables[of].domain.clone();
         let name = format!("previous {}", self.model.variable_name(of));
-        let default = domain.count().map(|count| 1.0 / count as f64);
+        // Where the host gives nothing, `otherwise` holds: no probability is negative.
+        let default = match is_uniform {
+            true => domain.count().map(|count| 1.0 / count as f64),
+            false => Some(-1.0),
+        };
         let extent = self.extent(&domain);
         let values =
             self.input_axes(&name, &mut |lowering| vec![lowering.builder.axis(&name, extent.clone())]);
@@ -38,10 +43,16 @@ impl Lowering<'_> {
             },
         }
         let buffer = self.builder.buffer(&name, Role::Input { default, broadcast: false }, &axes);
-        match cell {
-            None => Ok(self.builder.load(buffer, indices)),
-            Some(_) => Ok(self.builder.load_or(buffer, indices, otherwise)),
+        let kept = match cell {
+            None => self.builder.load(buffer, indices),
+            Some(_) => self.builder.load_or(buffer, indices, otherwise),
+        };
+        if is_uniform {
+            return Ok(kept);
         }
+        let zero = self.builder.constant(0.0);
+        let nothing = self.builder.binary(Binary::Less, kept, zero);
+        Ok(self.builder.select(nothing, otherwise, kept))
     }
 
     /// The answer of another program: of a subroutine its table; else the likelihood that it gives to what is observed.

@@ -156,8 +156,9 @@ impl Lowering<'_> {
                 Ok(self.builder.binary(Binary::Equal, x, value))
             }
             Form::Previous { of, at: cell, otherwise } => {
+                let is_uniform = matches!(**otherwise, Form::Uniform);
                 let otherwise = self.density(factor, otherwise, variable, at)?;
-                self.previous(*of, *cell, at, otherwise)
+                self.previous(*of, *cell, at, (otherwise, is_uniform))
             }
             Form::Weights(weight) => match domain {
                 Domain::Set(_) => self.expression(*weight),
