@@ -1,0 +1,98 @@
+//! All posteriors of the classic networks: how long, and how much room.
+//!
+//! In: the networks of a folder (`NETWORKS=folder`, or the recordings beside the project; each with a reference that names
+//! its evidence). Out: a table, least of several runs, in milliseconds. `peers.py` beside this file times another engine on
+//! the same networks and the same evidence.
+//!
+//! *load*: from the text to the tables. *plan*: triangulation, and what does not depend on the evidence. *ask*: one
+//! question on a plan that is there. *whole*: plan and ask. *batch*: a case among a thousand, all threads.
+
+use bp_core::io::bif;
+use bp_core::source::Source;
+use bp_core::tree::{Evidence, Marginals, Named, answer_cases};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// The least time of a piece of work, in milliseconds: at least three runs, and half a second of them.
+fn least(mut work: impl FnMut()) -> f64 {
+    let (begin, mut best, mut runs) = (Instant::now(), f64::INFINITY, 0);
+    while runs < 3 || (begin.elapsed().as_secs_f64() < 0.5 && runs < 100_000) {
+        let start = Instant::now();
+        work();
+        best = best.min(start.elapsed().as_secs_f64() * 1e3);
+        runs += 1;
+    }
+    best
+}
+
+fn evidence(named: &Named, case: &serde_json::Value) -> Evidence {
+    let hard = case["hard_evidence"].as_object().into_iter().flatten().filter_map(|(variable, value)| {
+        Some((named.number_of(variable).ok()?, usize::try_from(value["index"].as_u64()?).ok()?))
+    });
+    Evidence { hard: hard.collect(), ..Evidence::default() }
+}
+
+fn main() {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/networks");
+    let folder = PathBuf::from(std::env::var("NETWORKS").unwrap_or_else(|_| beside.to_owned()));
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        println!("skipped: no folder {}", folder.display());
+        return;
+    };
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.retain(|path| path.extension().is_some_and(|end| end == "bif"));
+    files.sort_by_key(|path| path.metadata().map_or(0, |data| data.len()));
+    let pools =
+        [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads"));
+    println!(
+        "{:12} {:>8} {:>8} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "network", "evidence", "load", "cells", "plan", "ask 1", "ask 2", "whole 1", "whole 2", "batch"
+    );
+    for path in files {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&path).expect("a file that is there");
+        let read = || {
+            let (model, _) = bif::read(&Source::new(name.clone(), text.clone())).expect("a network");
+            Named::new(model, &[]).expect("tables")
+        };
+        let load = least(|| drop(read()));
+        let named = read();
+        let reference =
+            std::fs::read_to_string(folder.join(format!("reference/{name}.json"))).unwrap_or_default();
+        let reference: serde_json::Value = serde_json::from_str(&reference).unwrap_or_default();
+        let every = named.shown();
+        for case in reference["cases"].as_array().into_iter().flatten() {
+            let id = case["id"].as_str().unwrap_or_default();
+            if !["prior", "ev1"].contains(&id) {
+                continue;
+            }
+            let evidence = evidence(&named, case);
+            let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
+            let make = || Marginals::new(&named.network, &given, &[], &every).expect("room");
+            let plan = least(|| drop(make()));
+            let marginals = make();
+            let [ask_1, ask_2] = [0, 1].map(|pool| {
+                pools[pool].install(|| {
+                    let mut session = marginals.session();
+                    least(|| session.ask(&evidence).expect("possible evidence"))
+                })
+            });
+            let [whole_1, whole_2] = [0, 1].map(|pool| {
+                pools[pool].install(|| least(|| make().session().ask(&evidence).expect("possible evidence")))
+            });
+            let cells = marginals.cost().cells;
+            let batch = match cells < 2e5 {
+                true => {
+                    let cases = vec![evidence.clone(); 1000];
+                    let time =
+                        least(|| drop(answer_cases(&named.network, &cases, &every, || {}).expect("room")));
+                    format!("{:9.4}", time / 1000.0)
+                }
+                false => format!("{:>9}", "-"),
+            };
+            println!(
+                "{name:12} {id:>8} {load:8.2} {cells:9.2e} {plan:8.3} {ask_1:9.4} {ask_2:9.4} {whole_1:9.3} {whole_2:9.3} {batch}"
+            );
+        }
+    }
+}
