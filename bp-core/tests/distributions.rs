@@ -214,9 +214,15 @@ fn draws_have_the_distribution_that_they_are_drawn_from() {
     assert!((mean - 1.0).abs() < 0.03, "{mean}");
     assert_eq!(random.random::<u64>(), {
         let mut again = seeded(7, "draws");
-        (0..40_000).for_each(|_| { finite.draw(&mut again); });
-        (0..4000).for_each(|_| { tail.draw(&mut again); });
-        (0..40_000).for_each(|_| { two.draw(&mut again); });
+        (0..40_000).for_each(|_| {
+            finite.draw(&mut again);
+        });
+        (0..4000).for_each(|_| {
+            tail.draw(&mut again);
+        });
+        (0..40_000).for_each(|_| {
+            two.draw(&mut again);
+        });
         again.random::<u64>()
     });
 }

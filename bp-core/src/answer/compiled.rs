@@ -146,7 +146,10 @@ impl CompiledQuestion<'_> {
                 Compiled::Sampled(sampled) => sampled::answers(model, sampled, inputs, sampling)?,
                 Compiled::OverTime(ask) => {
                     let reason = "it is asked over time: give what was observed, an instant after the other";
-                    return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
+                    return Err(Error::Unplanned {
+                        question: model.ask_text(ask),
+                        reason: reason.to_owned(),
+                    });
                 }
                 Compiled::Exact { ln_evidence, lanes, outputs } => {
                     said.extend(self.run_exact(*ln_evidence, lanes, outputs, inputs)?);

@@ -59,7 +59,9 @@ impl Reader<'_> {
                     continue;
                 }
                 _ if !possible => continue,
-                Reduction::Maximum => self.largest(numbers, &wanted, None, context).into_iter().take(1).map(figure).collect(),
+                Reduction::Maximum => {
+                    self.largest(numbers, &wanted, None, context).into_iter().take(1).map(figure).collect()
+                }
                 Reduction::Argmax { .. } => {
                     self.largest(numbers, &wanted, field, context).into_iter().map(figure).collect()
                 }
@@ -141,7 +143,13 @@ impl Reader<'_> {
     }
 
     /// Where the numbers of a context are largest.
-    fn largest(&self, numbers: &[f64], wanted: &[usize], field: Option<&[f64]>, context: usize) -> Vec<usize> {
+    fn largest(
+        &self,
+        numbers: &[f64],
+        wanted: &[usize],
+        field: Option<&[f64]>,
+        context: usize,
+    ) -> Vec<usize> {
         let scores: Vec<f64> = wanted.iter().map(|at| numbers[*at]).collect();
         let near = |field: &[f64]| -> Vec<f64> {
             let start = if field.len() == numbers.len() { 0 } else { context * numbers.len() };

@@ -60,7 +60,8 @@ impl Table {
         }
         let rest = next..extents.len();
         axes.extend(on_plate.or(model.plate_index()).map(|id| (id, rest)));
-        let (mut left, right): (Vec<_>, Vec<_>) = axes.into_iter().partition(|(id, _)| searched(*id).is_some());
+        let (mut left, right): (Vec<_>, Vec<_>) =
+            axes.into_iter().partition(|(id, _)| searched(*id).is_some());
         // Asks that share a joint may name its variables in another order.
         left.sort_by_key(|(id, _)| searched(*id));
         let order: Vec<usize> = right.iter().chain(&left).flat_map(|(_, axes)| axes.clone()).collect();

@@ -114,7 +114,9 @@ impl Evaluation<'_> {
                     row * setting.count(use_.variable) + self.scope.value(use_).max(0.0) as usize
                 });
                 let row = numbers.chunks_exact(count.max(1)).nth(row);
-                Distribution::Finite(row.ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?.to_vec())
+                Distribution::Finite(
+                    row.ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?.to_vec(),
+                )
             }
             Form::Law { law, arguments } => {
                 let parameters = self.parameters(*law, arguments)?;

@@ -10,5 +10,5 @@ mod lexer;
 mod network;
 mod warning;
 
-pub use csv::{Table, read_table};
+pub use csv::{MISSING, Table, read_table};
 pub use warning::Warning;

@@ -5,10 +5,8 @@
 
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
+use crate::io::MISSING;
 use crate::model::{Domain, Model};
-
-/// What is written where nothing was seen, besides an empty cell.
-const MISSING: [&str; 2] = ["NA", "?"];
 
 /// What each variable was: the number that the value is in an expression, or nothing where it is missing. A real in bins
 /// may keep the number that was read.

@@ -27,8 +27,8 @@ pub use cost::{Cost, Elimination};
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 pub use over_time::{By, OverTime};
-pub use sampled::{Sampled, Treatment};
 pub use parts::parts;
+pub use sampled::{Sampled, Treatment};
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};

@@ -196,10 +196,8 @@ impl OverTime {
             Reduction::Sequence => Some((
                 "most likely sequence",
                 "sums become maxima",
-                notation.said(
-                    "δₜ = max P(X zₜ | X⁻¹) δₜ₋₁",
-                    "\\delta_t = \\max P(X z_t | X^{-1}) \\delta_{t-1}",
-                ),
+                notation
+                    .said("δₜ = max P(X zₜ | X⁻¹) δₜ₋₁", "\\delta_t = \\max P(X z_t | X^{-1}) \\delta_{t-1}"),
             )),
             Reduction::Predict(_) => Some((
                 "prediction",

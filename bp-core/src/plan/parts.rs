@@ -97,13 +97,16 @@ pub(super) fn read_out(
     let p = notation.label("p");
     let vector = match names {
         [one] => one.clone(),
-        several => notation.group(&several.join(notation.choose(", ", ", ", "<mo separator=\"true\">,</mo>"))),
+        several => {
+            notation.group(&several.join(notation.choose(", ", ", ", "<mo separator=\"true\">,</mo>")))
+        }
     };
     let sum = notation.sum(names);
     let with = [notation.relation(&p, "=", distribution)];
     Some(match ask.reduction {
         Reduction::Best(count) => {
-            let many = notation.said(&format!("the {count} largest of "), &format!("\\text{{the {count} largest of }}"));
+            let many = notation
+                .said(&format!("the {count} largest of "), &format!("\\text{{the {count} largest of }}"));
             ("best", format!("{many}{distribution}"))
         }
         Reduction::Draw(count) => {

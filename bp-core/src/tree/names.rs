@@ -6,9 +6,9 @@
 use super::evidence::Evidence;
 use super::network::Network;
 use crate::error::Error;
+use crate::guess;
 use crate::ids::{Id, VariableId};
 use crate::model::Model;
-use crate::guess;
 use std::collections::HashMap;
 
 /// A model's finite variables, by name and by number.

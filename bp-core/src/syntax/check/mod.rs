@@ -23,10 +23,10 @@ mod unknown;
 use super::ast::{self, File, Name, Program, SectionKind};
 use super::parse;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::guess as names;
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
 use crate::model::{Model, ModelBuilder, Question};
 use crate::source::{Source, Span};
-use crate::guess as names;
 use std::collections::{HashMap, HashSet};
 
 /// Checks the programs of a file, and gives the meaning of each. A program may ask questions of those before it.
