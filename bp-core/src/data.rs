@@ -9,6 +9,9 @@ use crate::error::Error;
 use std::io::{Error as Wrong, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+/// What is written where nothing was seen, besides an empty cell.
+pub const MISSING: [&str; 2] = ["NA", "?"];
+
 /// A table of words.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Table {

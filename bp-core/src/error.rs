@@ -38,6 +38,16 @@ pub enum Error {
         /// What was expected.
         message: String,
     },
+    /// A case that has no answer.
+    #[error("`{}`, row {row}: {error}", path.display())]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// The row in it.
+        row: usize,
+        /// Why.
+        error: Box<Error>,
+    },
     /// Evidence of probability zero.
     #[error("the evidence of `{0}` has probability zero: the program says that this cannot be observed")]
     Impossible(String),

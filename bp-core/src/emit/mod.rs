@@ -15,7 +15,7 @@ mod write;
 
 use crate::error::Error;
 use crate::lower::lower;
-use crate::model::{Model, Question};
+use crate::model::{Ask, Model, Question, Reduction};
 use crate::plan::{self, Options, Route};
 use crate::source::Source;
 use names::Taken;
@@ -59,6 +59,18 @@ pub fn emit_rust(model: &Model, source: &Source) -> Result<String, Vec<(String, 
 
 fn emit_question(model: &Model, asked: &Question, modules: &mut Taken, text: &mut Text) -> Result<(), Error> {
     let plan = plan::plan(model, asked, Options::default())?;
+    let made_by_the_host = |ask: &&Ask| {
+        let emitted = matches!(
+            ask.reduction,
+            Reduction::Probability | Reduction::Maximum | Reduction::Argmax { .. } | Reduction::Entropy
+        );
+        !(emitted || ask.reduction.is_over_time()) || plan::parts(model, ask) != [(*ask).clone()]
+    };
+    if let Some(ask) = asked.asks.iter().find(made_by_the_host) {
+        let reason = "emitted code answers `P(…)`, `max`, `argmax` and `entropy` of what is known without `soft`; \
+            `answer::ask` answers this one";
+        return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
+    }
     for (number, route) in plan.routes.iter().enumerate() {
         let mut name = names::snake(&asked.name);
         if number > 0 {

@@ -3,12 +3,10 @@
 //! In: numbers, or values by their names. Out: a [`Case`]. Invariant: every number in it is one that its variable's domain
 //! has; what is not said is missing.
 
+use crate::data::MISSING;
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::{Domain, Model};
-
-/// What is written where nothing was seen, besides an empty cell.
-const MISSING: [&str; 2] = ["NA", "?"];
 
 /// What each variable was: the number that the value is in an expression, or nothing where it is missing. A real in bins
 /// may keep the number that was read.

@@ -5,17 +5,16 @@
 
 use crate::failure::Failure;
 use crate::settings::{Meaning, Settings};
-use crate::{program, table};
-use bp_core::answer::{self, Answer};
+use crate::{cases, program, table};
+use bp_core::answer::{Answer, CompiledQuestion, Table, ask_over_time, compile, read_instants};
 use bp_core::data::read_table;
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::Role;
-use bp_core::lower::lower;
-use bp_core::model::{Evidence, Form, Model, Question, Reduction, Value};
-use bp_core::plan::Route;
+use bp_core::model::{Evidence, Form, Known, Model, Question, Reduction, Value};
 use bp_core::sample::Sampling;
-use std::collections::BTreeMap;
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -30,30 +29,42 @@ Examples:
   bp ask umbrella.bp 'smooth P(Rain | Umbrella)' --data days.csv
   bp ask line_of_sight.bp 'P(Z = z | O C)' \\
       --set N=10 --set Rays=1 --set sigma=0.6 --set z=3
+  bp ask wet_grass.bp 'draw(10) P(Rain | Wet)' --set Wet=true --seed 7
+  bp ask wet_grass.bp rain --table             the whole conditional table
+  bp ask wet_grass.bp rain --data lawns.csv    an answer for each row
 
 What can be set: parameters (a number, or several with commas between them), the
-sizes of sets, and the values that a question leaves open, by their names: labels,
-true and false, integers, reals. A set that is a grid takes up to three extents
-(`--set Grid=4,3,8`), a set of displacements on it takes `--set V=0,1` or
-`--set V=0:0:0,1:0:-1`.")]
+sizes of sets, and the values that a question leaves open, by the names that it
+gives them or by those of their variables: labels, true and false, integers, reals.
+A set that is a grid takes up to three extents (`--set Grid=4,3,8`), a set of
+displacements on it takes `--set V=0,1` or `--set V=0:0:0,1:0:-1`.
+
+--table writes one number on each line: those of a context together, the searched
+variables fastest; contexts in the order of the known variables, the last one
+fastest. An impossible context is all zeros.
+
+--data reads a table with commas. Its first row names the columns; a row gives the
+variables that the question leaves open. An empty cell, `NA` and `?` are not known.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
-    /// `P(…)`, `argmax P(…)`, `max P(…)`, `entropy P(…)`, or the name of a declared question.
+    /// `P(…)`, or what is made of it: `argmax P(…)`, `best(5) P(…)`, `entropy P(…)`; or the name of a declared question.
     question: Option<String>,
     /// A parameter, a size, or a value that the question leaves open.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     settings: Vec<String>,
-    /// What was observed, for a question over time: a CSV file, a row for each
-    /// instant; an empty cell was not observed.
-    #[arg(long, value_name = "FILE")]
-    data: Option<PathBuf>,
     /// How many draws, where the answer must be estimated.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
     particles: usize,
     /// Where random numbers begin: the same seed gives the same answer.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
     seed: u64,
+    /// Ask for each row of a table of cases (CSV); of a question over time the rows are instants.
+    #[arg(long, value_name = "FILE", conflicts_with = "table")]
+    data: Option<PathBuf>,
+    /// Write the whole conditional table, as numbers alone.
+    #[arg(long, requires = "question", conflicts_with = "all")]
+    table: bool,
     /// Write the answer as JSON.
     #[arg(long)]
     json: bool,
@@ -76,55 +87,145 @@ fn setting(text: &str) -> Result<String, String> {
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let model = program::linked(&arguments.file)?;
-    let questions = program::questions(&model, arguments.question.as_deref())?;
-    let settings = Settings::read(&model, &arguments.settings, &names(&model, &questions)?)?;
-    let inputs = settings.inputs();
+    let asked = program::questions(&model, arguments.question.as_deref())?;
+    let questions: Vec<Question> =
+        asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
+    let compiled: Vec<CompiledQuestion<'_>> =
+        questions.iter().map(|question| compile(&model, question)).collect::<Result<_, _>>()?;
+    let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?;
     let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
+    let over_time = |question: &Question| question.asks.iter().any(|ask| ask.reduction.is_over_time());
+    if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
+        let file = std::fs::File::open(path).map_err(|error| Error::file(path, error))?;
+        let table = read_table(path, file)?;
+        let mut answers: Vec<Answer> = Vec::new();
+        for question in &questions {
+            let instants = read_instants(&model, question, &table)?;
+            answers.extend(ask_over_time(&model, question, &instants, &settings.inputs(), sampling)?);
+        }
+        return match arguments.json {
+            true => write_json(&one_or_several(&answers), out),
+            false => write_answers(&answers, arguments.all, out),
+        };
+    }
+    if let Some(path) = &arguments.data {
+        let cases = cases::answers(&model, &questions, path, &settings, sampling)?;
+        return write_cases(&cases, arguments, out);
+    }
+    let inputs = settings.inputs();
+    if arguments.table {
+        let mut tables: Vec<Table> = Vec::new();
+        for question in &compiled {
+            tables.extend(question.tables(&inputs)?);
+        }
+        return write_tables(&tables, arguments.json, out);
+    }
     let mut answers: Vec<Answer> = Vec::new();
-    for question in &questions {
-        let over_time = question.asks.iter().any(|ask| ask.reduction.is_over_time());
-        answers.extend(match &arguments.data {
-            Some(path) if over_time => {
-                let file = std::fs::File::open(path).map_err(|error| Error::file(path, error))?;
-                let instants = answer::read_instants(&model, question, &read_table(path, file)?)?;
-                answer::ask_over_time(&model, question, &instants, &inputs, sampling)?
-            }
-            _ => answer::ask_with(&model, question, &inputs, sampling)?,
-        });
+    for question in &compiled {
+        answers.extend(question.ask_with(&inputs, sampling)?);
     }
     if arguments.json {
-        let written = match answers.as_slice() {
-            [one] => serde_json::to_writer(&mut *out, one),
-            several => serde_json::to_writer(&mut *out, several),
-        };
-        written.map_err(std::io::Error::from)?;
-        writeln!(out)?;
-        return Ok(());
+        return write_json(&one_or_several(&answers), out);
     }
+    write_answers(&answers, arguments.all, out)
+}
+
+/// The question where what is set under the name of an open variable is known.
+fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
+    let open = cases::open(question).into_iter();
+    let is_set = |id: &VariableId| {
+        let name = model.variable_name(*id);
+        settings.iter().filter_map(|text| text.split_once('=')).any(|(known, _)| known.trim() == name)
+    };
+    cases::filled(model, question, &open.filter(is_set).collect(), &BTreeSet::new())
+}
+
+/// One thing is written as itself, several as a list.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum OneOrSeveral<'t, T> {
+    One(&'t T),
+    Several(&'t [T]),
+}
+
+fn one_or_several<T>(all: &[T]) -> OneOrSeveral<'_, T> {
+    match all {
+        [one] => OneOrSeveral::One(one),
+        several => OneOrSeveral::Several(several),
+    }
+}
+
+fn write_json(value: &impl Serialize, out: &mut impl Write) -> Result<(), Failure> {
+    serde_json::to_writer(&mut *out, value).map_err(std::io::Error::from)?;
+    Ok(writeln!(out)?)
+}
+
+fn write_answers(answers: &[Answer], all: bool, out: &mut impl Write) -> Result<(), Failure> {
     for (position, answer) in answers.iter().enumerate() {
         if position > 0 {
             writeln!(out)?;
         }
-        table::write(answer, arguments.all, out)?;
+        table::write(answer, all, out)?;
+    }
+    Ok(())
+}
+
+fn write_tables(tables: &[Table], json: bool, out: &mut impl Write) -> Result<(), Failure> {
+    if json {
+        return write_json(&one_or_several(tables), out);
+    }
+    for (position, table) in tables.iter().enumerate() {
+        if position > 0 {
+            writeln!(out)?;
+        }
+        for number in &table.numbers {
+            writeln!(out, "{number}")?;
+        }
+    }
+    Ok(())
+}
+
+/// The answers of each row, by its place in the file.
+fn write_cases(
+    cases: &[(usize, Vec<Answer>)],
+    arguments: &Arguments,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    if arguments.json {
+        #[derive(Serialize)]
+        struct Cases<'t> {
+            cases: Vec<OneOrSeveral<'t, Answer>>,
+        }
+        return write_json(
+            &Cases { cases: cases.iter().map(|(_, told)| one_or_several(told)).collect() },
+            out,
+        );
+    }
+    for (position, (row, answers)) in cases.iter().enumerate() {
+        let blank = if position > 0 { "\n" } else { "" };
+        writeln!(out, "{blank}row {row}")?;
+        write_answers(answers, arguments.all, out)?;
     }
     Ok(())
 }
 
 /// Every name that can be set, and what it stands for.
-fn names(model: &Model, questions: &[Question]) -> Result<BTreeMap<String, Meaning>, Failure> {
+fn names(model: &Model, questions: &[CompiledQuestion<'_>]) -> Result<BTreeMap<String, Meaning>, Failure> {
     let mut names = BTreeMap::new();
     for question in questions {
-        for route in answer::plan_for_answer(model, question)?.routes {
-            let Route::Exact(exact) = route else { continue };
-            let kernel = lower(model, &exact, &question.name)?.kernel;
+        for kernel in question.kernels() {
             let inputs = kernel.buffers.values().filter(|buffer| matches!(buffer.role, Role::Input { .. }));
             // `Grid.wraps` comes with the grid.
             let own = inputs.filter(|buffer| !buffer.name.ends_with(".wraps"));
             names.extend(own.map(|buffer| (buffer.name.clone(), Meaning::Field)));
         }
-        for ask in &question.asks {
+        for ask in &question.question().asks {
+            let others: &[Known] = match &ask.reduction {
+                Reduction::Divergence { from } => from,
+                _ => &[],
+            };
             let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
-            let known = ask.known.iter().filter_map(|known| match &known.evidence {
+            let known = ask.known.iter().chain(others).filter_map(|known| match &known.evidence {
                 Evidence::Hard(value) => Some((known.variable, value.clone())),
                 Evidence::Each => given_when_asked(model, known.variable),
                 Evidence::Virtual(_) | Evidence::Soft(_) => None,

@@ -5,6 +5,7 @@
 //! ends the command quietly.
 
 mod ask;
+mod cases;
 mod check;
 mod completions;
 mod convert;

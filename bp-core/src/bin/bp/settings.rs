@@ -116,8 +116,19 @@ impl Settings {
         Ok(())
     }
 
+    /// Whether something was set under a name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.arrays.contains_key(name)
+    }
+
     /// A value of a variable by its name: the ordinal that a kernel reads, or a real.
-    fn value(&self, model: &Model, variable: VariableId, name: &str, text: &str) -> Result<f64, Error> {
+    pub(crate) fn value(
+        &self,
+        model: &Model,
+        variable: VariableId,
+        name: &str,
+        text: &str,
+    ) -> Result<f64, Error> {
         let domain = &model.variables[variable].domain;
         if !domain.is_finite() {
             return number(name, text);
