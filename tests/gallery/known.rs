@@ -15,14 +15,11 @@ pub(crate) struct Known {
     pub(crate) share: f64,
 }
 
-/// Questions that wait for learning, draws and moments: `bp learn`, `draw`, `expectation`, soft evidence.
+/// Questions about what is `unknown`: they have an answer once it is learned.
 pub(crate) const PENDING: &[(&str, &[&str])] = &[
-    ("boat_soft", &["told"]),
     ("coin_learning", &["next"]),
-    ("dice", &["throw", "mean"]),
     ("em_behaviour", &["choice"]),
     ("khepera_avoiding", &["turn", "act"]),
-    ("khepera_driver", &["triple"]),
     ("khepera_following", &["turn", "act"]),
     ("khepera_pushing", &["turn", "act"]),
     ("mixture_learning", &["kind"]),
