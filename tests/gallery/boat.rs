@@ -8,7 +8,6 @@ use crate::{answers, near, probabilities, program};
 use bp_core::answer::Figure;
 
 const LANDMARKS: [[f64; 2]; 3] = [[-50.0, -50.0], [-50.0, 0.0], [0.0, -50.0]];
-const HOME: &str = "B1 = 225, B2 = 180, B3 = 270";
 const BEARINGS: [usize; 3] = [225, 180, 270];
 
 fn distance(landmark: usize, x: f64, y: f64) -> f64 {

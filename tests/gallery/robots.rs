@@ -106,7 +106,7 @@ fn eight_poor_sensors_give_one_sharp_peak() {
     let facing = [-90.0, -45.0, -10.0, 10.0, 45.0, 90.0, 170.0, -170.0];
     let reading = [500.0, 500.0, 310.0, 180.0, 20.0, 170.0, 500.0, 500.0];
     let mean = |sensor: usize, theta: f64, distance: f64| {
-        let seen = (theta - facing[sensor] as f64).to_radians().cos().max(0.0);
+        let seen = (theta - facing[sensor]).to_radians().cos().max(0.0);
         500.0 * (1.0 - seen * (1.0 - distance / 40.0))
     };
     let with = |sensors: std::ops::Range<usize>| {

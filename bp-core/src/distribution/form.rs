@@ -250,8 +250,8 @@ fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<f64> {
         return probabilities;
     }
     probabilities[0] = 1.0 - below(count);
-    for bin in 1..=count {
-        probabilities[bin] = below(bin) - if bin == 1 { 0.0 } else { below(bin - 1) };
+    for (bin, probability) in probabilities.iter_mut().enumerate().skip(1) {
+        *probability = below(bin) - if bin == 1 { 0.0 } else { below(bin - 1) };
     }
     probabilities
 }

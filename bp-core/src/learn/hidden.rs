@@ -30,6 +30,12 @@ use std::collections::BTreeMap;
 /// The most values that the hidden part of one family may have.
 const MOST_VALUES: usize = 1 << 16;
 
+/// The families of a case that say something, each with its ask, and the pattern to ask.
+type Described = (Vec<(FactorId, usize)>, Option<usize>);
+
+/// What was learned, from what, and how the iteration went.
+type Maximised = (Vec<Outcome>, Vec<Statistic>, Option<Expectation>);
+
 /// What is asked of all cases that miss the same variables.
 struct Pattern {
     exact: Exact,
@@ -69,7 +75,7 @@ impl Incomplete {
         statistics: &mut Vec<Statistic>,
     ) -> Result<Self, Error> {
         let mut incomplete = Self { patterns: Vec::new(), asked: Vec::new() };
-        let mut patterns: BTreeMap<Vec<bool>, (Vec<(FactorId, usize)>, Option<usize>)> = BTreeMap::new();
+        let mut patterns: BTreeMap<Vec<bool>, Described> = BTreeMap::new();
         for (key, weight) in cases {
             let case = Case::from_key(key);
             let shape: Vec<bool> = key.iter().map(Option::is_some).collect();
@@ -131,11 +137,7 @@ impl Incomplete {
 
     /// For cases that miss these variables: the families that say something, each with the ask that tells its hidden
     /// part (none: `usize::MAX`), and the pattern to ask, if any.
-    fn pattern(
-        &mut self,
-        learnable: &Learnable,
-        case: &Case,
-    ) -> Result<(Vec<(FactorId, usize)>, Option<usize>), Error> {
+    fn pattern(&mut self, learnable: &Learnable, case: &Case) -> Result<Described, Error> {
         let model = &learnable.model;
         let (mut families, mut asks): (Vec<(FactorId, usize)>, Vec<Vec<VariableId>>) = Default::default();
         for factor in &learnable.factors {
@@ -335,7 +337,7 @@ pub(super) fn maximise(
     keep: &[bool],
     settings: &Settings,
     progress: &mut dyn FnMut(usize, f64),
-) -> Result<(Vec<Outcome>, Vec<Statistic>, Option<Expectation>), Error> {
+) -> Result<Maximised, Error> {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(settings.seed);
     let mut statistics = complete.to_vec();
     grow(learnable, &mut statistics);

@@ -19,7 +19,7 @@ impl Filter {
     /// # Errors
     /// An observation that is not finite, or that follows from the others.
     pub fn filtered(&mut self, instants: &[Vec<(&str, f64)>]) -> Result<Vec<Belief>, Error> {
-        instants.iter().map(|observed| Ok(self.advance(observed).map(|joint| self.belief(&joint))?)).collect()
+        instants.iter().map(|observed| self.advance(observed).map(|joint| self.belief(&joint))).collect()
     }
 
     /// The belief some instants from now, of which nothing is observed. The filter itself stays.

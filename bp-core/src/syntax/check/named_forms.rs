@@ -279,7 +279,7 @@ impl Checker<'_> {
 
     /// Weights and forms, by turns.
     fn mixture(&mut self, span: Span, given: &[Expr], target: &Target, scope: &mut Scope) -> Option<Form> {
-        if given.is_empty() || given.len() % 2 != 0 {
+        if given.is_empty() || !given.len().is_multiple_of(2) {
             let message =
                 format!("`mixture` takes weights and forms by turns, found {} arguments", given.len());
             self.complain_and_help(span, message, "write `mixture(0.3, normal(0, 1), 0.7, normal(5, 2))`");

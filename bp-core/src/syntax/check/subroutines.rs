@@ -72,7 +72,7 @@ impl Checker<'_> {
     ) -> Option<Form> {
         let program = self.earlier[found].clone();
         let path = format!("{}.{question}", program.name);
-        let Some(ask) = self.one_ask(&program, question) else { return None };
+        let ask = self.one_ask(&program, question)?;
         let [searched] = ask.searched.as_slice() else {
             let message = format!("`{path}` searches several variables; a form distributes one");
             self.complain(question.span(), message);
