@@ -122,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     let mut answers: Vec<Answer> = Vec::new();
     for question in &compiled {
-        answers.extend(question.ask_with(&inputs, sampling)?);
+        answers.extend(cases::ask(&model, question, &inputs, sampling)?);
     }
     if arguments.json {
         return write_json(&one_or_several(&answers), out);

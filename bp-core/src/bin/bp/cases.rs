@@ -9,6 +9,7 @@ use crate::settings::Settings;
 use bp_core::answer::{Answer, CompiledQuestion, compile};
 use bp_core::data::{MISSING, Table, read_table};
 use bp_core::error::Error;
+use bp_core::exec::Inputs;
 use bp_core::ids::VariableId;
 use bp_core::model::{Evidence, Known, Model, Question, Reduction, Value};
 use bp_core::sample::Sampling;
@@ -19,21 +20,11 @@ use std::path::Path;
 /// The variables whose values a question leaves open.
 pub(crate) fn open(question: &Question) -> BTreeSet<VariableId> {
     let mut open = BTreeSet::new();
-    for ask in &question.asks {
-        let others: &[Known] = match &ask.reduction {
-            Reduction::Divergence { from } => from,
-            _ => &[],
-        };
-        let known = ask.known.iter().chain(others).filter(|known| is_open(known));
-        open.extend(known.map(|known| known.variable));
-        let given = ask.searched.iter().filter(|item| matches!(item.at, Some(Value::Given(_))));
-        open.extend(given.map(|item| item.variable));
-    }
+    each_open(&mut question.clone(), &mut |id, _| {
+        open.insert(id);
+        Filled::Not
+    });
     open
-}
-
-fn is_open(known: &Known) -> bool {
-    matches!(known.evidence, Evidence::Each | Evidence::Hard(Value::Given(_)))
 }
 
 /// The question where some of its open variables are given under their own names, and some are not known after all.
@@ -43,28 +34,86 @@ pub(crate) fn filled(
     given: &BTreeSet<VariableId>,
     missing: &BTreeSet<VariableId>,
 ) -> Question {
-    let value = |id: VariableId| Value::Given(model.variable_name(id));
-    let fill = |known: &mut Vec<Known>| {
-        known.retain(|known| !(is_open(known) && missing.contains(&known.variable)));
-        for known in known.iter_mut().filter(|known| is_open(known) && given.contains(&known.variable)) {
-            known.evidence = Evidence::Hard(value(known.variable));
-        }
-    };
     let mut question = question.clone();
-    for ask in &mut question.asks {
-        fill(&mut ask.known);
-        if let Reduction::Divergence { from } = &mut ask.reduction {
-            fill(from);
-        }
-        for item in ask.searched.iter_mut().filter(|item| matches!(item.at, Some(Value::Given(_)))) {
-            if missing.contains(&item.variable) {
-                item.at = None;
-            } else if given.contains(&item.variable) {
-                item.at = Some(value(item.variable));
+    each_open(&mut question, &mut |id, _| match (missing.contains(&id), given.contains(&id)) {
+        (true, _) => Filled::Missing,
+        (_, true) => Filled::With(Value::Given(model.variable_name(id))),
+        _ => Filled::Not,
+    });
+    question
+}
+
+/// Asks a question whose open variables may be given under their own names; the answers say which values were.
+pub(crate) fn ask(
+    model: &Model,
+    question: &CompiledQuestion<'_>,
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    let mut said = question.question().clone();
+    each_open(&mut said, &mut |id, value| {
+        let name = model.variable_name(id);
+        match (value, inputs.find(&name)) {
+            (Some(Value::Given(given)), Some([number])) if *given == name => {
+                Filled::With(match model.variables[id].domain.is_finite() {
+                    true => Value::Ordinal(*number as usize),
+                    false => Value::Real(*number),
+                })
             }
+            _ => Filled::Not,
+        }
+    });
+    let texts: Vec<String> = said.asks.iter().map(|ask| model.ask_text(ask)).collect();
+    let mut answers = question.ask_with(inputs, sampling).map_err(|error| match error {
+        Error::Impossible(asked) => {
+            let at = question.question().asks.iter().position(|ask| model.ask_text(ask) == asked);
+            Error::Impossible(at.map_or(asked, |at| texts[at].clone()))
+        }
+        other => other,
+    })?;
+    for (answer, text) in answers.iter_mut().zip(texts) {
+        answer.question = text;
+    }
+    Ok(answers)
+}
+
+/// What becomes of an open variable.
+enum Filled {
+    Not,
+    With(Value),
+    Missing,
+}
+
+/// Visits each open variable, with the value that the question names, and fills it.
+fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&Value>) -> Filled) {
+    let mut visit = |known: &mut Vec<Known>| {
+        known.retain_mut(|known| {
+            let filled = match &known.evidence {
+                Evidence::Each => fill(known.variable, None),
+                Evidence::Hard(value @ Value::Given(_)) => fill(known.variable, Some(value)),
+                _ => Filled::Not,
+            };
+            if let Filled::With(value) = filled {
+                known.evidence = Evidence::Hard(value);
+                return true;
+            }
+            matches!(filled, Filled::Not)
+        });
+    };
+    for ask in &mut question.asks {
+        visit(&mut ask.known);
+        if let Reduction::Divergence { from } = &mut ask.reduction {
+            visit(from);
         }
     }
-    question
+    for item in question.asks.iter_mut().flat_map(|ask| &mut ask.searched) {
+        let Some(value @ Value::Given(_)) = &item.at else { continue };
+        match fill(item.variable, Some(value)) {
+            Filled::Not => {}
+            Filled::With(value) => item.at = Some(value),
+            Filled::Missing => item.at = None,
+        }
+    }
 }
 
 /// Answers the questions for each row of a file.
@@ -113,7 +162,7 @@ pub(crate) fn answers(
         let seed = sampling.seed.wrapping_add((row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut told = Vec::new();
         for question in &compiled[&missing] {
-            told.extend(question.ask_with(&inputs, Sampling { seed, ..sampling }).map_err(in_row)?);
+            told.extend(ask(model, question, &inputs, Sampling { seed, ..sampling }).map_err(in_row)?);
         }
         answers.push((table.line(row), told));
     }
