@@ -7,14 +7,14 @@ use crate::failure::Failure;
 use crate::settings::{Meaning, Settings};
 use crate::{program, table};
 use bp_core::answer::{self, Answer};
+use bp_core::data::read_table;
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
-use bp_core::data::read_table;
 use bp_core::kernel::Role;
 use bp_core::lower::lower;
 use bp_core::model::{Evidence, Form, Model, Question, Reduction, Value};
 use bp_core::plan::Route;
-use bp_core::sample::Sampling;
+use bp_core::sample::{Method, Sampling};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -51,6 +51,9 @@ pub(crate) struct Arguments {
     /// How many draws, where the answer must be estimated.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
     particles: usize,
+    /// By what draws: `weighting`, or `gibbs` where the evidence is unlikely a priori.
+    #[arg(long, value_name = "METHOD", default_value = "weighting", value_parser = method)]
+    method: Method,
     /// Where random numbers begin: the same seed gives the same answer.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
     seed: u64,
@@ -67,6 +70,14 @@ fn particles(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "expected a number of draws, from 1 to 100000000".to_owned())
 }
 
+fn method(text: &str) -> Result<Method, String> {
+    match text {
+        "weighting" => Ok(Method::Weighting),
+        "gibbs" => Ok(Method::Gibbs),
+        _ => Err("expected `weighting` or `gibbs`".to_owned()),
+    }
+}
+
 fn setting(text: &str) -> Result<String, String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => Ok(text.to_owned()),
@@ -79,7 +90,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions = program::questions(&model, arguments.question.as_deref())?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &questions)?)?;
     let inputs = settings.inputs();
-    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
+    let sampling =
+        Sampling { particles: arguments.particles, seed: arguments.seed, method: arguments.method };
     let mut answers: Vec<Answer> = Vec::new();
     for question in &questions {
         let over_time = question.asks.iter().any(|ask| ask.reduction.is_over_time());
