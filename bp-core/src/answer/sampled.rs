@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Evidence, Model, Reduction, Value};
 use crate::plan::Sampled;
-use crate::sample::{Draws, Moments, Observations, Sampling, weigh};
+use crate::sample::{Draws, MOST_R_HAT, Method, Moments, Observations, Sampling, gibbs, weigh};
 
 /// Effective draws below which an answer is said to be rough.
 pub(super) const FEW: f64 = 200.0;
@@ -34,7 +34,11 @@ pub(super) fn answers(
         .collect();
     kept.sort_unstable();
     kept.dedup();
-    let draws = weigh(&setting, &route.steps, &observations, &kept, sampling)?;
+    let by = match sampling.method {
+        Method::Weighting => weigh,
+        Method::Gibbs => gibbs,
+    };
+    let draws = by(&setting, &route.steps, &observations, &kept, sampling)?;
     if draws.is_impossible() {
         return Err(Error::Impossible(model.ask_text(ask)));
     }
@@ -58,7 +62,7 @@ pub(super) fn answer(
     sampling: Sampling,
     known: bool,
 ) -> Result<Answer, Error> {
-    let ln_evidence = Some(draws.ln_evidence()).filter(|_| known);
+    let ln_evidence = draws.ln_evidence().filter(|_| known);
     Ok(Answer {
         question: setting.model.ask_text(ask),
         ln_evidence: ln_evidence.map(|[ln, _]| ln),
@@ -69,12 +73,21 @@ pub(super) fn answer(
 
 fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -> Estimate {
     let effective = draws.effective();
-    let warning = (effective < FEW).then(|| {
-        format!(
+    let warning = match draws.r_hat() {
+        Some(r_hat) if r_hat > MOST_R_HAT => Some(format!(
+            "the chains do not tell the same (R-hat {r_hat:.2} > {MOST_R_HAT}): they have not been everywhere; \
+             take more (--particles), or `--method weighting`"
+        )),
+        Some(_) if effective < FEW => Some(format!(
+            "the draws say no more than {effective:.0} independent ones would: the chains move slowly; take more \
+             (--particles)"
+        )),
+        None if effective < FEW => Some(format!(
             "the draws say no more than {effective:.0} of the answer itself would: the evidence is unlikely \
              a priori; take more (--particles)"
-        )
-    });
+        )),
+        _ => None,
+    };
     Estimate { particles: draws.count(), effective, seed: sampling.seed, ln_evidence_error, warning }
 }
 

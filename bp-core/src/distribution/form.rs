@@ -8,7 +8,7 @@ use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::Law;
+use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Form};
 use crate::operators::normal_cumulative;
 
@@ -125,6 +125,7 @@ impl Evaluation<'_> {
                     false => Distribution::Law(*law, parameters),
                 }
             }
+            Form::Dirichlet(parameters) => self.share(parameters)?,
             Form::Mixture(parts) => self.mixture(parts, domain)?,
             Form::Truncated { form, low, high } => {
                 let bounds = [self.scope.number(*low), self.scope.number(*high)];
@@ -194,6 +195,22 @@ impl Evaluation<'_> {
                 return Err(self.unplanned(format!("`{head}` is what another program or another cell says")));
             }
         })
+    }
+
+    /// The law of a component of a vector of proportions, given those before it.
+    fn share(&self, parameters: &[ExpressionId]) -> Result<Distribution, Error> {
+        let (parameters, slot) = (self.numbers(parameters), self.instance.left[0]);
+        let before = &self.scope.values[slot - self.instance.component..slot];
+        match Dirichlet::new(parameters.clone()) {
+            Ok(law) => Ok(Distribution::Share(law.share(before))),
+            Err(position) => {
+                let (number, found) = (position + 1, parameters[position]);
+                let message = format!(
+                    "parameter {number} of its `dirichlet` is {found}, but it must be greater than 0"
+                );
+                Err(Error::input(self.scope.setting.slot_name(slot), message))
+            }
+        }
     }
 
     fn mixture(&self, parts: &[(ExpressionId, Form)], domain: &Domain) -> Result<Distribution, Error> {

@@ -10,11 +10,12 @@
 mod form;
 mod law;
 mod number;
+mod reads;
 mod setting;
 
 pub use setting::{Instance, Setting};
 
-use crate::law::Law;
+use crate::law::{Law, Share};
 use rand::Rng;
 use rand::RngExt;
 
@@ -39,6 +40,8 @@ pub enum Distribution {
     },
     /// One real, for sure.
     Point(f64),
+    /// One of several proportions, given those before it.
+    Share(Share),
     /// Several, by chance.
     Mixture(Vec<(f64, Distribution)>),
 }
@@ -68,6 +71,7 @@ impl Distribution {
                     f64::NEG_INFINITY
                 }
             }
+            Distribution::Share(share) => share.ln_density(value),
             Distribution::Mixture(parts) => {
                 let terms: Vec<f64> =
                     parts.iter().map(|(weight, part)| weight.ln() + part.ln_density(value)).collect();
@@ -98,6 +102,7 @@ impl Distribution {
                 Some(law::inverse(*law, parameters, *bounds, by.random::<f64>() * mass))
             }
             Distribution::Point(point) => Some(*point),
+            Distribution::Share(share) => Some(share.draw(by)),
             Distribution::Mixture(parts) => {
                 let weights: Vec<f64> = parts.iter().map(|(weight, _)| *weight).collect();
                 let total: f64 = weights.iter().sum();

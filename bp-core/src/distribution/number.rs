@@ -158,6 +158,12 @@ impl Scope<'_> {
             ("vector", parts) => {
                 parts.get(self.component).map_or(f64::NAN, |part| self.with_component(0).number(*part))
             }
+            ("component", [vector, index]) => {
+                let (index, length) =
+                    (self.with_component(0).number(*index), vector_length(self.setting, *vector));
+                let inside = index >= 0.0 && index.fract() == 0.0 && index < length as f64;
+                if inside { self.with_component(index as usize).number(*vector) } else { f64::NAN }
+            }
             ("rotate", [vector, by]) => rotated(all(*vector), all(*by))[self.component.min(2)],
             ("norm", [vector]) => {
                 let length = vector_length(self.setting, *vector);

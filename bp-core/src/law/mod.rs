@@ -8,6 +8,7 @@
 mod arithmetic;
 mod beta;
 mod binomial;
+mod dirichlet;
 mod exponential;
 mod fit;
 mod gamma;
@@ -20,6 +21,7 @@ mod von_mises;
 mod weibull;
 
 pub use arithmetic::{Arithmetic, Numbers};
+pub use dirichlet::{Dirichlet, Share};
 pub use fit::Refusal;
 pub use sample::Sample;
 

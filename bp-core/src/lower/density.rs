@@ -138,6 +138,9 @@ impl Lowering<'_> {
                 Ok(sum)
             }
             Form::Truncated { form, low, high } => self.truncated(factor, form, variable, at, (*low, *high)),
+            Form::Dirichlet(_) => {
+                Err(self.unplanned("`dirichlet` distributes a vector, which has no kernel"))
+            }
             Form::Unknown(_) => {
                 let head = self.model.head(factor);
                 Err(self

@@ -9,7 +9,7 @@ mod softmax;
 mod succession;
 
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::Law;
+use crate::law::{Dirichlet, Law};
 use serde::{Deserialize, Serialize};
 
 /// The distribution of a factor's left-hand variable, given its right-hand ones.
@@ -35,6 +35,8 @@ pub enum Form {
         /// Its parameters, in its order.
         arguments: Vec<ExpressionId>,
     },
+    /// Proportions that sum to one, a Dirichlet law of a vector: one parameter for each component.
+    Dirichlet(Vec<ExpressionId>),
     /// One of several forms, by chance: Σ wᵢ fᵢ. The weights sum to one.
     Mixture(Vec<(ExpressionId, Form)>),
     /// A form between two bounds, normalised over what is left; both bounds are inside.
@@ -178,6 +180,7 @@ impl Form {
             Form::Categorical(_) => "categorical",
             Form::Table(_) | Form::Constants(_) => "table",
             Form::Law { law, .. } => law.name(),
+            Form::Dirichlet(_) => Dirichlet::NAME,
             Form::Mixture(_) => "mixture",
             Form::Truncated { .. } => "truncated",
             Form::Unknown(_) => "unknown",
@@ -210,7 +213,7 @@ impl Form {
                 visit(*low);
                 visit(*high);
             }
-            Form::Categorical(entries) | Form::Law { arguments: entries, .. } => {
+            Form::Categorical(entries) | Form::Dirichlet(entries) | Form::Law { arguments: entries, .. } => {
                 entries.iter().for_each(|entry| visit(*entry))
             }
             Form::Table(rows) => rows.iter().flatten().for_each(|entry| visit(*entry)),

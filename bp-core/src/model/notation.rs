@@ -165,6 +165,9 @@ impl Model {
             Expression::Frontier { condition, at } => {
                 format!("frontier({}, {})", text(*condition, 0), text(*at, 0))
             }
+            Expression::Vector(name, parts) if name == "component" => {
+                format!("{}[{}]", text(parts[0], 0), text(parts[1], 0))
+            }
             Expression::Vector(name, parts) => format!("{name}({})", list(parts)),
         }
     }

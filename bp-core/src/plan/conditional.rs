@@ -43,19 +43,20 @@ fn of_factor(model: &Model, id: FactorId, linear: &Scope) -> Option<VariableId> 
     if !linear.contains(&left) || factor.left.len() > 1 {
         return used.first().copied().or(Some(left).filter(|left| linear.contains(left)));
     }
-    if is_linear(model, &factor.form, linear) {
+    if is_linear_in(model, &factor.form, linear) {
         return None;
     }
     // To draw the parent that is not linear is enough, where there is one such.
     let enough = |parent: &VariableId| {
         let mut without = linear.clone();
         without.remove(parent);
-        is_linear(model, &factor.form, &without)
+        is_linear_in(model, &factor.form, &without)
     };
     used.into_iter().find(enough).or(Some(left))
 }
 
-fn is_linear(model: &Model, form: &Form, linear: &Scope) -> bool {
+/// Whether a form is normal or a Dirac, with a mean that is linear in some variables, and otherwise without them.
+pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
     let of = |id: ExpressionId| degree(model, id, linear);
     match form {
         Form::Law { law: Law::Normal, arguments } => {
@@ -63,9 +64,11 @@ fn is_linear(model: &Model, form: &Form, linear: &Scope) -> bool {
         }
         Form::Dirac(value) => of(*value).is_some(),
         Form::If { condition, then, otherwise } => {
-            of(*condition) == Some(0) && is_linear(model, then, linear) && is_linear(model, otherwise, linear)
+            of(*condition) == Some(0)
+                && is_linear_in(model, then, linear)
+                && is_linear_in(model, otherwise, linear)
         }
-        Form::Previous { at: None, otherwise, .. } => is_linear(model, otherwise, linear),
+        Form::Previous { at: None, otherwise, .. } => is_linear_in(model, otherwise, linear),
         _ => false,
     }
 }

@@ -24,12 +24,14 @@ mod sampled;
 mod scan;
 mod scope;
 
+pub(crate) use conditional::is_linear_in;
 pub use cost::{Cost, Elimination};
 pub(crate) use gaussian::components;
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 pub use over_time::{By, OverTime};
 pub use parts::parts;
+pub(crate) use sampled::has_point;
 pub use sampled::{Sampled, Treatment};
 
 use crate::error::Error;

@@ -155,7 +155,7 @@ fn refused_expression(model: &Model, id: ExpressionId) -> Option<&'static str> {
 }
 
 /// Whether a form may say a value for sure, where that is not all that it says.
-fn has_point(form: &Form) -> bool {
+pub(crate) fn has_point(form: &Form) -> bool {
     let mut found = matches!(form, Form::Dirac(_));
     form.each_part(&mut |part| found |= has_point(part));
     found

@@ -4,9 +4,11 @@
 //! depend on threads; a weight never overflows: the largest is subtracted.
 //!
 //! With Wₙ = wₙ / Σ w: E f ≈ Σ W f, standard error √Σ W² (f − E f)² (Geweke, *Econometrica* 57:1317-1339, 1989);
-//! effective size 1 / Σ W² (Kong, Liu and Wong, JASA 89:278-288, 1994). The error of a quantile is half the distance of the quantiles at one error above and below (Woodruff,
-//! JASA 47:635-646, 1952).
+//! effective size 1 / Σ W² (Kong, Liu and Wong, JASA 89:278-288, 1994). Draws of chains weigh alike; how far they can be
+//! trusted is said in `chains`. The error of a quantile is half the distance of the quantiles at one error above and
+//! below (Woodruff, JASA 47:635-646, 1952).
 
+use super::chains;
 use crate::distribution::ln_sum;
 
 /// Draws of some slots.
@@ -16,7 +18,10 @@ pub struct Draws {
     values: Vec<f64>,
     kept: usize,
     weights: Vec<f64>,
-    ln_mean_weight: f64,
+    /// ln P(evidence), which chains do not tell.
+    ln_mean_weight: Option<f64>,
+    /// How many draws follow each other in a chain, where they depend on each other.
+    chain: Option<usize>,
 }
 
 /// What is said of a real.
@@ -43,7 +48,13 @@ impl Draws {
         let total = ln_sum(ln_weights);
         let weights = ln_weights.iter().map(|ln| if total.is_finite() { (ln - total).exp() } else { 0.0 });
         let ln_mean_weight = total - (ln_weights.len() as f64).ln();
-        Self { values, kept, weights: weights.collect(), ln_mean_weight }
+        Self { values, kept, weights: weights.collect(), ln_mean_weight: Some(ln_mean_weight), chain: None }
+    }
+
+    /// Draws of chains of `length` draws each, chain after chain.
+    pub fn chained(values: Vec<f64>, kept: usize, count: usize, length: usize) -> Self {
+        let weights = vec![1.0 / count as f64; count];
+        Self { values, kept, weights, ln_mean_weight: None, chain: Some(length) }
     }
 
     /// How many draws.
@@ -53,7 +64,7 @@ impl Draws {
 
     /// Whether no draw has a weight: the evidence never happened.
     pub fn is_impossible(&self) -> bool {
-        self.ln_mean_weight == f64::NEG_INFINITY
+        self.ln_mean_weight == Some(f64::NEG_INFINITY)
     }
 
     /// A kept slot of a draw.
@@ -61,20 +72,41 @@ impl Draws {
         self.values[draw * self.kept + position]
     }
 
-    /// ln P(evidence), and its standard error.
-    pub fn ln_evidence(&self) -> [f64; 2] {
+    /// ln P(evidence), and its standard error; chains do not tell it.
+    pub fn ln_evidence(&self) -> Option<[f64; 2]> {
         let count = self.count() as f64;
         let spread: f64 = self.weights.iter().map(|weight| (weight - 1.0 / count).powi(2)).sum();
-        [self.ln_mean_weight, spread.sqrt()]
+        Some([self.ln_mean_weight?, spread.sqrt()])
     }
 
     /// How many draws of the answer itself would say as much.
     pub fn effective(&self) -> f64 {
-        1.0 / self.weights.iter().map(|weight| weight * weight).sum::<f64>()
+        match self.chain {
+            None => 1.0 / self.weights.iter().map(|weight| weight * weight).sum::<f64>(),
+            Some(length) => (0..self.kept)
+                .map(|position| chains::effective(&self.column(position), length))
+                .fold(self.count() as f64, f64::min),
+        }
+    }
+
+    /// How far chains are from telling the same of each slot: 1 where they do; `None` of independent draws.
+    pub fn r_hat(&self) -> Option<f64> {
+        let of = |length: usize| {
+            (0..self.kept).map(|position| chains::r_hat(&self.column(position), length)).fold(1.0, f64::max)
+        };
+        self.chain.map(of)
+    }
+
+    fn column(&self, position: usize) -> Vec<f64> {
+        (0..self.count()).map(|draw| self.value(draw, position)).collect()
     }
 
     /// Σ W f, and its standard error.
     pub fn mean(&self, f: impl Fn(usize) -> f64) -> [f64; 2] {
+        if let Some(length) = self.chain {
+            let values: Vec<f64> = (0..self.count()).map(f).collect();
+            return [chains::mean(&values), chains::error(&values, length)];
+        }
         let weighted = (0..self.count()).filter(|draw| self.weights[*draw] > 0.0);
         let mean: f64 = weighted.clone().map(|draw| self.weights[draw] * f(draw)).sum();
         let square: f64 = weighted.map(|draw| (self.weights[draw] * (f(draw) - mean)).powi(2)).sum();

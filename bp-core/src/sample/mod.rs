@@ -2,14 +2,21 @@
 //!
 //! In: a model with numbers, a [`Sampled`](crate::plan::Sampled) route, evidence, how many particles and a seed. Out:
 //! [`Draws`], and estimates with their standard errors. Invariant: each particle has its own stream of random numbers,
-//! and sums are made in the order of the particles: the same seed gives the same answer on any number of threads.
+//! and sums are made in the order of the particles: the same seed gives the same answer on any number of threads. So
+//! with chains.
 
+mod blanket;
+mod chains;
 mod draws;
 mod evidence;
+mod gibbs;
+mod slice;
 mod weighting;
 
+pub use chains::MOST_R_HAT;
 pub use draws::{Draws, Moments};
 pub use evidence::Observations;
+pub use gibbs::gibbs;
 pub(crate) use weighting::draw_or_weigh;
 pub use weighting::weigh;
 
@@ -23,11 +30,23 @@ pub struct Sampling {
     pub particles: usize,
     /// Where the random numbers begin.
     pub seed: u64,
+    /// By what draws.
+    pub method: Method,
+}
+
+/// By what draws an answer is estimated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Method {
+    /// Draws of the prior, weighed by the evidence.
+    #[default]
+    Weighting,
+    /// Chains, in which one variable after the other is drawn given all the others.
+    Gibbs,
 }
 
 impl Default for Sampling {
     fn default() -> Self {
-        Self { particles: 100_000, seed: 1 }
+        Self { particles: 100_000, seed: 1, method: Method::Weighting }
     }
 }
 

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 pub(super) struct Step {
     pub(super) instances: Vec<Instance>,
     /// The Dirac that is solved for the left-hand side.
-    solves: Option<Instance>,
+    pub(super) solves: Option<Instance>,
 }
 
 /// Draws by likelihood weighting, of which the slots `kept` are kept.
@@ -117,7 +117,7 @@ pub(crate) fn draw_or_weigh(
 }
 
 /// Y = (x − b) / a, where the Dirac says X = a Y + b; gives ln p(Y | parents) − ln |a|.
-fn solve(
+pub(super) fn solve(
     setting: &Setting<'_>,
     instance: &Instance,
     dirac: &Instance,

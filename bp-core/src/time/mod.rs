@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::exec::{Belief, Filter};
 use crate::model::{Evidence, Reduction, Value};
 use crate::plan::{By, Gaussian, OverTime};
-use crate::sample::{Draws, Moments, Sampling};
+use crate::sample::{Draws, Method, Moments, Sampling};
 use chain::{Course, Matrix};
 use finite::Finite;
 use particles::Moves;
@@ -117,6 +117,12 @@ pub fn answer(
     match &route.by {
         By::Chain => answer_chain(setting, route, instants),
         By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),
+        By::Particles { .. } if sampling.method == Method::Gibbs => {
+            let question = setting.model.ask_text(&route.ask);
+            let reason =
+                "over time particles are followed, not chains: leave `--method gibbs` out".to_owned();
+            Err(Error::Unplanned { question, reason })
+        }
         By::Particles { linear, .. } => {
             let moves = Moves::new(setting, &route.carried, linear)?;
             let mut all = instants.to_vec();

@@ -12,7 +12,7 @@ use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::Role;
 use bp_core::model::{Evidence, Form, Known, Model, Question, Reduction, Value};
-use bp_core::sample::Sampling;
+use bp_core::sample::{Method, Sampling};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -56,6 +56,9 @@ pub(crate) struct Arguments {
     /// How many draws, where the answer must be estimated.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
     particles: usize,
+    /// By what draws: `weighting`, or `gibbs` where the evidence is unlikely a priori.
+    #[arg(long, value_name = "METHOD", default_value = "weighting", value_parser = method)]
+    method: Method,
     /// Where random numbers begin: the same seed gives the same answer.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
     seed: u64,
@@ -78,6 +81,14 @@ fn particles(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "expected a number of draws, from 1 to 100000000".to_owned())
 }
 
+fn method(text: &str) -> Result<Method, String> {
+    match text {
+        "weighting" => Ok(Method::Weighting),
+        "gibbs" => Ok(Method::Gibbs),
+        _ => Err("expected `weighting` or `gibbs`".to_owned()),
+    }
+}
+
 fn setting(text: &str) -> Result<String, String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => Ok(text.to_owned()),
@@ -93,7 +104,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let compiled: Vec<CompiledQuestion<'_>> =
         questions.iter().map(|question| compile(&model, question)).collect::<Result<_, _>>()?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?;
-    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
+    let sampling =
+        Sampling { particles: arguments.particles, seed: arguments.seed, method: arguments.method };
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.reduction.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let file = std::fs::File::open(path).map_err(|error| Error::file(path, error))?;

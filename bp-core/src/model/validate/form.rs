@@ -5,7 +5,7 @@
 
 use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::law::Law;
+use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Expression, Form, Model};
 use std::collections::HashMap;
 
@@ -64,6 +64,22 @@ fn branch_faults(
         Form::Table(rows) => table_faults(model, id, rows, faults),
         Form::Constants(numbers) => faults.extend(constants::constants_fault(model, id, numbers)),
         Form::Law { law, arguments } => law::law_faults(model, id, *law, arguments, domain, name, faults),
+        Form::Dirichlet(parameters) => {
+            if *domain != Domain::Vector(parameters.len()) {
+                let count = parameters.len();
+                let message = format!(
+                    "`dirichlet` takes a parameter for each component of a vector, here {count}, but {}",
+                    is()
+                );
+                faults.push(fault(place, message));
+            }
+            faults.extend(parameters.iter().filter_map(|parameter| {
+                let value = model.constant(*parameter)?;
+                let expected = Dirichlet::PARAMETER.refuses(value)?;
+                let message = format!("a parameter of `dirichlet` must be {expected}, but this is {value}");
+                Some(fault(Place::Expression(id, *parameter), message))
+            }));
+        }
         Form::NormalBins { deviation, .. } => {
             if !matches!(domain, Domain::Finite { labels, range: Some(_) } if labels.len() == 1) {
                 let expected = "one label and an integer range, as in `{ NoDetection } or 1..=N`";
@@ -81,6 +97,15 @@ fn branch_faults(
                 let message =
                     format!("the weights of a mixture must sum to 1, but these sum to {}", rounded(sum));
                 faults.push(fault(place, message));
+            }
+            if parts.iter().any(|(_, part)| matches!(part, Form::Dirichlet(_))) {
+                let message =
+                    "a `mixture` takes each component of a vector by itself, but `dirichlet` ties them";
+                faults.push(fault_with_help(
+                    place,
+                    message,
+                    "write `if … { dirichlet(…) } else { dirichlet(…) }`",
+                ));
             }
             parts.iter().for_each(|(_, part)| branch_faults(model, id, part, domain, name, faults));
         }

@@ -34,6 +34,13 @@ impl Checker<'_> {
         match self.meaning(&name.text) {
             Some(Meaning::Parameter(parameter)) => self.field(span, parameter, indices, scope),
             Some(Meaning::Variable(id)) => {
+                let variable = &self.model.so_far().variables[id];
+                if let (Domain::Vector(_), None, [index]) = (&variable.domain, variable.family, indices) {
+                    let (vector, _) = self.expression(of, scope, None)?;
+                    let index = self.number_of(index, scope)?;
+                    let component = Expression::Vector("component".to_owned(), vec![vector, index]);
+                    return Some((self.node(span, component), Type::Number));
+                }
                 let Some(family) = self.model.so_far().variables[id].family else {
                     self.complain(span, format!("`{name}` is one variable, not a family: it takes no index"));
                     return None;

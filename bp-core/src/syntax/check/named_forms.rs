@@ -10,13 +10,13 @@ use super::names::{did_you_mean, listed};
 use super::types::Type;
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::Law;
+use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Expression, Form, VariableUse};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 
 /// The forms that are no laws.
-const OTHERS: [&str; 17] = [
+const OTHERS: [&str; 18] = [
     "bernoulli",
     "categorical",
     "table",
@@ -32,6 +32,7 @@ const OTHERS: [&str; 17] = [
     "softmax",
     "mixture",
     "truncated",
+    Dirichlet::NAME,
     "linear_regression",
     "unknown",
 ];
@@ -78,6 +79,7 @@ impl Checker<'_> {
                 let counts = self.one_for_each(span, name, given, "count", target, scope)?;
                 Some(self.model.laplace_succession(&counts))
             }
+            Dirichlet::NAME => Some(Form::Dirichlet(self.numbers(given, scope)?)),
             "noisy_or" | "noisy_and" => self.noisy(span, name, given, target, scope),
             "linear_regression" => self.linear_regression(span, given, target, scope),
             "mixture" => self.mixture(span, given, target, scope),
