@@ -167,3 +167,12 @@ fn before_the_first_instant_holds_what_else_says() {
     let kept = [0.5, 0.5];
     assert!((p(&Inputs::new().array("previous X", &kept)) - 0.6).abs() < 1e-15);
 }
+
+#[test]
+fn a_table_that_is_itself_what_is_asked() {
+    // More than eight numbers: an array of the kernel, which was once taken for the answer of the same name.
+    let text = "program Asked { variables { A : 0..=4; B : bool; } decomposition { P(A) P(B | A) }
+        forms { P(A) = uniform;
+            P(B | A) = table { 0: 0.9, 0.1; 1: 0.8, 0.2; 2: 0.7, 0.3; 3: 0.6, 0.4; 4: 0.5, 0.5; }; } }";
+    near(answers(text, "P(B | A)", &Inputs::new()), &[0.9, 0.1, 0.8, 0.2, 0.7, 0.3, 0.6, 0.4, 0.5, 0.5]);
+}

@@ -53,7 +53,7 @@ impl Lowering<'_> {
         if !axes.is_empty() || values.len() <= WRITTEN_OUT {
             return Ok(self.choose_value(position, &values));
         }
-        let head = self.model.head(factor);
+        let head = self.array_name(factor);
         let numbers: Option<Vec<f64>> = values.iter().map(|value| self.builder.as_constant(*value)).collect();
         let buffer = match (numbers, self.builder.so_far().buffer(&head)) {
             (Some(_), Some(known)) => known,
@@ -85,7 +85,7 @@ impl Lowering<'_> {
             let values: Vec<ValueId> = numbers.iter().map(|number| self.builder.constant(*number)).collect();
             return Ok(self.choose_value(position, &values));
         }
-        let head = self.model.head(factor);
+        let head = self.array_name(factor);
         let buffer = match self.builder.so_far().buffer(&head) {
             Some(known) => known,
             None => {
@@ -94,6 +94,11 @@ impl Lowering<'_> {
             }
         };
         Ok(self.read(factor, buffer, position))
+    }
+
+    /// What the array of a factor is called: not as the factor, since that may be asked and is then the answer's name.
+    fn array_name(&self, factor: &Factor) -> String {
+        format!("table {}", self.model.head(factor))
     }
 
     /// Where an entry stands: row-major, last variable fastest, right-hand variables first.
