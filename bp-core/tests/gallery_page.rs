@@ -1,7 +1,8 @@
 //! The commands of the gallery's page: `docs/gallery.md` shows what `bp` says.
 //!
 //! In: the page. Out: nothing where all is well; with `BLESS=1` the page is written anew, to be looked at. Invariant: each
-//! block begins with a command, and what follows is its whole output.
+//! block begins with a command, and what follows is its whole output. Commands run one after the other in a folder that
+//! holds only the examples: what one writes, a later one may read.
 
 use std::path::Path;
 use std::process::Command;
@@ -19,15 +20,33 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
+/// A folder with the programs of the gallery and their data.
+fn with_examples(root: &Path) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for part in ["examples", "examples/data"] {
+        std::fs::create_dir(folder.path().join(part)).unwrap();
+        for entry in std::fs::read_dir(root.join(part)).unwrap().map(|entry| entry.unwrap()) {
+            if entry.path().is_file() {
+                std::fs::copy(entry.path(), folder.path().join(part).join(entry.file_name())).unwrap();
+            }
+        }
+    }
+    folder
+}
+
 #[test]
 fn the_page_shows_what_bp_says() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let path = root.join("docs/gallery.md");
     let page = std::fs::read_to_string(&path).unwrap();
+    let folder = with_examples(&root);
     let (mut said, mut inside, mut commands) = (String::new(), false, 0);
     for line in page.lines() {
         if let Some(command) = line.strip_prefix("$ bp ") {
-            let run = Command::new(env!("CARGO_BIN_EXE_bp")).args(words(command)).current_dir(&root).output();
+            let run = Command::new(env!("CARGO_BIN_EXE_bp"))
+                .args(words(command))
+                .current_dir(folder.path())
+                .output();
             let run = run.unwrap();
             assert!(run.status.success(), "{line}\n{}", String::from_utf8_lossy(&run.stderr));
             let output = String::from_utf8(run.stdout).unwrap();
