@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!(
         "{}",
-        plots::curves("heading", &panels, ("heading, degrees", 0.0, 359.0), "probability")?.display()
+        plots::curves("heading", &panels, ("heading, degrees", 0.0, 359.0), "probability", None)?.display()
     );
     let both = &panels[2].1;
     let best = (0..360).max_by(|a, b| both[*a].total_cmp(&both[*b])).expect("there are headings");

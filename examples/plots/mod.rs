@@ -69,12 +69,13 @@ pub fn heat_maps(
     Ok(path)
 }
 
-/// Curves over one range, each in its panel.
+/// Curves over one range, each in its panel; a line where they should lead, if that is known.
 pub fn curves(
     name: &str,
     panels: &[Panel<'_>],
     across: (&str, f64, f64),
     upwards: &str,
+    truth: Option<f64>,
 ) -> Result<PathBuf, Box<dyn Error>> {
     let path = file(name)?;
     let all = BitMapBackend::new(&path, (420 * panels.len() as u32, 320)).into_drawing_area();
@@ -90,6 +91,8 @@ pub fn curves(
         let step = (across.2 - across.1) / (values.len() - 1) as f64;
         let points = values.iter().enumerate().map(|(place, value)| (across.1 + step * place as f64, *value));
         chart.draw_series(AreaSeries::new(points, 0.0, colour(0.4).mix(0.3)).border_style(colour(0.25)))?;
+        let level = truth.map(|level| vec![(across.1, level), (across.2, level)]);
+        chart.draw_series(level.map(|ends| PathElement::new(ends, INK)))?;
         let mut mesh = chart.configure_mesh();
         mesh.disable_mesh().x_desc(across.0).y_desc(upwards).label_style(("sans-serif", 13, &INK));
         mesh.x_label_formatter(&|x| format!("{x:.0}"))
