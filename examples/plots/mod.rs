@@ -33,10 +33,10 @@ fn file(name: &str) -> Result<PathBuf, Box<dyn Error>> {
 }
 
 /// One panel: its title, and a number for each [x][y].
-pub type Panel<'p> = (&'p str, Vec<f64>);
+pub(crate) type Panel<'p> = (&'p str, Vec<f64>);
 
 /// Heat maps over the integers of two ranges, `across` and `upwards` with their names.
-pub fn heat_maps(
+pub(crate) fn heat_maps(
     name: &str,
     panels: &[Panel<'_>],
     across: (&str, i32, i32),
@@ -70,7 +70,7 @@ pub fn heat_maps(
 }
 
 /// Curves over one range, each in its panel; a line where they should lead, if that is known.
-pub fn curves(
+pub(crate) fn curves(
     name: &str,
     panels: &[Panel<'_>],
     across: (&str, f64, f64),

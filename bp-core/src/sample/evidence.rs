@@ -69,9 +69,10 @@ impl Observations {
         let given = setting.given(name).ok_or_else(|| Error::input(name, "it was not given"))?;
         if given.len() != slots.len() {
             let (found, expected) = (given.len(), slots.len());
+            let is = if expected == 1 { "is" } else { "are" };
             return Err(Error::input(
                 name,
-                format!("{found} numbers were given, but {expected} are expected"),
+                format!("{found} numbers were given, but {expected} {is} expected"),
             ));
         }
         for (slot, value) in slots.zip(given) {
