@@ -67,8 +67,11 @@ const CART: &str = "program Cart over t in Time { parameters { dt : real = 0.5; 
 const SEEN: [[f64; 2]; 6] =
     [[1.0, 0.4], [f64::NAN, 0.8], [3.5, f64::NAN], [f64::NAN, f64::NAN], [4.0, 0.2], [4.4, 0.1]];
 
+/// A joint law, the variables of each instant, and what is observed at each.
+type Cart = (Dense, Vec<[usize; 2]>, Vec<Vec<(usize, f64)>>);
+
 /// Rows X, W of each instant (0 is before the first), and all that was seen, instant by instant.
-fn cart() -> (Dense, Vec<[usize; 2]>, Vec<Vec<(usize, f64)>>) {
+fn cart() -> Cart {
     let mut dense = Dense { mean: Vec::new(), covariance: DMatrix::zeros(0, 0) };
     let x = dense.add(&[], 1.0, 2.0);
     let w = dense.add(&[(x, 0.5)], 0.0, 1.0);

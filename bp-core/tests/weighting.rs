@@ -36,7 +36,7 @@ fn a_coin_is_beta_distributed_after_some_throws() {
     let answer = asked(&model, "P(Bias | Heads = 7)", 100_000, 1);
     let Figure::Real { mean, deviation, quantiles } = answer.answer[0].figure else { panic!("{answer:?}") };
     within(mean, 9.0 / 14.0);
-    within(deviation, (9.0 * 5.0 / (14.0 * 14.0 * 15.0) as f64).sqrt());
+    within(deviation, (9.0 * 5.0 / (14.0 * 14.0 * 15.0f64)).sqrt());
     let law = Beta::new(9.0, 5.0).unwrap();
     for (quantile, level) in quantiles.into_iter().zip([0.05, 0.5, 0.95]) {
         within(quantile, law.inverse_cdf(level));

@@ -185,8 +185,11 @@ fn record(generator: &mut Random) -> Vec<f64> {
 const RECORD: [&str; 8] =
     ["Asia", "Smoking", "Tuberculosis", "Cancer", "Bronchitis", "Either", "XRay", "Dyspnoea"];
 
-/// A variable of the record, its parents and their values, and P(true).
-const TABLE: [(usize, &[(usize, f64)], f64); 14] = [
+/// A variable, its parents with their values, and the probability that it is true.
+type Entry = (usize, &'static [(usize, f64)], f64);
+
+/// The network that the records are drawn from.
+const TABLE: [Entry; 14] = [
     (0, &[], 0.01),
     (1, &[], 0.5),
     (2, &[(0, 0.0)], 0.01),

@@ -1,6 +1,6 @@
 //! Learning: the parameters of a program from data.
 //!
-//! In: a [`Model`](crate::model::Model) in which forms are `unknown` or `identification` names parameters, and [`Case`]s.
+//! In: a [`Model`] in which forms are `unknown` or `identification` names parameters, and [`Case`]s.
 //! Out: the same model with numbers, and a [`Report`]. Invariant: what is not to be learned is left exactly as it is.
 //!
 //! ```
