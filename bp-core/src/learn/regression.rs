@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn columns_that_depend_on_each_other_are_refused() {
-        let rows: Vec<_> = (0..9).map(|x| f64::from(x)).map(|x| (vec![x, 2.0 * x, x * x], 1.0)).collect();
+        let rows: Vec<_> = (0..9).map(f64::from).map(|x| (vec![x, 2.0 * x, x * x], 1.0)).collect();
         assert!(least_squares(&rows).is_err());
         assert!(least_squares(&[]).is_err());
     }
