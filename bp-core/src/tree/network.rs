@@ -112,7 +112,7 @@ impl Network {
 }
 
 fn refused(model: &Model, reason: String) -> Error {
-    Error::Unplanned { question: format!("the tables of `{}`", model.name), reason }
+    Error::Unplanned { question: format!("the marginals of {}", model.name), reason }
 }
 
 /// The probability of a value, for the forms that need nothing but their parents.
