@@ -33,15 +33,6 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [a, b]: [A::Nu
     by.within(inside, value)
 }
 
-pub(super) fn mass<A: Arithmetic>(
-    _: &mut A,
-    _: A::Number,
-    _: A::Number,
-    _: [A::Number; 2],
-) -> Option<A::Number> {
-    None
-}
-
 pub(super) fn cumulative(x: f64, [a, b]: [f64; 2]) -> f64 {
     statrs::function::beta::beta_reg(a, b, x.clamp(0.0, 1.0))
 }

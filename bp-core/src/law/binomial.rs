@@ -35,15 +35,6 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Nu
     by.within(inside, value)
 }
 
-pub(super) fn mass<A: Arithmetic>(
-    _: &mut A,
-    _: A::Number,
-    _: A::Number,
-    _: [A::Number; 2],
-) -> Option<A::Number> {
-    None
-}
-
 /// I_{1−p}(n − x, x + 1)
 pub(super) fn cumulative(x: f64, [n, p]: [f64; 2]) -> f64 {
     let x = x.floor();

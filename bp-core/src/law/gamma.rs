@@ -28,15 +28,6 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, rate]: [A:
     by.within(inside, value)
 }
 
-pub(super) fn mass<A: Arithmetic>(
-    _: &mut A,
-    _: A::Number,
-    _: A::Number,
-    _: [A::Number; 2],
-) -> Option<A::Number> {
-    None
-}
-
 pub(super) fn cumulative(x: f64, [k, rate]: [f64; 2]) -> f64 {
     if x > 0.0 { statrs::function::gamma::gamma_lr(k, rate * x) } else { 0.0 }
 }

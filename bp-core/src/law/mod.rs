@@ -55,7 +55,7 @@ pub enum Support {
 }
 
 macro_rules! laws {
-    ($($(#[$about:meta])* $law:ident in $file:ident;)+) => {
+    ($($(#[$about:meta])* $law:ident in $file:ident, mass by $mass:path;)+) => {
         /// A distribution of one number, under its usual name.
         #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
         pub enum Law {
@@ -94,7 +94,7 @@ macro_rules! laws {
                 high: A::Number,
                 parameters: &[A::Number],
             ) -> Option<A::Number> {
-                match self { $(Law::$law => $file::mass(by, low, high, exactly(parameters)),)+ }
+                match self { $(Law::$law => $mass(by, low, high, exactly(parameters)),)+ }
             }
 
             /// P(X ≤ x)
@@ -133,25 +133,25 @@ macro_rules! laws {
 
 laws! {
     /// Every real between two bounds alike.
-    Uniform in uniform;
+    Uniform in uniform, mass by uniform::mass;
     /// Normal.
-    Normal in normal;
+    Normal in normal, mass by normal::mass;
     /// The logarithm is normal.
-    Lognormal in lognormal;
+    Lognormal in lognormal, mass by lognormal::mass;
     /// Waiting time at a constant rate.
-    Exponential in exponential;
+    Exponential in exponential, mass by exponential::mass;
     /// Sum of waiting times.
-    Gamma in gamma;
+    Gamma in gamma, mass by no_closed_form::<_, 2>;
     /// A proportion.
-    Beta in beta;
+    Beta in beta, mass by no_closed_form::<_, 2>;
     /// An angle around a mean.
-    VonMises in von_mises;
+    VonMises in von_mises, mass by no_closed_form::<_, 2>;
     /// Time to failure.
-    Weibull in weibull;
+    Weibull in weibull, mass by weibull::mass;
     /// Successes among trials.
-    Binomial in binomial;
+    Binomial in binomial, mass by no_closed_form::<_, 2>;
     /// Number of events at a constant rate.
-    Poisson in poisson;
+    Poisson in poisson, mass by no_closed_form::<_, 1>;
 }
 
 impl Law {
@@ -189,6 +189,16 @@ impl Constraint {
         };
         (!holds).then_some(expected)
     }
+}
+
+/// The mass of an interval under a law whose cumulative distribution has no closed form here.
+fn no_closed_form<A: Arithmetic, const COUNT: usize>(
+    _: &mut A,
+    _: A::Number,
+    _: A::Number,
+    _: [A::Number; COUNT],
+) -> Option<A::Number> {
+    None
 }
 
 /// As many parameters as the law has.

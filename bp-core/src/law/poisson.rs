@@ -22,15 +22,6 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [rate]: [A::Nu
     by.within(inside, value)
 }
 
-pub(super) fn mass<A: Arithmetic>(
-    _: &mut A,
-    _: A::Number,
-    _: A::Number,
-    _: [A::Number; 1],
-) -> Option<A::Number> {
-    None
-}
-
 pub(super) fn cumulative(x: f64, [rate]: [f64; 1]) -> f64 {
     if x < 0.0 { 0.0 } else { statrs::function::gamma::gamma_ur(x.floor() + 1.0, rate) }
 }

@@ -25,15 +25,6 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, k]: [A::Nu
     by.subtract(value, ln_turn)
 }
 
-pub(super) fn mass<A: Arithmetic>(
-    _: &mut A,
-    _: A::Number,
-    _: A::Number,
-    _: [A::Number; 2],
-) -> Option<A::Number> {
-    None
-}
-
 /// By Simpson's rule on 2 000 steps.
 pub(super) fn cumulative(x: f64, [m, k]: [f64; 2]) -> f64 {
     let to = (x - m).clamp(-PI, PI);
