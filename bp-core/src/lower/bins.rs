@@ -21,8 +21,15 @@ impl Lowering<'_> {
         self.bin_table("centres", centres, ordinal)
     }
 
+    /// The lower and the upper edge of a bin.
+    pub(super) fn bounds(&mut self, bins: &Bins, ordinal: ValueId) -> (ValueId, ValueId) {
+        let one = self.builder.constant(1.0);
+        let next = self.builder.binary(Binary::Add, ordinal, one);
+        (self.edge(bins, ordinal), self.edge(bins, next))
+    }
+
     /// The lower edge of a bin; of the bin after the last, the upper end.
-    pub(super) fn edge(&mut self, bins: &Bins, ordinal: ValueId) -> ValueId {
+    fn edge(&mut self, bins: &Bins, ordinal: ValueId) -> ValueId {
         if let Some(width) = bins.width() {
             let (low, width) = (self.builder.constant(bins.ends().0), self.builder.constant(width));
             let offset = self.builder.binary(Binary::Multiply, ordinal, width);

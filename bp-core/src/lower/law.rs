@@ -81,11 +81,8 @@ impl Lowering<'_> {
         if bins.is_circle() && matches!(law, Law::Normal | Law::VonMises) {
             return self.law_on_circle(law, variable, bins, ordinal, parameters);
         }
-        let one = self.builder.constant(1.0);
         let (low, high) = (self.builder.constant(bins.ends().0), self.builder.constant(bins.ends().1));
-        let from = self.edge(bins, ordinal);
-        let next = self.builder.binary(Binary::Add, ordinal, one);
-        let to = self.edge(bins, next);
+        let (from, to) = self.bounds(bins, ordinal);
         if let Some(total) = law.mass(&mut self.builder, low, high, parameters) {
             let mass = law.mass(&mut self.builder, from, to, parameters).expect("internal: as for the whole");
             return Ok(self.share(mass, total));
@@ -93,10 +90,7 @@ impl Lowering<'_> {
         let (bins, counts) = (bins.clone(), law.support() == Support::Counts);
         self.normalised_over(variable, &Meaning::Ordinal(ordinal), &mut |lowering, at| {
             let Meaning::Ordinal(ordinal) = at else { unreachable!("internal: a bin has an ordinal") };
-            let one = lowering.builder.constant(1.0);
-            let from = lowering.edge(&bins, *ordinal);
-            let next = lowering.builder.binary(Binary::Add, *ordinal, one);
-            let to = lowering.edge(&bins, next);
+            let (from, to) = lowering.bounds(&bins, *ordinal);
             if counts {
                 // The whole number at the centre stands for the bin.
                 let centre = lowering.centre(&bins, *ordinal);
