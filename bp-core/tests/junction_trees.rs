@@ -4,7 +4,7 @@
 //! expected values are sums and maxima over all assignments, written here.
 
 use bp_core::error::Error;
-use bp_core::tree::{Evidence, Marginals, Network, Table, Tree};
+use bp_core::tree::{Evidence, Marginals, Network, Table, Tree, most_probable};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, RngExt, SeedableRng};
 
@@ -102,13 +102,13 @@ fn marginals_and_the_most_probable_are_those_of_enumeration() {
         // Sliced away, as likelihoods of 0 and 1, and by groups of ancestors.
         let marginals = Marginals::new(&network, &given, &weighed, &every).unwrap();
         for given in [given.as_slice(), &[]] {
-            let tree = Tree::new(&network, given).unwrap();
+            let tree = Tree::new(&network, given, &every, &every).unwrap();
             let mut session = tree.session();
             let found = session.ask(&evidence);
             if total == 0.0 {
                 assert!(matches!(found, Err(Error::Contradiction { .. })), "seed {seed}: {found:?}");
                 assert!(matches!(marginals.session().ask(&evidence), Err(Error::Contradiction { .. })));
-                assert!(matches!(session.most_probable(&evidence), Err(Error::Contradiction { .. })));
+                assert!(matches!(most_probable(&network, &evidence), Err(Error::Contradiction { .. })));
                 impossible += 1;
                 continue;
             }
@@ -138,7 +138,7 @@ fn marginals_and_the_most_probable_are_those_of_enumeration() {
                 }
             }
             let best = all.iter().map(|(_, p)| *p).fold(0.0, f64::max);
-            let (values, ln_joint) = session.most_probable(&evidence).unwrap();
+            let (values, ln_joint) = most_probable(&network, &evidence).unwrap();
             near(ln_joint, best.ln(), &format!("seed {seed}, the most probable"));
             let own = all.iter().find(|(other, _)| *other == values).map(|(_, p)| p.ln());
             near(own.unwrap(), best.ln(), &format!("seed {seed}, the assignment"));
@@ -151,7 +151,8 @@ fn marginals_and_the_most_probable_are_those_of_enumeration() {
 fn asking_again_forgets_what_was_known() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
     let network = network(&mut random);
-    let tree = Tree::new(&network, &[]).unwrap();
+    let every: Vec<usize> = (0..network.cardinalities.len()).collect();
+    let tree = Tree::new(&network, &[], &every, &every).unwrap();
     let (mut kept, mut fresh) = (tree.session(), tree.session());
     kept.ask(&Evidence::default()).unwrap();
     for variable in 0..network.cardinalities.len() {
@@ -195,8 +196,9 @@ fn improbable_evidence_does_not_underflow() {
     }
     let given: Vec<usize> = hard.iter().map(|(one, _)| *one).collect();
     let evidence = Evidence { hard, ..Evidence::default() };
+    let all: Vec<usize> = (0..2 * count).collect();
     for given in [given.as_slice(), &[]] {
-        let tree = Tree::new(&network, given).unwrap();
+        let tree = Tree::new(&network, given, &all, &all).unwrap();
         let mut session = tree.session();
         session.ask(&evidence).unwrap();
         assert!(ln < -12_000.0);
@@ -224,7 +226,8 @@ fn threads_change_nothing() {
         network.table_of.push(Some(variable));
         network.tables.push(Table { variables, values });
     }
-    let tree = Tree::new(&network, &[]).unwrap();
+    let every: Vec<usize> = (0..count).collect();
+    let tree = Tree::new(&network, &[], &[20], &every).unwrap();
     assert!(tree.cost().cells > 1e5, "{:?}", tree.cost());
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

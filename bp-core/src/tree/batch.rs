@@ -11,7 +11,7 @@ use super::network::Network;
 use super::plan::{Marginals, MarginalsSession};
 use crate::error::Error;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What is answered to one case.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,14 +49,22 @@ pub fn answer_cases(
         counts.into_iter().filter(|(_, count)| *count >= WORTH_A_PLAN).collect();
     patterns.sort_by(|one, other| other.1.cmp(&one.1).then_with(|| one.0.cmp(&other.0)));
     patterns.truncate(MOST_PLANS);
-    let every: Vec<usize> = (0..network.cardinalities.len()).collect();
-    let plan = |given: &[usize]| Marginals::new(network, given, &every, wanted);
+    let weighed = cases.iter().flat_map(|case| case.likelihoods.iter().map(|(variable, _)| *variable));
+    let weighed: HashSet<usize> = weighed.collect();
+    let plan = |given: &[usize], weighed: &HashSet<usize>| {
+        let mut weighed: Vec<usize> = weighed.iter().copied().filter(|one| !given.contains(one)).collect();
+        weighed.sort_unstable();
+        Marginals::new(network, given, &weighed, wanted)
+    };
     let mut plans: Vec<Marginals> =
-        patterns.iter().map(|(given, _)| plan(given)).collect::<Result<_, _>>()?;
+        patterns.iter().map(|(given, _)| plan(given, &weighed)).collect::<Result<_, _>>()?;
     let own: HashMap<Vec<usize>, usize> =
         patterns.into_iter().enumerate().map(|(number, (pattern, _))| (pattern, number)).collect();
+    // All other cases: whatever is observed in one of them is weighed.
+    let others = cases.iter().filter(|case| !own.contains_key(&pattern(case)));
+    let observed: HashSet<usize> = others.flat_map(&pattern).chain(weighed.iter().copied()).collect();
     let general = plans.len();
-    plans.push(plan(&[])?);
+    plans.push(plan(&[], &observed)?);
     let sessions = || plans.iter().map(|_| None).collect::<Vec<Option<MarginalsSession<'_>>>>();
     let answers = (cases.par_iter())
         .map_init(sessions, |sessions, case| {

@@ -1,260 +1,308 @@
-//! The junction tree of a network, ready to be asked.
+//! The join tree of a network, ready to be asked.
 //!
-//! In: a network, and the variables whose values will be given each time. Out: a [`Tree`]: for each clique its blocks,
-//! the tables and messages that it multiplies, and where its own message goes. Invariant: what does not depend on the
-//! evidence is computed here; asking allocates nothing that a [`Session`](super::Session) does not keep.
+//! In: a network, which variables will be given, which may be weighed, which are wanted. Out: a [`Tree`]: for each node its
+//! products up and down, and where marginals are read. Invariant: what does not depend on the evidence is computed here;
+//! asking allocates nothing that a [`Session`](super::Session) does not keep.
 
+use super::contraction::{Contraction, Pool};
 use super::cost::Cost;
+use super::layout::{Layout, lay_out};
 use super::network::Network;
-use super::stride::{Blocks, Reach};
-use super::triangulate::{Cliques, Graph};
+use super::pair::{Pairing, pair};
+use super::problem::Problem;
+use super::propagate::rescale;
+use super::reading::{Reading, Readings, place};
+use super::table::{Builder, CONSTANT, Tables};
+use super::triangulate::{Effort, triangulate};
 use crate::error::Error;
 
-/// A table of the network within a clique, at the given values.
+/// Where the cells of a node are.
 #[derive(Clone, Debug)]
-pub(super) struct Source {
-    pub(super) table: usize,
-    pub(super) reach: Reach,
-    /// The given variables in the table: (variable, stride).
-    pub(super) given: Vec<(usize, usize)>,
+pub(super) enum Source {
+    /// In the tree's tables: where they begin, and what says which slice of them.
+    Table { start: usize, slice: usize },
+    /// In the asker's memory.
+    Own,
 }
 
-/// A clique.
+/// A node.
 #[derive(Clone, Debug)]
-pub(super) struct Clique {
-    pub(super) variables: Vec<usize>,
-    pub(super) blocks: Blocks,
-    /// The tables that are multiplied here; none that is part of `fixed`.
-    pub(super) sources: Vec<Source>,
-    /// The product of the tables without given variables, where it is worth keeping.
-    pub(super) fixed: Option<Vec<f64>>,
-    /// The cliques whose messages come in, and where these lie.
-    pub(super) children: Vec<(usize, Reach)>,
-    /// The clique that gets the message, and where its cells lie.
-    pub(super) parent: Option<(usize, Reach)>,
-    /// Cells of the message to the parent; 1 for a root.
-    pub(super) message: usize,
-    /// Variables whose marginals are read off here: (variable, where).
-    pub(super) marginals: Vec<(usize, Reach)>,
-    /// Variables on which likelihoods may come: (variable, where).
-    pub(super) likelihoods: Vec<(usize, Reach)>,
+pub(super) struct Part {
+    pub(super) source: Source,
+    pub(super) cells: usize,
+    pub(super) children: Option<(usize, usize)>,
+    pub(super) parent: usize,
+    /// The product of the children.
+    pub(super) up: Option<Contraction>,
+    /// The derivative by this node, where something below wants it.
+    pub(super) down: Option<Contraction>,
+    /// What is read here, as a range of the tree's readings.
+    pub(super) readings: std::ops::Range<usize>,
+    /// Whether no evidence changes it.
+    pub(super) constant: bool,
 }
 
-/// A junction tree that can be asked again and again.
+/// A join tree that can be asked again and again.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    pub(super) network: Network,
-    pub(super) cliques: Vec<Clique>,
-    /// The tables whose variables are all given: (table, (variable, stride)).
-    pub(super) known: Vec<(usize, Vec<(usize, usize)>)>,
+    pub(super) cardinalities: Vec<usize>,
     pub(super) given: Vec<bool>,
-    /// Where each clique's cells, message and marginals begin; then the ends.
-    pub(super) offsets: Vec<Offsets>,
-    /// The first clique of the subtree of each.
+    /// The given variables, and the weighed ones.
+    pub(super) told: Vec<usize>,
+    pub(super) weighed: Vec<usize>,
+    /// For each variable the node of its likelihood; `usize::MAX` where it has none.
+    pub(super) likelihoods: Vec<usize>,
+    pub(super) parts: Vec<Part>,
+    /// The first node of the subtree of each.
     pub(super) first: Vec<usize>,
+    /// Products of the subtree of each.
+    pub(super) work: Vec<f64>,
+    /// Where each node's cells, derivative and marginals begin; then the ends.
+    pub(super) offsets: Vec<Offsets>,
+    pub(super) readings: Vec<Reading>,
+    pub(super) tables: Tables,
+    pub(super) pool: Pool,
     /// Where each variable's marginal lies, one that has none nowhere.
     pub(super) places: Vec<std::ops::Range<usize>>,
+    /// For each node its variables, by their numbers in the network, slowest first; only where assignments are looked for.
+    pub(super) scopes: Vec<Vec<usize>>,
+    cost: Cost,
 }
 
-/// Where something of a clique begins.
+/// Where something of a node begins.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Offsets {
-    pub(super) cells: usize,
-    pub(super) message: usize,
+    pub(super) value: usize,
+    pub(super) derivative: usize,
     pub(super) marginals: usize,
 }
 
-/// Products of tables are kept where a clique has at most this many cells.
-const KEPT: usize = 1 << 16;
-
-/// Cliques that have been found, for those who want to know the cost first.
+/// A tree that has been found, for those who want to know the cost first.
 pub(super) struct Outline {
-    cliques: Cliques,
-    given: Vec<bool>,
-    included: Vec<bool>,
+    problem: Problem,
+    pairing: Pairing,
+    /// For each leaf the table, or the variable of a likelihood.
+    leaves: Vec<Leaf>,
     pub(super) cost: Cost,
 }
 
-impl Outline {
-    fn whole(network: &Network, given: &[usize]) -> Self {
-        let count = network.cardinalities.len();
-        let mut is_given = vec![false; count];
-        given.iter().for_each(|variable| is_given[*variable] = true);
-        Self::of(network, is_given, vec![true; count])
-    }
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Leaf {
+    Table(usize),
+    Likelihood(u32),
+}
 
-    /// The cliques of the variables that are included and not given. The others are left out with their tables: they
-    /// must be barren.
-    pub(super) fn of(network: &Network, given: Vec<bool>, included: Vec<bool>) -> Self {
-        let tables = (network.tables.iter()).filter(|table| table.variables.iter().all(|one| included[*one]));
-        let left_out: Vec<bool> =
-            given.iter().zip(&included).map(|(given, included)| *given || !included).collect();
-        let graph =
-            Graph::of(&network.cardinalities, tables.map(|table| table.variables.as_slice()), &left_out);
-        let cliques = graph.triangulate(&left_out);
-        let width = cliques.members.iter().map(Vec::len).max().unwrap_or(0);
-        let cost = Cost::of(cliques.cells, width);
-        Self { cliques, given, included, cost }
+impl Outline {
+    /// `weighed` is by the network's numbers.
+    pub(super) fn of(problem: Problem, weighed: &[bool], effort: Effort) -> Self {
+        let order = triangulate(&problem, effort);
+        let mut leaves: Vec<Leaf> = (0..problem.tables.len()).map(Leaf::Table).collect();
+        let mut scopes = problem.scopes.clone();
+        let mut has = vec![false; problem.variables.len()];
+        scopes.iter().flatten().for_each(|one| has[*one as usize] = true);
+        for (own, variable) in problem.variables.iter().enumerate() {
+            if weighed[*variable] || !has[own] {
+                leaves.push(Leaf::Likelihood(own as u32));
+                scopes.push(vec![own as u32]);
+            }
+        }
+        let pairing = pair(&problem, &scopes, &order.variables);
+        let cost = Cost::of_pairing(&problem, &pairing);
+        Self { problem, pairing, leaves, cost }
     }
 }
 
+/// What a tree is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Purpose {
+    /// Sums: marginals, the probability of the evidence.
+    Sum,
+    /// Largest values: the most probable assignment.
+    Maximum,
+}
+
+fn flags(count: usize, which: &[usize]) -> Vec<bool> {
+    let mut flags = vec![false; count];
+    which.iter().for_each(|one| flags[*one] = true);
+    flags
+}
+
 impl Tree {
-    /// The junction tree of a network in which the values of some variables are given each time.
+    /// One join tree of the whole network. The values of `given` variables are told each time; those of `weighed` ones may be,
+    /// or a likelihood. Marginals are those of `wanted` variables.
     ///
     /// # Errors
     /// There is no room for it.
-    pub fn new(network: &Network, given: &[usize]) -> Result<Self, Error> {
-        let outline = Outline::whole(network, given);
+    pub fn new(
+        network: &Network,
+        given: &[usize],
+        weighed: &[usize],
+        wanted: &[usize],
+    ) -> Result<Self, Error> {
+        Self::whole(network, given, weighed, wanted, Purpose::Sum)
+    }
+
+    pub(super) fn whole(
+        network: &Network,
+        given: &[usize],
+        weighed: &[usize],
+        wanted: &[usize],
+        purpose: Purpose,
+    ) -> Result<Self, Error> {
+        let count = network.cardinalities.len();
+        let given = flags(count, given);
+        let problem = Problem::of(network, &given, None);
+        let outline = Outline::of(problem, &flags(count, weighed), Effort::Search);
         outline.cost.fits()?;
-        Ok(Self::from_outline(network, outline, (0..network.cardinalities.len()).collect()))
+        Ok(Self::from_outline(network, &given, outline, wanted, purpose))
     }
 
     /// What the tree would take; nothing is made.
     pub fn cost_of(network: &Network, given: &[usize]) -> Cost {
-        Outline::whole(network, given).cost
+        let count = network.cardinalities.len();
+        let problem = Problem::of(network, &flags(count, given), None);
+        Outline::of(problem, &flags(count, &[]), Effort::Search).cost
     }
 
     /// What the tree takes.
     pub fn cost(&self) -> Cost {
-        let cells: usize = self.cliques.iter().map(|clique| clique.blocks.cells()).sum();
-        let width = self.cliques.iter().map(|clique| clique.variables.len()).max().unwrap_or(0);
-        Cost::of(cells as f64, width)
+        self.cost
     }
 
-    pub(super) fn from_outline(network: &Network, outline: Outline, wanted: Vec<usize>) -> Self {
-        let Outline { cliques: Cliques { members, parent, .. }, given, included, .. } = outline;
-        let extent = |one: &usize| network.cardinalities[*one];
-        let cells = |variables: &[usize]| variables.iter().map(extent).product::<usize>();
-        // What a clique shares with its parent comes last, so that its message is summed along its rows.
-        let shared: Vec<Vec<usize>> = (members.iter().zip(&parent))
-            .map(|(own, parent)| {
-                let above = parent.map(|parent| &members[parent][..]).unwrap_or_default();
-                own.iter().filter(|one| above.binary_search(one).is_ok()).map(|one| *one as usize).collect()
+    pub(super) fn from_outline(
+        network: &Network,
+        given: &[bool],
+        outline: Outline,
+        wanted: &[usize],
+        purpose: Purpose,
+    ) -> Self {
+        let Outline { problem, pairing, leaves, mut cost } = outline;
+        let extents = &problem.cardinalities;
+        let density: Vec<f64> = leaves
+            .iter()
+            .map(|leaf| match leaf {
+                Leaf::Table(table) => network.tables[problem.tables[*table]].density(),
+                Leaf::Likelihood(_) => 1.0,
             })
             .collect();
-        let mut cliques: Vec<Clique> = (members.iter().zip(&shared))
-            .map(|(own, shared)| {
-                let rest = own.iter().map(|one| *one as usize).filter(|one| !shared.contains(one));
-                let variables: Vec<usize> = rest.chain(shared.iter().copied()).collect();
-                let blocks = Blocks::of(variables.iter().map(extent).collect());
-                Clique {
-                    variables,
-                    blocks,
-                    sources: Vec::new(),
-                    fixed: None,
-                    children: Vec::new(),
-                    parent: None,
-                    message: cells(shared),
-                    marginals: Vec::new(),
-                    likelihoods: Vec::new(),
+        let Layout { axes, rows } = lay_out(&pairing, extents, &density);
+        let builder = Builder::new(network, &problem, given);
+        let mut tables = Tables::new(&builder);
+        let mut pool = Pool::new();
+        let mut likelihoods = vec![usize::MAX; network.cardinalities.len()];
+        let mut parts: Vec<Part> = Vec::with_capacity(pairing.nodes.len());
+        for (number, node) in pairing.nodes.iter().enumerate() {
+            let leaf = node.leaf.as_ref().map(|(leaf, alone)| (leaves[*leaf], alone));
+            let (source, constant) = match (leaf, node.children) {
+                (Some((Leaf::Table(table), alone)), _) => {
+                    let (start, slice) = tables.keep(&builder, table, &axes[number], alone);
+                    (Source::Table { start, slice }, slice == CONSTANT)
                 }
-            })
-            .collect();
-        for number in 0..cliques.len() {
-            let Some(above) = parent[number] else { continue };
-            let own = reach(&cliques[number], &shared[number], network);
-            cliques[number].parent = Some((above, own));
-            let theirs = reach(&cliques[above], &shared[number], network);
-            cliques[above].children.push((number, theirs));
-        }
-        // For each variable the cliques that have it, smallest first.
-        let mut having: Vec<Vec<usize>> = vec![Vec::new(); network.cardinalities.len()];
-        for (number, clique) in cliques.iter().enumerate() {
-            clique.variables.iter().for_each(|variable| having[*variable].push(number));
-        }
-        having.iter_mut().for_each(|list| list.sort_by_key(|number| cliques[*number].blocks.cells()));
-        let mut known = Vec::new();
-        for (number, table) in network.tables.iter().enumerate() {
-            if !table.variables.iter().all(|one| included[*one]) {
-                continue;
-            }
-            let strides = strides(&table.variables, network);
-            let free: Vec<usize> = table.variables.iter().copied().filter(|one| !given[*one]).collect();
-            let pairs = table.variables.iter().copied().zip(strides.iter().copied());
-            let fixed: Vec<(usize, usize)> = pairs.clone().filter(|(one, _)| given[*one]).collect();
-            // The table is multiplied in the smallest clique that has its rarest variable and all others.
-            let rarest = free.iter().min_by_key(|one| having[**one].len());
-            let Some(rarest) = rarest else {
-                known.push((number, fixed));
-                continue;
+                (Some((Leaf::Likelihood(own), _)), _) => {
+                    likelihoods[problem.variables[own as usize]] = number;
+                    (Source::Own, false)
+                }
+                (None, children) => {
+                    let constant = children.is_some_and(|(first, second): (usize, usize)| {
+                        parts[first].constant && parts[second].constant
+                    });
+                    (Source::Own, constant)
+                }
             };
-            let fits = |clique: &&usize| free.iter().all(|one| cliques[**clique].variables.contains(one));
-            let home =
-                having[*rarest].iter().find(fits).copied().expect("internal: a table lies in a clique");
-            let along: Vec<usize> = (cliques[home].variables.iter())
-                .map(|one| pairs.clone().find(|(other, _)| other == one).map_or(0, |(_, stride)| stride))
-                .collect();
-            let reach = cliques[home].blocks.reach(&along);
-            cliques[home].sources.push(Source { table: number, reach, given: fixed });
+            let up = node.children.map(|(first, second)| {
+                Contraction::of(&axes[number], &axes[first], &axes[second], &rows[number], extents, &mut pool)
+            });
+            let cells = axes[number].iter().map(|axis| extents[*axis as usize]).product();
+            let (children, parent) = (node.children, node.parent);
+            parts.push(Part { source, cells, children, parent, up, down: None, readings: 0..0, constant });
         }
-        for variable in wanted.into_iter().filter(|one| !given[*one] && included[*one]) {
-            let Some(home) = having[variable].first().copied() else { continue };
-            let along = reach(&cliques[home], &[variable], network);
-            cliques[home].marginals.push((variable, along));
-        }
-        for (variable, homes) in having.iter().enumerate() {
-            if let Some(home) = homes.first().copied() {
-                let along = reach(&cliques[home], &[variable], network);
-                cliques[home].likelihoods.push((variable, along));
+        keep_constants(&mut parts, &mut tables, &pool, purpose);
+        let shape = (&pairing, axes.as_slice(), leaves.as_slice());
+        let Readings { all: readings, active } = place(&builder, shape, &mut parts, wanted, &mut tables);
+        for number in 0..parts.len() {
+            let parent = parts[number].parent;
+            if !active[number] || parent == number {
+                continue;
             }
+            let (first, second) = parts[parent].children.expect("internal: a parent has children");
+            let sibling = if first == number { second } else { first };
+            let (z, x, y) = (&axes[number], &axes[parent], &axes[sibling]);
+            parts[number].down = Some(Contraction::of(z, x, y, &rows[parent], extents, &mut pool));
         }
-        let (mut offsets, mut next) = (Vec::new(), Offsets::default());
+        let (mut offsets, mut next) = (Vec::with_capacity(parts.len() + 1), Offsets::default());
         let mut places = vec![0..0; network.cardinalities.len()];
-        let mut first: Vec<usize> = (0..cliques.len()).collect();
-        for (number, clique) in cliques.iter_mut().enumerate() {
+        let mut work: Vec<f64> = Vec::with_capacity(parts.len());
+        for (number, part) in parts.iter().enumerate() {
             offsets.push(next);
-            next.cells += clique.blocks.cells();
-            // What the message was multiplied by stands behind it.
-            next.message += clique.message + 1;
-            for (variable, _) in &clique.marginals {
-                let end = next.marginals + network.cardinalities[*variable];
-                places[*variable] = next.marginals..end;
+            if matches!(part.source, Source::Own) {
+                next.value += part.cells;
+            }
+            if part.down.is_some() || part.parent == number {
+                next.derivative += part.cells;
+            }
+            for reading in &readings[part.readings.clone()] {
+                let end = next.marginals + network.cardinalities[reading.variable];
+                places[reading.variable] = next.marginals..end;
                 next.marginals = end;
             }
-            clique.keep_fixed(network);
-            if let Some(above) = parent[number] {
-                first[above] = first[above].min(first[number]);
-            }
+            let below = part.children.map_or(0.0, |(first, second)| work[first] + work[second]);
+            work.push(below + part.up.map_or(0.0, |up| up.cells));
         }
         offsets.push(next);
-        Self { network: network.clone(), cliques, known, given, offsets, first, places }
-    }
-}
-
-impl Clique {
-    /// Multiplies once what does not depend on what is given.
-    fn keep_fixed(&mut self, network: &Network) {
-        if self.blocks.cells() > KEPT || !self.sources.iter().any(|source| source.given.is_empty()) {
-            return;
+        cost.bytes = 8.0 * (next.value + next.derivative + tables.values.len()) as f64;
+        let scopes = match purpose {
+            Purpose::Sum => Vec::new(),
+            Purpose::Maximum => scopes(&problem, &pairing, &axes),
+        };
+        Self {
+            cardinalities: network.cardinalities.clone(),
+            given: given.to_vec(),
+            told: (0..given.len()).filter(|one| given[*one]).collect(),
+            weighed: (0..given.len()).filter(|one| likelihoods[*one] != usize::MAX).collect(),
+            likelihoods,
+            parts,
+            first: pairing.first,
+            work,
+            offsets,
+            readings,
+            tables,
+            pool,
+            places,
+            scopes,
+            cost,
         }
-        let mut fixed = vec![1.0; self.blocks.cells()];
-        let (constant, others): (Vec<Source>, Vec<Source>) =
-            std::mem::take(&mut self.sources).into_iter().partition(|source| source.given.is_empty());
-        for (number, block) in fixed.chunks_exact_mut(self.blocks.width).enumerate() {
-            for source in &constant {
-                source.reach.multiply(block, number, &network.tables[source.table].values, 0);
-            }
+    }
+}
+
+/// Computes what no evidence changes: such nodes are tables like those of the network.
+fn keep_constants(parts: &mut [Part], tables: &mut Tables, pool: &Pool, purpose: Purpose) {
+    for number in 0..parts.len() {
+        let (Some(up), Some((first, second)), true) =
+            (parts[number].up, parts[number].children, parts[number].constant)
+        else {
+            continue;
+        };
+        let cells = |child: usize| match parts[child].source {
+            Source::Table { start, .. } => &tables.values[start..start + parts[child].cells],
+            Source::Own => unreachable!("internal: what is constant is a table"),
+        };
+        let mut own = vec![0.0; parts[number].cells];
+        match purpose {
+            Purpose::Sum => up.run::<false>(pool, cells(first), cells(second), &mut own, None),
+            Purpose::Maximum => up.run::<true>(pool, cells(first), cells(second), &mut own, None),
         }
-        self.sources = others;
-        self.fixed = Some(fixed);
+        tables.exponent += rescale(&mut own).unwrap_or(0);
+        parts[number].source = Source::Table { start: tables.values.len(), slice: CONSTANT };
+        tables.values.extend_from_slice(&own);
     }
 }
 
-/// Where a clique's cells lie in a table over some of its variables, in this order.
-fn reach(clique: &Clique, variables: &[usize], network: &Network) -> Reach {
-    let strides = strides(variables, network);
-    let along: Vec<usize> = (clique.variables.iter())
-        .map(|one| variables.iter().position(|other| other == one).map_or(0, |place| strides[place]))
-        .collect();
-    clique.blocks.reach(&along)
-}
-
-/// How far apart the values of each variable are in a table over them.
-fn strides(variables: &[usize], network: &Network) -> Vec<usize> {
-    let (mut strides, mut stride) = (vec![0; variables.len()], 1);
-    for (place, variable) in variables.iter().enumerate().rev() {
-        strides[place] = stride;
-        stride *= network.cardinalities[*variable];
-    }
-    strides
+/// The variables of each node by their numbers in the network, and behind them those that only this leaf has.
+fn scopes(problem: &Problem, pairing: &Pairing, axes: &[Vec<u32>]) -> Vec<Vec<usize>> {
+    let of = |axis: &u32| problem.variables[*axis as usize];
+    let all = pairing.nodes.iter().zip(axes).map(|(node, axes)| {
+        let alone = node.leaf.iter().flat_map(|(_, alone)| alone);
+        axes.iter().chain(alone).map(of).collect()
+    });
+    all.collect()
 }

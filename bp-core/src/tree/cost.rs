@@ -1,44 +1,58 @@
 //! What a tree takes, and whether there is room for it.
 //!
-//! In: cells. Out: a [`Cost`]; an error that says how much would be needed. Invariant: nothing is allocated that does not
-//! fit; on a machine that does not say how much memory it has, eight gigabytes do.
+//! In: a tree that is only outlined. Out: a [`Cost`]; an error that says how much would be needed. Invariant: nothing is
+//! allocated that does not fit; on a machine that does not say how much memory it has, eight gigabytes do.
 
+use super::pair::Pairing;
+use super::problem::Problem;
 use crate::error::Error;
 
 /// What a tree would take, before it is made.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Cost {
-    /// Cells of all cliques.
+    /// Cells of all products: for each one multiplication and one addition on the way up, and as many for each derivative
+    /// on the way down.
     pub cells: f64,
-    /// Variables of the largest clique.
+    /// Variables of the largest product.
     pub width: usize,
-    /// Bytes of working memory.
+    /// Bytes of what is kept: the tables, and the cells of each node and their derivatives.
     pub bytes: f64,
 }
 
-/// Bytes for each cell: the cell itself, its share of the messages, and where they are read.
-const BYTES: f64 = 10.0;
-
 impl Cost {
-    /// The cost of some cells.
-    pub(super) fn of(cells: f64, width: usize) -> Self {
-        Self { cells, width, bytes: BYTES * cells }
+    pub(super) fn of_pairing(problem: &Problem, pairing: &Pairing) -> Self {
+        let mut cost = Self::default();
+        for node in &pairing.nodes {
+            let own = problem.cells(&node.scope);
+            cost.bytes += 16.0 * own;
+            let Some((first, second)) = node.children else { continue };
+            let (one, other) = (&pairing.nodes[first].scope, &pairing.nodes[second].scope);
+            let more: Vec<u32> =
+                other.iter().copied().filter(|axis| one.binary_search(axis).is_err()).collect();
+            cost.cells += problem.cells(one) * problem.cells(&more);
+            cost.width = cost.width.max(one.len() + more.len());
+        }
+        cost
     }
 
     /// Both together.
     pub(super) fn and(self, other: Self) -> Self {
-        Self::of(self.cells + other.cells, self.width.max(other.width))
+        Self {
+            cells: self.cells + other.cells,
+            width: self.width.max(other.width),
+            bytes: self.bytes + other.bytes,
+        }
     }
 
     /// Refuses what does not fit.
     pub(super) fn fits(self) -> Result<(), Error> {
-        let most = free_memory() / BYTES;
-        match self.cells <= most {
+        let most = free_memory();
+        match self.bytes <= most {
             true => Ok(()),
             false => Err(Error::TooLarge {
-                name: "the junction tree".to_owned(),
-                cells: self.cells,
-                most: most.floor(),
+                name: "the join tree".to_owned(),
+                cells: self.bytes / 8.0,
+                most: (most / 8.0).floor(),
                 help: "observe more variables, ask for fewer of them, or estimate by sampling".to_owned(),
             }),
         }

@@ -1,9 +1,10 @@
 //! Evidence: what is known of the variables of a network.
 //!
-//! In: values and likelihoods. Out: them, ready for a tree. Invariant: a given variable's value slices its tables; any
-//! other's is a likelihood of 0 and 1.
+//! In: values and likelihoods. Out: them, ready for a tree. Invariant: a given variable's value slices its tables; a
+//! weighed one's is a likelihood of 0 and 1; of any other nothing may be known.
 
 use super::compile::Tree;
+use super::propagate::rescale;
 use crate::error::Error;
 
 /// What is known: values, and likelihoods.
@@ -20,32 +21,37 @@ pub struct Evidence {
 pub(super) struct Known {
     /// The value of each variable that has one; else `usize::MAX`.
     pub(super) values: Vec<usize>,
-    /// Where the likelihood of each variable begins; `usize::MAX` where it has none.
-    pub(super) places: Vec<usize>,
-    pub(super) likelihoods: Vec<f64>,
-    /// ln of what is certain: tables and likelihoods of given variables only.
-    pub(super) ln_certain: f64,
+    /// Which variables have a likelihood that says something.
+    pub(super) weighed: Vec<bool>,
+    /// For each slicing of the tree's tables which slice.
+    pub(super) slices: Vec<usize>,
+    /// What is certain, tables and likelihoods of given variables only, without a power of two.
+    pub(super) certain: f64,
+    pub(super) exponent: i64,
 }
 
 impl Known {
-    pub(super) fn nothing(count: usize) -> Self {
+    pub(super) fn nothing(tree: &Tree) -> Self {
+        let count = tree.cardinalities.len();
         Self {
             values: vec![usize::MAX; count],
-            places: vec![usize::MAX; count],
-            likelihoods: Vec::new(),
-            ln_certain: 0.0,
+            weighed: vec![false; count],
+            slices: vec![0; tree.tables.slicings.len()],
+            certain: 1.0,
+            exponent: 0,
         }
     }
 
-    /// Reads evidence for a tree.
-    pub(super) fn read(&mut self, tree: &Tree, evidence: &Evidence) -> Result<(), Error> {
+    /// Reads evidence for a tree; the likelihoods go into `cells`.
+    pub(super) fn read(&mut self, tree: &Tree, evidence: &Evidence, cells: &mut [f64]) -> Result<(), Error> {
         self.values.fill(usize::MAX);
-        self.places.fill(usize::MAX);
-        self.likelihoods.clear();
-        self.ln_certain = 0.0;
-        let cardinalities = &tree.network.cardinalities;
+        self.weighed.fill(false);
+        (self.certain, self.exponent) = (1.0, 0);
+        for variable in &tree.weighed {
+            cells[tree.likelihood(*variable)].fill(1.0);
+        }
         for (variable, value) in &evidence.hard {
-            let count = cardinalities[*variable];
+            let count = tree.cardinalities[*variable];
             if *value >= count {
                 return Err(Error::input(
                     format!("variable {variable}"),
@@ -54,59 +60,70 @@ impl Known {
             }
             self.values[*variable] = *value;
             if !tree.given[*variable] {
-                self.places[*variable] = self.likelihoods.len();
-                self.likelihoods.extend((0..count).map(|other| f64::from(u8::from(other == *value))));
+                self.weigh(tree, *variable, cells, |other| f64::from(u8::from(other == *value)))?;
             }
         }
-        for (variable, weights) in &evidence.likelihoods {
-            self.weigh(tree, *variable, weights)?;
-        }
-        let missing =
-            (0..cardinalities.len()).find(|one| tree.given[*one] && self.values[*one] == usize::MAX);
-        if let Some(variable) = missing {
+        if let Some(variable) = tree.told.iter().find(|one| self.values[**one] == usize::MAX) {
             return Err(Error::input(format!("variable {variable}"), "its value was not given"));
         }
-        for (table, given) in &tree.known {
-            self.ln_certain += tree.network.tables[*table].values[self.base(given)].ln();
+        for (variable, weights) in &evidence.likelihoods {
+            let count = tree.cardinalities[*variable];
+            let valid =
+                weights.len() == count && weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite());
+            if !valid {
+                let message = format!(
+                    "its likelihood must be {count} finite numbers, none negative, but it is {weights:?}"
+                );
+                return Err(Error::input(format!("variable {variable}"), message));
+            }
+            match tree.given[*variable] {
+                true => self.include(weights[self.values[*variable]], || vec![*variable])?,
+                false => self.weigh(tree, *variable, cells, |value| weights[value])?,
+            }
+        }
+        for (slice, slicing) in self.slices.iter_mut().zip(&tree.tables.slicings) {
+            *slice = slicing.iter().map(|(variable, step)| self.values[*variable] * step).sum();
+        }
+        for (start, slicing) in &tree.tables.known {
+            let value = tree.tables.values[start + self.slices[*slicing]];
+            let variables = || tree.tables.slicings[*slicing].iter().map(|(variable, _)| *variable).collect();
+            self.include(value, variables)?;
         }
         Ok(())
     }
 
-    fn weigh(&mut self, tree: &Tree, variable: usize, weights: &[f64]) -> Result<(), Error> {
-        let count = tree.network.cardinalities[variable];
-        let valid =
-            weights.len() == count && weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite());
-        if !valid {
-            let message = format!(
-                "its likelihood must be {count} finite numbers, none negative, but it is {weights:?}"
-            );
+    /// A factor of what is certain.
+    fn include(&mut self, value: f64, variables: impl Fn() -> Vec<usize>) -> Result<(), Error> {
+        self.certain *= value;
+        let mut certain = [self.certain];
+        self.exponent += rescale(&mut certain).ok_or_else(|| contradiction(variables()))?;
+        self.certain = certain[0];
+        Ok(())
+    }
+
+    fn weigh(
+        &mut self,
+        tree: &Tree,
+        variable: usize,
+        cells: &mut [f64],
+        weight: impl Fn(usize) -> f64,
+    ) -> Result<(), Error> {
+        if tree.likelihoods[variable] == usize::MAX {
+            let message =
+                "something is known of it, but it is neither a given nor a weighed variable of this plan";
             return Err(Error::input(format!("variable {variable}"), message));
         }
-        match (self.values[variable], self.places[variable]) {
-            (value, _) if tree.given[variable] && value < count => self.ln_certain += weights[value].ln(),
-            (_, usize::MAX) => {
-                self.places[variable] = self.likelihoods.len();
-                self.likelihoods.extend_from_slice(weights);
-            }
-            (_, place) => {
-                let known = &mut self.likelihoods[place..place + count];
-                known.iter_mut().zip(weights).for_each(|(known, weight)| *known *= weight);
-            }
-        }
+        self.weighed[variable] = true;
+        let own = &mut cells[tree.likelihood(variable)];
+        own.iter_mut().enumerate().for_each(|(value, cell)| *cell *= weight(value));
         Ok(())
     }
+}
 
-    /// The given variables of a table that is 0 at their values, or a variable whose likelihood is.
-    pub(super) fn certain_zero(&self, tree: &Tree) -> Vec<usize> {
-        let zero = |(table, given): &&(usize, Vec<(usize, usize)>)| {
-            tree.network.tables[*table].values[self.base(given)] == 0.0
-        };
-        let table = tree.known.iter().find(zero);
-        table.map_or_else(Vec::new, |(_, given)| given.iter().map(|(variable, _)| *variable).collect())
-    }
-
-    /// Where a table begins at the given values.
-    pub(super) fn base(&self, given: &[(usize, usize)]) -> usize {
-        given.iter().map(|(variable, stride)| self.values[*variable] * stride).sum()
-    }
+/// Evidence that cannot be.
+pub(super) fn contradiction(mut variables: Vec<usize>) -> Error {
+    variables.sort_unstable();
+    variables.dedup();
+    let names = format!("variables {variables:?}");
+    Error::Contradiction { variables, names }
 }

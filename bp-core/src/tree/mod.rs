@@ -7,20 +7,26 @@
 
 mod batch;
 mod compile;
+mod contraction;
 mod cost;
 mod evidence;
+mod layout;
 mod most_probable;
 mod names;
 mod network;
+mod pair;
 mod plan;
+mod problem;
 mod propagate;
-mod stride;
+mod reading;
+mod table;
 mod triangulate;
 
 pub use batch::{Posterior, answer_cases};
 pub use compile::Tree;
 pub use cost::Cost;
 pub use evidence::Evidence;
+pub use most_probable::most_probable;
 pub use names::Named;
 pub use network::{Network, Table};
 pub use plan::{Marginals, MarginalsSession};

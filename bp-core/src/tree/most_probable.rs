@@ -1,50 +1,66 @@
 //! The most probable assignment of all variables (MPE).
 //!
-//! In: a tree and evidence. Out: a value for each variable, and ln of their joint probability with the evidence.
+//! In: a network and evidence. Out: a value for each variable, and ln of their joint probability with the evidence.
 //! Invariant: no assignment that agrees with the evidence is more probable; among equals it is one of them.
 //!
-//! Largest values instead of sums go up; then each clique chooses the best of what its parent left open (Dawid 1992).
+//! Largest values instead of sums go up; then, from the root down, each product chooses the best of what was maximised in it,
+//! given what is chosen above (Dawid 1992).
 
+use super::compile::{Purpose, Tree};
 use super::evidence::Evidence;
+use super::network::Network;
 use super::propagate::Session;
 use crate::error::Error;
 
+/// A most probable value for each variable, and ln P(values, evidence).
+///
+/// # Errors
+/// There is no room for it; evidence of probability zero, or a value out of its domain.
+pub fn most_probable(network: &Network, evidence: &Evidence) -> Result<(Vec<usize>, f64), Error> {
+    let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
+    // A likelihood of its own for each: so that no table is maximised before it is in a product.
+    let every: Vec<usize> = (0..network.cardinalities.len()).collect();
+    let tree = Tree::whole(network, &given, &every, &[], Purpose::Maximum)?;
+    let mut session = tree.session();
+    session.collect::<true>(evidence)?;
+    Ok((session.assignment(), session.ln_evidence))
+}
+
 impl Session<'_> {
-    /// A most probable value for each variable, and ln P(values, evidence).
-    ///
-    /// # Errors
-    /// As for [`Session::ask`].
-    pub fn most_probable(&mut self, evidence: &Evidence) -> Result<(Vec<usize>, f64), Error> {
-        self.collect(evidence, true)?;
-        let (tree, cardinalities) = (self.tree, &self.tree.network.cardinalities);
-        let mut values = self.known.values.clone();
-        // A value that is a likelihood of 0 and 1 is found again.
-        (0..values.len()).filter(|one| !tree.given[*one]).for_each(|one| values[one] = usize::MAX);
-        for (number, clique) in tree.cliques.iter().enumerate().rev() {
-            let cells = &self.cells[tree.offsets[number].cells..][..clique.blocks.cells()];
-            // What is shared with the parent comes last.
-            let open = clique.variables.iter().take_while(|one| values[**one] == usize::MAX).count();
-            let shared = clique.variables[open..]
-                .iter()
-                .fold(0, |place, one| place * cardinalities[*one] + values[*one]);
-            let rows = clique.blocks.cells() / clique.message;
-            let at = |row: &usize| cells[row * clique.message + shared];
-            let best = (0..rows).max_by(|one, other| at(one).total_cmp(&at(other)));
-            let mut row = best.expect("internal: a clique has cells");
-            for one in clique.variables[..open].iter().rev() {
-                values[*one] = row % cardinalities[*one];
-                row /= cardinalities[*one];
+    /// The best values, after largest values went up.
+    fn assignment(&self) -> Vec<usize> {
+        let (tree, mut values) = (self.tree, self.known.values.clone());
+        for part in tree.parts.iter().rev() {
+            let Some((one, other)) = part.children else { continue };
+            let open = tree.scopes[one].iter().copied().filter(|variable| values[*variable] == usize::MAX);
+            let open: Vec<usize> = open.collect();
+            let cells = |child: usize| tree.value(&self.known, &self.cells, 0, child);
+            let (first, second) = (cells(one), cells(other));
+            let count: usize = open.iter().map(|variable| tree.cardinalities[*variable]).product();
+            let (mut best, mut most) = (0, -1.0);
+            for row in 0..count {
+                self.choose(&open, row, &mut values);
+                let product = first[self.place(one, &values)] * second[self.place(other, &values)];
+                if product > most {
+                    (best, most) = (row, product);
+                }
             }
+            self.choose(&open, best, &mut values);
         }
-        let mut ln_joint = 0.0;
-        for table in &tree.network.tables {
-            let place =
-                table.variables.iter().fold(0, |place, one| place * cardinalities[*one] + values[*one]);
-            ln_joint += table.values[place].ln();
+        values
+    }
+
+    /// Gives some variables the values that a number stands for, the last one fastest.
+    fn choose(&self, variables: &[usize], mut row: usize, values: &mut [usize]) {
+        for variable in variables.iter().rev() {
+            let count = self.tree.cardinalities[*variable];
+            values[*variable] = row % count;
+            row /= count;
         }
-        for (variable, weights) in &evidence.likelihoods {
-            ln_joint += weights[values[*variable]].ln();
-        }
-        Ok((values, ln_joint))
+    }
+
+    fn place(&self, node: usize, values: &[usize]) -> usize {
+        let scope = &self.tree.scopes[node];
+        scope.iter().fold(0, |place, one| place * self.tree.cardinalities[*one] + values[*one])
     }
 }

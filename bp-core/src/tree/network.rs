@@ -16,6 +16,14 @@ pub struct Table {
     pub values: Vec<f64>,
 }
 
+impl Table {
+    /// The share of its cells that are not zero.
+    pub(super) fn density(&self) -> f64 {
+        let some = self.values.iter().filter(|value| **value != 0.0).count();
+        some as f64 / self.values.len().max(1) as f64
+    }
+}
+
 /// Finite variables and tables over them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Network {

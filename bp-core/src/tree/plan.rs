@@ -8,11 +8,13 @@
 //! many targets: targets are taken from the leaves up, each group answers all that it holds, and a group takes in the next
 //! target where one tree for both costs less than two.
 
-use super::compile::{Outline, Tree};
+use super::compile::{Outline, Purpose, Tree};
 use super::cost::Cost;
 use super::evidence::Evidence;
 use super::network::Network;
+use super::problem::Problem;
 use super::propagate::Session;
+use super::triangulate::{Effort, triangulate};
 use crate::error::Error;
 
 /// Trees that together answer what is wanted.
@@ -23,9 +25,6 @@ pub struct Marginals {
     home: Vec<usize>,
     cardinalities: Vec<usize>,
 }
-
-/// Below this many cells one tree is good enough, and nothing else is looked for.
-const SMALL: f64 = 1e6;
 
 impl Marginals {
     /// Plans for some wanted variables. `given` are those whose values will be given; `weighed` those that may get a
@@ -39,27 +38,27 @@ impl Marginals {
         weighed: &[usize],
         wanted: &[usize],
     ) -> Result<Self, Error> {
-        let (outlines, mut home) = outlines(network, given, weighed, wanted);
-        let costs = outlines.iter().map(|(outline, _)| outline.cost);
-        costs.fold(Cost::of(0.0, 0), Cost::and).fits()?;
-        let mut trees = Vec::new();
+        let outlines = Question::new(network, given, weighed, wanted).outlines();
+        outlines.iter().map(|(outline, _)| outline.cost).fold(Cost::default(), Cost::and).fits()?;
+        let is_given = flags(network, given);
+        let mut home = vec![usize::MAX; network.cardinalities.len()];
+        let mut trees = Vec::with_capacity(outlines.len());
         for (outline, wanted) in outlines {
             wanted.iter().for_each(|one| home[*one] = trees.len());
-            trees.push(Tree::from_outline(network, outline, wanted));
+            trees.push(Tree::from_outline(network, &is_given, outline, &wanted, Purpose::Sum));
         }
         Ok(Self { trees, home, cardinalities: network.cardinalities.clone() })
     }
 
     /// What the trees would take together, and how many there would be; nothing is made.
     pub fn plan(network: &Network, given: &[usize], weighed: &[usize], wanted: &[usize]) -> (Cost, usize) {
-        let (outlines, _) = outlines(network, given, weighed, wanted);
-        let costs = outlines.iter().map(|(outline, _)| outline.cost);
-        (costs.fold(Cost::of(0.0, 0), Cost::and), outlines.len())
+        let outlines = Question::new(network, given, weighed, wanted).outlines();
+        (outlines.iter().map(|(outline, _)| outline.cost).fold(Cost::default(), Cost::and), outlines.len())
     }
 
     /// What the trees take together; the width is that of the widest.
     pub fn cost(&self) -> Cost {
-        self.trees.iter().map(Tree::cost).fold(Cost::of(0.0, 0), Cost::and)
+        self.trees.iter().map(Tree::cost).fold(Cost::default(), Cost::and)
     }
 
     /// How many trees there are.
@@ -111,99 +110,110 @@ impl MarginalsSession<'_> {
     }
 }
 
-/// The trees that are to be made, each with what it answers; and room for where each variable will be answered.
-fn outlines(
-    network: &Network,
-    given: &[usize],
-    weighed: &[usize],
-    wanted: &[usize],
-) -> (Vec<(Outline, Vec<usize>)>, Vec<usize>) {
-    let count = network.cardinalities.len();
-    let mut is_given = vec![false; count];
-    given.iter().for_each(|one| is_given[*one] = true);
-    let evidence: Vec<usize> = given.iter().chain(weighed).copied().collect();
-    let mut all = vec![false; count];
-    include(network, wanted.iter().chain(&evidence).copied(), &mut all);
-    let whole = Outline::of(network, is_given.clone(), all.clone());
-    let groups = groups(network, &is_given, &evidence, wanted, &whole.cost);
-    let found = groups.unwrap_or_else(|| vec![(whole, wanted.to_vec())]);
-    (found, vec![usize::MAX; count])
+fn flags(network: &Network, which: &[usize]) -> Vec<bool> {
+    let mut flags = vec![false; network.cardinalities.len()];
+    which.iter().for_each(|one| flags[*one] = true);
+    flags
 }
 
-/// Adds variables and their ancestors.
-fn include(network: &Network, variables: impl Iterator<Item = usize>, included: &mut [bool]) {
-    let mut rest: Vec<usize> = variables.collect();
-    while let Some(one) = rest.pop() {
-        if !std::mem::replace(&mut included[one], true) {
-            rest.extend(network.parents(one));
-        }
-    }
+/// What is known and what is wanted.
+struct Question<'n> {
+    network: &'n Network,
+    given: Vec<bool>,
+    weighed: Vec<bool>,
+    /// Given or weighed.
+    known: Vec<usize>,
+    wanted: &'n [usize],
 }
 
-/// Groups of targets that cost less than the whole; `None` where none are found, or looking would cost more than it saves.
-fn groups(
-    network: &Network,
-    given: &[bool],
-    evidence: &[usize],
-    wanted: &[usize],
-    whole: &Cost,
-) -> Option<Vec<(Outline, Vec<usize>)>> {
-    let count = network.cardinalities.len();
-    let mut is_parent = vec![false; count];
-    (0..count).for_each(|one| network.parents(one).for_each(|parent| is_parent[parent] = true));
-    let leaves = is_parent.iter().filter(|parent| !**parent).count();
-    if whole.cells < SMALL || whole.cells < 20.0 * (leaves * count) as f64 || network.table_of.contains(&None)
-    {
-        return None;
+impl<'n> Question<'n> {
+    fn new(network: &'n Network, given: &[usize], weighed: &[usize], wanted: &'n [usize]) -> Self {
+        let known = given.iter().chain(weighed).copied().collect();
+        Self { network, given: flags(network, given), weighed: flags(network, weighed), known, wanted }
     }
-    let outline = |included: Vec<bool>| Outline::of(network, given.to_vec(), included);
-    let closure = |one: usize| {
-        let mut included = vec![false; count];
-        include(network, evidence.iter().copied().chain([one]), &mut included);
-        included
-    };
-    let mut open: Vec<bool> = vec![false; count];
-    wanted.iter().filter(|one| !given[**one]).for_each(|one| open[*one] = true);
-    let (mut found, mut total): (Vec<(Outline, Vec<bool>)>, f64) = (Vec::new(), 0.0);
-    let mut covered = vec![false; count];
-    for target in children_first(network).into_iter() {
-        if !open[target] || covered[target] {
-            continue;
-        }
-        let included = closure(target);
-        let alone = outline(included.clone());
-        let merged = found.last().map(|(_, last)| {
-            let both: Vec<bool> = last.iter().zip(&included).map(|(one, other)| *one || *other).collect();
-            (outline(both.clone()), both)
-        });
-        included.iter().enumerate().filter(|(_, inside)| **inside).for_each(|(one, _)| covered[one] = true);
-        match merged {
-            Some((together, both))
-                if together.cost.cells
-                    <= found.last().map_or(0.0, |(last, _)| last.cost.cells) + alone.cost.cells =>
-            {
-                total += together.cost.cells - found.last().map_or(0.0, |(last, _)| last.cost.cells);
-                found.pop();
-                found.push((together, both));
-            }
-            _ => {
-                total += alone.cost.cells;
-                found.push((alone, included));
-            }
-        }
-        // Half the cells, or it is not worth the trouble.
-        if total > 0.5 * whole.cells {
+
+    /// The trees that are to be made, each with what it answers.
+    fn outlines(&self) -> Vec<(Outline, Vec<usize>)> {
+        let all = self.ancestors(self.wanted.iter().chain(&self.known).copied());
+        let whole = self.outline(all.as_deref());
+        self.groups(&whole.cost).unwrap_or_else(|| vec![(whole, self.wanted.to_vec())])
+    }
+
+    fn outline(&self, part: Option<&[usize]>) -> Outline {
+        Outline::of(Problem::of(self.network, &self.given, part), &self.weighed, Effort::Search)
+    }
+
+    /// Some variables and their ancestors, ascending; `None` where that is not known to be enough: a table distributes
+    /// nothing.
+    fn ancestors(&self, variables: impl Iterator<Item = usize>) -> Option<Vec<usize>> {
+        let network = self.network;
+        if network.table_of.iter().flatten().count() < network.tables.len() {
             return None;
         }
+        let mut included = vec![false; network.cardinalities.len()];
+        let mut rest: Vec<usize> = variables.collect();
+        while let Some(one) = rest.pop() {
+            if !std::mem::replace(&mut included[one], true) {
+                rest.extend(network.parents(one));
+            }
+        }
+        Some((0..included.len()).filter(|one| included[*one]).collect())
     }
-    let mut answered = vec![false; count];
-    let groups = found.into_iter().map(|(outline, included)| {
-        let own: Vec<usize> = (0..count)
-            .filter(|one| open[*one] && included[*one] && !std::mem::replace(&mut answered[*one], true))
-            .collect();
-        (outline, own)
-    });
-    Some(groups.collect())
+
+    /// Groups of targets that cost less than the whole; `None` where none are found, or looking would cost more than it
+    /// saves.
+    fn groups(&self, whole: &Cost) -> Option<Vec<(Outline, Vec<usize>)>> {
+        let (network, count) = (self.network, self.network.cardinalities.len());
+        let mut is_parent = vec![false; count];
+        (0..count).for_each(|one| network.parents(one).for_each(|parent| is_parent[parent] = true));
+        let leaves = is_parent.iter().filter(|parent| !**parent).count();
+        // One look takes some hundred nanoseconds for each variable, a cell about one on the way there and back.
+        if whole.cells < 300.0 * (leaves * count) as f64 {
+            return None;
+        }
+        let cells = |part: &[usize]| {
+            triangulate(&Problem::of(network, &self.given, Some(part)), Effort::Glance).cells
+        };
+        let mut open = vec![false; count];
+        self.wanted.iter().filter(|one| !self.given[**one]).for_each(|one| open[*one] = true);
+        let mut found: Vec<(Vec<usize>, f64)> = Vec::new();
+        let (mut covered, mut total) = (vec![false; count], 0.0);
+        for target in children_first(network) {
+            if !open[target] || covered[target] {
+                continue;
+            }
+            let part = self.ancestors(self.known.iter().copied().chain([target]))?;
+            part.iter().for_each(|one| covered[*one] = true);
+            let alone = cells(&part);
+            let merged = found.last().map(|(last, before)| {
+                let both = self.ancestors(last.iter().chain(&part).copied()).unwrap_or_default();
+                let together = cells(&both);
+                (both, together, *before)
+            });
+            match merged {
+                Some((both, together, before)) if together <= before + alone => {
+                    total += together - before;
+                    found.pop();
+                    found.push((both, together));
+                }
+                _ => {
+                    total += alone;
+                    found.push((part, alone));
+                }
+            }
+            // Half the cells, or it is not worth the trouble.
+            if total > 0.5 * whole.cells {
+                return None;
+            }
+        }
+        let mut answered = vec![false; count];
+        let groups = found.into_iter().map(|(part, _)| {
+            let new = part.iter().copied();
+            let own = new.filter(|one| open[*one] && !std::mem::replace(&mut answered[*one], true)).collect();
+            (self.outline(Some(&part)), own)
+        });
+        Some(groups.collect())
+    }
 }
 
 /// The variables, each before its parents.

@@ -1,16 +1,17 @@
-//! Two passes over a junction tree: messages up to the roots, and down again.
+//! Two passes over a join tree: products up to the root, derivatives down again.
 //!
-//! In: a [`Tree`] and evidence. Out: every marginal, and ln P(evidence). Invariant: a message is divided by its largest
-//! number as it goes up, and the logarithms are added: nothing underflows that is not zero. Subtrees are independent, so
-//! they may be done at the same time, and nothing depends on the number of threads.
+//! In: a [`Tree`] and evidence. Out: every wanted marginal, and ln P(evidence). Invariant: a power of two is taken out of
+//! what becomes very small or very large: nothing underflows that is not zero. Subtrees are independent, and so are the
+//! cells of a large product: they may be done at the same time, and nothing depends on the number of threads.
 //!
-//! up:   φ_C = Π tables · Π messages,  m_C = Σ_{C∖S} φ_C.
-//! down: β_C = φ_C · (β_S / m_C),  and β_S of each child is a sum of β_C; at a root β_C = φ_C / Σ φ_C.
+//! up:   T_p = Σ T_a · T_b         over what nothing else has.
+//! down: D_a = Σ D_p · T_b,  D_b = Σ D_p · T_a,  D_root = 1:  D = ∂P(e)/∂T, and P(cells, e) = T · D.
 
-use super::compile::{Clique, Tree};
-use super::evidence::{Evidence, Known};
+use super::compile::{Source, Tree};
+use super::contraction::WORTH_SHARING;
+use super::evidence::{Evidence, Known, contradiction};
+use super::reading::Kind;
 use crate::error::Error;
-use rayon::prelude::*;
 
 /// The working memory of one asker; it is kept from question to question.
 #[derive(Clone, Debug)]
@@ -18,14 +19,10 @@ pub struct Session<'t> {
     pub(super) tree: &'t Tree,
     pub(super) known: Known,
     pub(super) cells: Vec<f64>,
-    messages: Vec<f64>,
-    down: Vec<f64>,
+    derivatives: Vec<f64>,
     marginals: Vec<f64>,
     pub(super) ln_evidence: f64,
 }
-
-/// A subtree of fewer cells is not worth handing to another thread.
-const WORTH_SHARING: usize = 1 << 15;
 
 impl Tree {
     /// Working memory for asking.
@@ -33,30 +30,63 @@ impl Tree {
         let end = self.offsets.last().copied().unwrap_or_default();
         Session {
             tree: self,
-            known: Known::nothing(self.network.cardinalities.len()),
-            cells: vec![0.0; end.cells],
-            messages: vec![0.0; end.message],
-            down: vec![0.0; end.message],
+            known: Known::nothing(self),
+            cells: vec![0.0; end.value],
+            derivatives: vec![0.0; end.derivative],
             marginals: vec![0.0; end.marginals],
             ln_evidence: 0.0,
         }
     }
+
+    /// The cells of a node, from those that a stretch of nodes from `first` on has.
+    pub(super) fn value<'c>(
+        &'c self,
+        known: &Known,
+        cells: &'c [f64],
+        first: usize,
+        node: usize,
+    ) -> &'c [f64] {
+        let count = self.parts[node].cells;
+        match self.parts[node].source {
+            Source::Table { start, slice } => {
+                &self.tables.values[start + known.slices[slice] * count..][..count]
+            }
+            Source::Own => &cells[self.offsets[node].value - self.offsets[first].value..][..count],
+        }
+    }
+
+    /// Where the likelihood of a weighed variable lies.
+    pub(super) fn likelihood(&self, variable: usize) -> std::ops::Range<usize> {
+        let start = self.offsets[self.likelihoods[variable]].value;
+        start..start + self.cardinalities[variable]
+    }
+
+    /// A node of a subtree both of whose children are worth a thread of their own.
+    fn split(&self, root: usize) -> Option<(usize, usize, usize)> {
+        let mut node = root;
+        while self.work[node] >= 2.0 * WORTH_SHARING {
+            let (one, other) = self.parts[node].children?;
+            if self.work[one].min(self.work[other]) >= WORTH_SHARING {
+                return Some((node, one, other));
+            }
+            node = if self.work[one] > self.work[other] { one } else { other };
+        }
+        None
+    }
 }
 
 impl Session<'_> {
-    /// Computes every marginal of the tree given the evidence.
+    /// Computes every wanted marginal given the evidence.
     ///
     /// # Errors
     /// A value out of its domain, a given variable without one, evidence of probability zero.
     pub fn ask(&mut self, evidence: &Evidence) -> Result<(), Error> {
-        self.collect(evidence, false)?;
-        let below = Below {
-            cells: &self.cells,
-            messages: &self.messages,
-            down: &mut self.down,
-            marginals: &mut self.marginals,
-        };
-        distribute(self.tree, 0, self.tree.cliques.len(), below);
+        self.collect::<false>(evidence)?;
+        if let Some(root) = self.tree.parts.len().checked_sub(1) {
+            let pass = Pass { tree: self.tree, known: &self.known };
+            let below = Below { derivatives: &mut self.derivatives, marginals: &mut self.marginals };
+            pass.down(&self.cells, 0, root, below, &[]);
+        }
         Ok(())
     }
 
@@ -65,244 +95,223 @@ impl Session<'_> {
         self.ln_evidence
     }
 
-    /// The marginal of a variable that is answered here; of a given one nothing.
+    /// The marginal of a variable that is answered here; of another one nothing.
     pub fn marginal(&self, variable: usize) -> &[f64] {
         &self.marginals[self.tree.places[variable].clone()]
     }
 
-    /// Messages from the leaves to the roots: of sums, or of the largest values.
-    pub(super) fn collect(&mut self, evidence: &Evidence, maximum: bool) -> Result<(), Error> {
-        self.known.read(self.tree, evidence)?;
-        let pass = Pass { tree: self.tree, known: &self.known, maximum };
-        let ln_scale = pass.up(0, self.tree.cliques.len(), &mut self.cells, &mut self.messages)?;
-        self.ln_evidence = ln_scale + self.known.ln_certain;
-        match self.ln_evidence == f64::NEG_INFINITY {
-            true => Err(contradiction(self.known.certain_zero(self.tree))),
-            false => Ok(()),
+    /// From the leaves to the root: sums, or largest values.
+    pub(super) fn collect<const MAXIMUM: bool>(&mut self, evidence: &Evidence) -> Result<(), Error> {
+        self.known.read(self.tree, evidence, &mut self.cells)?;
+        let (pass, count) = (Pass { tree: self.tree, known: &self.known }, self.tree.parts.len());
+        let mut exponent = self.known.exponent + self.tree.tables.exponent;
+        let mut total = self.known.certain;
+        if let Some(root) = count.checked_sub(1) {
+            let found = pass.up::<MAXIMUM>(0, root, &mut self.cells);
+            exponent += found.map_err(|node| contradiction(pass.observed(node)))?;
+            total *= self.tree.value(&self.known, &self.cells, 0, root)[0];
+        }
+        self.ln_evidence = total.ln() + exponent as f64 * std::f64::consts::LN_2;
+        match total > 0.0 {
+            true => Ok(()),
+            false => {
+                Err(contradiction(count.checked_sub(1).map_or_else(Vec::new, |root| pass.observed(root))))
+            }
         }
     }
 }
 
-/// Evidence that cannot be.
-fn contradiction(variables: Vec<usize>) -> Error {
-    let names = format!("variables {variables:?}");
-    Error::Contradiction { variables, names }
-}
-
-/// One way up.
+/// One question on its way.
+#[derive(Clone, Copy)]
 struct Pass<'s> {
     tree: &'s Tree,
     known: &'s Known,
-    maximum: bool,
 }
 
-impl Pass<'_> {
-    /// The cliques from `first` to before `end`, which are whole subtrees, and their cells and messages.
-    fn up(&self, first: usize, end: usize, cells: &mut [f64], messages: &mut [f64]) -> Result<f64, Error> {
-        let offsets = &self.tree.offsets;
-        let mut ln_scale = 0.0;
-        if cells.len() < WORTH_SHARING || end - first < 2 {
-            for number in first..end {
-                ln_scale += self.clique(number, first, cells, messages)?;
-            }
-            return Ok(ln_scale);
-        }
-        // The roots of these subtrees, and what is below each. A single root is done after what is below it.
-        let single = self.tree.first[end - 1] == first;
-        let inner = if single { end - 1 } else { end };
-        let mut parts = Vec::new();
-        let (mut rest_cells, mut rest_messages) = (&mut *cells, &mut *messages);
-        let mut start = first;
-        for root in self.roots(first, inner) {
-            let (from, to) = (offsets[start], offsets[root + 1]);
-            let (own_cells, other_cells) = rest_cells.split_at_mut(to.cells - from.cells);
-            let (own_messages, other_messages) = rest_messages.split_at_mut(to.message - from.message);
-            parts.push((start, root + 1, own_cells, own_messages));
-            (rest_cells, rest_messages, start) = (other_cells, other_messages, root + 1);
-        }
-        let scales: Vec<Result<f64, Error>> = (parts.into_par_iter())
-            .map(|(first, end, cells, messages)| self.up(first, end, cells, messages))
-            .collect();
-        for scale in scales {
-            ln_scale += scale?;
-        }
-        if single {
-            ln_scale += self.clique(end - 1, first, cells, messages)?;
-        }
-        Ok(ln_scale)
-    }
-
-    /// The roots of the subtrees that make up a stretch of cliques.
-    fn roots(&self, first: usize, end: usize) -> Vec<usize> {
-        let (mut roots, mut next) = (Vec::new(), end);
-        while next > first {
-            roots.push(next - 1);
-            next = self.tree.first[next - 1];
-        }
-        roots.reverse();
-        roots
-    }
-
-    /// One clique: its cells, and its message. Gives ln of what the message was divided by.
-    fn clique(
-        &self,
-        number: usize,
-        first: usize,
-        cells: &mut [f64],
-        messages: &mut [f64],
-    ) -> Result<f64, Error> {
-        let (clique, offsets) = (&self.tree.cliques[number], &self.tree.offsets);
-        let (base, own) = (offsets[first], offsets[number]);
-        let cells = &mut cells[own.cells - base.cells..][..clique.blocks.cells()];
-        let (before, from) = messages.split_at_mut(own.message - base.message);
-        let message = &mut from[..clique.message];
-        message.fill(0.0);
-        for (block_number, block) in cells.chunks_exact_mut(clique.blocks.width).enumerate() {
-            self.fill(clique, block_number, block, before, base.message);
-            match &clique.parent {
-                Some((_, reach)) if self.maximum => reach.maximise(block, block_number, message),
-                Some((_, reach)) => reach.add(block, block_number, message),
-                None if self.maximum => message[0] = block.iter().copied().fold(message[0], f64::max),
-                None => message[0] += block.iter().sum::<f64>(),
-            }
-        }
-        let largest = message.iter().copied().fold(0.0, f64::max);
-        if largest <= 0.0 {
-            return Err(contradiction(self.observed(number)));
-        }
-        let scale = 1.0 / largest;
-        message.iter_mut().for_each(|cell| *cell *= scale);
-        from[clique.message] = scale;
-        Ok(largest.ln())
-    }
-
-    /// The observed variables of a clique; where it has none, those of all cliques below it.
-    fn observed(&self, number: usize) -> Vec<usize> {
-        let of = |clique: &Clique| {
-            let given =
-                clique.sources.iter().flat_map(|source| source.given.iter().map(|(variable, _)| *variable));
-            let weighed =
-                clique.variables.iter().copied().filter(|one| self.known.places[*one] != usize::MAX);
-            given.chain(weighed).collect::<Vec<usize>>()
-        };
-        let mut found = of(&self.tree.cliques[number]);
-        if found.is_empty() {
-            found = self.tree.cliques[self.tree.first[number]..=number].iter().flat_map(of).collect();
-        }
-        found.sort_unstable();
-        found.dedup();
-        found
-    }
-
-    /// One block of a clique: tables, likelihoods and messages, multiplied.
-    #[inline]
-    fn fill(&self, clique: &Clique, number: usize, block: &mut [f64], messages: &[f64], base: usize) {
-        let width = clique.blocks.width;
-        match &clique.fixed {
-            Some(fixed) => block.copy_from_slice(&fixed[number * width..(number + 1) * width]),
-            None => block.fill(1.0),
-        }
-        for source in &clique.sources {
-            let place = self.known.base(&source.given);
-            source.reach.multiply(block, number, &self.tree.network.tables[source.table].values, place);
-        }
-        for (variable, reach) in &clique.likelihoods {
-            let place = self.known.places[*variable];
-            if place != usize::MAX {
-                reach.multiply(block, number, &self.known.likelihoods, place);
-            }
-        }
-        for (child, reach) in &clique.children {
-            reach.multiply(block, number, messages, self.tree.offsets[*child].message - base);
-        }
-    }
-}
-
-/// What the way down needs of a stretch of cliques.
+/// What the way down needs of a stretch of nodes.
 struct Below<'s> {
-    cells: &'s [f64],
-    messages: &'s [f64],
-    down: &'s mut [f64],
+    derivatives: &'s mut [f64],
     marginals: &'s mut [f64],
 }
 
-/// The cliques from `first` to before `end`, which are whole subtrees; what comes down to their roots is there.
-fn distribute(tree: &Tree, first: usize, end: usize, mut below: Below<'_>) {
-    let mut block = Vec::new();
-    if below.cells.len() < WORTH_SHARING || end - first < 2 {
-        (first..end).rev().for_each(|number| down(tree, number, first, &mut below, &mut block));
-        return;
+impl Pass<'_> {
+    /// The nodes from `first` to `root`, which are one subtree, and their cells. Gives the power of two taken out of them,
+    /// or the first node that is zero everywhere.
+    fn up<const MAXIMUM: bool>(self, first: usize, root: usize, cells: &mut [f64]) -> Result<i64, usize> {
+        let Some((node, one, other)) = self.tree.split(root) else {
+            return self.stretch::<MAXIMUM>(first, first..root + 1, cells);
+        };
+        let at = |node: usize| self.tree.offsets[node].value - self.tree.offsets[first].value;
+        let start = self.tree.first[one];
+        let mut exponent = self.stretch::<MAXIMUM>(first, first..start, cells)?;
+        let (_, rest) = cells.split_at_mut(at(start));
+        let (own, rest) = rest.split_at_mut(at(one + 1) - at(start));
+        let (theirs, _) = rest.split_at_mut(at(other + 1) - at(one + 1));
+        let (found, also) = rayon::join(
+            || self.up::<MAXIMUM>(start, one, own),
+            || self.up::<MAXIMUM>(one + 1, other, theirs),
+        );
+        exponent += found? + also?;
+        Ok(exponent + self.stretch::<MAXIMUM>(first, node..root + 1, cells)?)
     }
-    let mut inner = end;
-    if tree.first[end - 1] == first {
-        down(tree, end - 1, first, &mut below, &mut block);
-        inner = end - 1;
-    }
-    let (mut parts, mut start) = (Vec::new(), first);
-    let pass = Pass { tree, known: &Known::nothing(0), maximum: false };
-    let Below { mut cells, mut messages, down: mut rest_down, marginals: mut rest_marginals } = below;
-    for root in pass.roots(first, inner) {
-        let (from, to) = (tree.offsets[start], tree.offsets[root + 1]);
-        let (own_cells, other_cells) = cells.split_at(to.cells - from.cells);
-        let (own_messages, other_messages) = messages.split_at(to.message - from.message);
-        let (own_down, other_down) = rest_down.split_at_mut(to.message - from.message);
-        let (own_marginals, other_marginals) = rest_marginals.split_at_mut(to.marginals - from.marginals);
-        let own =
-            Below { cells: own_cells, messages: own_messages, down: own_down, marginals: own_marginals };
-        parts.push((start, root + 1, own));
-        (cells, messages, start) = (other_cells, other_messages, root + 1);
-        (rest_down, rest_marginals) = (other_down, other_marginals);
-    }
-    parts.into_par_iter().for_each(|(first, end, own)| distribute(tree, first, end, own));
-}
 
-/// One clique on the way down: the beliefs of its children's separators, and its marginals.
-fn down(tree: &Tree, number: usize, first: usize, below: &mut Below<'_>, block: &mut Vec<f64>) {
-    let (clique, base, own) = (&tree.cliques[number], tree.offsets[first], tree.offsets[number]);
-    if clique.children.is_empty() && clique.marginals.is_empty() {
-        return;
+    /// Some nodes, one after the other; `cells` are those from `first` on.
+    fn stretch<const MAXIMUM: bool>(
+        self,
+        first: usize,
+        nodes: std::ops::Range<usize>,
+        cells: &mut [f64],
+    ) -> Result<i64, usize> {
+        let mut exponent = 0;
+        for node in nodes {
+            let part = &self.tree.parts[node];
+            let (Some(up), Some((one, other)), false) = (&part.up, part.children, part.constant) else {
+                continue;
+            };
+            let place = self.tree.offsets[node].value - self.tree.offsets[first].value;
+            let (before, own) = cells.split_at_mut(place);
+            let own = &mut own[..part.cells];
+            let value = |child: usize| self.tree.value(self.known, before, first, child);
+            up.run::<MAXIMUM>(&self.tree.pool, value(one), value(other), own, None);
+            exponent += rescale(own).ok_or(node)?;
+        }
+        Ok(exponent)
     }
-    let cells = &below.cells[own.cells - base.cells..][..clique.blocks.cells()];
-    let (lower, upper) = below.down.split_at_mut(own.message - base.message);
-    let ratio = &mut upper[..clique.message];
-    match &clique.parent {
-        // What came down, over what went up.
-        Some(_) => {
-            let up = &below.messages[own.message - base.message..];
-            let scale = up[clique.message];
-            for (down, up) in ratio.iter_mut().zip(up) {
-                *down = if *up > 0.0 { *down / up * scale } else { 0.0 };
+
+    /// The derivatives of the nodes from `first` to `root`, which are one subtree, and their marginals. `above` is the
+    /// derivative of what stands above the root.
+    fn down(self, cells: &[f64], first: usize, root: usize, below: Below<'_>, above: &[f64]) {
+        let Below { derivatives, marginals } = below;
+        let (tree, base) = (self.tree, self.tree.offsets[first]);
+        if tree.parts[root].down.is_none() && tree.parts[root].parent != root {
+            return;
+        }
+        let visit = |node: usize, derivatives: &mut [f64], marginals: &mut [f64]| {
+            let (part, own) = (&tree.parts[node], tree.offsets[node]);
+            let place = own.derivative - base.derivative;
+            match &part.down {
+                Some(down) => {
+                    let (before, after) = derivatives.split_at_mut(place + part.cells);
+                    let parent = part.parent;
+                    let from = match node == root {
+                        true => above,
+                        false => {
+                            let place = tree.offsets[parent].derivative - tree.offsets[node + 1].derivative;
+                            &after[place..place + tree.parts[parent].cells]
+                        }
+                    };
+                    let (one, other) = tree.parts[parent].children.expect("internal: a parent has children");
+                    let sibling = if one == node { other } else { one };
+                    let sibling = tree.value(self.known, cells, 0, sibling);
+                    let mask = tree.value(self.known, cells, 0, node);
+                    down.run::<false>(&tree.pool, from, sibling, &mut before[place..], Some(mask));
+                    rescale(&mut before[place..]);
+                }
+                None if part.parent == node => derivatives[place..place + part.cells].fill(1.0),
+                None => return,
+            }
+            let mut next = own.marginals - base.marginals;
+            for reading in &tree.readings[part.readings.clone()] {
+                let marginal = &mut marginals[next..next + reading.extent];
+                next += reading.extent;
+                self.read(cells, node, &derivatives[place..place + part.cells], reading.kind, marginal);
+            }
+        };
+        let Some((node, one, other)) = tree.split(root) else {
+            return (first..=root).rev().for_each(|node| visit(node, derivatives, marginals));
+        };
+        let start = tree.first[one];
+        let around = (node..=root).rev().chain((first..start).rev());
+        around.for_each(|node| visit(node, derivatives, marginals));
+        let at = |node: usize| tree.offsets[node].derivative - base.derivative;
+        let (rest, upper) = derivatives.split_at_mut(at(node));
+        let (own, theirs) = rest[at(start)..].split_at_mut(at(one + 1) - at(start));
+        let of = |node: usize| tree.offsets[node].marginals - base.marginals;
+        let (own_marginals, rest) = marginals[of(start)..].split_at_mut(of(one + 1) - of(start));
+        let their_marginals = &mut rest[..of(other + 1) - of(one + 1)];
+        let above = &upper[..tree.offsets[node + 1].derivative - tree.offsets[node].derivative];
+        rayon::join(
+            || self.down(cells, start, one, Below { derivatives: own, marginals: own_marginals }, above),
+            || {
+                self.down(
+                    cells,
+                    one + 1,
+                    other,
+                    Below { derivatives: theirs, marginals: their_marginals },
+                    above,
+                )
+            },
+        );
+    }
+
+    /// The marginal of a variable at a node with these derivatives.
+    fn read(self, cells: &[f64], node: usize, derivatives: &[f64], kind: Kind, marginal: &mut [f64]) {
+        marginal.fill(0.0);
+        let extent = marginal.len();
+        match kind {
+            Kind::Within { inner } => {
+                let values = self.tree.value(self.known, cells, 0, node);
+                let (values, derivatives) = (values.chunks_exact(inner), derivatives.chunks_exact(inner));
+                for (number, (values, derivatives)) in values.zip(derivatives).enumerate() {
+                    let terms = values.iter().zip(derivatives).map(|(value, derivative)| value * derivative);
+                    marginal[number % extent] += terms.sum::<f64>();
+                }
+            }
+            Kind::Beyond { start, slicing } => {
+                let count = derivatives.len() * extent;
+                let table = &self.tree.tables.values[start + self.known.slices[slicing] * count..][..count];
+                for (row, derivative) in table.chunks_exact(extent).zip(derivatives) {
+                    marginal.iter_mut().zip(row).for_each(|(p, cell)| *p += cell * derivative);
+                }
             }
         }
-        None => ratio[0] = 1.0 / cells.iter().sum::<f64>(),
-    }
-    let place = |child: usize| {
-        let start = tree.offsets[child].message - base.message;
-        start..start + tree.cliques[child].message
-    };
-    clique.children.iter().for_each(|(child, _)| lower[place(*child)].fill(0.0));
-    let of = |variable: usize| {
-        let place = tree.places[variable].clone();
-        place.start - base.marginals..place.end - base.marginals
-    };
-    clique.marginals.iter().for_each(|(variable, _)| below.marginals[of(*variable)].fill(0.0));
-    block.resize(clique.blocks.width, 0.0);
-    for (block_number, cells) in cells.chunks_exact(clique.blocks.width).enumerate() {
-        block.copy_from_slice(cells);
-        match &clique.parent {
-            Some((_, reach)) => reach.multiply(block, block_number, ratio, 0),
-            None => block.iter_mut().for_each(|cell| *cell *= ratio[0]),
-        }
-        for (child, reach) in &clique.children {
-            reach.add(block, block_number, &mut lower[place(*child)]);
-        }
-        for (variable, reach) in &clique.marginals {
-            reach.add(block, block_number, &mut below.marginals[of(*variable)]);
+        let total: f64 = marginal.iter().sum();
+        if total > 0.0 {
+            marginal.iter_mut().for_each(|p| *p /= total);
         }
     }
-    for (variable, _) in &clique.marginals {
-        let marginal = &mut below.marginals[of(*variable)];
-        let total = 1.0 / marginal.iter().sum::<f64>();
-        marginal.iter_mut().for_each(|p| *p *= total);
+
+    /// The observed variables of a table below a node that is zero where they are; where there is none, all that are observed
+    /// below it.
+    fn observed(self, node: usize) -> Vec<usize> {
+        let leaves = (self.tree.first[node]..=node).filter(|leaf| self.tree.parts[*leaf].children.is_none());
+        let mut all = Vec::new();
+        for leaf in leaves {
+            let own: Vec<usize> = match self.tree.parts[leaf].source {
+                Source::Table { slice, .. } => {
+                    self.tree.tables.slicings[slice].iter().map(|(variable, _)| *variable).collect()
+                }
+                Source::Own => {
+                    let of = |variable: &&usize| self.tree.likelihoods[**variable] == leaf;
+                    let own = self.tree.weighed.iter().find(of).copied();
+                    own.filter(|variable| self.known.weighed[*variable]).into_iter().collect()
+                }
+            };
+            let is_zero = matches!(self.tree.parts[leaf].source, Source::Table { .. })
+                && self.tree.value(self.known, &[], 0, leaf).iter().all(|cell| *cell == 0.0);
+            if is_zero && !own.is_empty() {
+                return own;
+            }
+            all.extend(own);
+        }
+        all
     }
+}
+
+/// Takes a power of two out of very small or very large cells; `None` if all are zero.
+pub(super) fn rescale(cells: &mut [f64]) -> Option<i64> {
+    const SMALL: f64 = 1e-90;
+    const LARGE: f64 = 1e90;
+    let largest = cells.iter().copied().fold(0.0, f64::max);
+    if (SMALL..LARGE).contains(&largest) {
+        return Some(0);
+    }
+    if largest <= 0.0 {
+        return None;
+    }
+    // Within what a power of two may be.
+    let exponent = largest.log2().floor().clamp(-1000.0, 1000.0) as i32;
+    let factor = 2f64.powi(-exponent);
+    cells.iter_mut().for_each(|cell| *cell *= factor);
+    Some(exponent.into())
 }

@@ -6,7 +6,7 @@ use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::six_digits;
 use crate::wrap::{columns, filled};
-use bp_core::tree::Tree;
+use bp_core::tree::most_probable;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -26,9 +26,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let (named, evidence) = arguments.asked.read()?;
-    let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
-    let tree = Tree::new(&named.network, &given)?;
-    let (values, ln_joint) = tree.session().most_probable(&evidence).map_err(|error| named.tell(error))?;
+    let (values, ln_joint) = most_probable(&named.network, &evidence).map_err(|error| named.tell(error))?;
     let pairs =
         || values.iter().enumerate().map(|(one, value)| (named.variable(one), named.value(one, *value)));
     if arguments.json {

@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             bytes[unit as usize]
         )
     };
-    writeln!(out, "{}", line("one junction tree", tree))?;
+    writeln!(out, "{}", line("one join tree", tree))?;
     let what = match trees {
         1 => "what is run: that".to_owned(),
         several => format!("what is run: {several} trees"),

@@ -1,0 +1,287 @@
+//! The product of two tables, summed over what the third has not: Z[z] = Σ X[x] · Y[y].
+//!
+//! In: the axes of three tables, the last few of which lie side by side. Out: a [`Contraction`]: loops over four kinds of
+//! axes and a row. Invariant: each cell of Z is summed in one order, whatever the number of threads.
+//!
+//! An axis stands in two of the tables or in all three: *batch* in all, *left* in X and Z, *right* in Y and Z, *summed* in X
+//! and Y. Where a kind of axes lies, is a list of offsets for each table. The row is what remains: cells that lie side by
+//! side in each table that has them. Going up, Z is the product of two children; going down, the derivative by one of them.
+
+use rayon::prelude::*;
+
+/// The axes of a table, slowest first.
+pub(super) type Axes = [u32];
+
+/// Loops over one kind of axes: how often, and where in the pool the offsets of each table begin.
+#[derive(Clone, Copy, Debug, Default)]
+struct Loop {
+    count: u32,
+    x: u32,
+    y: u32,
+    z: u32,
+}
+
+/// Which tables have the row.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Row {
+    /// All.
+    Each,
+    /// X and Z: each cell of Y multiplies a row.
+    Scaled,
+    /// X and Y: a cell of Z is a sum over rows.
+    Dot,
+}
+
+/// One product of two tables.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contraction {
+    batch: Loop,
+    left: Loop,
+    right: Loop,
+    summed: Loop,
+    row: Row,
+    length: u32,
+    /// X and Y stand for each other.
+    swapped: bool,
+    /// The slowest axes of Z that are of one kind: (0 batch, 1 left, 2 right; how many parts they make).
+    parts: (u8, u32),
+    /// Products of two cells.
+    pub(super) cells: f64,
+}
+
+/// Offsets of all contractions of a tree.
+#[derive(Clone, Debug)]
+pub(super) struct Pool {
+    offsets: Vec<u32>,
+}
+
+impl Pool {
+    pub(super) fn new() -> Self {
+        // Of no axes.
+        Self { offsets: vec![0] }
+    }
+
+    /// The offsets of some axes in a table, the last axis fastest.
+    fn along(&mut self, axes: &Axes, table: &Axes, cardinalities: &[usize]) -> u32 {
+        if axes.is_empty() {
+            return 0;
+        }
+        let start = self.offsets.len();
+        self.offsets.push(0);
+        for axis in axes {
+            let place = table.iter().position(|one| one == axis).expect("internal: the table has the axis");
+            let stride: usize = table[place + 1..].iter().map(|one| cardinalities[*one as usize]).product();
+            let (count, extent) = (self.offsets.len() - start, cardinalities[*axis as usize]);
+            self.offsets.resize(start + count * extent, 0);
+            for one in (0..count).rev() {
+                let offset = self.offsets[start + one];
+                for value in (0..extent).rev() {
+                    self.offsets[start + one * extent + value] = offset + (value * stride) as u32;
+                }
+            }
+        }
+        start as u32
+    }
+
+    fn at(&self, start: u32, count: u32) -> &[u32] {
+        &self.offsets[start as usize..(start + count) as usize]
+    }
+}
+
+impl Contraction {
+    /// The product of tables with these axes; `row` are the axes that lie side by side, none perhaps.
+    pub(super) fn of(
+        z: &Axes,
+        x: &Axes,
+        y: &Axes,
+        row: &Axes,
+        cardinalities: &[usize],
+        pool: &mut Pool,
+    ) -> Self {
+        let inside = |table: &Axes| row.first().is_some_and(|axis| table.contains(axis));
+        // The row is in X, if it is in one of both.
+        let swapped = !row.is_empty() && !inside(x);
+        let (x, y) = if swapped { (y, x) } else { (x, y) };
+        let mut kinds: [Vec<u32>; 4] = Default::default();
+        let mut leading = None;
+        for axis in z.iter().filter(|axis| !row.contains(axis)) {
+            let kind = match (x.contains(axis), y.contains(axis)) {
+                (true, true) => 0,
+                (true, false) => 1,
+                _ => 2,
+            };
+            kinds[kind].push(*axis);
+            let extent = cardinalities[*axis as usize] as u32;
+            leading = match leading {
+                None => Some((kind as u8, extent, true)),
+                Some((first, parts, true)) if usize::from(first) == kind && parts < PARTS => {
+                    Some((first, parts * extent, true))
+                }
+                Some((first, parts, _)) => Some((first, parts, false)),
+            };
+        }
+        kinds[3].extend(x.iter().filter(|axis| !row.contains(axis) && !z.contains(axis)));
+        let count =
+            |axes: &Axes| axes.iter().map(|one| cardinalities[*one as usize]).product::<usize>() as u32;
+        let mut along = |axes: &Axes, table: &Axes| pool.along(axes, table, cardinalities);
+        let [batch, left, right, summed] = &kinds;
+        let batch = Loop { count: count(batch), x: along(batch, x), y: along(batch, y), z: along(batch, z) };
+        let left = Loop { count: count(left), x: along(left, x), y: 0, z: along(left, z) };
+        let right = Loop { count: count(right), x: 0, y: along(right, y), z: along(right, z) };
+        let summed = Loop { count: count(summed), x: along(summed, x), y: along(summed, y), z: 0 };
+        let length = count(row);
+        let row = match (inside(y), inside(z)) {
+            _ if row.is_empty() => Row::Dot,
+            (true, true) => Row::Each,
+            (false, _) => Row::Scaled,
+            (true, false) => Row::Dot,
+        };
+        let cells = [batch, left, right, summed].iter().map(|one| f64::from(one.count)).product::<f64>();
+        let parts = leading.map_or((0, 1), |(kind, parts, _)| (kind, parts));
+        Self { batch, left, right, summed, row, length, swapped, parts, cells: cells * f64::from(length) }
+    }
+
+    /// Z becomes the product of X and Y. Cells of Z may stay zero where `mask` is.
+    pub(super) fn run<const MAXIMUM: bool>(
+        &self,
+        pool: &Pool,
+        x: &[f64],
+        y: &[f64],
+        z: &mut [f64],
+        mask: Option<&[f64]>,
+    ) {
+        let (x, y) = if self.swapped { (y, x) } else { (x, y) };
+        if self.cells < WORTH_SHARING || self.parts.1 < 2 {
+            return self.part::<MAXIMUM>(pool, x, y, z, mask, 0);
+        }
+        let size = z.len() / self.parts.1 as usize;
+        z.par_chunks_mut(size).enumerate().for_each(|(part, z)| {
+            let mut own = *self;
+            let (kinds, base) = ([&mut own.batch, &mut own.left, &mut own.right], part * size);
+            let [batch, left, right] = kinds;
+            let kind =
+                [batch, left, right].into_iter().nth(self.parts.0.into()).expect("internal: one of three");
+            kind.count /= self.parts.1;
+            let skip = part as u32 * kind.count;
+            let has = |start: u32| if start == 0 { 0 } else { start + skip };
+            (kind.x, kind.y, kind.z) = (has(kind.x), has(kind.y), has(kind.z));
+            let mask = mask.map(|mask| &mask[base..base + size]);
+            own.part::<MAXIMUM>(pool, x, y, z, mask, base as u32);
+        });
+    }
+
+    /// The cells of Z from `base` on.
+    fn part<const MAXIMUM: bool>(
+        &self,
+        pool: &Pool,
+        x: &[f64],
+        y: &[f64],
+        z: &mut [f64],
+        mask: Option<&[f64]>,
+        base: u32,
+    ) {
+        match self.length {
+            1 => self.nest::<1, MAXIMUM>(pool, x, y, z, mask, base),
+            2 => self.nest::<2, MAXIMUM>(pool, x, y, z, mask, base),
+            3 => self.nest::<3, MAXIMUM>(pool, x, y, z, mask, base),
+            4 => self.nest::<4, MAXIMUM>(pool, x, y, z, mask, base),
+            _ => self.nest::<0, MAXIMUM>(pool, x, y, z, mask, base),
+        }
+    }
+
+    /// The loops; the length of a row is known to the compiler, or 0.
+    #[inline]
+    fn nest<const LENGTH: usize, const MAXIMUM: bool>(
+        &self,
+        pool: &Pool,
+        x: &[f64],
+        y: &[f64],
+        z: &mut [f64],
+        mask: Option<&[f64]>,
+        base: u32,
+    ) {
+        let length = if LENGTH == 0 { self.length as usize } else { LENGTH };
+        let of = |kind: &Loop| {
+            [kind.x, kind.y, kind.z].map(|start| pool.at(start, if start == 0 { 1 } else { kind.count }))
+        };
+        let ([batch_x, batch_y, batch_z], [left_x, _, left_z]) = (of(&self.batch), of(&self.left));
+        let ([_, right_y, right_z], [summed_x, summed_y, _]) = (of(&self.right), of(&self.summed));
+        for ((batch_x, batch_y), batch_z) in batch_x.iter().zip(batch_y).zip(batch_z) {
+            for (left_x, left_z) in left_x.iter().zip(left_z) {
+                let x = &x[(batch_x + left_x) as usize..];
+                for (right_y, right_z) in right_y.iter().zip(right_z) {
+                    let y = &y[(batch_y + right_y) as usize..];
+                    let place = (batch_z + left_z + right_z - base) as usize;
+                    let summed = summed_x.iter().zip(summed_y);
+                    match self.row {
+                        Row::Dot => {
+                            let mut total = 0.0;
+                            if mask.is_none_or(|mask| mask[place] != 0.0) {
+                                for (at_x, at_y) in summed {
+                                    let one = &x[*at_x as usize..][..length];
+                                    let other = &y[*at_y as usize..][..length];
+                                    total = fold::<MAXIMUM>(total, dot::<LENGTH, MAXIMUM>(one, other));
+                                }
+                            }
+                            z[place] = total;
+                        }
+                        Row::Scaled => {
+                            let row = &mut z[place..][..length];
+                            row.fill(0.0);
+                            for (at_x, at_y) in summed {
+                                let factor = y[*at_y as usize];
+                                if factor != 0.0 {
+                                    let from = &x[*at_x as usize..][..length];
+                                    for (cell, one) in row.iter_mut().zip(from) {
+                                        *cell = fold::<MAXIMUM>(*cell, one * factor);
+                                    }
+                                }
+                            }
+                        }
+                        Row::Each => {
+                            let row = &mut z[place..][..length];
+                            row.fill(0.0);
+                            for (at_x, at_y) in summed {
+                                let one = &x[*at_x as usize..][..length];
+                                let other = &y[*at_y as usize..][..length];
+                                for ((cell, one), other) in row.iter_mut().zip(one).zip(other) {
+                                    *cell = fold::<MAXIMUM>(*cell, one * other);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A product is cut into so many parts, or somewhat more.
+const PARTS: u32 = 16;
+
+/// Fewer products than this are not worth handing to another thread.
+pub(super) const WORTH_SHARING: f64 = 1e5;
+
+#[inline(always)]
+fn fold<const MAXIMUM: bool>(total: f64, term: f64) -> f64 {
+    if MAXIMUM { if term > total { term } else { total } } else { total + term }
+}
+
+/// Σ one · other, in eight partial sums where rows are long.
+#[inline(always)]
+fn dot<const LENGTH: usize, const MAXIMUM: bool>(one: &[f64], other: &[f64]) -> f64 {
+    if LENGTH != 0 || one.len() < 8 {
+        return one.iter().zip(other).fold(0.0, |total, (one, other)| fold::<MAXIMUM>(total, one * other));
+    }
+    let (ones, others) = (one.chunks_exact(8), other.chunks_exact(8));
+    let rest = ones.remainder().iter().zip(others.remainder());
+    let mut total = rest.fold(0.0, |total, (one, other)| fold::<MAXIMUM>(total, one * other));
+    let mut lanes = [0.0; 8];
+    for (one, other) in ones.zip(others) {
+        for ((lane, one), other) in lanes.iter_mut().zip(one).zip(other) {
+            *lane = fold::<MAXIMUM>(*lane, one * other);
+        }
+    }
+    lanes.iter().for_each(|lane| total = fold::<MAXIMUM>(total, *lane));
+    total
+}

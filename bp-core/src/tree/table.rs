@@ -1,0 +1,104 @@
+//! The tables of a network, laid out for a tree.
+//!
+//! In: a table, which of its variables are given, in which order the others are wanted. Out: its cells, a slice for each way
+//! in which the given ones may be. Invariant: a slice is a stretch.
+
+use super::network::Network;
+use super::problem::Problem;
+
+/// Numbers that no evidence changes.
+#[derive(Clone, Debug)]
+pub(super) struct Tables {
+    pub(super) values: Vec<f64>,
+    /// For each slicing its given variables: (variable, slices to the next of its values).
+    pub(super) slicings: Vec<Vec<(usize, usize)>>,
+    /// Tables all of whose variables are given: (start, slicing).
+    pub(super) known: Vec<(usize, usize)>,
+    /// The power of two that was taken out of them.
+    pub(super) exponent: i64,
+}
+
+/// The slicing of what has one slice.
+pub(super) const CONSTANT: usize = 0;
+
+/// What a table is made from.
+pub(super) struct Builder<'n> {
+    network: &'n Network,
+    pub(super) problem: &'n Problem,
+    given: &'n [bool],
+}
+
+impl<'n> Builder<'n> {
+    pub(super) fn new(network: &'n Network, problem: &'n Problem, given: &'n [bool]) -> Self {
+        Self { network, problem, given }
+    }
+
+    /// Where the cells of some of a table's variables lie, the last one fastest.
+    fn offsets(&self, table: usize, variables: impl Iterator<Item = usize>) -> Vec<usize> {
+        let all = &self.network.tables[table].variables;
+        let mut offsets = vec![0];
+        for variable in variables {
+            let place = all.iter().position(|one| *one == variable).expect("internal: the table has it");
+            let stride: usize = all[place + 1..].iter().map(|one| self.network.cardinalities[*one]).product();
+            let extent = self.network.cardinalities[variable];
+            offsets = offsets
+                .into_iter()
+                .flat_map(|offset| (0..extent).map(move |value| offset + value * stride))
+                .collect();
+        }
+        offsets
+    }
+}
+
+impl Tables {
+    pub(super) fn new(builder: &Builder<'_>) -> Self {
+        let mut tables =
+            Self { values: Vec::new(), slicings: vec![Vec::new()], known: Vec::new(), exponent: 0 };
+        for table in &builder.problem.known {
+            let start = tables.values.len();
+            let slicing = tables.slicing(builder, *table);
+            tables.values.extend_from_slice(&builder.network.tables[*table].values);
+            tables.known.push((start, slicing));
+        }
+        tables
+    }
+
+    /// The given variables of a table.
+    fn slicing(&mut self, builder: &Builder<'_>, table: usize) -> usize {
+        let (mut slicing, mut slices) = (Vec::new(), 1);
+        let all = builder.network.tables[table].variables.iter().rev().copied();
+        for variable in all.filter(|one| builder.given[*one]) {
+            slicing.push((variable, slices));
+            slices *= builder.network.cardinalities[variable];
+        }
+        if slicing.is_empty() {
+            return CONSTANT;
+        }
+        self.slicings.push(slicing);
+        self.slicings.len() - 1
+    }
+
+    /// Keeps a table of the problem with these axes, summed over those that stand `alone`. Gives where, and the slicing.
+    pub(super) fn keep(
+        &mut self,
+        builder: &Builder<'_>,
+        table: usize,
+        axes: &[u32],
+        alone: &[u32],
+    ) -> (usize, usize) {
+        let start = self.values.len();
+        let number = builder.problem.tables[table];
+        let slicing = self.slicing(builder, number);
+        let values = &builder.network.tables[number].values;
+        let own = |axes: &[u32]| {
+            builder.offsets(number, axes.iter().map(|axis| builder.problem.variables[*axis as usize]))
+        };
+        let (cells, rest) = (own(axes), own(alone));
+        let all = &builder.network.tables[number].variables;
+        for slice in builder.offsets(number, all.iter().copied().filter(|one| builder.given[*one])) {
+            let sum = |cell: &usize| rest.iter().map(|place| values[slice + cell + place]).sum::<f64>();
+            self.values.extend(cells.iter().map(sum));
+        }
+        (start, slicing)
+    }
+}
