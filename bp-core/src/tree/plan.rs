@@ -135,8 +135,13 @@ impl<'n> Question<'n> {
     /// The trees that are to be made, each with what it answers.
     fn outlines(&self) -> Vec<(Outline, Vec<usize>)> {
         let all = self.ancestors(self.wanted.iter().chain(&self.known).copied());
-        let whole = self.outline(all.as_deref());
-        self.groups(&whole.cost).unwrap_or_else(|| vec![(whole, self.wanted.to_vec())])
+        let groups = self.groups(self.cells(all.as_deref()));
+        groups.unwrap_or_else(|| vec![(self.outline(all.as_deref()), self.wanted.to_vec())])
+    }
+
+    /// What a tree would take, at a glance.
+    fn cells(&self, part: Option<&[usize]>) -> f64 {
+        triangulate(&Problem::of(self.network, &self.given, part), Effort::Glance).cells
     }
 
     fn outline(&self, part: Option<&[usize]>) -> Outline {
@@ -162,18 +167,15 @@ impl<'n> Question<'n> {
 
     /// Groups of targets that cost less than the whole; `None` where none are found, or looking would cost more than it
     /// saves.
-    fn groups(&self, whole: &Cost) -> Option<Vec<(Outline, Vec<usize>)>> {
+    fn groups(&self, whole: f64) -> Option<Vec<(Outline, Vec<usize>)>> {
         let (network, count) = (self.network, self.network.cardinalities.len());
         let mut is_parent = vec![false; count];
         (0..count).for_each(|one| network.parents(one).for_each(|parent| is_parent[parent] = true));
         let leaves = is_parent.iter().filter(|parent| !**parent).count();
         // One look takes some hundred nanoseconds for each variable, a cell about one on the way there and back.
-        if whole.cells < 300.0 * (leaves * count) as f64 {
+        if whole < 300.0 * (leaves * count) as f64 {
             return None;
         }
-        let cells = |part: &[usize]| {
-            triangulate(&Problem::of(network, &self.given, Some(part)), Effort::Glance).cells
-        };
         let mut open = vec![false; count];
         self.wanted.iter().filter(|one| !self.given[**one]).for_each(|one| open[*one] = true);
         let mut found: Vec<(Vec<usize>, f64)> = Vec::new();
@@ -184,10 +186,10 @@ impl<'n> Question<'n> {
             }
             let part = self.ancestors(self.known.iter().copied().chain([target]))?;
             part.iter().for_each(|one| covered[*one] = true);
-            let alone = cells(&part);
+            let alone = self.cells(Some(&part));
             let merged = found.last().map(|(last, before)| {
                 let both = self.ancestors(last.iter().chain(&part).copied()).unwrap_or_default();
-                let together = cells(&both);
+                let together = self.cells(Some(&both));
                 (both, together, *before)
             });
             match merged {
@@ -202,7 +204,7 @@ impl<'n> Question<'n> {
                 }
             }
             // Half the cells, or it is not worth the trouble.
-            if total > 0.5 * whole.cells {
+            if total > 0.5 * whole {
                 return None;
             }
         }

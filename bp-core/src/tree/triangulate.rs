@@ -151,105 +151,171 @@ impl Graph {
         }
     }
 
-    fn score(&self, rule: Rule, variable: u32, marks: &mut Marks) -> f64 {
-        let list = &self.neighbours[variable as usize];
-        let weigh = |one: &u32| if rule == Rule::Fill { 1.0 } else { self.cardinality[*one as usize] };
-        if rule == Rule::Weight {
-            return list.iter().map(weigh).product::<f64>() * self.cardinality[variable as usize];
-        }
-        marks.next();
-        list.iter().for_each(|one| marks.set(*one));
-        // All ordered pairs, without those that are neighbours.
-        let (mut total, mut squares, mut adjacent) = (0.0, 0.0, 0.0);
-        for one in list {
-            let own = weigh(one);
-            total += own;
-            squares += own * own;
-            let common = self.neighbours[*one as usize].iter().filter(|other| marks.has(**other));
-            adjacent += own * common.map(weigh).sum::<f64>();
-        }
-        ((total * total - squares - adjacent) / 2.0).max(0.0)
-    }
-
     /// Eliminates all variables by one rule; `None` as soon as that takes `most` cells.
     fn eliminate(mut self, rule: Rule, seed: u64, most: f64) -> Option<Order> {
         let count = self.neighbours.len();
-        let mut marks = Marks { stamps: vec![0; count], now: 0 };
+        let mut scores = Scores::of(&self, rule);
         let mut version = vec![0u32; count];
-        let mut done = vec![false; count];
-        let mut queue: BinaryHeap<Reverse<(u64, u64, u32, u32)>> = BinaryHeap::with_capacity(4 * count);
-        let entry = |graph: &Graph, variable: u32, version: u32, marks: &mut Marks| {
+        let mut queue: BinaryHeap<Reverse<(u64, u64, u32, u32)>> = BinaryHeap::with_capacity(2 * count);
+        let entry = |score: f64, variable: u32, version: u32| {
             // Scores are not negative, so that their bits are in their order; then the tie-break.
-            let score = graph.score(rule, variable, marks).to_bits();
-            Reverse((score, mix(seed ^ u64::from(variable)), variable, version))
+            Reverse((score.max(0.0).to_bits(), mix(seed ^ u64::from(variable)), variable, version))
         };
-        (0..count as u32).for_each(|one| queue.push(entry(&self, one, 0, &mut marks)));
+        (0..count as u32).for_each(|one| queue.push(entry(scores.of_variable(&self, one), one, 0)));
         let mut order = Order::default();
-        let (mut touched, mut seen) = (Vec::new(), vec![0u32; count]);
         while let Some(Reverse((_, _, variable, found))) = queue.pop() {
-            if done[variable as usize] || version[variable as usize] != found {
+            if version[variable as usize] != found {
                 continue;
             }
-            done[variable as usize] = true;
-            let around = std::mem::take(&mut self.neighbours[variable as usize]);
-            let cells: f64 = around.iter().map(|one| self.cardinality[*one as usize]).product();
-            order.cells += cells * self.cardinality[variable as usize];
+            // None of its other entries holds any more.
+            version[variable as usize] = u32::MAX;
+            let around: f64 = self.neighbours[variable as usize]
+                .iter()
+                .map(|one| self.cardinality[*one as usize])
+                .product();
+            order.cells += around * self.cardinality[variable as usize];
             if order.cells >= most {
                 return None;
             }
             order.variables.push(variable);
-            order.width = order.width.max(around.len() + 1);
-            let mut filled = false;
-            for one in &around {
-                let list = &mut self.neighbours[*one as usize];
-                if let Some(place) = list.iter().position(|other| *other == variable) {
-                    list.swap_remove(place);
-                }
-                marks.next();
-                marks.set(*one);
-                list.iter().for_each(|other| marks.set(*other));
-                let before = list.len();
-                list.extend(around.iter().filter(|other| !marks.has(**other)));
-                filled |= list.len() > before;
-            }
-            // Whose score may change: the neighbours, and those of both ends of a new edge.
-            touched.clear();
-            touched.extend_from_slice(&around);
-            if filled && rule != Rule::Weight {
-                marks.next();
-                around.iter().for_each(|one| marks.set(*one));
-                for other in around.iter().flat_map(|one| &self.neighbours[*one as usize]) {
-                    if !marks.has(*other) {
-                        seen[*other as usize] += 1;
-                        if seen[*other as usize] == 2 {
-                            touched.push(*other);
-                        }
-                    }
-                }
-                let others = around.iter().flat_map(|one| &self.neighbours[*one as usize]);
-                others.for_each(|other| seen[*other as usize] = 0);
-            }
-            for one in touched.iter().filter(|one| !done[**one as usize]) {
+            order.width = order.width.max(self.neighbours[variable as usize].len() + 1);
+            scores.remove(&mut self, variable);
+            for one in &scores.touched {
                 version[*one as usize] += 1;
-                queue.push(entry(&self, *one, version[*one as usize], &mut marks));
+                queue.push(entry(scores.of_variable(&self, *one), *one, version[*one as usize]));
             }
         }
         Some(order)
     }
 }
 
+/// What each variable's elimination would add, kept while others are eliminated.
+///
+/// An edge weighs the product of its ends' weights: 1 each, or their numbers of values. The score of a variable is the weight
+/// of the edges that are missing between its neighbours.
+struct Scores {
+    rule: Rule,
+    weight: Vec<f64>,
+    /// Σ of the weights of the neighbours.
+    around: Vec<f64>,
+    missing: Vec<f64>,
+    marks: Marks,
+    changed: Marks,
+    /// The variables whose score the last removal changed.
+    touched: Vec<u32>,
+}
+
+impl Scores {
+    fn of(graph: &Graph, rule: Rule) -> Self {
+        let count = graph.neighbours.len();
+        let weight = if rule == Rule::Fill { vec![1.0; count] } else { graph.cardinality.clone() };
+        let sum = |list: &Vec<u32>| list.iter().map(|one| weight[*one as usize]).sum();
+        let around = graph.neighbours.iter().map(sum).collect();
+        let mut marks = Marks::of(count);
+        let mut missing = vec![0.0; count];
+        for (variable, list) in graph.neighbours.iter().enumerate().filter(|_| rule != Rule::Weight) {
+            marks.next();
+            list.iter().for_each(|one| marks.set(*one));
+            // All ordered pairs, without those that are neighbours.
+            let (mut total, mut squares, mut adjacent) = (0.0, 0.0, 0.0);
+            for one in list {
+                let own = weight[*one as usize];
+                total += own;
+                squares += own * own;
+                let common = graph.neighbours[*one as usize].iter().filter(|other| marks.has(**other));
+                adjacent += own * common.map(|other| weight[*other as usize]).sum::<f64>();
+            }
+            missing[variable] = (total * total - squares - adjacent) / 2.0;
+        }
+        Self { rule, weight, around, missing, marks, changed: Marks::of(count), touched: Vec::new() }
+    }
+
+    fn of_variable(&self, graph: &Graph, variable: u32) -> f64 {
+        match self.rule {
+            Rule::Fill | Rule::WeightedFill => self.missing[variable as usize],
+            Rule::Weight => {
+                let around = graph.neighbours[variable as usize].iter();
+                around.map(|one| self.weight[*one as usize]).product::<f64>() * self.weight[variable as usize]
+            }
+        }
+    }
+
+    fn touch(&mut self, variable: u32) {
+        if !self.changed.has(variable) {
+            self.changed.set(variable);
+            self.touched.push(variable);
+        }
+    }
+
+    /// Eliminates a variable: makes its neighbours neighbours of each other, and takes it away.
+    fn remove(&mut self, graph: &mut Graph, variable: u32) {
+        self.touched.clear();
+        self.changed.next();
+        let around = std::mem::take(&mut graph.neighbours[variable as usize]);
+        for (place, one) in around.iter().enumerate() {
+            self.marks.next();
+            graph.neighbours[*one as usize].iter().for_each(|other| self.marks.set(*other));
+            for other in &around[place + 1..] {
+                if !self.marks.has(*other) {
+                    self.connect(graph, *one, *other, variable);
+                    self.marks.set(*other);
+                }
+            }
+        }
+        let own = self.weight[variable as usize];
+        let all: f64 = around.iter().map(|one| self.weight[*one as usize]).sum();
+        for one in &around {
+            let place = *one as usize;
+            // Its neighbours that the variable did not have are no longer missing beside the variable.
+            self.missing[place] -= own * (self.around[place] - own - (all - self.weight[place]));
+            self.around[place] -= own;
+            let list = &mut graph.neighbours[place];
+            if let Some(found) = list.iter().position(|other| *other == variable) {
+                list.swap_remove(found);
+            }
+            self.touch(*one);
+        }
+    }
+
+    /// A new edge; the neighbours of `one` are marked. `gone` is no longer counted.
+    fn connect(&mut self, graph: &mut Graph, one: u32, other: u32, gone: u32) {
+        let (first, second) = (self.weight[one as usize], self.weight[other as usize]);
+        if self.rule != Rule::Weight {
+            let mut common = 0.0;
+            for both in &graph.neighbours[other as usize] {
+                if self.marks.has(*both) {
+                    common += self.weight[*both as usize];
+                    if *both != gone {
+                        self.missing[*both as usize] -= first * second;
+                        if !self.changed.has(*both) {
+                            self.changed.set(*both);
+                            self.touched.push(*both);
+                        }
+                    }
+                }
+            }
+            self.missing[one as usize] += second * (self.around[one as usize] - common);
+            self.missing[other as usize] += first * (self.around[other as usize] - common);
+        }
+        self.around[one as usize] += second;
+        self.around[other as usize] += first;
+        graph.neighbours[one as usize].push(other);
+        graph.neighbours[other as usize].push(one);
+    }
+}
+
 /// A set that is emptied in no time.
 struct Marks {
-    stamps: Vec<u32>,
-    now: u32,
+    stamps: Vec<u64>,
+    now: u64,
 }
 
 impl Marks {
+    fn of(count: usize) -> Self {
+        Self { stamps: vec![0; count], now: 0 }
+    }
+
     fn next(&mut self) {
-        if self.now == u32::MAX {
-            self.stamps.fill(0);
-            self.now = 0;
-        }
         self.now += 1;
     }
 
@@ -268,4 +334,83 @@ fn mix(mut bits: u64) -> u64 {
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     bits ^ (bits >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn random_problem(seed: u64) -> Problem {
+        let count = 3 + (seed % 12) as usize;
+        let pick = |salt: u64| (mix(seed * 1000 + salt) % count as u64) as u32;
+        let scopes = (0..count as u64 + 3).map(|table| {
+            let mut scope: Vec<u32> = (0..1 + table % 4).map(|place| pick(table * 10 + place)).collect();
+            scope.sort_unstable();
+            scope.dedup();
+            scope
+        });
+        let cardinalities = (0..count).map(|one| 2 + one % 3).collect();
+        Problem {
+            variables: (0..count).collect(),
+            cardinalities,
+            scopes: scopes.collect(),
+            ..Problem::default()
+        }
+    }
+
+    /// Eliminates by sets, as the definition says: the cells of all cliques, and what each step would have added.
+    fn by_definition(problem: &Problem, order: &[u32]) -> (f64, usize) {
+        let mut scopes: Vec<Vec<u32>> = problem.scopes.clone();
+        let (mut cells, mut width) = (0.0, 0);
+        for variable in order {
+            let (with, without): (Vec<_>, Vec<_>) =
+                scopes.into_iter().partition(|scope| scope.contains(variable));
+            let mut clique: Vec<u32> = with.concat();
+            clique.push(*variable);
+            clique.sort_unstable();
+            clique.dedup();
+            cells += problem.cells(&clique);
+            width = width.max(clique.len());
+            clique.retain(|one| one != variable);
+            scopes = without;
+            scopes.push(clique);
+        }
+        (cells, width)
+    }
+
+    #[test]
+    fn an_order_has_every_variable_and_the_cells_that_it_says() {
+        for seed in 0..200 {
+            let problem = random_problem(seed);
+            for effort in [Effort::Glance, Effort::Search] {
+                let order = triangulate(&problem, effort);
+                let mut all = order.variables.clone();
+                all.sort_unstable();
+                assert_eq!(all, (0..problem.variables.len() as u32).collect::<Vec<u32>>());
+                let (cells, width) = by_definition(&problem, &order.variables);
+                assert!((order.cells - cells).abs() < 1e-9 * cells, "{seed}: {} {cells}", order.cells);
+                assert_eq!(order.width, width, "seed {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn scores_that_are_kept_are_those_of_the_graph() {
+        for seed in 0..100 {
+            for rule in [Rule::Fill, Rule::WeightedFill] {
+                let mut graph = Graph::of(&random_problem(seed));
+                let mut scores = Scores::of(&graph, rule);
+                for variable in 0..graph.neighbours.len() as u32 {
+                    scores.remove(&mut graph, variable);
+                    let fresh = Scores::of(&graph, rule);
+                    for one in variable as usize + 1..graph.neighbours.len() {
+                        assert!(
+                            (scores.missing[one] - fresh.missing[one]).abs() < 1e-9,
+                            "{seed} {rule:?} {one}"
+                        );
+                    }
+                }
+            }
+        }
+    }
 }
