@@ -66,7 +66,7 @@ const DIRECTIONS: [(&str, &[&str]); 16] = [
     ("emit", &["syntax", "learn", "answer", "io"]),
     ("distribution", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("sample", &["syntax", "kernel", "lower", "emit", "learn", "answer", "io"]),
-    ("tree", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("tree", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("time", &["syntax", "emit", "learn", "answer", "io"]),
     ("data", &["model", "syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("answer", &["syntax", "emit", "learn", "io"]),

@@ -1,7 +1,7 @@
 //! All posteriors of the classic networks: how long, and how much room.
 //!
 //! In: the networks of a folder (`NETWORKS=folder`, or the recordings beside the project; each with a reference that names
-//! its evidence). Out: a table, least of several runs, in milliseconds. `peers.py` beside this file times another engine on
+//! its evidence; `ONLY=asia,alarm` takes these). Out: a table, least of several runs, in milliseconds. `peers.py` beside this file times another engine on
 //! the same networks and the same evidence.
 //!
 //! *load*: from the text to the tables. *plan*: triangulation, and what does not depend on the evidence. *ask*: one
@@ -41,6 +41,9 @@ fn main() {
     };
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     files.retain(|path| path.extension().is_some_and(|end| end == "bif"));
+    if let Ok(only) = std::env::var("ONLY") {
+        files.retain(|path| path.file_stem().is_some_and(|name| only.split(',').any(|one| name == one)));
+    }
     files.sort_by_key(|path| path.metadata().map_or(0, |data| data.len()));
     let pools =
         [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads"));

@@ -5,19 +5,23 @@
 
 use super::evidence::Evidence;
 use super::network::Network;
+use crate::distribution::Setting;
 use crate::error::Error;
+use crate::exec::Inputs;
 use crate::guess;
-use crate::ids::{Id, VariableId};
+use crate::ids::VariableId;
 use crate::model::{self, Known, Model, Value};
 use std::collections::{HashMap, HashSet};
 
-/// A model's finite variables, by name and by number.
+/// A model's finite variables, by name and by number; an element of a family is `Z[2]`.
 #[derive(Clone, Debug)]
 pub struct Named {
     /// The variables and their tables.
     pub network: Network,
     model: Model,
-    numbers: HashMap<String, VariableId>,
+    /// For each number its name, and the variable of the model that it is, or an element of.
+    names: Vec<(String, VariableId)>,
+    numbers: HashMap<String, usize>,
     /// What is always known: (variable, value). These variables are not shown.
     known: Vec<(usize, usize)>,
 }
@@ -28,12 +32,23 @@ impl Named {
     /// # Errors
     /// See [`Network::of`].
     pub fn new(model: Model, known: &[Known]) -> Result<Self, Error> {
+        let inputs = Inputs::default();
+        let setting = Setting::new(&model, &inputs)?;
+        let network = Network::of(&setting)?;
         let value = |known: &Known| match known.evidence {
-            model::Evidence::Hard(Value::Ordinal(ordinal)) => Some((known.variable.position(), ordinal)),
+            model::Evidence::Hard(Value::Ordinal(ordinal)) => {
+                Some((setting.slots_of(known.variable).start, ordinal))
+            }
             _ => None,
         };
         let known = known.iter().filter_map(value).collect();
-        Ok(Self { network: Network::of(&model)?, numbers: model.variables_by_name(), model, known })
+        let names: Vec<(String, VariableId)> =
+            (0..setting.slots()).map(|slot| (setting.slot_name(slot), setting.variable_of(slot))).collect();
+        let mut numbers = HashMap::with_capacity(names.len());
+        for (number, (name, _)) in names.iter().enumerate() {
+            numbers.entry(name.clone()).or_insert(number);
+        }
+        Ok(Self { network, names, numbers, model, known })
     }
 
     /// The variables that an answer shows: all but those that are always known.
@@ -44,12 +59,12 @@ impl Named {
 
     /// The name of a variable.
     pub fn variable(&self, number: usize) -> String {
-        self.model.variable_name(VariableId::new(number))
+        self.names[number].0.clone()
     }
 
     /// The name of a variable's value.
     pub fn value(&self, variable: usize, value: usize) -> String {
-        self.model.value_name(VariableId::new(variable), value)
+        self.model.value_name(self.names[variable].1, value)
     }
 
     /// The number of a variable.
@@ -57,7 +72,7 @@ impl Named {
     /// # Errors
     /// There is none of this name.
     pub fn number_of(&self, variable: &str) -> Result<usize, Error> {
-        self.numbers.get(variable).map(|id| id.position()).ok_or_else(|| {
+        self.numbers.get(variable).copied().ok_or_else(|| {
             let near = guess::nearest(variable, self.numbers.keys().map(String::as_str));
             let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
             Error::input(variable, format!("`{}` has no variable of this name{help}", self.model.name))
@@ -69,8 +84,7 @@ impl Named {
     /// # Errors
     /// The variable has none of this name.
     pub fn value_of(&self, variable: usize, value: &str) -> Result<usize, Error> {
-        let id = VariableId::new(variable);
-        let domain = &self.model.variables[id].domain;
+        let domain = &self.model.variables[self.names[variable].1].domain;
         domain.ordinal_of(value).ok_or_else(|| {
             let text = self.model.domain_text(domain);
             Error::input(

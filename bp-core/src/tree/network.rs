@@ -1,11 +1,11 @@
 //! A network: finite variables and tables of numbers over some of them.
 //!
-//! In: a [`Model`] whose variables are all finite. Out: a [`Network`], variables by number. Invariant: each table is
+//! In: a model with numbers for its parameters, whose variables are all finite. Out: a [`Network`], variables by number. Invariant: each table is
 //! row-major over its variables, the last one fastest, and the product of all tables is the joint distribution.
 
+use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
-use crate::ids::{FactorId, Id, VariableId};
-use crate::model::{Factor, Form, Model};
+use crate::model::{Form, Model};
 
 /// A table over some variables.
 #[derive(Clone, PartialEq, Debug)]
@@ -39,74 +39,76 @@ pub struct Network {
 const MOST_CELLS: usize = 1 << 28;
 
 impl Network {
-    /// The tables of a model, with the parameters' own values.
+    /// The tables of a model, with the numbers that the host gives: a variable for each element of a family.
     ///
     /// # Errors
-    /// A variable that is not finite, a plate or family, or a form without a table.
-    pub fn of(model: &Model) -> Result<Self, Error> {
+    /// A variable that is not finite, a plate, a number that was not given, or a table of more than 2²⁸ numbers.
+    pub fn of(setting: &Setting<'_>) -> Result<Self, Error> {
+        let model = setting.model;
+        if model.plate.is_some() {
+            return Err(refused(model, "it is repeated over a plate".to_owned()));
+        }
         let mut network = Network::default();
         for id in model.variables.ids() {
-            let variable = &model.variables[id];
-            let count =
-                variable.domain.count().filter(|_| variable.family.is_none() && model.plate.is_none());
-            let count = count.ok_or_else(|| {
-                refused(model, format!("`{}` has no list of values", model.variable_name(id)))
-            })?;
-            network.cardinalities.push(count);
+            if !model.variables[id].domain.is_finite() {
+                let reason = format!("`{}` has no list of values", model.variable_name(id));
+                return Err(refused(model, reason));
+            }
+            let slots = setting.slots_of(id);
+            network.cardinalities.extend(slots.map(|_| setting.count(id)));
         }
         network.table_of = vec![None; network.cardinalities.len()];
-        for (id, factor) in model.factors.iter() {
-            let table = network.table(model, id, factor)?;
-            for use_ in &factor.left {
-                network.table_of[use_.variable.position()] = Some(network.tables.len());
+        for id in model.factors.ids() {
+            for instance in setting.instances(id)? {
+                let table = network.table(setting, &instance)?;
+                for left in &instance.left {
+                    network.table_of[*left] = Some(network.tables.len());
+                }
+                network.tables.push(table);
             }
-            network.tables.push(table);
         }
         Ok(network)
     }
 
-    fn table(&self, model: &Model, id: FactorId, factor: &Factor) -> Result<Table, Error> {
-        let variables: Vec<usize> =
-            factor.right.iter().chain(&factor.left).map(|use_| use_.variable.position()).collect();
-        let cells = variables
-            .iter()
-            .try_fold(1usize, |cells, variable| cells.checked_mul(self.cardinalities[*variable]));
-        let cells = cells.filter(|cells| *cells <= MOST_CELLS).ok_or_else(|| Error::TooLarge {
-            name: model.head(factor),
-            cells: variables.iter().map(|variable| self.cardinalities[*variable] as f64).product(),
+    fn table(&self, setting: &Setting<'_>, instance: &Instance) -> Result<Table, Error> {
+        let factor = &setting.model.factors[instance.factor];
+        // Numbers as they are written stand in the order of the decomposition.
+        if let Form::Constants(numbers) = &factor.form
+            && factor.products.is_empty()
+        {
+            let right = factor.right.iter().map(|use_| setting.slots_of(use_.variable).start);
+            return Ok(Table {
+                variables: right.chain(instance.left.iter().copied()).collect(),
+                values: numbers.clone(),
+            });
+        }
+        let read = setting.reads(instance);
+        let parents: Vec<usize> = read.into_iter().filter(|slot| !instance.left.contains(slot)).collect();
+        let variables = [parents.as_slice(), &instance.left].concat();
+        let extents = variables.iter().map(|variable| self.cardinalities[*variable]);
+        let cells = extents.clone().try_fold(1usize, usize::checked_mul).filter(|cells| *cells <= MOST_CELLS);
+        let cells = cells.ok_or_else(|| Error::TooLarge {
+            name: setting.model.head(factor),
+            cells: extents.map(|extent| extent as f64).product(),
             most: MOST_CELLS as f64,
             help: "give it fewer parents".to_owned(),
         })?;
         let mut values = Vec::with_capacity(cells);
-        if let Form::Constants(numbers) = &factor.form {
-            return Ok(Table { variables, values: numbers.clone() });
-        }
-        if let Form::Table(rows) = &factor.form {
-            for entry in rows.iter().flatten() {
-                let number = model.evaluate(*entry, &|_| None);
-                values.push(number.ok_or_else(|| {
-                    refused(model, format!("`{}` is not made of numbers", model.head(factor)))
-                })?);
+        let mut assignment = vec![0.0; setting.slots()];
+        while values.len() < cells {
+            match setting.distribution(instance, &assignment)? {
+                Distribution::Finite(probabilities) => values.extend(probabilities),
+                _ => {
+                    let reason = format!("`{}` has no table of numbers", setting.model.head(factor));
+                    return Err(refused(setting.model, reason));
+                }
             }
-            return Ok(Table { variables, values });
-        }
-        let mut ordinals = vec![0usize; variables.len()];
-        for _ in 0..cells {
-            let number = |variable: VariableId| {
-                let place = variables.iter().position(|known| *known == variable.position())?;
-                Some(model.variables[variable].domain.number(ordinals[place]))
-            };
-            let ordinal = *ordinals.last().expect("internal: a factor has a left side");
-            let p = density(model, factor, &factor.form, ordinal, &number);
-            values.push(p.ok_or_else(|| {
-                refused(model, format!("`{}` has no table of numbers", model.head(&model.factors[id])))
-            })?);
-            for (ordinal, variable) in ordinals.iter_mut().zip(&variables).rev() {
-                *ordinal += 1;
-                if *ordinal < self.cardinalities[*variable] {
+            for parent in parents.iter().rev() {
+                assignment[*parent] += 1.0;
+                if assignment[*parent] < self.cardinalities[*parent] as f64 {
                     break;
                 }
-                *ordinal = 0;
+                assignment[*parent] = 0.0;
             }
         }
         Ok(Table { variables, values })
@@ -121,31 +123,4 @@ impl Network {
 
 fn refused(model: &Model, reason: String) -> Error {
     Error::Unplanned { question: format!("the marginals of {}", model.name), reason }
-}
-
-/// The probability of a value, for the forms that need nothing but their parents.
-fn density(
-    model: &Model,
-    factor: &Factor,
-    form: &Form,
-    ordinal: usize,
-    number: &impl Fn(VariableId) -> Option<f64>,
-) -> Option<f64> {
-    let [left] = factor.left.as_slice() else { return None };
-    let domain = &model.variables[left.variable].domain;
-    let of = |id| model.evaluate(id, number);
-    Some(match form {
-        Form::Uniform => 1.0 / domain.count()? as f64,
-        Form::Bernoulli(p) => {
-            let p = of(*p)?;
-            if ordinal == 1 { p } else { 1.0 - p }
-        }
-        Form::Categorical(entries) => of(*entries.get(ordinal)?)?,
-        Form::Dirac(value) => f64::from(u8::from(domain.ordinal_at(of(*value)?) == Some(ordinal))),
-        Form::If { condition, then, otherwise } => {
-            let branch = if of(*condition)? != 0.0 { then } else { otherwise };
-            density(model, factor, branch, ordinal, number)?
-        }
-        _ => return None,
-    })
 }

@@ -4,8 +4,10 @@
 //! before anything is computed.
 
 pub(crate) mod batch;
+pub(crate) mod joint;
 pub(crate) mod marginals;
 pub(crate) mod mpe;
+pub(crate) mod observe;
 pub(crate) mod size;
 
 use crate::failure::Failure;
@@ -59,6 +61,22 @@ impl Asked {
 pub(crate) fn network(path: &Path) -> Result<Named, Failure> {
     let read = program::network(path, Format::of(path).unwrap_or(Format::Program))?;
     Ok(Named::new(read.model, &read.known)?)
+}
+
+/// Variables by name, each once, none of them observed.
+pub(crate) fn free(named: &Named, evidence: &Evidence, names: &[String]) -> Result<Vec<usize>, Failure> {
+    let mut found = Vec::with_capacity(names.len());
+    for name in names {
+        let variable = named.number_of(name)?;
+        if found.contains(&variable) {
+            return Err(Failure::Words(format!("`{name}` is named twice")));
+        }
+        if evidence.hard.iter().any(|(known, _)| *known == variable) {
+            return Err(Failure::Words(format!("`{name}` is observed: nothing about it is uncertain")));
+        }
+        found.push(variable);
+    }
+    Ok(found)
 }
 
 /// A JSON object, written on the command line or in a file.

@@ -1,10 +1,10 @@
-//! Junction trees against enumeration, on small random networks.
+//! Join trees against enumeration, on small random networks.
 //!
 //! In: seeded networks with evidence of every kind. Out: marginals, ln P(evidence), most probable assignments. Invariant:
 //! expected values are sums and maxima over all assignments, written here.
 
 use bp_core::error::Error;
-use bp_core::tree::{Evidence, Marginals, Network, Table, Tree, most_probable};
+use bp_core::tree::{Evidence, Marginals, Network, Table, Tree, joint, most_probable, observations};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, RngExt, SeedableRng};
 
@@ -241,4 +241,89 @@ fn threads_change_nothing() {
     let one = run(1);
     assert_eq!(one, run(2));
     assert_eq!(one, run(8));
+}
+
+#[test]
+fn several_together_and_what_an_observation_tells_are_those_of_enumeration() {
+    let mut compared = 0;
+    for seed in 0..120 {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(1000 + seed);
+        let network = network(&mut random);
+        let evidence = evidence(&network, &mut random);
+        let all = enumerate(&network, &evidence);
+        let total: f64 = all.iter().map(|(_, p)| p).sum();
+        let free: Vec<usize> = (0..network.cardinalities.len())
+            .filter(|one| !evidence.hard.iter().any(|(known, _)| known == one))
+            .collect();
+        if total == 0.0 || free.len() < 3 {
+            continue;
+        }
+        let (targets, extents) = (&free[..2], [free[0], free[1]].map(|one| network.cardinalities[one]));
+        // P(a, b, x | e) by adding up.
+        let count = |with: &dyn Fn(&[usize]) -> bool| {
+            all.iter().filter(|(values, _)| with(values)).map(|(_, p)| p / total).sum::<f64>()
+        };
+        let found = joint(&network, &evidence, targets).unwrap();
+        near(found.ln_evidence, total.ln(), "ln P");
+        for (row, p) in found.probabilities.iter().enumerate() {
+            let expected = count(&|values| {
+                values[targets[0]] == row / extents[1] && values[targets[1]] == row % extents[1]
+            });
+            near(*p, expected, &format!("seed {seed}, row {row}"));
+        }
+        for observed in observations(&network, &evidence, targets, &free).unwrap() {
+            let x = observed.variable;
+            let mut information = 0.0;
+            for row in 0..extents[0] * extents[1] {
+                let target = |values: &[usize]| {
+                    values[targets[0]] == row / extents[1] && values[targets[1]] == row % extents[1]
+                };
+                for value in 0..network.cardinalities[x] {
+                    let both = count(&|values| target(values) && values[x] == value);
+                    if both > 0.0 {
+                        let apart = count(&|values| target(values)) * count(&|values| values[x] == value);
+                        information += both * (both / apart).log2();
+                    }
+                }
+            }
+            near(observed.information, information, &format!("seed {seed}, what {x} tells"));
+            compared += 1;
+        }
+    }
+    assert!(compared > 150, "{compared}");
+}
+
+#[test]
+fn what_is_not_foreseen_is_refused() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+    let network = network(&mut random);
+    let plan = Marginals::new(&network, &[], &[], &[0]).unwrap();
+    let evidence = Evidence { hard: vec![(0, 0)], ..Evidence::default() };
+    let error = plan.session().ask(&evidence).unwrap_err().to_string();
+    assert!(error.contains("neither a given nor a weighed variable"), "{error}");
+    assert!(joint(&network, &evidence, &[0]).is_err() && joint(&network, &evidence, &[]).is_err());
+}
+
+/// A plan keeps its buffers.
+#[test]
+fn asking_again_allocates_nothing() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(9);
+    let network = network(&mut random);
+    let every: Vec<usize> = (0..network.cardinalities.len()).collect();
+    let plan = Marginals::new(&network, &[0], &every, &every).unwrap();
+    let mut session = plan.session();
+    let cases: Vec<Evidence> = (0..network.cardinalities[0])
+        .map(|value| Evidence { hard: vec![(0, value)], likelihoods: Vec::new() })
+        .collect();
+    // The counter counts.
+    assert!(allocation_counter::measure(|| drop(std::hint::black_box(vec![1u8; 100]))).count_total == 1);
+    let mut sum = 0.0;
+    let counted = allocation_counter::measure(|| {
+        for case in cases.iter().cycle().take(1000) {
+            session.ask(case).unwrap();
+            sum += session.marginal(network.cardinalities.len() - 1)[0] + session.ln_evidence();
+        }
+    });
+    assert_eq!(counted.count_total, 0, "allocations in 1000 asks");
+    assert!(sum.is_finite());
 }
