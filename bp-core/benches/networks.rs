@@ -5,7 +5,8 @@
 //! the same networks and the same evidence.
 //!
 //! *load*: from the text to the tables. *plan*: triangulation, and what does not depend on the evidence. *ask*: one
-//! question on a plan that is there. *whole*: plan and ask. *batch*: a case among a thousand, all threads.
+//! question on a plan that is there. *whole*: plan and ask. *batch*: a case among a thousand, all threads. *of read*: the
+//! time to read once what is kept, at the bandwidth of memory, over that of asking; above 1 where caches hold it.
 
 use bp_core::io::bif;
 use bp_core::source::Source;
@@ -23,6 +24,19 @@ fn least(mut work: impl FnMut()) -> f64 {
         runs += 1;
     }
     best
+}
+
+/// Bytes that one thread reads in a second, from an array that no cache holds.
+fn read_bandwidth() -> f64 {
+    let numbers = vec![1.0f64; 1 << 26];
+    let sum = || {
+        let mut lanes = [0.0; 16];
+        for row in numbers.chunks_exact(16) {
+            lanes.iter_mut().zip(row).for_each(|(lane, number)| *lane += number);
+        }
+        std::hint::black_box(lanes);
+    };
+    8.0 * numbers.len() as f64 / (least(sum) / 1e3)
 }
 
 fn evidence(named: &Named, case: &serde_json::Value) -> Evidence {
@@ -45,11 +59,23 @@ fn main() {
         files.retain(|path| path.file_stem().is_some_and(|name| only.split(',').any(|one| name == one)));
     }
     files.sort_by_key(|path| path.metadata().map_or(0, |data| data.len()));
+    let bandwidth = read_bandwidth();
+    println!("one thread reads {:.1} GB/s from memory", bandwidth / 1e9);
     let pools =
         [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads"));
     println!(
-        "{:12} {:>8} {:>8} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "network", "evidence", "load", "cells", "plan", "ask 1", "ask 2", "whole 1", "whole 2", "batch"
+        "{:12} {:>8} {:>8} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}",
+        "network",
+        "evidence",
+        "load",
+        "cells",
+        "plan",
+        "ask 1",
+        "ask 2",
+        "whole 1",
+        "whole 2",
+        "batch",
+        "of read"
     );
     for path in files {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -64,12 +90,17 @@ fn main() {
             std::fs::read_to_string(folder.join(format!("reference/{name}.json"))).unwrap_or_default();
         let reference: serde_json::Value = serde_json::from_str(&reference).unwrap_or_default();
         let every = named.shown();
-        for case in reference["cases"].as_array().into_iter().flatten() {
+        let all = reference["cases"].as_array().cloned().unwrap_or_default();
+        for case in &all {
             let id = case["id"].as_str().unwrap_or_default();
             if !["prior", "ev1"].contains(&id) {
                 continue;
             }
             let evidence = evidence(&named, case);
+            // The same variables observed, at other values where the reference has such a case.
+            let other = all.iter().filter(|other| other["id"] == format!("{id}b"));
+            let others: Vec<Evidence> =
+                [case].into_iter().chain(other).map(|case| self::evidence(&named, case)).collect();
             let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
             let make = || Marginals::new(&named.network, &given, &[], &every).expect("room");
             let plan = least(|| drop(make()));
@@ -84,9 +115,11 @@ fn main() {
                 pools[pool].install(|| least(|| make().session().ask(&evidence).expect("possible evidence")))
             });
             let cells = marginals.cost().cells;
+            // What is kept is read once, at least: how long that alone takes, of what asking takes.
+            let limit = marginals.cost().bytes / bandwidth / (ask_1 / 1e3);
             let batch = match cells < 2e5 {
                 true => {
-                    let cases = vec![evidence.clone(); 1000];
+                    let cases: Vec<Evidence> = others.iter().cycle().take(1000).cloned().collect();
                     let time =
                         least(|| drop(answer_cases(&named.network, &cases, &every, || {}).expect("room")));
                     format!("{:9.4}", time / 1000.0)
@@ -94,7 +127,7 @@ fn main() {
                 false => format!("{:>9}", "-"),
             };
             println!(
-                "{name:12} {id:>8} {load:8.2} {cells:9.2e} {plan:8.3} {ask_1:9.4} {ask_2:9.4} {whole_1:9.3} {whole_2:9.3} {batch}"
+                "{name:12} {id:>8} {load:8.2} {cells:9.2e} {plan:8.3} {ask_1:9.4} {ask_2:9.4} {whole_1:9.3} {whole_2:9.3} {batch} {limit:>8.2}"
             );
         }
     }

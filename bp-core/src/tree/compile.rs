@@ -13,7 +13,7 @@ use super::problem::Problem;
 use super::propagate::rescale;
 use super::reading::{Reading, Readings, place};
 use super::table::{Builder, CONSTANT, Tables};
-use super::triangulate::{Effort, triangulate};
+use super::triangulate::{Effort, HOPELESS, triangulate};
 use crate::error::Error;
 
 /// Where the cells of a node are.
@@ -106,8 +106,14 @@ impl Outline {
                 scopes.push(vec![own as u32]);
             }
         }
-        let pairing = pair(&problem, &scopes, &order.variables);
-        let cost = Cost::of_pairing(&problem, &pairing);
+        let (pairing, cost) = match order.cells.is_finite() {
+            true => {
+                let pairing = pair(&problem, &scopes, &order.variables);
+                let cost = Cost::of_pairing(&problem, &pairing);
+                (pairing, cost)
+            }
+            false => (Pairing::default(), Cost::beyond(HOPELESS)),
+        };
         Self { problem, pairing, leaves, cost }
     }
 }

@@ -13,7 +13,7 @@ pub struct Cost {
     /// Cells of all products: for each one multiplication and one addition on the way up, and as many for each derivative
     /// on the way down.
     pub cells: f64,
-    /// Variables of the largest product.
+    /// Variables of the largest product; 0 where it was not counted to the end: then there are more cells than it says.
     pub width: usize,
     /// Bytes of what is kept: the tables, and the cells of each node and their derivatives.
     pub bytes: f64,
@@ -33,6 +33,16 @@ impl Cost {
             cost.width = cost.width.max(one.len() + more.len());
         }
         cost
+    }
+
+    /// What takes more cells than these: no order was looked for to the end, and the width is not known.
+    pub(super) fn beyond(cells: f64) -> Self {
+        Self { cells, width: 0, bytes: 8.0 * cells }
+    }
+
+    /// Multiplications and additions of one question, if every derivative is wanted.
+    pub fn flops(&self) -> f64 {
+        6.0 * self.cells
     }
 
     /// Both together.

@@ -116,6 +116,9 @@ fn flags(network: &Network, which: &[usize]) -> Vec<bool> {
     flags
 }
 
+/// More cells than these are not looked for in groups.
+const MOST: f64 = 1e12;
+
 /// What is known and what is wanted.
 struct Question<'n> {
     network: &'n Network,
@@ -203,8 +206,8 @@ impl<'n> Question<'n> {
                     found.push((part, alone));
                 }
             }
-            // Half the cells, or it is not worth the trouble.
-            if total > 0.5 * whole {
+            // Half the cells, or it is not worth the trouble; nor is what takes hours.
+            if total > 0.5 * whole || total > MOST {
                 return None;
             }
         }

@@ -24,7 +24,8 @@ enum Rule {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Order {
     pub(super) variables: Vec<u32>,
-    /// Σ over the variables of the cells of the clique that their elimination makes.
+    /// Σ over the variables of the cells of the clique that their elimination makes; infinite, and no variables, where that
+    /// is so much that no order was looked for to the end.
     pub(super) cells: f64,
     /// Variables of the largest clique.
     pub(super) width: usize,
@@ -46,6 +47,9 @@ pub(super) enum Effort {
     Search,
 }
 
+/// So many cells are too many for any machine.
+pub(super) const HOPELESS: f64 = 1e15;
+
 /// An order for a problem.
 pub(super) fn triangulate(problem: &Problem, effort: Effort) -> Order {
     let mut graph = Graph::of(problem);
@@ -56,8 +60,10 @@ pub(super) fn triangulate(problem: &Problem, effort: Effort) -> Order {
     }
     let graph = graph.restricted(&core);
     let size: usize = graph.neighbours.iter().map(Vec::len).sum::<usize>() + core.len();
-    let mut best =
-        graph.clone().eliminate(Rule::Fill, 0, f64::INFINITY).expect("internal: there is no limit");
+    let first = graph.clone().eliminate(Rule::Fill, 0, HOPELESS);
+    let Some(mut best) = first else {
+        return Order { variables: Vec::new(), cells: f64::INFINITY, ..order };
+    };
     // One try costs some hundred operations for each edge; a propagation costs a few for each cell.
     let tries = match effort {
         Effort::Glance => 0,

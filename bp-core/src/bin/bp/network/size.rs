@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let tree = Tree::cost_of(network, &given);
     let (cost, trees) = Marginals::plan(network, &given, &weighed, &every);
     if arguments.json {
-        let one = |cost: Cost| json!({ "width": cost.width, "cells": cost.cells, "bytes": cost.bytes });
+        let one = |cost: Cost| json!({ "width": cost.width, "cells": cost.cells, "flops": cost.flops(), "bytes": cost.bytes });
         let mut answer = one(cost);
         answer["variables"] = json!(every.len());
         answer["trees"] = json!(trees);
@@ -46,11 +46,14 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let bytes = ["B", "kB", "MB", "GB", "TB", "PB"];
         let unit = (cost.bytes.max(1.0).log10() / 3.0).floor().clamp(0.0, 5.0);
         let amount = six_digits((cost.bytes / 1000f64.powf(unit) * 10.0).round() / 10.0);
+        if cost.width == 0 && cost.cells > 1.0 {
+            return format!("  {what:<22}  more than {} cells: too many to count", six_digits(cost.cells));
+        }
+        let [cells, flops] = [cost.cells, cost.flops()].map(|number| six_digits(number.round()));
+        let unit = bytes[unit as usize];
         format!(
-            "  {what:<22}  width {:>4}  cells {:>12}  {amount} {}",
-            cost.width,
-            six_digits(cost.cells.round()),
-            bytes[unit as usize]
+            "  {what:<22}  width {:>3}  {cells:>11} cells  {flops:>11} flops  {amount} {unit}",
+            cost.width
         )
     };
     writeln!(out, "{}", line("one join tree", tree))?;
