@@ -1,9 +1,10 @@
-//! Many marginals at once: the junction tree of a network.
+//! Many marginals at once: the join tree of a network.
 //!
 //! In: a model whose variables are finite. Out: the posterior of every variable, ln P(evidence), the most probable
-//! assignment. Invariant: exact up to rounding; messages are scaled, so that no evidence is too improbable.
+//! assignment, joint posteriors, what an observation would tell. Invariant: exact up to rounding; powers of two are kept
+//! apart, so that no evidence is too improbable.
 //!
-//! Lauritzen and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990 (two passes, division by the message that came up).
+//! Lauritzen and Spiegelhalter 1988; Shenoy 1997 (binary join trees); Darwiche 2003 (derivatives). docs/networks.md tells how.
 
 mod batch;
 mod compile;

@@ -1,0 +1,196 @@
+//! The commands that ask networks, as a shell sees them.
+//!
+//! In: the built binary, a network and cases made here. Out: answers, exit codes, messages. Invariant: numbers are those that
+//! Lauritzen and Spiegelhalter (1988) print for the chest clinic, or come from hand arithmetic.
+
+use serde_json::Value;
+use std::process::{Command, Output};
+
+/// "Asia", from the tables of the paper.
+const CLINIC: &str = "network clinic { }
+variable asia { type discrete [ 2 ] { yes, no }; }
+variable tub { type discrete [ 2 ] { yes, no }; }
+variable smoke { type discrete [ 2 ] { yes, no }; }
+variable lung { type discrete [ 2 ] { yes, no }; }
+variable bronc { type discrete [ 2 ] { yes, no }; }
+variable either { type discrete [ 2 ] { yes, no }; }
+variable xray { type discrete [ 2 ] { yes, no }; }
+variable dysp { type discrete [ 2 ] { yes, no }; }
+probability ( asia ) { table 0.01, 0.99; }
+probability ( tub | asia ) { (yes) 0.05, 0.95; (no) 0.01, 0.99; }
+probability ( smoke ) { table 0.5, 0.5; }
+probability ( lung | smoke ) { (yes) 0.1, 0.9; (no) 0.01, 0.99; }
+probability ( bronc | smoke ) { (yes) 0.6, 0.4; (no) 0.3, 0.7; }
+probability ( either | lung, tub ) {
+  (yes, yes) 1.0, 0.0; (no, yes) 1.0, 0.0; (yes, no) 1.0, 0.0; (no, no) 0.0, 1.0;
+}
+probability ( xray | either ) { (yes) 0.98, 0.02; (no) 0.05, 0.95; }
+probability ( dysp | bronc, either ) {
+  (yes, yes) 0.9, 0.1; (no, yes) 0.7, 0.3; (yes, no) 0.8, 0.2; (no, no) 0.1, 0.9;
+}
+";
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("clinic.bif"), CLINIC).unwrap();
+        Self(folder)
+    }
+
+    fn bp(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
+        let output = command.current_dir(self.0.path()).args(arguments).output().unwrap();
+        assert!(!said(&output).contains("panicked"), "{}", said(&output));
+        output
+    }
+
+    fn json(&self, arguments: &[&str]) -> Value {
+        let output = self.bp(&[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn near(found: &Value, expected: f64, to: f64) {
+    let found = found.as_f64().unwrap();
+    assert!((found - expected).abs() <= to, "{found}, expected {expected}");
+}
+
+#[test]
+fn posteriors_are_those_of_the_chest_clinic() {
+    let folder = Folder::new();
+    let prior = folder.json(&["marginals", "clinic.bif"]);
+    near(&prior["ln_p_evidence"], 0.0, 1e-15);
+    // By hand: P(tub) = 0.01 · 0.05 + 0.99 · 0.01, P(lung) = (0.1 + 0.01) / 2, and so on.
+    let either: f64 = 0.055 + 0.0104 - 0.055 * 0.0104;
+    let hand = [
+        ("tub", 0.0104),
+        ("lung", 0.055),
+        ("bronc", 0.45),
+        ("either", either),
+        ("xray", either * 0.93 + 0.05),
+    ];
+    for (name, p) in hand {
+        near(&prior["posteriors"][name]["yes"], p, 1e-15);
+    }
+    // A visitor of Asia who is short of breath: the paper prints 0.088, 0.100, 0.811, 0.182 and 0.626.
+    let seen = folder.json(&["marginals", "clinic.bif", "--evidence", r#"{"asia": "yes", "dysp": "yes"}"#]);
+    let printed = [("tub", 0.088), ("lung", 0.100), ("bronc", 0.811), ("either", 0.182), ("smoke", 0.626)];
+    for (name, p) in printed {
+        near(&seen["posteriors"][name]["yes"], p, 6e-4);
+    }
+    near(&seen["posteriors"]["asia"]["yes"], 1.0, 0.0);
+    // A likelihood of 3 to 1 for lung, on the prior.
+    let weighed = folder.json(&["marginals", "clinic.bif", "--likelihood", r#"{"lung": [0.75, 0.25]}"#]);
+    near(&weighed["posteriors"]["lung"]["yes"], 0.055 * 3.0 / (0.055 * 3.0 + 0.945), 1e-14);
+    let only = folder.json(&["marginals", "clinic.bif", "--only", "lung"]);
+    assert_eq!(only["posteriors"].as_object().unwrap().len(), 1);
+}
+
+#[test]
+fn several_together_and_what_to_observe() {
+    let folder = Folder::new();
+    let both = folder.json(&["joint", "clinic.bif", "--of", "smoke,lung"]);
+    let cells: Vec<f64> =
+        both["joint"].as_array().unwrap().iter().map(|row| row["p"].as_f64().unwrap()).collect();
+    for (p, expected) in cells.iter().zip([0.05, 0.45, 0.005, 0.495]) {
+        assert!((p - expected).abs() < 1e-15, "{cells:?}");
+    }
+    assert_eq!(both["joint"][1]["values"]["lung"], "no");
+    let bits = |list: &[f64]| -list.iter().map(|p| p * p.log2()).sum::<f64>();
+    let information = bits(&[0.055, 0.945]) + 1.0 - bits(&cells);
+    near(&both["information_bits"], information, 1e-12);
+    let next = folder.json(&["observe", "clinic.bif", "--about", "lung"]);
+    near(&next["entropy_bits"], bits(&[0.055, 0.945]), 1e-12);
+    let list = next["observations"].as_array().unwrap();
+    assert_eq!(list[0]["variable"], "either", "the nearest tells most");
+    let smoke = list.iter().find(|one| one["variable"] == "smoke").unwrap();
+    near(&smoke["information_bits"], information, 1e-12);
+    let asia = list.iter().find(|one| one["variable"] == "asia").unwrap();
+    near(&asia["information_bits"], 0.0, 0.0);
+    let text = String::from_utf8(folder.bp(&["observe", "clinic.bif", "--about", "lung"]).stdout).unwrap();
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
+#[test]
+fn the_most_probable_cases_and_cost() {
+    let folder = Folder::new();
+    let best = folder.json(&["mpe", "clinic.bif", "--evidence", r#"{"smoke": "yes"}"#]);
+    // By hand: a smoker with bronchitis and short of breath, nothing else.
+    let p: f64 = 0.5 * 0.99 * 0.99 * 0.9 * 0.6 * 1.0 * 0.95 * 0.8;
+    near(&best["ln_p"], p.ln(), 1e-12);
+    assert_eq!(best["assignment"]["bronc"], "yes");
+    std::fs::write(folder.0.path().join("cases.csv"), "smoke,either,xray\nyes,,\n,yes,no\n,no,\n").unwrap();
+    let output = folder.bp(&["batch", "clinic.bif", "--cases", "cases.csv", "--only", "lung"]);
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    let mut table = csv::Reader::from_reader(text.as_bytes());
+    let place = table.headers().unwrap().iter().position(|head| head == "lung=yes").unwrap();
+    let found: Vec<f64> = table.records().map(|row| row.unwrap()[place].parse().unwrap()).collect();
+    let either: f64 = 0.055 + 0.0104 - 0.055 * 0.0104;
+    for (found, expected) in found.iter().zip([0.1, 0.055 / either, 0.0]) {
+        assert!((found - expected).abs() < 1e-14, "{text}");
+    }
+    let cost = folder.json(&["cost", "clinic.bif"]);
+    assert_eq!((cost["variables"].as_u64(), cost["trees"].as_u64()), (Some(8), Some(1)));
+    assert!(cost["cells"].as_f64() > Some(16.0) && cost["width"].as_u64() <= Some(4), "{cost}");
+}
+
+#[test]
+fn what_cannot_be_is_told() {
+    let folder = Folder::new();
+    let wrong: [(&[&str], &str); 8] = [
+        (&["marginals", "clinic.bif", "--evidence", r#"{"smok": "yes"}"#], "did you mean `smoke`?"),
+        (
+            &["marginals", "clinic.bif", "--evidence", r#"{"smoke": "maybe"}"#],
+            "`maybe` is not one of its values",
+        ),
+        (&["marginals", "clinic.bif", "--evidence", "smoke"], "smoke"),
+        (&["marginals", "clinic.bif", "--likelihood", r#"{"smoke": [1]}"#], "must have 2 numbers, but has 1"),
+        // Neither cancer nor tuberculosis, and yet one of both.
+        (
+            &["marginals", "clinic.bif", "--evidence", r#"{"lung": "no", "tub": "no", "either": "yes"}"#],
+            "`tub`, `lung` and `either` cannot",
+        ),
+        (&["joint", "clinic.bif", "--of", "lung,lung"], "`lung` is named twice"),
+        (
+            &["observe", "clinic.bif", "--about", "lung", "--evidence", r#"{"lung": "no"}"#],
+            "`lung` is observed",
+        ),
+        (&["cost", "absent.bif"], "absent.bif"),
+    ];
+    for (arguments, expected) in wrong {
+        let output = folder.bp(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", said(&output));
+        assert!(said(&output).contains(expected), "{arguments:?}: {}", said(&output));
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+}
+
+/// A family, a noisy or, parameters: what no network file can say.
+#[test]
+fn a_program_of_families_is_a_network() {
+    let folder = Folder::new();
+    let program = "program Alarm {
+    parameters { q : real = 0.2; }
+    variables { Sensor[1..=3] : bool; Alarm : bool; }
+    decomposition { prod(i) { P(Sensor[i]) } P(Alarm | Sensor[1] Sensor[2] Sensor[3]) }
+    forms {
+        P(Sensor[i]) = bernoulli(q);
+        P(Alarm | Sensor[1] Sensor[2] Sensor[3]) =
+            bernoulli(if Sensor[1] or Sensor[2] or Sensor[3] { 0.9 } else { 0.1 });
+    }
+    question alarm { P(Alarm) }
+}
+";
+    std::fs::write(folder.0.path().join("alarm.bp"), program).unwrap();
+    let found = folder.json(&["marginals", "alarm.bp", "--evidence", r#"{"Alarm": "true"}"#]);
+    let alarm: f64 = 0.9 - 0.8 * 0.8f64.powi(3);
+    near(&found["ln_p_evidence"], alarm.ln(), 1e-14);
+    near(&found["posteriors"]["Sensor[2]"]["true"], 0.2 * 0.9 / alarm, 1e-14);
+}
