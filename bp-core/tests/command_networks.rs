@@ -194,3 +194,22 @@ fn a_program_of_families_is_a_network() {
     near(&found["ln_p_evidence"], alarm.ln(), 1e-14);
     near(&found["posteriors"]["Sensor[2]"]["true"], 0.2 * 0.9 / alarm, 1e-14);
 }
+
+/// Potentials 3, 1 and 1, 2, 3, 4: Z = 3 · (1 + 2) + 1 · (3 + 4) = 16.
+#[test]
+fn a_markov_network_has_its_ln_z() {
+    let folder = Folder::new();
+    let text = "MARKOV\n2\n2 2\n2\n1 0\n2 0 1\n\n2 3 1\n4 1 2 3 4\n";
+    std::fs::write(folder.0.path().join("two.uai"), text).unwrap();
+    let found = folder.json(&["marginals", "two.uai"]);
+    near(&found["ln_p_evidence"], 16f64.ln(), 1e-14);
+    near(&found["posteriors"]["0"]["0"], 9.0 / 16.0, 1e-14);
+    assert_eq!(found["posteriors"].as_object().unwrap().len(), 2);
+    let best = folder.json(&["mpe", "two.uai"]);
+    near(&best["ln_p"], 6f64.ln(), 1e-14);
+    assert_eq!(best["assignment"].as_object().unwrap().len(), 2);
+    let asked = folder.json(&["ask", "two.uai", "P(\"0\" | \"1\" = 1)"]);
+    assert!(asked.to_string().contains("0.6"), "3 · 2 of 3 · 2 + 1 · 4: {asked}");
+    let explained = folder.bp(&["explain", "clinic.bif", "P(lung | dysp = yes)"]);
+    assert!(String::from_utf8(explained.stdout).unwrap().contains("multiplications"));
+}

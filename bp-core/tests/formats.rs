@@ -99,7 +99,7 @@ proptest! {
 
     #[test]
     fn what_is_written_reads_back(model in networks()) {
-        let network = Network { model, known: Vec::new(), warnings: Vec::new() };
+        let network = Network { model, known: Vec::new(), ln_scale: 0.0, warnings: Vec::new() };
         for format in Format::ALL {
             let text = io::write(&network, format).unwrap();
             let back = read(format, &text);
@@ -120,7 +120,7 @@ proptest! {
 
     #[test]
     fn known_tables_answer_as_written_ones(model in networks()) {
-        let network = Network { model, known: Vec::new(), warnings: Vec::new() };
+        let network = Network { model, known: Vec::new(), ln_scale: 0.0, warnings: Vec::new() };
         let written = read(Format::Program, &io::write(&network, Format::Program).unwrap()).model;
         let ids: Vec<VariableId> = network.model.variables.ids().collect();
         let (first, last) = (ids[0], ids[ids.len() - 1]);
@@ -293,7 +293,8 @@ fn what_a_format_cannot_hold_is_refused() {
     let mut model = ModelBuilder::new("a");
     let odd = model.variable("say \"a\"", Domain::labels(["x", " y"]));
     model.factor([odd], [], Form::Uniform);
-    let network = Network { model: model.build().unwrap(), known: Vec::new(), warnings: Vec::new() };
+    let network =
+        Network { model: model.build().unwrap(), known: Vec::new(), ln_scale: 0.0, warnings: Vec::new() };
     for (format, holds) in Format::ALL.into_iter().zip([true, false, false, true, true]) {
         assert_eq!(io::write(&network, format).is_ok(), holds, "{format:?}");
     }

@@ -31,6 +31,9 @@ pub struct Network {
     pub model: Model,
     /// What is always known with it: the potentials of a Markov network, which are variables of the model, are true.
     pub known: Vec<Known>,
+    /// ln of what the product of its numbers was divided by, so that each table is a distribution: 0, but for a Markov network,
+    /// whose ln Z is this and ln P(known).
+    pub ln_scale: f64,
     /// What was mended.
     pub warnings: Vec<Warning>,
 }
@@ -40,7 +43,7 @@ pub struct Network {
 /// # Errors
 /// Every mistake, or the first one that stops reading.
 pub fn read(source: &Source, format: Format) -> Result<Network, Diagnostics> {
-    let bare = |(model, warnings)| Network { model, known: Vec::new(), warnings };
+    let bare = |(model, warnings)| Network { model, known: Vec::new(), ln_scale: 0.0, warnings };
     match format {
         Format::Program => crate::syntax::compile(source).map(|model| bare((model, Vec::new()))),
         Format::Bif => bif::read(source).map(bare),

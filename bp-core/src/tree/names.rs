@@ -19,6 +19,8 @@ pub struct Named {
     /// The variables and their tables.
     pub network: Network,
     model: Model,
+    /// What is added to ln P(evidence): 0, but for a Markov network, which has no probabilities but ln Z.
+    pub ln_scale: f64,
     /// For each number its name, and the variable of the model that it is, or an element of.
     names: Vec<(String, VariableId)>,
     numbers: HashMap<String, usize>,
@@ -48,7 +50,7 @@ impl Named {
         for (number, (name, _)) in names.iter().enumerate() {
             numbers.entry(name.clone()).or_insert(number);
         }
-        Ok(Self { network, names, numbers, model, known })
+        Ok(Self { network, ln_scale: 0.0, names, numbers, model, known })
     }
 
     /// The variables that an answer shows: all but those that are always known.

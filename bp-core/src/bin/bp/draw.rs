@@ -5,6 +5,7 @@
 use crate::failure::Failure;
 use crate::{output, program};
 use bp_core::draw::graph;
+use bp_core::io::Format;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -33,12 +34,12 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let model = program::model(&arguments.file)?;
+    let network = program::network(&arguments.file, Format::of(&arguments.file).unwrap_or(Format::Program))?;
     let question = match &arguments.question {
-        Some(typed) => program::questions(&model, Some(typed))?.pop(),
+        Some(typed) => program::questions(&network, Some(typed))?.pop(),
         None => None,
     };
-    let graph = graph(&model, question.as_ref());
+    let graph = graph(&network.model, question.as_ref());
     let page = if arguments.dot { graph.dot() } else { graph.svg() };
     output::write(arguments.out.as_deref(), page.as_bytes(), out)
 }

@@ -6,7 +6,8 @@
 use crate::failure::Failure;
 use crate::program;
 use bp_core::error::Error;
-use bp_core::model::{Model, Question};
+use bp_core::io::Network;
+use bp_core::model::Question;
 use std::io::Write;
 use std::path::Path;
 
@@ -28,9 +29,9 @@ pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> R
 }
 
 /// The question that was typed, or else those that the program declares; a picture needs none.
-pub(crate) fn questions_of(model: &Model, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+pub(crate) fn questions_of(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
     match typed {
-        None if model.questions.is_empty() => Ok(Vec::new()),
-        typed => program::questions(model, typed),
+        None if network.model.questions.is_empty() => Ok(Vec::new()),
+        typed => program::questions(network, typed),
     }
 }

@@ -79,17 +79,22 @@ pub(crate) fn warn(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Reads a program, and asks its subroutines.
-pub(crate) fn linked(path: &Path) -> Result<Model, Failure> {
-    Ok(link(&model(path)?)?.into_owned())
+/// Reads a program or a network, and asks its subroutines.
+pub(crate) fn linked(path: &Path) -> Result<Network, Failure> {
+    let network = network(path, Format::of(path).unwrap_or(Format::Program))?;
+    Ok(Network { model: link(&network.model)?.into_owned(), ..network })
 }
 
-/// The question that was typed, or else all that the program declares.
-pub(crate) fn questions(model: &Model, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+/// The question that was typed, or else all that the program declares; with what is always known.
+pub(crate) fn questions(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+    let model = &network.model;
     if let Some(text) = typed {
         let source = Source::new("question", text);
         return match parse_question(&source, model) {
-            Ok(question) => Ok(vec![question]),
+            Ok(mut question) => {
+                question.asks.iter_mut().for_each(|ask| ask.known.extend_from_slice(&network.known));
+                Ok(vec![question])
+            }
             Err(wrong) => Err(Failure::Wrong(wrong, source)),
         };
     }

@@ -15,8 +15,12 @@ pub(super) const UAI: Dialect = Dialect { signs: b"", percent: true, escapes: fa
 
 /// Reads a network.
 pub fn read(source: &Source) -> Result<Network, Diagnostics> {
-    let mut reader =
-        Reader { lexer: Lexer::new(&source.text, &UAI), draft: Draft::default(), most: source.text.len() };
+    let mut reader = Reader {
+        lexer: Lexer::new(&source.text, &UAI),
+        draft: Draft::default(),
+        most: source.text.len(),
+        ln_scale: 0.0,
+    };
     let count = reader.file()?;
     let (model, warnings) = reader.draft.model(Span::new(0, 0))?;
     let potentials = model.variables.len() - count;
@@ -26,7 +30,7 @@ pub fn read(source: &Source) -> Result<Network, Diagnostics> {
             evidence: Evidence::Hard(Value::Ordinal(1)),
         })
         .collect();
-    Ok(Network { model, known, warnings })
+    Ok(Network { model, known, ln_scale: reader.ln_scale, warnings })
 }
 
 struct Reader<'s> {
@@ -34,6 +38,8 @@ struct Reader<'s> {
     draft: Draft,
     /// How many values all variables together may have: as many as the text has bytes.
     most: usize,
+    /// ln of the largest numbers of the potentials, and of how many values the variables have, which are uniform.
+    ln_scale: f64,
 }
 
 impl Reader<'_> {
@@ -58,6 +64,9 @@ impl Reader<'_> {
             sizes.push(size);
             let states = (0..size).map(|state| state.to_string()).collect();
             self.draft.node(&variable.to_string(), span, states)?;
+        }
+        if markov {
+            self.ln_scale += sizes.iter().map(|size| (*size as f64).ln()).sum::<f64>();
         }
         let (tables, span) = self.whole("the number of tables")?;
         if !markov && tables != count {
@@ -149,6 +158,7 @@ impl Reader<'_> {
         if most == 0.0 {
             return Err(Diagnostic::new(span, "this potential is 0 everywhere: nothing is possible"));
         }
+        self.ln_scale += most.ln();
         let entries = numbers.iter().flat_map(|value| [1.0 - value / most, value / most]).collect();
         self.draft.distribution(node, scope, Table { numbers: entries, places: vec![span] }, span)
     }

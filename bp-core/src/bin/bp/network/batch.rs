@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     for answer in answers {
         let cells: Vec<String> = match answer {
             Ok(found) => {
-                let numbers = [found.ln_evidence].into_iter().chain(found.marginals);
+                let numbers = [found.ln_evidence + named.ln_scale].into_iter().chain(found.marginals);
                 numbers.map(|number| number.to_string()).chain([String::new()]).collect()
             }
             Err(error) => {

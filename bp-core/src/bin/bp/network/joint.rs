@@ -43,6 +43,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         )));
     }
     let found = joint(&named.network, &evidence, &variables).map_err(|error| named.tell(error))?;
+    let ln_evidence = found.ln_evidence + named.ln_scale;
     let all = entropy(&found.probabilities);
     let alone: Vec<f64> =
         (0..variables.len()).map(|place| entropy(&marginal(&found.probabilities, &extents, place))).collect();
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let cells: Vec<Value> =
             rows.iter().map(|(names, p)| json!({ "values": object(names), "p": p })).collect();
         let answer = json!({
-            "ln_p_evidence": found.ln_evidence,
+            "ln_p_evidence": ln_evidence,
             "joint": cells,
             "entropy_bits": all,
             "entropies_bits": entropies,
@@ -95,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let what = if variables.len() == 2 { "mutual information" } else { "total correlation" };
         writeln!(out, "  {what} = {} bits", six_digits(shared))?;
     }
-    writeln!(out, "  ln P(evidence) = {}", six_digits(found.ln_evidence))?;
+    writeln!(out, "  ln P(evidence) = {}", six_digits(ln_evidence))?;
     Ok(())
 }
 

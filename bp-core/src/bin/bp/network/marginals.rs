@@ -40,6 +40,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let marginals = Marginals::new(&named.network, &given, &weighed, &wanted)?;
     let mut session = marginals.session();
     session.ask(&evidence).map_err(|error| named.tell(error))?;
+    let ln_evidence = session.ln_evidence() + named.ln_scale;
     if arguments.json {
         let mut posteriors = Map::new();
         for variable in &wanted {
@@ -48,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
                 values.map(|(value, p)| (named.value(*variable, value), json!(p))).collect();
             posteriors.insert(named.variable(*variable), Value::Object(values));
         }
-        let answer = json!({ "ln_p_evidence": session.ln_evidence(), "posteriors": posteriors });
+        let answer = json!({ "ln_p_evidence": ln_evidence, "posteriors": posteriors });
         serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
         return Ok(writeln!(out)?);
     }
@@ -70,6 +71,6 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             )?;
         }
     }
-    writeln!(out, "\n  ln P(evidence) = {}", six_digits(session.ln_evidence()))?;
+    writeln!(out, "\n  ln P(evidence) = {}", six_digits(ln_evidence))?;
     Ok(())
 }

@@ -60,7 +60,9 @@ impl Asked {
 /// Reads a network.
 pub(crate) fn network(path: &Path) -> Result<Named, Failure> {
     let read = program::network(path, Format::of(path).unwrap_or(Format::Program))?;
-    Ok(Named::new(read.model, &read.known)?)
+    let mut named = Named::new(read.model, &read.known)?;
+    named.ln_scale = read.ln_scale;
+    Ok(named)
 }
 
 /// Variables by name, each once, none of them observed.

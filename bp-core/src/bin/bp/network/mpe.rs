@@ -27,8 +27,9 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let (named, evidence) = arguments.asked.read()?;
     let (values, ln_joint) = most_probable(&named.network, &evidence).map_err(|error| named.tell(error))?;
-    let pairs =
-        || values.iter().enumerate().map(|(one, value)| (named.variable(one), named.value(one, *value)));
+    let ln_joint = ln_joint + named.ln_scale;
+    let shown = named.shown();
+    let pairs = || shown.iter().map(|one| (named.variable(*one), named.value(*one, values[*one])));
     if arguments.json {
         let assignment: Map<String, Value> =
             pairs().map(|(name, value)| (name, Value::String(value))).collect();
