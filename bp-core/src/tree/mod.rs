@@ -21,6 +21,7 @@ mod plan;
 mod problem;
 mod propagate;
 mod reading;
+mod scores;
 mod table;
 mod triangulate;
 

@@ -6,19 +6,9 @@
 //! broken by a seeded generator, and the order of least cells is kept (Kjærulff 1990; Koller and Friedman 2009, 9.4.3).
 
 use super::problem::Problem;
+use super::scores::{Graph, Rule, Scores};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-
-/// What a greedy rule makes small when it chooses the next variable.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Rule {
-    /// Edges added.
-    Fill,
-    /// Cells of the clique.
-    Weight,
-    /// Cells of the edges added.
-    WeightedFill,
-}
 
 /// An order of elimination.
 #[derive(Clone, Debug, Default)]
@@ -29,13 +19,6 @@ pub(super) struct Order {
     pub(super) cells: f64,
     /// Variables of the largest clique.
     pub(super) width: usize,
-}
-
-/// An undirected graph: for each variable its neighbours.
-#[derive(Clone, Debug)]
-struct Graph {
-    neighbours: Vec<Vec<u32>>,
-    cardinality: Vec<f64>,
 }
 
 /// How hard to look for an order.
@@ -195,145 +178,6 @@ impl Graph {
     }
 }
 
-/// What each variable's elimination would add, kept while others are eliminated.
-///
-/// An edge weighs the product of its ends' weights: 1 each, or their numbers of values. The score of a variable is the weight
-/// of the edges that are missing between its neighbours.
-struct Scores {
-    rule: Rule,
-    weight: Vec<f64>,
-    /// Σ of the weights of the neighbours.
-    around: Vec<f64>,
-    missing: Vec<f64>,
-    marks: Marks,
-    changed: Marks,
-    /// The variables whose score the last removal changed.
-    touched: Vec<u32>,
-}
-
-impl Scores {
-    fn of(graph: &Graph, rule: Rule) -> Self {
-        let count = graph.neighbours.len();
-        let weight = if rule == Rule::Fill { vec![1.0; count] } else { graph.cardinality.clone() };
-        let sum = |list: &Vec<u32>| list.iter().map(|one| weight[*one as usize]).sum();
-        let around = graph.neighbours.iter().map(sum).collect();
-        let mut marks = Marks::of(count);
-        let mut missing = vec![0.0; count];
-        for (variable, list) in graph.neighbours.iter().enumerate().filter(|_| rule != Rule::Weight) {
-            marks.next();
-            list.iter().for_each(|one| marks.set(*one));
-            // All ordered pairs, without those that are neighbours.
-            let (mut total, mut squares, mut adjacent) = (0.0, 0.0, 0.0);
-            for one in list {
-                let own = weight[*one as usize];
-                total += own;
-                squares += own * own;
-                let common = graph.neighbours[*one as usize].iter().filter(|other| marks.has(**other));
-                adjacent += own * common.map(|other| weight[*other as usize]).sum::<f64>();
-            }
-            missing[variable] = (total * total - squares - adjacent) / 2.0;
-        }
-        Self { rule, weight, around, missing, marks, changed: Marks::of(count), touched: Vec::new() }
-    }
-
-    fn of_variable(&self, graph: &Graph, variable: u32) -> f64 {
-        match self.rule {
-            Rule::Fill | Rule::WeightedFill => self.missing[variable as usize],
-            Rule::Weight => {
-                let around = graph.neighbours[variable as usize].iter();
-                around.map(|one| self.weight[*one as usize]).product::<f64>() * self.weight[variable as usize]
-            }
-        }
-    }
-
-    fn touch(&mut self, variable: u32) {
-        if !self.changed.has(variable) {
-            self.changed.set(variable);
-            self.touched.push(variable);
-        }
-    }
-
-    /// Eliminates a variable: makes its neighbours neighbours of each other, and takes it away.
-    fn remove(&mut self, graph: &mut Graph, variable: u32) {
-        self.touched.clear();
-        self.changed.next();
-        let around = std::mem::take(&mut graph.neighbours[variable as usize]);
-        for (place, one) in around.iter().enumerate() {
-            self.marks.next();
-            graph.neighbours[*one as usize].iter().for_each(|other| self.marks.set(*other));
-            for other in &around[place + 1..] {
-                if !self.marks.has(*other) {
-                    self.connect(graph, *one, *other, variable);
-                    self.marks.set(*other);
-                }
-            }
-        }
-        let own = self.weight[variable as usize];
-        let all: f64 = around.iter().map(|one| self.weight[*one as usize]).sum();
-        for one in &around {
-            let place = *one as usize;
-            // Its neighbours that the variable did not have are no longer missing beside the variable.
-            self.missing[place] -= own * (self.around[place] - own - (all - self.weight[place]));
-            self.around[place] -= own;
-            let list = &mut graph.neighbours[place];
-            if let Some(found) = list.iter().position(|other| *other == variable) {
-                list.swap_remove(found);
-            }
-            self.touch(*one);
-        }
-    }
-
-    /// A new edge; the neighbours of `one` are marked. `gone` is no longer counted.
-    fn connect(&mut self, graph: &mut Graph, one: u32, other: u32, gone: u32) {
-        let (first, second) = (self.weight[one as usize], self.weight[other as usize]);
-        if self.rule != Rule::Weight {
-            let mut common = 0.0;
-            for both in &graph.neighbours[other as usize] {
-                if self.marks.has(*both) {
-                    common += self.weight[*both as usize];
-                    if *both != gone {
-                        self.missing[*both as usize] -= first * second;
-                        if !self.changed.has(*both) {
-                            self.changed.set(*both);
-                            self.touched.push(*both);
-                        }
-                    }
-                }
-            }
-            self.missing[one as usize] += second * (self.around[one as usize] - common);
-            self.missing[other as usize] += first * (self.around[other as usize] - common);
-        }
-        self.around[one as usize] += second;
-        self.around[other as usize] += first;
-        graph.neighbours[one as usize].push(other);
-        graph.neighbours[other as usize].push(one);
-    }
-}
-
-/// A set that is emptied in no time.
-struct Marks {
-    stamps: Vec<u64>,
-    now: u64,
-}
-
-impl Marks {
-    fn of(count: usize) -> Self {
-        Self { stamps: vec![0; count], now: 0 }
-    }
-
-    fn next(&mut self) {
-        self.now += 1;
-    }
-
-    fn set(&mut self, one: u32) {
-        self.stamps[one as usize] = self.now;
-    }
-
-    fn has(&self, one: u32) -> bool {
-        self.stamps[one as usize] == self.now
-    }
-}
-
 /// A number whose bits have nothing to do with those of the first (Steele, Lea and Flood 2014).
 fn mix(mut bits: u64) -> u64 {
     bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -343,8 +187,12 @@ fn mix(mut bits: u64) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    pub(crate) fn random_graph(seed: u64) -> Graph {
+        Graph::of(&random_problem(seed))
+    }
 
     fn random_problem(seed: u64) -> Problem {
         let count = 3 + (seed % 12) as usize;
@@ -396,26 +244,6 @@ mod tests {
                 let (cells, width) = by_definition(&problem, &order.variables);
                 assert!((order.cells - cells).abs() < 1e-9 * cells, "{seed}: {} {cells}", order.cells);
                 assert_eq!(order.width, width, "seed {seed}");
-            }
-        }
-    }
-
-    #[test]
-    fn scores_that_are_kept_are_those_of_the_graph() {
-        for seed in 0..100 {
-            for rule in [Rule::Fill, Rule::WeightedFill] {
-                let mut graph = Graph::of(&random_problem(seed));
-                let mut scores = Scores::of(&graph, rule);
-                for variable in 0..graph.neighbours.len() as u32 {
-                    scores.remove(&mut graph, variable);
-                    let fresh = Scores::of(&graph, rule);
-                    for one in variable as usize + 1..graph.neighbours.len() {
-                        assert!(
-                            (scores.missing[one] - fresh.missing[one]).abs() < 1e-9,
-                            "{seed} {rule:?} {one}"
-                        );
-                    }
-                }
             }
         }
     }
