@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 30] = [
+const PACKAGES: [&str; 31] = [
     "allocation-counter",
     "ariadne",
     "bp-core",
@@ -29,6 +29,7 @@ const PACKAGES: [&str; 30] = [
     "png",
     "proc-macro2",
     "proptest",
+    "pulp",
     "quote",
     "rand",
     "rand_distr",

@@ -7,6 +7,7 @@
 //! and Y. Where a kind of axes lies, is a list of offsets for each table. The row is what remains: cells that lie side by
 //! side in each table that has them. Going up, Z is the product of two children; going down, the derivative by one of them.
 
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 /// The axes of a table, slowest first.
@@ -185,12 +186,16 @@ impl Contraction {
             2 => self.nest::<2, MAXIMUM>(pool, x, y, z, mask, base),
             3 => self.nest::<3, MAXIMUM>(pool, x, y, z, mask, base),
             4 => self.nest::<4, MAXIMUM>(pool, x, y, z, mask, base),
-            _ => self.nest::<0, MAXIMUM>(pool, x, y, z, mask, base),
+            // By the widest instructions that the processor has. Sums are made in one order by all of them.
+            _ => {
+                let rows = Rows::<MAXIMUM> { contraction: self, pool, x, y, z, mask, base };
+                pulp::Arch::new().dispatch(rows);
+            }
         }
     }
 
     /// The loops; the length of a row is known to the compiler, or 0.
-    #[inline]
+    #[inline(always)]
     fn nest<const LENGTH: usize, const MAXIMUM: bool>(
         &self,
         pool: &Pool,
@@ -253,6 +258,26 @@ impl Contraction {
                 }
             }
         }
+    }
+}
+
+/// Long rows.
+struct Rows<'r, const MAXIMUM: bool> {
+    contraction: &'r Contraction,
+    pool: &'r Pool,
+    x: &'r [f64],
+    y: &'r [f64],
+    z: &'r mut [f64],
+    mask: Option<&'r [f64]>,
+    base: u32,
+}
+
+impl<const MAXIMUM: bool> NullaryFnOnce for Rows<'_, MAXIMUM> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.contraction.nest::<0, MAXIMUM>(self.pool, self.x, self.y, self.z, self.mask, self.base);
     }
 }
 
