@@ -3,8 +3,8 @@
 //! In: a kernel and its inputs, in f32 or f64. Out: its outputs. Invariant: blocks are independent and each is
 //! computed in the same order whatever the number of threads, so results do not depend on it.
 //!
-//! The plate's rows are shared out among threads (rayon); each thread walks its rows in blocks of [`BLOCK`]
-//! lanes, and evaluates the schedule's values for a whole block before the next value.
+//! The plate's rows are shared out among threads (rayon); each thread walks its rows in blocks of as many
+//! lanes as the caches hold, and evaluates the schedule's values for a whole block before the next value.
 
 mod block;
 
@@ -18,11 +18,8 @@ use crate::kernel::{Kernel, Role};
 use block::{Block, Piece};
 use rayon::prelude::*;
 
-/// Lanes in a block: enough to pay for the walk, few enough to stay in the first cache.
-const BLOCK: usize = 128;
-
 /// Work for a thread at a time, in cells.
-const CHUNK_CELLS: usize = 4096;
+const CHUNK_CELLS: usize = 8192;
 
 /// A kernel that is ready to be run again and again.
 #[derive(Clone, Debug)]
