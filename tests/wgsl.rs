@@ -15,7 +15,8 @@ use std::path::Path;
 /// The kernels of the exact answers of a program, with the questions' names.
 fn kernels(path: &Path) -> Vec<(String, Kernel)> {
     let text = std::fs::read_to_string(path).unwrap();
-    let model = compile(&Source::new(&path.to_string_lossy(), &text)).unwrap();
+    // Some of the programs of the tests are wrong on purpose.
+    let Ok(model) = compile(&Source::new(path.display().to_string(), &text)) else { return Vec::new() };
     let Ok(model) = link(&model) else { return Vec::new() };
     let mut kernels = Vec::new();
     for question in model.questions.values() {

@@ -180,7 +180,11 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
                 text.line(format!("let {name}: &[i32] = {expression};"));
                 text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
             }
-            Role::Output => text.line(format!("outputs.{}.resize({len}, T::ZERO);", snake(&buffer.name))),
+            Role::Output => text.line(format!(
+                "make_room({:?}, {len}, &mut outputs.{})?;",
+                buffer.name,
+                snake(&buffer.name)
+            )),
             Role::Scratch => {}
         }
         // A parallel axis of an input that was given once for the plate has stride 0.

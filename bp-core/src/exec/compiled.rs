@@ -3,6 +3,7 @@
 //! In: slices. Out: pieces of slices, blocks of lanes. Invariant: pieces are disjoint and each is computed alike
 //! whatever the number of threads; nothing is allocated inside a block.
 
+use super::inputs::MOST_CELLS;
 use super::scalar::Scalar;
 use crate::error::Error;
 use pulp::NullaryFnOnce;
@@ -181,6 +182,20 @@ fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outsid
     }
 }
 
+/// Makes an array as long as it has to be.
+///
+/// # Errors
+/// It would have more cells than are made without being asked for, or than there is memory for.
+pub fn make_room<T: Scalar>(name: &str, cells: usize, made: &mut Vec<T>) -> Result<(), Error> {
+    let more = cells.saturating_sub(made.len());
+    if cells as f64 > MOST_CELLS || made.try_reserve_exact(more).is_err() {
+        let help = "ask a smaller question, or a part of the plate at a time".to_owned();
+        return Err(Error::TooLarge { name: name.to_owned(), cells: cells as f64, most: MOST_CELLS, help });
+    }
+    made.resize(cells, T::ZERO);
+    Ok(())
+}
+
 /// Checks the length of an input.
 ///
 /// # Errors
@@ -211,4 +226,19 @@ pub fn check_broadcast(name: &str, found: usize, whole: usize, once: usize) -> R
 #[inline(always)]
 pub fn turn(at: isize, extent: usize, wraps: bool) -> isize {
     if wraps { at.rem_euclid(extent as isize) } else { at }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_refused_by_name() {
+        let mut made: Vec<f32> = Vec::new();
+        make_room("P(X)", 3, &mut made).unwrap();
+        assert_eq!(made, [0.0; 3]);
+        let told = make_room("P(X)", 2_000_000_000, &mut made).unwrap_err().to_string();
+        assert!(told.contains("`P(X)`"), "{told}");
+        assert_eq!(made.len(), 3, "nothing is half made");
+    }
 }

@@ -55,21 +55,39 @@ impl Lanes {
     /// # Errors
     /// An input that is missing or does not fit.
     pub fn run<T: Scalar>(&self, inputs: &Inputs<'_, T>) -> Result<Outputs<T>, Error> {
+        let mut outputs = Outputs { arrays: Vec::new() };
+        self.run_into(inputs, &mut outputs)?;
+        Ok(outputs)
+    }
+
+    /// Runs the kernel again, into the arrays of an earlier answer: large ones are not asked of the system anew.
+    ///
+    /// # Errors
+    /// As [`Lanes::run`]; the earlier answer is gone then.
+    pub fn run_into<T: Scalar>(&self, inputs: &Inputs<'_, T>, outputs: &mut Outputs<T>) -> Result<(), Error> {
         let bound = inputs.bind(&self.kernel)?;
+        let mut earlier = std::mem::take(&mut outputs.arrays).into_iter();
         let mut made: Vec<Vec<T>> = Vec::new();
         for (id, buffer) in self.kernel.buffers.iter() {
+            let mut cells = match buffer.role {
+                Role::Output => earlier.next().map(|(_, cells)| cells).unwrap_or_default(),
+                _ => Vec::new(),
+            };
             let full =
                 matches!(buffer.role, Role::Scratch | Role::Output) && !self.schedule.local[id.position()];
-            made.push(if full { vec![T::ZERO; bound.length(id)] } else { Vec::new() });
+            if full {
+                cells.resize(bound.length(id), T::ZERO);
+            }
+            made.push(cells);
         }
         for group in &self.schedule.groups {
             self.group(&bound, group, &mut made);
         }
-        let outputs = self
-            .kernel
-            .outputs()
-            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut made[id.position()])));
-        Ok(Outputs { arrays: outputs.collect() })
+        let found = self.kernel.outputs();
+        outputs.arrays = found
+            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut made[id.position()])))
+            .collect();
+        Ok(())
     }
 
     fn group<T: Scalar>(&self, bound: &Bound<'_, T>, group: &Group, made: &mut [Vec<T>]) {

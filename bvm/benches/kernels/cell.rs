@@ -3,9 +3,9 @@
 //! In: a state that is smooth and nowhere certain. Out: `step` and `observe` by hand, emitted, by lanes and by the
 //! interpreter. Invariant: emitted code and the loop written by hand agree before they are timed.
 
-use crate::clock::{Task, Work, table};
+use crate::clock::{Task, Work, race_on, table};
 use crate::hand;
-use bp_core::exec::{Inputs, Lanes, interpret};
+use bp_core::exec::{Inputs, Lanes, Outputs, interpret};
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Space};
@@ -48,6 +48,39 @@ fn by_hand(question: hand::Question, cells: &hand::Cells<'_>, planes: &mut [Vec<
         plane.chunks_mut(rows * lanes).zip(&mut parts).for_each(|(part, parts)| parts.push(part));
     }
     parts.par_iter_mut().enumerate().for_each(|(piece, made)| run(piece * rows, made));
+}
+
+/// The emitted step over grids of many sizes: time for each cell.
+pub(crate) fn scale(seconds: f64) {
+    println!("\nscale: the emitted step, f32; {} bytes of state and likelihood for each cell", 4 * FLOATS);
+    println!("  {:<20}{:>12}{:>16}{:>18}", "cells", "MB", "ns a cell", "two threads");
+    for extents in [[10, 16, 64], [10, 50, 200], [10, 160, 630], [10, 500, 2000], [10, 1580, 6330]] {
+        let space = Space::new(extents, [Edge::Open, Edge::Pole, Edge::Circle]).expect("a grid");
+        let (moves, plane) = (space.antecedents(&VELOCITIES), space.cells());
+        if seconds == 0.0 && plane > 1_000_000 {
+            continue;
+        }
+        let (occupancy, likelihood) = (vec![0.5f32; 2 * plane], vec![0.5f32; 2 * plane]);
+        let velocity = vec![1.0f32 / 7.0; 7 * plane];
+        let inputs = cell::step::Inputs {
+            grid: &space,
+            velocity: &moves,
+            sensors: 1,
+            epsilon: 0.01,
+            motion: &[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1],
+            previous_o: &occupancy,
+            previous_v: &velocity,
+            sensors_i_reading: &likelihood,
+        };
+        let mut made = cell::step::Outputs::default();
+        let times = [1, 2].map(|threads| {
+            let mut tasks: Vec<Task<'_>> =
+                vec![("step", Box::new(|| cell::step::run(&inputs, black_box(&mut made)).expect("fits")))];
+            race_on(threads, 0.3 * seconds, &mut tasks)[0].least * 1e9 / plane as f64
+        });
+        let bytes = 4.0 * (FLOATS * plane) as f64 / 1e6;
+        println!("  {plane:<20}{bytes:>12.1}{:>16.2}{:>18.2}", times[0], times[1]);
+    }
 }
 
 /// Fills the rows of the table.
@@ -120,6 +153,7 @@ pub(crate) fn run(seconds: f64) {
     let mut more: Vec<Vec<f32>> = vec![vec![0.0; plane]; 11];
     let (mut stepped, mut observed) = (cell::step::Outputs::default(), cell::observe::Outputs::default());
     let (step_lanes, observe_lanes) = (Lanes::new(kernel("step")), Lanes::new(kernel("observe")));
+    let mut by_lanes = [Outputs::default(), Outputs::default()];
     let mut seven = planes.clone();
     by_hand(hand::Question::StepOfSeven, &cells, &mut seven);
     by_hand(hand::Question::Step, &cells, &mut planes);
@@ -142,7 +176,7 @@ pub(crate) fn run(seconds: f64) {
             Box::new(|| by_hand(hand::Question::Step, &cells, black_box(&mut planes))),
         ),
         ("emitted Rust", Box::new(|| cell::step::run(&step, black_box(&mut stepped)).expect("fits"))),
-        ("lanes", Box::new(|| drop(black_box(step_lanes.run(&inputs))))),
+        ("lanes", Box::new(|| step_lanes.run_into(&inputs, black_box(&mut by_lanes[0])).expect("fits"))),
     ];
     let title = format!("step: P(O), P(V) of {plane} cells, 7 velocities");
     let work = Work { title: &title, bytes: 4 * FLOATS * plane, unit: ("ms", 1e3) };
@@ -153,7 +187,7 @@ pub(crate) fn run(seconds: f64) {
     let mut tasks: Vec<Task<'_>> = vec![
         ("by hand", Box::new(|| by_hand(hand::Question::Observe, &cells, black_box(&mut more)))),
         ("emitted Rust", Box::new(|| cell::observe::run(&observe, black_box(&mut observed)).expect("fits"))),
-        ("lanes", Box::new(|| drop(black_box(observe_lanes.run(&inputs))))),
+        ("lanes", Box::new(|| observe_lanes.run_into(&inputs, black_box(&mut by_lanes[1])).expect("fits"))),
     ];
     let title = "observe: step, H(O V) and H(O)";
     table(&Work { title, bytes: 4 * (FLOATS + 2) * plane, unit: ("ms", 1e3) }, 4.0 * seconds, &mut tasks);

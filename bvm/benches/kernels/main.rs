@@ -19,4 +19,5 @@ fn main() {
     clock::head();
     cell::run(seconds);
     others::run(seconds);
+    cell::scale(seconds);
 }

@@ -7,7 +7,7 @@ use crate::cell::numbers;
 use crate::clock::{Task, Work, table};
 use crate::hand_senses;
 use bp_core::answer::{argmax, compile};
-use bp_core::exec::{Inputs, Lanes};
+use bp_core::exec::{Inputs, Lanes, Outputs};
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Space};
@@ -67,6 +67,7 @@ fn range_sensor(seconds: f64) {
     let plan = plan(&program, question, Options::default()).expect("a plan");
     let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("one pass answers") };
     let lanes = Lanes::new(lower(&program, exact, "reading").expect("a kernel").kernel);
+    let mut by_lanes = Outputs::default();
     let given = Inputs::new()
         .size("Rays", rays)
         .size("N", bins)
@@ -91,7 +92,7 @@ fn range_sensor(seconds: f64) {
             "emitted Rust",
             Box::new(|| line_of_sight::reading::run(&inputs, black_box(&mut emitted)).expect("fits")),
         ),
-        ("lanes", Box::new(|| drop(black_box(lanes.run(&given))))),
+        ("lanes", Box::new(|| lanes.run_into(&given, black_box(&mut by_lanes)).expect("fits"))),
     ];
     let work = Work {
         title: "range sensor: 32 400 rays of 10 cells",

@@ -69,11 +69,20 @@ pub(super) fn run<T: Scalar>(instructions: Arch, out: &mut [T], work: Work<'_, T
     instructions.dispatch(Call { work, out });
 }
 
+// Loops are written as loops: what iterators call inside would be compiled apart, without these instructions.
 #[inline(always)]
 fn zip_with<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T, T) -> T) {
     match operand {
-        Lane::One(x) => out.iter_mut().for_each(|out| *out = f(*out, x)),
-        Lane::Many(x) => out.iter_mut().zip(x).for_each(|(out, x)| *out = f(*out, *x)),
+        Lane::One(x) => {
+            for out in out {
+                *out = f(*out, x);
+            }
+        }
+        Lane::Many(x) => {
+            for (out, x) in out.iter_mut().zip(x) {
+                *out = f(*out, *x);
+            }
+        }
     }
 }
 
@@ -81,7 +90,11 @@ fn zip_with<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T, T) -> 
 fn map<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T) -> T) {
     match operand {
         Lane::One(x) => out.fill(f(x)),
-        Lane::Many(x) => out.iter_mut().zip(x).for_each(|(out, x)| *out = f(*x)),
+        Lane::Many(x) => {
+            for (out, x) in out.iter_mut().zip(x) {
+                *out = f(*x);
+            }
+        }
     }
 }
 
@@ -137,10 +150,20 @@ fn unary<T: Scalar>(operator: Unary, out: &mut [T], operand: Lane<'_, T>) {
 fn zip<T: Scalar>(out: &mut [T], left: Lane<'_, T>, right: Lane<'_, T>, f: impl Fn(T, T) -> T) {
     match (left, right) {
         (Lane::One(x), Lane::One(y)) => out.fill(f(x, y)),
-        (Lane::One(x), Lane::Many(y)) => out.iter_mut().zip(y).for_each(|(out, y)| *out = f(x, *y)),
-        (Lane::Many(x), Lane::One(y)) => out.iter_mut().zip(x).for_each(|(out, x)| *out = f(*x, y)),
+        (Lane::One(x), Lane::Many(y)) => {
+            for (out, y) in out.iter_mut().zip(y) {
+                *out = f(x, *y);
+            }
+        }
+        (Lane::Many(x), Lane::One(y)) => {
+            for (out, x) in out.iter_mut().zip(x) {
+                *out = f(*x, y);
+            }
+        }
         (Lane::Many(x), Lane::Many(y)) => {
-            out.iter_mut().zip(x.iter().zip(y)).for_each(|(out, (x, y))| *out = f(*x, *y));
+            for (out, (x, y)) in out.iter_mut().zip(x.iter().zip(y)) {
+                *out = f(*x, *y);
+            }
         }
     }
 }
