@@ -80,8 +80,10 @@ impl Lanes {
             }
             made.push(cells);
         }
+        let strides: Vec<Vec<usize>> =
+            self.kernel.buffers.ids().map(|buffer| bound.strides(buffer)).collect();
         for group in &self.schedule.groups {
-            self.group(&bound, group, &mut made);
+            self.group(&bound, &strides, group, &mut made);
         }
         let found = self.kernel.outputs();
         outputs.arrays = found
@@ -90,7 +92,13 @@ impl Lanes {
         Ok(())
     }
 
-    fn group<T: Scalar>(&self, bound: &Bound<'_, T>, group: &Group, made: &mut [Vec<T>]) {
+    fn group<T: Scalar>(
+        &self,
+        bound: &Bound<'_, T>,
+        strides: &[Vec<usize>],
+        group: &Group,
+        made: &mut [Vec<T>],
+    ) {
         let targets: Vec<BufferId> = (group.nests.iter())
             .map(|nest| self.kernel.nests[nest.nest].out)
             .filter(|out| !self.schedule.local[out.position()])
@@ -125,7 +133,7 @@ impl Lanes {
         }
         let finished: &[Vec<T>] = made;
         let run = |piece: &mut Piece<'_, T>| {
-            Block::new(&self.kernel, &self.schedule, bound, finished, group).piece(piece, lanes);
+            Block::new(&self.kernel, &self.schedule, bound, finished, strides, group).piece(piece, lanes);
         };
         match pieces.len() {
             1 => pieces.iter_mut().for_each(run),

@@ -73,7 +73,9 @@ pub(super) struct Block<'b, T> {
     instructions: Arch,
     /// What this group makes, by buffer: serial cells × lanes.
     made: Vec<Vec<T>>,
-    strides: Vec<Vec<usize>>,
+    /// How far apart neighbours along each axis are, for buffers that are finished, and for those made here.
+    strides: &'b [Vec<usize>],
+    own_strides: Vec<Vec<usize>>,
     folded: Vec<T>,
     /// For each buffer, how much of it has been copied out.
     planes: Vec<usize>,
@@ -85,6 +87,7 @@ impl<'b, T: Scalar> Block<'b, T> {
         schedule: &'b Schedule,
         bound: &'b Bound<'b, T>,
         finished: &'b [Vec<T>],
+        strides: &'b [Vec<usize>],
         group: &'b Group,
     ) -> Self {
         let (mut slot, mut slots) = (vec![0; kernel.nodes.len()], 0);
@@ -96,7 +99,7 @@ impl<'b, T: Scalar> Block<'b, T> {
         }
         let stride = if group.parallel { block_lanes::<T>(slots) } else { 1 };
         let mut made = vec![Vec::new(); kernel.buffers.len()];
-        let mut strides: Vec<Vec<usize>> = kernel.buffers.ids().map(|buffer| bound.strides(buffer)).collect();
+        let mut own_strides = vec![Vec::new(); kernel.buffers.len()];
         for nest in &group.nests {
             let out = kernel.nests[nest.nest].out;
             let axes = &kernel.buffers[out].axes;
@@ -107,7 +110,7 @@ impl<'b, T: Scalar> Block<'b, T> {
                     size *= bound.extent(*axis);
                 }
             }
-            strides[out.position()] = own;
+            own_strides[out.position()] = own;
             made[out.position()] = vec![T::ZERO; size];
         }
         Self {
@@ -126,6 +129,7 @@ impl<'b, T: Scalar> Block<'b, T> {
             instructions: Arch::new(),
             made,
             strides,
+            own_strides,
             folded: vec![T::ZERO; stride],
             planes: vec![0; kernel.buffers.len()],
         }
@@ -258,9 +262,16 @@ impl<'b, T: Scalar> Block<'b, T> {
         self.folded = folded;
     }
 
+    fn strides(&self, buffer: BufferId) -> &[usize] {
+        match self.made[buffer.position()].is_empty() {
+            true => &self.strides[buffer.position()],
+            false => &self.own_strides[buffer.position()],
+        }
+    }
+
     /// Where the running cell of a buffer that this group makes begins.
     fn place(&self, buffer: BufferId) -> usize {
-        let axes = self.kernel.buffers[buffer].axes.iter().zip(&self.strides[buffer.position()]);
+        let axes = self.kernel.buffers[buffer].axes.iter().zip(self.strides(buffer));
         axes.map(|(axis, stride)| self.running[axis.position()] * stride).sum()
     }
 

@@ -39,7 +39,7 @@ impl<T: Scalar> Block<'_, T> {
             let is_lane = self.group.parallel && self.kernel.parallel.last() == Some(&axis);
             self.running[axis.position()] as i64 + if is_lane { lane as i64 } else { 0 }
         };
-        for ((index, axis), stride) in indices.iter().zip(axes).zip(&self.strides[buffer.position()]) {
+        for ((index, axis), stride) in indices.iter().zip(axes).zip(self.strides(buffer)) {
             let extent = self.bound.extent(*axis) as i64;
             let at = match index {
                 Index::Axis(axis) => running(*axis),
