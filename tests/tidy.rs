@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 31] = [
+const PACKAGES: [&str; 34] = [
     "allocation-counter",
     "ariadne",
     "bp-core",
@@ -22,11 +22,13 @@ const PACKAGES: [&str; 31] = [
     "csv",
     "dejavu",
     "indicatif",
+    "naga",
     "nalgebra",
     "pest",
     "pest_derive",
     "plotters",
     "png",
+    "pollster",
     "proc-macro2",
     "proptest",
     "pulp",
@@ -42,6 +44,7 @@ const PACKAGES: [&str; 31] = [
     "thiserror",
     "toml",
     "trybuild",
+    "wgpu",
 ];
 
 /// Packages that must do real work, and what of them is looked for in the code.
@@ -56,7 +59,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 16] = [
+const DIRECTIONS: [(&str, &[&str]); 17] = [
     ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
@@ -64,6 +67,7 @@ const DIRECTIONS: [(&str, &[&str]); 16] = [
     ("lower", &["syntax", "emit", "exec", "learn", "answer", "io"]),
     ("exec", &["syntax", "lower", "emit", "learn", "answer", "io", "model", "plan"]),
     ("draw", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("gpu", &["model", "syntax", "plan", "lower", "learn", "answer", "io"]),
     ("emit", &["syntax", "learn", "answer", "io"]),
     ("distribution", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("sample", &["syntax", "kernel", "lower", "emit", "learn", "answer", "io"]),

@@ -200,17 +200,25 @@ pub fn ask_over_time(
 /// How close to the largest a score must be to be as good, as a fraction of it.
 const TIE: f64 = 1e-9;
 
+/// Scores of which the best is kept.
+const PART: usize = 4096;
+
 /// The positions at which a score is largest; with `nearest`, the one of these at which that field is smallest
 /// (the first, if several), so that at most one is left. None where no score is positive.
 pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
-    let best = scores.iter().fold(T::ZERO, |best, score| best.maximum(*score));
+    // The best of each part: most parts need not be looked at again.
+    let parts: Vec<T> = scores.chunks(PART).map(greatest).collect();
+    let best = greatest(&parts);
     if best <= T::ZERO {
         return Vec::new();
     }
     // In f32 neighbouring numbers are further apart than the tolerance; their own spacing is used then.
     let spacing = if T::from_f64(1.0 + TIE) == T::ONE { 1e-6 } else { TIE };
     let least = T::from_f64(best.to_f64() * (1.0 - spacing));
-    let tied = (0..scores.len()).filter(|position| scores[*position] >= least);
+    let tied = (parts.iter().enumerate())
+        .filter(|(_, best)| **best >= least)
+        .flat_map(|(part, _)| part * PART..scores.len().min((part + 1) * PART))
+        .filter(|position| scores[*position] >= least);
     match nearest {
         None => tied.collect(),
         Some(field) => tied
@@ -218,4 +226,16 @@ pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
             .into_iter()
             .collect(),
     }
+}
+
+/// The greatest of some numbers, 0 at least. Sixty-four at a time, since maxima one after another wait for each other.
+fn greatest<T: Scalar>(scores: &[T]) -> T {
+    let mut best = [T::ZERO; 64];
+    let (chunks, rest) = scores.as_chunks::<64>();
+    for chunk in chunks {
+        for (best, score) in best.iter_mut().zip(chunk) {
+            *best = best.maximum(*score);
+        }
+    }
+    best.iter().chain(rest).fold(T::ZERO, |best, score| best.maximum(*score))
 }

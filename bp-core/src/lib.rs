@@ -11,6 +11,8 @@ pub mod draw;
 pub mod emit;
 pub mod error;
 pub mod exec;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod guess;
 pub mod ids;
 pub mod io;

@@ -230,7 +230,7 @@ fn files_that_are_none() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(path("empty.bp"), "").unwrap();
     std::fs::write(path("latin.bp"), b"// caf\n// \xe9\n").unwrap();
-    for verb in ["check", "fmt", "ask", "explain", "draw"] {
+    for verb in ["check", "fmt", "ask", "explain", "draw", "emit"] {
         let missing = ill(1, &[verb, &path("missing.bp")]);
         assert!(missing.contains("missing.bp`: No such file"), "{missing}");
         assert!(ill(1, &[verb, folder.path().to_str().unwrap()]).contains("directory"));
@@ -289,6 +289,28 @@ fn explain_derives_step_by_step() {
     let json: Value = serde_json::from_str(&well(&["explain", file, "rain", "--json"])).unwrap();
     assert_eq!(json["computed"].as_array().unwrap().len(), 1);
     assert_eq!((&json["question"], &json["free_parameters"]), (&"P(Rain | Wet)".into(), &3.0.into()));
+}
+
+#[test]
+fn emit_tells_what_the_compiler_made() {
+    let path = program("cell.bp");
+    let file = path.to_str().unwrap();
+    let words = well(&["emit", file, "state"]);
+    assert!(
+        words.contains("over Grid.depth × Grid.rows × Grid.lanes; neighbours in memory along"),
+        "{words}"
+    );
+    assert!(words.contains("looks up: `Velocity from depth` (Velocity × Grid.depth × Grid.rows)"), "{words}");
+    assert!(
+        words.contains("writes: `P(O V | Z)` (2 × Velocity × Grid.depth × Grid.rows × Grid.lanes)"),
+        "{words}"
+    );
+    let shader = well(&["emit", file, "state", "--to", "wgsl"]);
+    assert!(shader.contains("@compute @workgroup_size(64)"), "{shader}");
+    let rust = well(&["emit", program("wet_grass.bp").to_str().unwrap(), "rain", "--to", "rust"]);
+    assert!(rust.contains("pub mod rain {") && rust.contains("pub fn run<T: Scalar>"), "{rust}");
+    let normal = program("vestibular.bp");
+    assert!(ill(1, &["emit", normal.to_str().unwrap()]).contains("is not answered by loops"));
 }
 
 #[test]

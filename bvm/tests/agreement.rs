@@ -204,3 +204,67 @@ fn the_view_agrees() {
     assert_same("look", &truth[0], &found.argmax_p_g_nearest_heading);
     assert_same("weights are the gains", &gain, &truth[0]);
 }
+
+#[test]
+fn threads_change_no_bit_of_an_emitted_answer() {
+    let (space, moves) = grid();
+    let (cells, mut numbers) = (space.cells(), Numbers(9));
+    let single = |values: Vec<f64>| values.into_iter().map(|x| x as f32).collect::<Vec<f32>>();
+    let (previous_o, previous_v) = (single(numbers.take(2 * cells)), single(numbers.take(7 * cells)));
+    let readings = single(numbers.take(2 * cells));
+    let given = cell::observe::Inputs {
+        grid: &space,
+        velocity: &moves,
+        sensors: 1,
+        epsilon: 0.02,
+        motion: &[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1],
+        previous_o: &previous_o,
+        previous_v: &previous_v,
+        sensors_i_reading: &readings,
+    };
+    let [one, two, eight] = [1, 2, 8].map(|threads| {
+        let mut found = cell::observe::Outputs::default();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| cell::observe::run(&given, &mut found)).unwrap();
+        let all = [found.p_o_z, found.p_v_z, found.entropy_p_o_v_z, found.entropy_p_o_z].concat();
+        all.into_iter().map(f32::to_bits).collect::<Vec<u32>>()
+    });
+    assert!(one.len() == 11 * cells && one == two && one == eight);
+}
+
+#[test]
+fn rows_narrower_than_a_tile_agree() {
+    // Four rows of six cells: every tile is a part, and poles and the circle turn within it.
+    let space = Space::new([3, 4, 6], [Edge::Open, Edge::Pole, Edge::Circle]).unwrap();
+    let moves = space.antecedents(&VELOCITIES);
+    let (cells, mut numbers) = (space.cells(), Numbers(11));
+    let (previous_o, previous_v) = (numbers.take(2 * cells), numbers.take(7 * cells));
+    let readings = numbers.take(2 * cells);
+    let motion = [0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1];
+    let inputs = Inputs::new()
+        .grid("Grid", &space)
+        .displacements("Velocity", &moves)
+        .size("Sensors", 1)
+        .number("epsilon", 0.02)
+        .array("motion", &motion)
+        .array("previous O", &previous_o)
+        .array("previous V", &previous_v)
+        .array("Sensors[i].reading", &readings);
+    let truth = by_kernel(&cell::model(), "step", &inputs);
+    let mut found = cell::step::Outputs::default();
+    let given = cell::step::Inputs {
+        grid: &space,
+        velocity: &moves,
+        sensors: 1,
+        epsilon: 0.02,
+        motion: &motion,
+        previous_o: &previous_o,
+        previous_v: &previous_v,
+        sensors_i_reading: &readings,
+    };
+    cell::step::run(&given, &mut found).unwrap();
+    truth
+        .iter()
+        .zip([&found.p_o_z, &found.p_v_z])
+        .for_each(|(truth, found)| assert_same("step", truth, found));
+}

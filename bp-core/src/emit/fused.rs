@@ -20,14 +20,26 @@ const MOST_COPIES: usize = 16;
 pub(super) enum Item<'k> {
     /// One nest, loop by loop.
     Alone(&'k Loops),
-    /// Nests that share a loop, or have none.
-    Fused(Fused<'k>),
+    /// Nests that are done tile by tile.
+    Run(Run<'k>),
 }
 
-/// Nests that share a loop.
+/// Items that go through the same tiles: what one makes, the next reads while it is in registers.
+#[derive(Default)]
+pub(super) struct Run<'k> {
+    pub(super) items: Vec<Fused<'k>>,
+}
+
+/// Nests that share a loop, or have none.
 pub(super) struct Fused<'k> {
     pub(super) axis: Option<AxisId>,
     pub(super) nests: Vec<&'k Loops>,
+}
+
+impl Fused<'_> {
+    pub(super) fn has(&self, nest: &Loops) -> bool {
+        self.nests.iter().any(|own| own.nest == nest.nest)
+    }
 }
 
 /// The known, short axes of a nest.
@@ -40,7 +52,7 @@ impl<'k> Nests<'k> {
     /// The group's nests in the order in which they are done.
     pub(super) fn items(&self) -> Vec<Item<'k>> {
         let mut rest: Vec<&'k Loops> = self.group.nests.iter().collect();
-        let mut items = Vec::new();
+        let mut items: Vec<Item<'k>> = Vec::new();
         let mut done: BTreeSet<BufferId> = BTreeSet::new();
         while !rest.is_empty() {
             let first = rest.remove(0);
@@ -60,9 +72,36 @@ impl<'k> Nests<'k> {
                 }
             }
             done.extend(fused.nests.iter().map(|nest| self.kernel.nests[nest.nest].out));
-            items.push(Item::Fused(fused));
+            match items.last_mut() {
+                Some(Item::Run(run)) if self.may_follow(run, &fused) => run.items.push(fused),
+                _ => items.push(Item::Run(Run { items: vec![fused] })),
+            }
         }
         items
+    }
+
+    /// Whether an item reads what a run has made only at running values: then it finds it in the same tile.
+    fn may_follow(&self, run: &Run<'k>, fused: &Fused<'k>) -> bool {
+        let values = fused.nests.iter().flat_map(|nest| nest.levels.iter().flatten());
+        values.into_iter().all(|value| match &self.kernel.nodes[*value] {
+            Node::Load { buffer, indices, otherwise } if self.is_made_in(run, *buffer) => {
+                otherwise.is_none() && indices.iter().all(|index| matches!(index, Index::Axis(_)))
+            }
+            _ => true,
+        })
+    }
+
+    /// Whether a nest of a run makes a buffer.
+    pub(super) fn is_made_in(&self, run: &Run<'k>, buffer: BufferId) -> bool {
+        let mut nests = run.items.iter().flat_map(|item| &item.nests);
+        nests.any(|nest| self.kernel.nests[nest.nest].out == buffer)
+    }
+
+    /// Whether a nest reads a buffer.
+    pub(super) fn reads(&self, nest: &Loops, buffer: BufferId) -> bool {
+        let mut values = nest.levels.iter().flatten();
+        values
+            .any(|value| matches!(&self.kernel.nodes[*value], Node::Load { buffer: of, .. } if *of == buffer))
     }
 
     /// The only loop of a nest that is not written out, if its shape is one that can share it.
@@ -130,21 +169,6 @@ impl<'k> Nests<'k> {
             axes.extend(self.axes_of(operand));
         }
         axes
-    }
-
-    /// Buffers that these nests make and others read, or the host gets.
-    pub(super) fn is_stored(&self, fused: &Fused<'k>, out: BufferId, shared: &[BufferId]) -> bool {
-        let inside = |nest: &Loops| fused.nests.iter().any(|other| other.nest == nest.nest);
-        let read = |nest: &&Loops| {
-            nest.levels.iter().flatten().any(
-                |value| matches!(&self.kernel.nodes[*value], Node::Load { buffer, .. } if *buffer == out),
-            )
-        };
-        let folded = fused.nests.iter().any(|nest| {
-            self.kernel.nests[nest.nest].out == out
-                && fused.axis.is_some_and(|axis| nest.inner.contains(&axis))
-        });
-        folded || shared.contains(&out) || self.group.nests.iter().filter(read).any(|nest| !inside(nest))
     }
 }
 

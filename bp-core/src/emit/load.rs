@@ -62,7 +62,17 @@ impl Nests<'_> {
         (join(inside, "true", " && "), offset)
     }
 
-    pub(super) fn fetch(&self, value: ValueId, text: &mut Text) {
+    /// The array of which lanes are read, as a slice of numbers.
+    pub(super) fn source(&self, buffer: BufferId) -> String {
+        match self.kernel.buffers[buffer].role {
+            // One cell for all lanes: it is copied.
+            Role::Positions | Role::Table(_) => "&[]".to_owned(),
+            _ => format!("&{}[..]", local("m", buffer)),
+        }
+    }
+
+    /// Where the lanes of a load stand; what is not in one piece is copied, from `slot` of its copies on.
+    pub(super) fn fetch(&self, value: ValueId, slot: &str, text: &mut Text) {
         let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[value] else {
             unreachable!("internal: only loads are fetched")
         };
@@ -84,27 +94,27 @@ impl Nests<'_> {
             _ => "T::ZERO".to_owned(),
         };
         let fetched = match along {
-            _ if own => format!("&{source}[{offset}..][..width]"),
+            _ if own => format!("Place::at({offset})"),
             Some((Some((by, wraps)), axis)) => {
                 text.line(format!("let from{id}: isize = start as isize + u{} as isize;", by.position()));
                 format!(
-                    "fetch_turned(&mut b{id}, {source}, {offset}, from{id}, {}, u{} != 0.0, width, {fill})",
+                    "fetch_turned(&mut b{id}, {slot}, {source}, {offset}, from{id}, {}, u{} != 0.0, width, {fill})",
                     local("e", axis),
                     wraps.position()
                 )
             }
             Some((None, _)) if broadcast => format!(
-                "if g{0} == 1 {{ fetch({source}, {offset} + start, width) }} else {{ splat(&mut b{id}, {source}[{offset}], width) }}",
+                "if g{0} == 1 {{ fetch(&mut b{id}, {slot}, {source}, {offset} + start, width) }} else {{ splat(&mut b{id}, {slot}, {source}[{offset}], width) }}",
                 buffer.position()
             ),
-            Some((None, _)) => format!("fetch({source}, {offset} + start, width)"),
-            None => format!("splat(&mut b{id}, {}, width)", self.cell(*buffer, &offset)),
+            Some((None, _)) => format!("fetch(&mut b{id}, {slot}, {source}, {offset} + start, width)"),
+            None => format!("splat(&mut b{id}, {slot}, {}, width)", self.cell(*buffer, &offset)),
         };
         match (otherwise, inside.as_str()) {
-            (None, _) | (_, "true") => text.line(format!("let r{id}: &[T] = {fetched};")),
+            (None, _) | (_, "true") => text.line(format!("let p{id}: Place = {fetched};")),
             _ => {
                 text.line(format!("let inside{id}: bool = {inside};"));
-                text.line(format!("let r{id}: &[T] = if inside{id} {{ {fetched} }} else {{ splat(&mut b{id}, {fill}, width) }};"));
+                text.line(format!("let p{id}: Place = if inside{id} {{ {fetched} }} else {{ splat(&mut b{id}, {slot}, {fill}, width) }};"));
             }
         }
         if self.is_merged(value) && inside == "true" {

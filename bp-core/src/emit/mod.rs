@@ -11,6 +11,7 @@ mod nest;
 mod question;
 mod text;
 mod value;
+pub mod wgsl;
 mod write;
 
 use crate::error::Error;

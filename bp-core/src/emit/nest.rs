@@ -6,10 +6,11 @@
 use super::fused::Item;
 use super::names::local;
 use super::question::room;
-use super::text::Text;
+use super::text::{Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Fold, Index, Kernel, Node, Reduce};
+use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) struct Nests<'k> {
     pub(super) kernel: &'k Kernel,
@@ -40,21 +41,33 @@ impl<'k> Nests<'k> {
     /// A group that runs over blocks of the plate.
     pub(super) fn blocks(&mut self, shared: &[BufferId], text: &mut Text) {
         let group = self.group;
+        let mut items = Text::default();
+        let mut outside: BTreeMap<String, String> = BTreeMap::new();
+        for item in self.items() {
+            items.open("");
+            match &item {
+                Item::Alone(nest) => self.nest(nest, shared, &mut items),
+                Item::Run(run) => self.run(run, shared, &mut outside, &mut items),
+            }
+            items.close();
+        }
+        let items = items.finish();
+        let named: BTreeSet<&str> = words(&items).collect();
         for nest in &group.nests {
             let out = self.kernel.nests[nest.nest].out;
-            let cells: Vec<String> = self.serial_axes(out).iter().map(|axis| local("e", *axis)).collect();
-            let cells = if cells.is_empty() { "1".to_owned() } else { cells.join(" * ") };
-            if !shared.contains(&out) {
-                text.line(format!("let mut {} = vec![T::ZERO; {cells} * LANES];", local("m", out)));
+            if named.contains(local("m", out).as_str()) {
+                outside.insert(local("m", out), format!("vec![T::ZERO; {} * LANES]", self.cells(out)));
             }
         }
-        for value in group.nests.iter().flat_map(|nest| nest.levels.iter().flatten()) {
-            if self.is_fetched(*value) {
-                text.line(format!("let mut b{} = [T::ZERO; LANES];", value.position()));
-            }
+        // Where lanes are copied to: made once, outside the loops.
+        let is_copy = |name: &&&str| {
+            let number = name.strip_prefix('b').unwrap_or("");
+            number.starts_with(|c: char| c.is_ascii_digit()) || matches!(**name, "made" | "folded")
+        };
+        for copy in named.iter().filter(is_copy) {
+            outside.entry((*copy).to_owned()).or_insert_with(|| "[T::ZERO; LANES]".to_owned());
         }
-        text.line("let mut made = [T::ZERO; LANES];");
-        text.line("let mut folded = [T::ZERO; LANES];");
+        outside.iter().for_each(|(name, start)| text.line(format!("let mut {name} = {start};")));
         let names: Vec<String> = shared.iter().map(|out| local("y", *out)).collect();
         text.line(format!(
             "let [{}] = planes else {{ unreachable!(\"internal: a part of each\") }};",
@@ -77,17 +90,16 @@ impl<'k> Nests<'k> {
             true => "let place = start - first;".to_owned(),
             false => format!("let place = (row - first) * {} + start;", local("e", *lane)),
         });
-        for item in self.items() {
-            text.open("");
-            match &item {
-                Item::Alone(nest) => self.nest(nest, shared, text),
-                Item::Fused(fused) => self.fused(fused, shared, text),
-            }
-            text.close();
-        }
+        text.line(items);
         text.line("start += LANES;");
         text.close();
         text.close();
+    }
+
+    /// How many cells of a buffer stand beside each other in one lane.
+    pub(super) fn cells(&self, buffer: BufferId) -> String {
+        let cells: Vec<String> = self.serial_axes(buffer).iter().map(|axis| local("e", *axis)).collect();
+        if cells.is_empty() { "1".to_owned() } else { cells.join(" * ") }
     }
 
     pub(super) fn serial_axes(&self, buffer: BufferId) -> Vec<AxisId> {
@@ -232,12 +244,21 @@ impl<'k> Nests<'k> {
 
     /// Which plane of a buffer the running cell is in.
     pub(super) fn plane(&self, out: BufferId) -> String {
+        let running: Vec<Index> =
+            self.kernel.buffers[out].axes.iter().map(|axis| Index::Axis(*axis)).collect();
+        self.planes(out, &running)
+    }
+
+    /// Which plane of a buffer is read, where all is read at running values.
+    pub(super) fn planes(&self, buffer: BufferId, indices: &[Index]) -> String {
+        let serial = self.serial_axes(buffer);
         let mut plane: Vec<String> = Vec::new();
-        let serial = self.serial_axes(out);
-        for (position, axis) in serial.iter().enumerate() {
+        for (index, axis) in indices.iter().zip(&self.kernel.buffers[buffer].axes) {
+            let Some(position) = serial.iter().position(|own| own == axis) else { continue };
+            let Index::Axis(running) = index else { unreachable!("internal: read at a running value") };
             let after: Vec<String> = serial[position + 1..].iter().map(|axis| local("e", *axis)).collect();
             let factor = if after.is_empty() { String::new() } else { format!(" * {}", after.join(" * ")) };
-            plane.push(format!("i{}{factor}", axis.position()));
+            plane.push(format!("i{}{factor}", running.position()));
         }
         if plane.is_empty() { "0".to_owned() } else { plane.join(" + ") }
     }
@@ -253,7 +274,11 @@ impl<'k> Nests<'k> {
             }
         }
         for value in values.iter().filter(|value| self.is_fetched(**value)) {
-            self.fetch(*value, text);
+            self.fetch(*value, "0", text);
+            let (id, Node::Load { buffer, .. }) = (value.position(), &self.kernel.nodes[*value]) else {
+                unreachable!("internal: only loads are fetched")
+            };
+            text.line(format!("let r{id}: &[T] = &p{id}.of({}, &b{id})[..width];", self.source(*buffer)));
         }
         let computed: Vec<ValueId> =
             values.iter().copied().filter(|value| self.varies(*value) && !self.is_fetched(*value)).collect();

@@ -5,7 +5,7 @@
 
 use super::names::{self, Given, Taken, local, snake};
 use super::nest::Nests;
-use super::text::Text;
+use super::text::{Text, words};
 use crate::error::Error;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
@@ -180,7 +180,11 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
                 text.line(format!("let {name}: &[i32] = {expression};"));
                 text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
             }
-            Role::Output => text.line(format!("outputs.{}.resize({len}, T::ZERO);", snake(&buffer.name))),
+            Role::Output => text.line(format!(
+                "make_room({:?}, {len}, &mut outputs.{})?;",
+                buffer.name,
+                snake(&buffer.name)
+            )),
             Role::Scratch => {}
         }
         // A parallel axis of an input that was given once for the plate has stride 0.
@@ -240,10 +244,61 @@ fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, text: &mut Text
         false => (row_count.join(" * "), local("e", *lane)),
     };
     let slices: Vec<String> = shared.iter().map(|id| format!("&mut {}[..]", local("m", *id))).collect();
-    text.open(format!(
-        "each_piece({units}, {unit}, vec![{}], |first: usize, count: usize, planes: &mut [Planes<'_, T>]|",
-        slices.join(", ")
+    let mut body = Text::default();
+    Nests::new(kernel, schedule, group).blocks(&shared, &mut body);
+    let body = body.finish();
+    let made: Vec<BufferId> = group.nests.iter().map(|nest| kernel.nests[nest.nest].out).collect();
+    let fields = captured(kernel, &made, &body);
+    text.open("");
+    text.line("/// One pass: what it reads.");
+    text.open("struct Group<'g, T>");
+    fields.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
+    text.line("number: ::std::marker::PhantomData<&'g T>,");
+    text.close();
+    text.open("impl<T: Scalar> Pass<T> for Group<'_, T>");
+    text.line("#[inline(always)]");
+    text.open("fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>])");
+    let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
+    text.line(format!(
+        "let Self {{ {} .. }} = *self;",
+        names.iter().map(|n| format!("{n},")).collect::<String>()
     ));
-    Nests::new(kernel, schedule, group).blocks(&shared, text);
-    text.close_with("});");
+    text.line(body);
+    text.close();
+    text.close();
+    let given: String = (fields.iter())
+        .map(|(name, kind)| match *kind {
+            "usize" => format!("{name}, "),
+            _ => format!("{name}: &{name}[..], "),
+        })
+        .collect();
+    text.line(format!("let group = Group {{ {given}number: ::std::marker::PhantomData }};"));
+    text.line(format!("each_piece({units}, {unit}, vec![{}], &group);", slices.join(", ")));
+    text.close();
+}
+
+/// The names of a pass that come from outside it, and their types.
+fn captured(kernel: &Kernel, made: &[BufferId], body: &str) -> Vec<(String, &'static str)> {
+    let mut fields: Vec<(String, &'static str)> = Vec::new();
+    for word in words(body) {
+        let (prefix, number) = word.split_at(1);
+        let buffer = number.split('_').next().and_then(|number| number.parse::<usize>().ok());
+        let kind = match (prefix, buffer) {
+            ("e" | "q" | "g", Some(_)) => "usize",
+            ("m", Some(buffer)) => {
+                let id = kernel.buffers.ids().nth(buffer).expect("internal: a name of a buffer");
+                match kernel.buffers[id].role {
+                    _ if made.contains(&id) => continue,
+                    Role::Positions => "&'g [i32]",
+                    Role::Table(_) => "&'g [f64]",
+                    _ => "&'g [T]",
+                }
+            }
+            _ => continue,
+        };
+        if !fields.iter().any(|(known, _)| *known == word) {
+            fields.push((word.to_owned(), kind));
+        }
+    }
+    fields
 }

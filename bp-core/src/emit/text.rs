@@ -41,3 +41,8 @@ impl Text {
         self.text
     }
 }
+
+/// The words of a text: names, numbers, keywords.
+pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty())
+}

@@ -1,54 +1,103 @@
-//! Fused nests as text: one loop over lanes, its arrays as arguments of a function of its own.
+//! Fused nests as text: where their lanes stand is settled for a block; then tile after tile runs through all of them.
 //!
-//! In: an item of nests that share a loop. Out: its text. Invariant: `u`, `t`, `r` and `x` mean what they mean in
-//! [`super::nest`], with the values of the axes that are written out after them; `v` is one lane of what is made,
-//! `w` where it is kept. Arguments do not overlap, and the compiler knows it: so the loop becomes SIMD.
+//! In: items of nests that follow each other. Out: their text. Invariant: `u`, `t` and `x` mean what they mean in
+//! [`super::nest`], with the values of the axes that are written out after them; `p` is where fetched lanes stand, `r` a
+//! tile of them, `v` one lane of what is made, `k` tiles that are kept for the nests after it. A tile is an array of known
+//! length: so it lives in registers, and each number goes to memory once.
 
-use super::fused::{Fused, choices, values, written_out};
+use super::fused::{Fused, Run, choices, values, written_out};
 use super::names::local;
 use super::nest::Nests;
-use super::text::Text;
+use super::text::{Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
+use crate::kernel::schedule::Loops;
 use crate::kernel::{Fold, Node};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// Tiles that are kept in registers, at most.
+const MOST_TILES: usize = 16;
 
 type Choice = HashMap<AxisId, usize>;
 
 /// The text of one item, in parts.
 #[derive(Default)]
 struct Parts {
+    /// What is the same for the block: outside the item's loop, and inside it.
     outside: Vec<String>,
     inside: Vec<String>,
+    /// One lane.
     lanes: Vec<String>,
     named: BTreeSet<String>,
-    /// Name and type.
-    arguments: Vec<(String, &'static str)>,
-    /// For each buffer that is kept: the suffix and the plane of each copy.
-    kept: Vec<(BufferId, Vec<(String, String)>)>,
-}
-
-impl Parts {
-    fn argument(&mut self, name: String, kind: &'static str) {
-        if !self.arguments.iter().any(|(known, _)| *known == name) {
-            self.arguments.push((name, kind));
-        }
-    }
+    /// Lanes that are fetched, by name: whether inside the item's loop, and from where.
+    fetched: BTreeMap<String, (bool, String)>,
+    /// Numbers that change inside the item's loop.
+    numbers: BTreeSet<String>,
+    /// Tiles that are made: name of the copy, buffer, and plane.
+    made: Vec<(String, BufferId, String)>,
 }
 
 impl Nests<'_> {
-    /// Writes an item; gives the names of the copies of lanes that it may need.
-    pub(super) fn fused(&mut self, fused: &Fused<'_>, shared: &[BufferId], text: &mut Text) {
+    /// Writes a run of items; `outside` gets what is made once for all blocks.
+    pub(super) fn run(
+        &mut self,
+        run: &Run<'_>,
+        shared: &[BufferId],
+        outside: &mut BTreeMap<String, String>,
+        text: &mut Text,
+    ) {
+        let parts: Vec<Parts> = run.items.iter().map(|fused| self.parts(run, fused)).collect();
+        for (fused, parts) in run.items.iter().zip(&parts) {
+            self.settle(fused, parts, outside, text);
+        }
+        // Of known length, so that no index is checked in the loop over tiles.
+        for (fused, parts) in run.items.iter().zip(&parts) {
+            let Some(axis) = fused.axis else { continue };
+            let settled =
+                parts.fetched.iter().filter(|(_, (inside, source))| *inside && !source.starts_with('k'));
+            let names = settled.map(|(name, _)| format!("all_p{name}"));
+            for name in names.chain(parts.numbers.iter().map(|name| format!("all_{name}"))) {
+                text.line(format!("let {name} = &{name}[..{}];", local("e", axis)));
+            }
+        }
+        text.line("let mut tile: usize = 0;");
+        text.open("while tile < width");
+        text.line("let count = TILE.min(width);");
+        text.line("let at = if tile + TILE <= width { tile } else { width - count };");
+        text.line("let start = start + at;");
+        for kept in self.kept(run) {
+            let cells = self.serial_axes(kept).into_iter().map(|axis| self.kernel.axes[axis].extent.known());
+            let name = local("k", kept);
+            match cells.product::<Option<usize>>() {
+                // Few enough for registers.
+                Some(cells) if cells <= MOST_TILES => {
+                    text.line(format!("let mut {name} = [[T::ZERO; TILE]; {cells}];"))
+                }
+                _ => {
+                    let cells = self.cells(kept);
+                    outside.insert(name, format!("vec![[T::ZERO; TILE]; {cells}]"));
+                }
+            }
+        }
+        for (fused, parts) in run.items.iter().zip(&parts) {
+            text.open("");
+            self.tile(run, fused, parts, shared, text);
+            text.close();
+        }
+        text.line("tile += TILE;");
+        text.close();
+    }
+
+    fn parts(&mut self, run: &Run<'_>, fused: &Fused<'_>) -> Parts {
         let mut parts = Parts::default();
         for loops in &fused.nests {
             let short = written_out(self.kernel, loops);
             let nest = &self.kernel.nests[loops.nest];
-            let stored = self.is_stored(fused, nest.out, shared);
             let needed = values(self.kernel, loops);
             needed.iter().for_each(|value| self.depth[value.position()] = 0);
             let mut made: Vec<String> = Vec::new();
             for choice in choices(self.kernel, &short) {
-                needed.iter().for_each(|value| self.put(fused, *value, &choice, &mut parts));
-                let root = self.lane_text(&self.operand(nest.value, 0), &choice, &mut parts);
+                needed.iter().for_each(|value| self.put(run, fused, *value, &choice, &mut parts));
+                let root = self.lane_text(&self.operand(nest.value, 0), &choice);
                 let suffix = self.suffix(self.kernel.buffers[nest.out].axes.iter().copied(), &choice);
                 let name = format!("{}{suffix}", local("v", nest.out));
                 match (nest.reduce.fold(), made.contains(&suffix)) {
@@ -57,30 +106,16 @@ impl Nests<'_> {
                     }
                     _ => {
                         parts.lanes.push(format!("let {name}: T = {root};"));
-                        if stored {
-                            self.keep(nest.out, &suffix, &choice, &mut parts);
-                        }
+                        let plane = self.instance(&self.plane(nest.out), &choice);
+                        parts.made.push((suffix.clone(), nest.out, plane));
                         made.push(suffix);
                     }
                 }
             }
-            if !stored {
-                continue;
-            }
-            let over = fused.axis.filter(|axis| loops.inner.contains(axis));
-            for suffix in made {
-                let (name, place) = (local("v", nest.out), local("w", nest.out));
-                let value = match (over, nest.reduce.fold()) {
-                    (Some(_), Some(fold)) => {
-                        folded(fold, &format!("{place}{suffix}[l]"), &format!("{name}{suffix}"))
-                    }
-                    _ => format!("{name}{suffix}"),
-                };
-                parts.lanes.push(format!("{place}{suffix}[l] = {value};"));
-            }
         }
-        self.places(fused, shared, &mut parts);
-        self.finish(fused, &parts, text);
+        let used: BTreeSet<&str> = parts.lanes.iter().flat_map(|line| words(line)).collect();
+        parts.numbers.retain(|name| used.contains(name.as_str()));
+        parts
     }
 
     /// The values of axes that are written out, of those among `axes`.
@@ -95,7 +130,7 @@ impl Nests<'_> {
     }
 
     /// Puts one value where it is computed.
-    fn put(&self, fused: &Fused<'_>, value: ValueId, choice: &Choice, parts: &mut Parts) {
+    fn put(&self, run: &Run<'_>, fused: &Fused<'_>, value: ValueId, choice: &Choice, parts: &mut Parts) {
         let id = value.position();
         let suffix = self.value_suffix(id, choice);
         if !parts.named.insert(format!("{id}{suffix}")) {
@@ -106,7 +141,11 @@ impl Nests<'_> {
         if !self.varies(value) {
             lines.push(format!("let u{id}: f64 = {};", self.uniform(value)));
             lines.push(format!("let t{id}: T = T::from_f64(u{id});"));
-        } else if let (Node::Load { buffer, .. }, true) = (&self.kernel.nodes[value], self.is_fetched(value))
+            if inside {
+                parts.numbers.insert(format!("t{id}{suffix}"));
+            }
+        } else if let (Node::Load { buffer, indices, .. }, true) =
+            (&self.kernel.nodes[value], self.is_fetched(value))
         {
             if fused.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer) {
                 let axes = self.kernel.buffers[*buffer].axes.iter().copied();
@@ -114,29 +153,34 @@ impl Nests<'_> {
                 parts.lanes.push(format!("let x{id}{suffix}: T = {made};"));
                 return;
             }
-            let mut fetched = Text::default();
-            self.fetch(value, &mut fetched);
-            lines.push(format!("let mut b{id} = [T::ZERO; LANES];"));
-            lines.extend(fetched.finish().lines().map(str::to_owned));
-            parts.argument(format!("r{id}{suffix}"), "&[T]");
             parts.lanes.push(format!("let x{id}{suffix}: T = r{id}{suffix}[l];"));
+            if self.is_made_in(run, *buffer) {
+                let plane = self.instance(&self.planes(*buffer, indices), choice);
+                let kept = format!("{}[{plane}]", local("k", *buffer));
+                parts.fetched.insert(format!("{id}{suffix}"), (inside, kept));
+                return;
+            }
+            let slot = match (inside, fused.axis) {
+                (true, Some(axis)) => format!("{} * LANES", local("i", axis)),
+                _ => "0".to_owned(),
+            };
+            let mut fetched = Text::default();
+            self.fetch(value, &slot, &mut fetched);
+            lines.extend(fetched.finish().lines().map(str::to_owned));
+            let source = self.source(*buffer);
+            parts.fetched.insert(format!("{id}{suffix}"), (inside, source));
         } else {
             let line = format!("let x{id}: T = {};", self.lane(value, 0));
-            let line = self.lane_text(&line, choice, parts);
-            parts.lanes.push(line);
+            parts.lanes.push(self.lane_text(&line, choice));
             return;
         }
-        let lines = lines.iter().map(|line| self.instance(line, choice, |_| {}));
+        let lines = lines.iter().map(|line| self.instance(line, choice));
         if inside { parts.inside.extend(lines) } else { parts.outside.extend(lines) }
     }
 
-    fn lane_text(&self, text: &str, choice: &Choice, parts: &mut Parts) -> String {
-        let text = self.instance(text, choice, |name| {
-            if name.starts_with('t') {
-                parts.argument(name.to_owned(), "T");
-            }
-        });
-        // Lanes that were fetched have been read already.
+    /// The text of one lane: what was fetched has been read already.
+    fn lane_text(&self, text: &str, choice: &Choice) -> String {
+        let text = self.instance(text, choice);
         let mut read = String::new();
         let mut rest = text.as_str();
         while let Some(end) = rest.find("[l]") {
@@ -150,7 +194,7 @@ impl Nests<'_> {
     }
 
     /// Text with the names of values and axes made those of one copy.
-    fn instance(&self, text: &str, choice: &Choice, mut name: impl FnMut(&str)) -> String {
+    fn instance(&self, text: &str, choice: &Choice) -> String {
         let mut out = String::new();
         let mut rest = text;
         while !rest.is_empty() {
@@ -167,10 +211,8 @@ impl Nests<'_> {
             let kind = word.trim_end_matches(|c: char| c.is_ascii_digit());
             let number: Option<usize> = word[kind.len()..].parse().ok();
             match (kind, number) {
-                ("u" | "t" | "r" | "x" | "b" | "from" | "inside", Some(number)) => {
-                    let word = format!("{word}{}", self.value_suffix(number, choice));
-                    name(&word);
-                    out.push_str(&word);
+                ("u" | "t" | "r" | "x" | "b" | "p" | "from" | "inside", Some(number)) => {
+                    out.push_str(&format!("{word}{}", self.value_suffix(number, choice)));
                 }
                 ("i", Some(number)) => match choice.iter().find(|(axis, _)| axis.position() == number) {
                     Some((_, value)) => out.push_str(&format!("{value}usize")),
@@ -182,74 +224,130 @@ impl Nests<'_> {
         out
     }
 
-    fn keep(&self, out: BufferId, suffix: &str, choice: &Choice, parts: &mut Parts) {
-        let plane = self.instance(&self.plane(out), choice, |_| {});
-        let kept = (suffix.to_owned(), plane);
-        match parts.kept.iter_mut().find(|(known, _)| *known == out) {
-            Some((_, copies)) => copies.push(kept),
-            None => parts.kept.push((out, vec![kept])),
+    /// What is the same for a block: numbers, and where lanes stand.
+    fn settle(
+        &self,
+        fused: &Fused<'_>,
+        parts: &Parts,
+        outside: &mut BTreeMap<String, String>,
+        text: &mut Text,
+    ) {
+        parts.outside.iter().for_each(|line| text.line(line));
+        let Some(axis) = fused.axis.filter(|_| !parts.inside.is_empty()) else { return };
+        let (extent, running) = (local("e", axis), local("i", axis));
+        text.open(format!("for {running} in 0..{extent}"));
+        parts.inside.iter().for_each(|line| text.line(line));
+        for name in &parts.numbers {
+            outside.insert(format!("all_{name}"), format!("vec![T::ZERO; {extent}]"));
+            text.line(format!("all_{name}[{running}] = {name};"));
         }
-        parts.argument(format!("{}{suffix}", local("w", out)), "&mut [T]");
+        for (name, (inside, source)) in &parts.fetched {
+            if *inside && !source.starts_with('k') {
+                outside.insert(format!("all_p{name}"), format!("vec![Place::default(); {extent}]"));
+                outside.insert(format!("b{name}"), format!("vec![T::ZERO; {extent} * LANES]"));
+                text.line(format!("all_p{name}[{running}] = p{name};"));
+            }
+        }
+        text.close();
     }
 
-    /// Where the buffers that are kept are made.
-    fn places(&self, fused: &Fused<'_>, shared: &[BufferId], parts: &mut Parts) {
-        for (out, copies) in &parts.kept {
-            let names: Vec<String> =
-                copies.iter().map(|(suffix, _)| format!("{}{suffix}", local("w", *out))).collect();
-            let planes: Vec<&str> = copies.iter().map(|(_, plane)| plane.as_str()).collect();
-            let is_shared = shared.contains(out);
-            let source = match is_shared {
-                true => local("y", *out),
-                false => format!("{}.as_chunks_mut::<LANES>().0", local("m", *out)),
-            };
-            let mut lines = vec![format!(
-                "let [{}] = {source}.get_disjoint_mut([{}]).expect(\"internal: cells apart\");",
-                names.join(", "),
-                planes.join(", ")
-            )];
-            let range = if is_shared { "place..place + width" } else { "..width" };
-            lines.extend(names.iter().map(|name| format!("let {name}: &mut [T] = &mut {name}[{range}];")));
+    /// One tile of an item.
+    fn tile(&self, run: &Run<'_>, fused: &Fused<'_>, parts: &Parts, shared: &[BufferId], text: &mut Text) {
+        // What is folded over the item's loop is begun before it and given away after it.
+        let (mut begun, mut given, mut steps) =
+            ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()], Vec::new());
+        for (suffix, out, plane) in &parts.made {
             let maker = fused.nests.iter().find(|nest| self.kernel.nests[nest.nest].out == *out);
             let maker = maker.expect("internal: it is made here");
-            if fused.axis.is_some_and(|axis| maker.outer.contains(&axis)) {
-                parts.inside.extend(lines);
+            let over = fused.axis.is_some_and(|axis| maker.inner.contains(&axis));
+            let fold = self.kernel.nests[maker.nest].reduce.fold().filter(|_| over);
+            let targets = self.targets(run, fused, *out, plane, shared);
+            if targets.is_empty() {
                 continue;
             }
-            if let (Some(fold), true) = (self.kernel.nests[maker.nest].reduce.fold(), fused.axis.is_some()) {
-                let start = super::value::constant(fold.start());
-                lines.extend(names.iter().map(|name| format!("{name}.fill(T::from_f64({start}));")));
-            }
-            parts.outside.extend(lines);
+            let (lane, tile) =
+                (format!("{}{suffix}", local("v", *out)), format!("{}{suffix}", local("w", *out)));
+            let start = fold.map_or("T::ZERO".to_owned(), |fold| {
+                format!("T::from_f64({})", super::value::constant(fold.start()))
+            });
+            begun[usize::from(!over)].push(format!("let mut {tile} = [{start}; TILE];"));
+            let value = fold.map_or(lane.clone(), |fold| folded(fold, &format!("{tile}[l]"), &lane));
+            steps.push(format!("{tile}[l] = {value};"));
+            given[usize::from(!over)].extend(targets.iter().map(|target| target.replace("TILE_MADE", &tile)));
         }
-    }
-
-    fn finish(&self, fused: &Fused<'_>, parts: &Parts, text: &mut Text) {
-        parts.outside.iter().for_each(|line| text.line(line));
+        begun[0].iter().for_each(|line| text.line(line));
+        self.read(fused, parts, false, text);
         if let Some(axis) = fused.axis {
-            text.open(format!("for {} in 0..{}", local("i", axis), local("e", axis)));
-        }
-        parts.inside.iter().for_each(|line| text.line(line));
-        let typed: Vec<String> =
-            parts.arguments.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
-        text.line("#[inline(always)]");
-        text.open(format!("fn lanes<T: Scalar>(start: usize, width: usize, {})", typed.join(", ")));
-        for (name, kind) in &parts.arguments {
-            match *kind {
-                "&[T]" => text.line(format!("let {name} = &{name}[..width];")),
-                "&mut [T]" => text.line(format!("let {name} = &mut {name}[..width];")),
-                _ => {}
+            let running = local("i", axis);
+            text.open(format!("for {running} in 0..{}", local("e", axis)));
+            for name in &parts.numbers {
+                text.line(format!("let {name}: T = all_{name}[{running}];"));
             }
+            self.read(fused, parts, true, text);
         }
-        text.open("for l in 0..width");
-        parts.lanes.iter().for_each(|line| text.line(line));
+        begun[1].iter().for_each(|line| text.line(line));
+        text.open("for l in 0..TILE");
+        parts.lanes.iter().chain(&steps).for_each(|line| text.line(line));
         text.close();
-        text.close();
-        let names: Vec<&str> = parts.arguments.iter().map(|(name, _)| name.as_str()).collect();
-        text.line(format!("lanes(start, width, {});", names.join(", ")));
+        given[1].iter().for_each(|line| text.line(line));
         if fused.axis.is_some() {
             text.close();
         }
+        given[0].iter().for_each(|line| text.line(line));
+    }
+
+    /// Reads the tiles that were fetched outside an item's loop, or inside it.
+    fn read(&self, fused: &Fused<'_>, parts: &Parts, inside: bool, text: &mut Text) {
+        for (name, (_, source)) in parts.fetched.iter().filter(|(_, (own, _))| *own == inside) {
+            let place = match fused.axis.filter(|_| inside) {
+                Some(axis) => format!("all_p{name}[{}]", local("i", axis)),
+                None => format!("p{name}"),
+            };
+            text.line(match source.starts_with('k') {
+                true => format!("let r{name}: [T; TILE] = {source};"),
+                false => {
+                    format!("let r{name}: [T; TILE] = read_tile({place}, {source}, &b{name}[..], at);")
+                }
+            });
+        }
+    }
+
+    /// Where a tile goes: to the host's buffers, to lanes that are kept for other items, to tiles for those of this run.
+    fn targets(
+        &self,
+        run: &Run<'_>,
+        fused: &Fused<'_>,
+        out: BufferId,
+        plane: &str,
+        shared: &[BufferId],
+    ) -> Vec<String> {
+        let mut targets = Vec::new();
+        if shared.contains(&out) {
+            let planes = local("y", out);
+            targets.push(format!("write_tile(&mut {planes}[{plane}][..], place + at, count, &TILE_MADE);"));
+        }
+        let reads = |nest: &&Loops| self.reads(nest, out);
+        let inside = |nest: &&Loops| run.items.iter().any(|item| item.has(nest));
+        if self.group.nests.iter().filter(reads).any(|nest| !inside(&nest)) {
+            let lanes = local("m", out);
+            targets.push(format!("write_tile(&mut {lanes}[..], ({plane}) * LANES + at, count, &TILE_MADE);"));
+        }
+        if self.group.nests.iter().filter(reads).any(|nest| inside(&nest) && !fused.has(nest)) {
+            targets.push(format!("{}[{plane}] = TILE_MADE;", local("k", out)));
+        }
+        targets
+    }
+
+    /// The buffers of which tiles are kept for other items of a run.
+    fn kept(&self, run: &Run<'_>) -> Vec<BufferId> {
+        let made = run.items.iter().flat_map(|item| item.nests.iter().map(move |nest| (item, nest)));
+        made.map(|(item, nest)| (item, self.kernel.nests[nest.nest].out))
+            .filter(|(item, out)| {
+                let mut others = run.items.iter().flat_map(|other| &other.nests);
+                others.any(|nest| !item.has(nest) && self.reads(nest, *out))
+            })
+            .map(|(_, out)| out)
+            .collect()
     }
 }
 

@@ -3,12 +3,17 @@
 //! In: slices. Out: pieces of slices, blocks of lanes. Invariant: pieces are disjoint and each is computed alike
 //! whatever the number of threads; nothing is allocated inside a block.
 
+use super::inputs::MOST_CELLS;
 use super::scalar::Scalar;
 use crate::error::Error;
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 /// Lanes in a block of emitted code: a few dozen arrays of as many stay in the caches of one core.
 pub const LANES: usize = 512;
+
+/// Lanes in a tile: few enough for registers and the first cache, enough to pay for finding them.
+pub const TILE: usize = 64;
 
 /// Work for a thread at a time, in cells.
 const CHUNK_CELLS: usize = 8192;
@@ -16,16 +21,36 @@ const CHUNK_CELLS: usize = 8192;
 /// The planes of one buffer that a piece makes.
 pub type Planes<'p, T> = Vec<&'p mut [T]>;
 
-/// Runs `run(first, count, planes)` over consecutive units (rows, or lanes of the only row) of the plate.
+/// One pass over a plate, as emitted code has it.
+pub trait Pass<T>: Sync {
+    /// Makes `count` consecutive units (rows, or lanes of the only row) from `first` on; `planes` are their parts of the
+    /// buffers that are made. Always inlined, so that [`each_piece`] has it compiled for each set of instructions.
+    fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]);
+}
+
+/// A call of [`Pass::piece`], to be compiled for the instructions that the processor has.
+struct Call<'c, 'p, T, P> {
+    pass: &'c P,
+    first: usize,
+    count: usize,
+    planes: &'c mut [Planes<'p, T>],
+}
+
+impl<T, P: Pass<T>> NullaryFnOnce for Call<'_, '_, T, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.pass.piece(self.first, self.count, self.planes);
+    }
+}
+
+/// Runs a pass over consecutive pieces of the plate's units, each on one thread, with the widest SIMD instructions that
+/// the processor has.
 ///
 /// `made` are the buffers that are made, each a number of planes of `units · unit` cells; a piece gets its part of
 /// each plane, in their order.
-pub fn each_piece<T: Scalar>(
-    units: usize,
-    unit: usize,
-    made: Vec<&mut [T]>,
-    run: impl Fn(usize, usize, &mut [Planes<'_, T>]) + Sync,
-) {
+pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<T>) {
     let per_piece = (CHUNK_CELLS / unit.max(1)).clamp(1, units.max(1));
     let buffers = made.len();
     let mut pieces: Vec<(usize, Vec<Planes<'_, T>>)> = (0..units.div_ceil(per_piece))
@@ -38,8 +63,9 @@ pub fn each_piece<T: Scalar>(
             }
         }
     }
-    let run = |(first, parts): &mut (usize, Vec<Planes<'_, T>>)| {
-        run(*first, per_piece.min(units - *first), parts);
+    let instructions = pulp::Arch::new();
+    let run = |(first, planes): &mut (usize, Vec<Planes<'_, T>>)| {
+        instructions.dispatch(Call { pass, first: *first, count: per_piece.min(units - *first), planes });
     };
     match pieces.len() {
         1 => pieces.iter_mut().for_each(run),
@@ -47,39 +73,89 @@ pub fn each_piece<T: Scalar>(
     }
 }
 
-/// `width` consecutive numbers from `start`.
-#[inline(always)]
-pub fn fetch<T: Scalar>(source: &[T], start: usize, width: usize) -> &[T] {
-    &source[start..start + width]
+/// Where the lanes of a block stand that a load reads: in the array that it reads, or in a copy.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Place {
+    copied: bool,
+    at: usize,
 }
 
-/// The same number in all lanes.
+impl Place {
+    /// In the array itself, from here on.
+    #[inline(always)]
+    pub fn at(at: usize) -> Self {
+        Self { copied: false, at }
+    }
+
+    /// The lanes, and what stands after them.
+    #[inline(always)]
+    pub fn of<'s, T>(self, source: &'s [T], copy: &'s [T]) -> &'s [T] {
+        if self.copied { &copy[self.at..] } else { &source[self.at..] }
+    }
+}
+
+/// A tile of the lanes that stand at a place, from `at` on.
 #[inline(always)]
-pub fn splat<T: Scalar>(copy: &mut [T; LANES], number: T, width: usize) -> &[T] {
-    copy[..width].fill(number);
-    &copy[..width]
+pub fn read_tile<T: Scalar>(place: Place, source: &[T], copy: &[T], at: usize) -> [T; TILE] {
+    let (lanes, at) = (if place.copied { copy } else { source }, place.at + at);
+    lanes[at..at + TILE].try_into().expect("internal: a whole tile")
+}
+
+/// Puts `count` lanes of a tile where they belong, from `at` on.
+#[inline(always)]
+pub fn write_tile<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: &[T; TILE]) {
+    match count == TILE {
+        true => lanes[at..at + TILE].copy_from_slice(tile),
+        false => write_part(lanes, at, count, tile),
+    }
+}
+
+// Apart, so that whole tiles are moved by one instruction.
+#[cold]
+#[inline(never)]
+fn write_part<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: &[T; TILE]) {
+    lanes[at..at + count].copy_from_slice(&tile[..count]);
+}
+
+/// Consecutive lanes from `at` on. Those of a block that is narrower than a tile are copied, so that whole tiles are read.
+#[inline(always)]
+pub fn fetch<T: Scalar>(copy: &mut [T], slot: usize, source: &[T], at: usize, width: usize) -> Place {
+    match width >= TILE {
+        true => Place::at(at),
+        false => {
+            copy[slot..slot + width].copy_from_slice(&source[at..at + width]);
+            Place { copied: true, at: slot }
+        }
+    }
+}
+
+/// The same number in all lanes, in a copy from `slot` on.
+#[inline(always)]
+pub fn splat<T: Scalar>(copy: &mut [T], slot: usize, number: T, width: usize) -> Place {
+    copy[slot..slot + width].fill(number);
+    Place { copied: true, at: slot }
 }
 
 /// Lanes of one row of `extent` numbers that begins at `base`, from lane `from` on, which may lie beyond its ends:
-/// there it goes round, or is `outside`.
+/// there it goes round, or is `outside`; then it is copied, from `slot` on.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // emitted code names them all; a struct would only rename them
-pub fn fetch_turned<'f, T: Scalar>(
-    copy: &'f mut [T; LANES],
-    source: &'f [T],
+pub fn fetch_turned<T: Scalar>(
+    copy: &mut [T],
+    slot: usize,
+    source: &[T],
     base: usize,
     from: isize,
     extent: usize,
     wraps: bool,
     width: usize,
     outside: T,
-) -> &'f [T] {
-    let row = &source[base..base + extent];
+) -> Place {
     if from >= 0 && from as usize + width <= extent {
-        return &row[from as usize..][..width];
+        return fetch(copy, slot, source, base + from as usize, width);
     }
-    turned(&mut copy[..width], row, from, wraps, outside);
-    &copy[..width]
+    turned(&mut copy[slot..slot + width], &source[base..base + extent], from, wraps, outside);
+    Place { copied: true, at: slot }
 }
 
 /// Copies a row that is turned, in stretches.
@@ -104,6 +180,20 @@ fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outsid
         }
         (rest, at) = (after, at + count as isize);
     }
+}
+
+/// Makes an array as long as it has to be.
+///
+/// # Errors
+/// It would have more cells than are made without being asked for, or than there is memory for.
+pub fn make_room<T: Scalar>(name: &str, cells: usize, made: &mut Vec<T>) -> Result<(), Error> {
+    let more = cells.saturating_sub(made.len());
+    if cells as f64 > MOST_CELLS || made.try_reserve_exact(more).is_err() {
+        let help = "ask a smaller question, or a part of the plate at a time".to_owned();
+        return Err(Error::TooLarge { name: name.to_owned(), cells: cells as f64, most: MOST_CELLS, help });
+    }
+    made.resize(cells, T::ZERO);
+    Ok(())
 }
 
 /// Checks the length of an input.
@@ -136,4 +226,19 @@ pub fn check_broadcast(name: &str, found: usize, whole: usize, once: usize) -> R
 #[inline(always)]
 pub fn turn(at: isize, extent: usize, wraps: bool) -> isize {
     if wraps { at.rem_euclid(extent as isize) } else { at }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_refused_by_name() {
+        let mut made: Vec<f32> = Vec::new();
+        make_room("P(X)", 3, &mut made).unwrap();
+        assert_eq!(made, [0.0; 3]);
+        let told = make_room("P(X)", 2_000_000_000, &mut made).unwrap_err().to_string();
+        assert!(told.contains("`P(X)`"), "{told}");
+        assert_eq!(made.len(), 3, "nothing is half made");
+    }
 }

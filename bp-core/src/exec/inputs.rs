@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
 /// The largest array that is allocated without being asked for, in cells.
-const MOST_CELLS: f64 = 1e9;
+pub(super) const MOST_CELLS: f64 = 1e9;
 
 /// What the host gives, by name.
 #[derive(Clone, Debug, Default)]

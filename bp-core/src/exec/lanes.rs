@@ -3,8 +3,8 @@
 //! In: a kernel and its inputs, in f32 or f64. Out: its outputs. Invariant: blocks are independent and each is
 //! computed in the same order whatever the number of threads, so results do not depend on it.
 //!
-//! The plate's rows are shared out among threads (rayon); each thread walks its rows in blocks of [`BLOCK`]
-//! lanes, and evaluates the schedule's values for a whole block before the next value.
+//! The plate's rows are shared out among threads (rayon); each thread walks its rows in blocks of as many
+//! lanes as the caches hold, and evaluates the schedule's values for a whole block before the next value.
 
 mod block;
 
@@ -18,11 +18,8 @@ use crate::kernel::{Kernel, Role};
 use block::{Block, Piece};
 use rayon::prelude::*;
 
-/// Lanes in a block: enough to pay for the walk, few enough to stay in the first cache.
-const BLOCK: usize = 128;
-
 /// Work for a thread at a time, in cells.
-const CHUNK_CELLS: usize = 4096;
+const CHUNK_CELLS: usize = 8192;
 
 /// A kernel that is ready to be run again and again.
 #[derive(Clone, Debug)]
@@ -58,24 +55,50 @@ impl Lanes {
     /// # Errors
     /// An input that is missing or does not fit.
     pub fn run<T: Scalar>(&self, inputs: &Inputs<'_, T>) -> Result<Outputs<T>, Error> {
-        let bound = inputs.bind(&self.kernel)?;
-        let mut made: Vec<Vec<T>> = Vec::new();
-        for (id, buffer) in self.kernel.buffers.iter() {
-            let full =
-                matches!(buffer.role, Role::Scratch | Role::Output) && !self.schedule.local[id.position()];
-            made.push(if full { vec![T::ZERO; bound.length(id)] } else { Vec::new() });
-        }
-        for group in &self.schedule.groups {
-            self.group(&bound, group, &mut made);
-        }
-        let outputs = self
-            .kernel
-            .outputs()
-            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut made[id.position()])));
-        Ok(Outputs { arrays: outputs.collect() })
+        let mut outputs = Outputs { arrays: Vec::new() };
+        self.run_into(inputs, &mut outputs)?;
+        Ok(outputs)
     }
 
-    fn group<T: Scalar>(&self, bound: &Bound<'_, T>, group: &Group, made: &mut [Vec<T>]) {
+    /// Runs the kernel again, into the arrays of an earlier answer: large ones are not asked of the system anew.
+    ///
+    /// # Errors
+    /// As [`Lanes::run`]; the earlier answer is gone then.
+    pub fn run_into<T: Scalar>(&self, inputs: &Inputs<'_, T>, outputs: &mut Outputs<T>) -> Result<(), Error> {
+        let bound = inputs.bind(&self.kernel)?;
+        let mut earlier = std::mem::take(&mut outputs.arrays).into_iter();
+        let mut made: Vec<Vec<T>> = Vec::new();
+        for (id, buffer) in self.kernel.buffers.iter() {
+            let mut cells = match buffer.role {
+                Role::Output => earlier.next().map(|(_, cells)| cells).unwrap_or_default(),
+                _ => Vec::new(),
+            };
+            let full =
+                matches!(buffer.role, Role::Scratch | Role::Output) && !self.schedule.local[id.position()];
+            if full {
+                cells.resize(bound.length(id), T::ZERO);
+            }
+            made.push(cells);
+        }
+        let strides: Vec<Vec<usize>> =
+            self.kernel.buffers.ids().map(|buffer| bound.strides(buffer)).collect();
+        for group in &self.schedule.groups {
+            self.group(&bound, &strides, group, &mut made);
+        }
+        let found = self.kernel.outputs();
+        outputs.arrays = found
+            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut made[id.position()])))
+            .collect();
+        Ok(())
+    }
+
+    fn group<T: Scalar>(
+        &self,
+        bound: &Bound<'_, T>,
+        strides: &[Vec<usize>],
+        group: &Group,
+        made: &mut [Vec<T>],
+    ) {
         let targets: Vec<BufferId> = (group.nests.iter())
             .map(|nest| self.kernel.nests[nest.nest].out)
             .filter(|out| !self.schedule.local[out.position()])
@@ -110,7 +133,7 @@ impl Lanes {
         }
         let finished: &[Vec<T>] = made;
         let run = |piece: &mut Piece<'_, T>| {
-            Block::new(&self.kernel, &self.schedule, bound, finished, group).piece(piece, lanes);
+            Block::new(&self.kernel, &self.schedule, bound, finished, strides, group).piece(piece, lanes);
         };
         match pieces.len() {
             1 => pieces.iter_mut().for_each(run),

@@ -12,6 +12,8 @@ mod lanes;
 pub mod scalar;
 
 pub use gaussian::{Belief, Filter};
+#[cfg(feature = "gpu")]
+pub(crate) use inputs::{Array, Bound};
 pub use inputs::{Inputs, Outputs};
 pub use interpreter::interpret;
 pub use lanes::Lanes;

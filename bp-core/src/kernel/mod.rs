@@ -11,8 +11,10 @@
 mod build;
 
 pub mod schedule;
+mod words;
 
 pub use build::KernelBuilder;
+pub use words::in_words;
 
 use crate::ids::{Arena, AxisId, BufferId, ValueId};
 use crate::operators::{Binary, Unary};

@@ -3,9 +3,9 @@
 //! In: a state that is smooth and nowhere certain. Out: `step` and `observe` by hand, emitted, by lanes and by the
 //! interpreter. Invariant: emitted code and the loop written by hand agree before they are timed.
 
-use crate::clock::{Task, table};
+use crate::clock::{Task, Work, race_on, table};
 use crate::hand;
-use bp_core::exec::{Inputs, Lanes, interpret};
+use bp_core::exec::{Inputs, Lanes, Outputs, interpret};
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Space};
@@ -32,15 +32,14 @@ fn close(one: &[f32], other: &[f32], what: &str) {
 }
 
 /// Runs a loop written by hand over rows, on the threads there are; as many rows at a time as emitted code takes.
-fn by_hand(
-    run: impl Fn(&hand::Cells<'_>, usize, &mut [&mut [f32]]) + Sync,
-    cells: &hand::Cells<'_>,
-    planes: &mut [Vec<f32>],
-) {
+fn by_hand(question: hand::Question, cells: &hand::Cells<'_>, planes: &mut [Vec<f32>]) {
     let [_, _, lanes] = cells.extents;
+    let run = |first: usize, made: &mut [&mut [f32]]| {
+        pulp::Arch::new().dispatch(hand::Rows { question, cells, first, made });
+    };
     if rayon::current_num_threads() == 1 {
         let mut made: Vec<&mut [f32]> = planes.iter_mut().map(Vec::as_mut_slice).collect();
-        return run(cells, 0, &mut made);
+        return run(0, &mut made);
     }
     let rows = 22;
     let pieces = planes[0].len().div_ceil(rows * lanes);
@@ -48,10 +47,43 @@ fn by_hand(
     for plane in planes {
         plane.chunks_mut(rows * lanes).zip(&mut parts).for_each(|(part, parts)| parts.push(part));
     }
-    parts.par_iter_mut().enumerate().for_each(|(piece, made)| run(cells, piece * rows, made));
+    parts.par_iter_mut().enumerate().for_each(|(piece, made)| run(piece * rows, made));
 }
 
-/// Prints the tables.
+/// The emitted step over grids of many sizes: time for each cell.
+pub(crate) fn scale(seconds: f64) {
+    println!("\nscale: the emitted step, f32; {} bytes of state and likelihood for each cell", 4 * FLOATS);
+    println!("  {:<20}{:>12}{:>16}{:>18}", "cells", "MB", "ns a cell", "two threads");
+    for extents in [[10, 16, 64], [10, 50, 200], [10, 160, 630], [10, 500, 2000], [10, 1580, 6330]] {
+        let space = Space::new(extents, [Edge::Open, Edge::Pole, Edge::Circle]).expect("a grid");
+        let (moves, plane) = (space.antecedents(&VELOCITIES), space.cells());
+        if seconds == 0.0 && plane > 1_000_000 {
+            continue;
+        }
+        let (occupancy, likelihood) = (vec![0.5f32; 2 * plane], vec![0.5f32; 2 * plane]);
+        let velocity = vec![1.0f32 / 7.0; 7 * plane];
+        let inputs = cell::step::Inputs {
+            grid: &space,
+            velocity: &moves,
+            sensors: 1,
+            epsilon: 0.01,
+            motion: &[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1],
+            previous_o: &occupancy,
+            previous_v: &velocity,
+            sensors_i_reading: &likelihood,
+        };
+        let mut made = cell::step::Outputs::default();
+        let times = [1, 2].map(|threads| {
+            let mut tasks: Vec<Task<'_>> =
+                vec![("step", Box::new(|| cell::step::run(&inputs, black_box(&mut made)).expect("fits")))];
+            race_on(threads, 0.3 * seconds, &mut tasks)[0].least * 1e9 / plane as f64
+        });
+        let bytes = 4.0 * (FLOATS * plane) as f64 / 1e6;
+        println!("  {plane:<20}{bytes:>12.1}{:>16.2}{:>18.2}", times[0], times[1]);
+    }
+}
+
+/// Fills the rows of the table.
 pub(crate) fn run(seconds: f64) {
     let space = Space::new(EXTENTS, [Edge::Open, Edge::Pole, Edge::Circle]).expect("a grid");
     let moves = space.antecedents(&VELOCITIES);
@@ -121,45 +153,65 @@ pub(crate) fn run(seconds: f64) {
     let mut more: Vec<Vec<f32>> = vec![vec![0.0; plane]; 11];
     let (mut stepped, mut observed) = (cell::step::Outputs::default(), cell::observe::Outputs::default());
     let (step_lanes, observe_lanes) = (Lanes::new(kernel("step")), Lanes::new(kernel("observe")));
-    by_hand(hand::step, &cells, &mut planes);
+    let mut by_lanes = [Outputs::default(), Outputs::default()];
+    let mut seven = planes.clone();
+    by_hand(hand::Question::StepOfSeven, &cells, &mut seven);
+    by_hand(hand::Question::Step, &cells, &mut planes);
+    close(&seven.concat(), &planes.concat(), "the loop for seven velocities");
     cell::step::run(&step, &mut stepped).expect("it fits");
     close(&planes[..2].concat(), &stepped.p_o_z, "P(O)");
     close(&planes[2..].concat(), &stepped.p_v_z, "P(V)");
-    by_hand(hand::observe, &cells, &mut more);
+    by_hand(hand::Question::Observe, &cells, &mut more);
     cell::observe::run(&observe, &mut observed).expect("it fits");
     close(&more[..2].concat(), &observed.p_o_z, "P(O) of observe");
     close(&more[9], &observed.entropy_p_o_v_z, "H(O V)");
     close(&more[10], &observed.entropy_p_o_z, "H(O)");
-    for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| {
-            let title = format!("step: P(O), P(V); 324 000 cells, 7 velocities; {threads} thread(s)");
-            let mut tasks: Vec<Task<'_>> = vec![
-                ("by hand", Box::new(|| by_hand(hand::step, &cells, black_box(&mut planes)))),
-                ("emitted Rust", Box::new(|| cell::step::run(&step, black_box(&mut stepped)).expect("fits"))),
-                ("lanes", Box::new(|| drop(black_box(step_lanes.run(&inputs))))),
-            ];
-            let times = table(&title, 4.0 * seconds, (1e3, "ms"), &mut tasks);
-            let bytes = (4 * FLOATS * plane) as f64;
-            for (time, name) in times.iter().zip(["by hand", "emitted"]) {
-                println!("    {name}: {} B a cell, {:.1} GB/s at best", 4 * FLOATS, bytes / time.least / 1e9);
-            }
-            let title = format!("observe: step and two entropies; {threads} thread(s)");
-            let mut tasks: Vec<Task<'_>> = vec![
-                ("by hand", Box::new(|| by_hand(hand::observe, &cells, black_box(&mut more)))),
-                (
-                    "emitted Rust",
-                    Box::new(|| cell::observe::run(&observe, black_box(&mut observed)).expect("fits")),
-                ),
-                ("lanes", Box::new(|| drop(black_box(observe_lanes.run(&inputs))))),
-            ];
-            table(&title, 4.0 * seconds, (1e3, "ms"), &mut tasks);
-        });
-    }
+    let mut tasks: Vec<Task<'_>> = vec![
+        (
+            "by hand, for 7 velocities",
+            Box::new(|| by_hand(hand::Question::StepOfSeven, &cells, black_box(&mut seven))),
+        ),
+        (
+            "by hand, for any number",
+            Box::new(|| by_hand(hand::Question::Step, &cells, black_box(&mut planes))),
+        ),
+        ("emitted Rust", Box::new(|| cell::step::run(&step, black_box(&mut stepped)).expect("fits"))),
+        ("lanes", Box::new(|| step_lanes.run_into(&inputs, black_box(&mut by_lanes[0])).expect("fits"))),
+    ];
+    let title = format!("step: P(O), P(V) of {plane} cells, 7 velocities");
+    let work = Work { title: &title, bytes: 4 * FLOATS * plane, unit: ("ms", 1e3) };
+    table(&work, 4.0 * seconds, &mut tasks);
+    drop(tasks);
+    #[cfg(feature = "gpu")]
+    on_a_device(&[kernel("step"), kernel("observe")], &inputs, seconds);
+    let mut tasks: Vec<Task<'_>> = vec![
+        ("by hand", Box::new(|| by_hand(hand::Question::Observe, &cells, black_box(&mut more)))),
+        ("emitted Rust", Box::new(|| cell::observe::run(&observe, black_box(&mut observed)).expect("fits"))),
+        ("lanes", Box::new(|| observe_lanes.run_into(&inputs, black_box(&mut by_lanes[1])).expect("fits"))),
+    ];
+    let title = "observe: step, H(O V) and H(O)";
+    table(&Work { title, bytes: 4 * (FLOATS + 2) * plane, unit: ("ms", 1e3) }, 4.0 * seconds, &mut tasks);
     let interpreted = kernel("step");
     let start = std::time::Instant::now();
     let answer = interpret(&interpreted, &inputs_64).expect("it fits");
-    println!("  interpreter, f64, once: {:.0} ms for step", start.elapsed().as_secs_f64() * 1e3);
+    println!("  {:<32}{:>10.0}  (once, f64, step)", "interpreter", start.elapsed().as_secs_f64() * 1e3);
     let single: Vec<f32> = answer.get("P(V | Z)").iter().map(|x| *x as f32).collect();
     close(&single, &stepped.p_v_z, "P(V) of the interpreter");
+}
+
+/// The same kernels as shaders, their inputs on the device already.
+#[cfg(feature = "gpu")]
+fn on_a_device(kernels: &[bp_core::kernel::Kernel], inputs: &Inputs<'_, f32>, seconds: f64) {
+    let Some(gpu) = bp_core::gpu::Gpu::open() else {
+        println!("  WGSL: skipped: no adapter");
+        return;
+    };
+    for kernel in kernels {
+        let ready = gpu.compile(kernel.clone());
+        let run = ready.load(inputs).expect("it fits");
+        let mut tasks: Vec<Task<'_>> = vec![("WGSL", Box::new(|| run.dispatch()))];
+        let time = crate::clock::race(seconds, &mut tasks)[0];
+        let what = format!("WGSL: {}, on the device", kernel.name);
+        println!("  {what:<32}{:>10.3}{:>10.3}  ({})", time.least * 1e3, time.median * 1e3, gpu.name());
+    }
 }

@@ -1,12 +1,12 @@
-//! A stopwatch for a machine that others use too.
+//! A stopwatch for a machine that others use too, and the one table that it fills.
 //!
-//! In: things to do. Out: for each the least and the median time. Invariant: they take turns, so that what
-//! disturbs one disturbs all.
+//! In: things to do. Out: for each the least and the median time, on one thread and on two. Invariant: they take turns,
+//! so that what disturbs one disturbs all.
 
 use std::time::Instant;
 
 /// One thing to do.
-pub(crate) type Task<'t> = (&'static str, Box<dyn FnMut() + 't>);
+pub(crate) type Task<'t> = (&'static str, Box<dyn FnMut() + Send + 't>);
 
 /// Least and median seconds of one run.
 #[derive(Clone, Copy, Debug)]
@@ -41,27 +41,52 @@ pub(crate) fn race(seconds: f64, tasks: &mut [Task<'_>]) -> Vec<Time> {
     times.into_iter().map(time).collect()
 }
 
-/// Times tasks in turns and prints them beside the first one; `per` is what a run does, of the unit named.
-pub(crate) fn table(title: &str, seconds: f64, scale: (f64, &str), tasks: &mut [Task<'_>]) -> Vec<Time> {
-    println!("\n{title}");
-    let unit = scale.1;
+/// As [`race`], with this many threads to share work among.
+pub(crate) fn race_on(threads: usize, seconds: f64, tasks: &mut [Task<'_>]) -> Vec<Time> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(|| race(seconds, tasks))
+}
+
+/// What a row of the table is about.
+pub(crate) struct Work<'w> {
+    /// What is computed.
+    pub(crate) title: &'w str,
+    /// Bytes read and written once by a run; 0 where that says nothing.
+    pub(crate) bytes: usize,
+    /// The unit of the times, and how many of it are a second.
+    pub(crate) unit: (&'w str, f64),
+}
+
+/// Prints the head of the table.
+pub(crate) fn head() {
+    println!("\n{:<34}{:^38}{:^30}", "", "one thread", "two threads");
     println!(
-        "  {:<34}{:>13}{:>13}{:>16}",
-        "",
-        format!("least {unit}"),
-        format!("median {unit}"),
-        "ratio (median)"
+        "{:<34}{:>10}{:>10}{:>8}{:>10}{:>10}{:>10}{:>8}",
+        "", "least", "median", "ratio", "GB/s", "least", "median", "ratio"
     );
-    let times = race(seconds, tasks);
-    for ((name, _), time) in tasks.iter().zip(&times) {
-        let ratio = (time.least / times[0].least, time.median / times[0].median);
+}
+
+/// Times tasks on one thread and on two, and prints a row for each; ratios are to the first one, of least times.
+pub(crate) fn table(work: &Work<'_>, seconds: f64, tasks: &mut [Task<'_>]) {
+    let (unit, scale) = work.unit;
+    match work.bytes {
+        0 => println!("{} [{unit}]", work.title),
+        bytes => println!("{} [{unit}; {:.1} MB are read and written]", work.title, bytes as f64 / 1e6),
+    }
+    let (one, two) = (race_on(1, seconds, tasks), race_on(2, seconds, tasks));
+    for ((name, _), (first, second)) in tasks.iter().zip(one.iter().zip(&two)) {
+        let rate = match work.bytes {
+            0 => String::new(),
+            bytes => format!("{:.1}", bytes as f64 / first.least / 1e9),
+        };
         println!(
-            "  {name:<34}{:>13.3}{:>13.3}{:>8.2} ({:.2})",
-            time.least * scale.0,
-            time.median * scale.0,
-            ratio.0,
-            ratio.1
+            "  {name:<32}{:>10.3}{:>10.3}{:>8.2}{rate:>10}{:>10.3}{:>10.3}{:>8.2}",
+            first.least * scale,
+            first.median * scale,
+            first.least / one[0].least,
+            second.least * scale,
+            second.median * scale,
+            second.least / two[0].least,
         );
     }
-    times
 }

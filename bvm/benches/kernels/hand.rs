@@ -1,7 +1,8 @@
 //! Loops written by hand: the yardstick for what the compiler makes of the same programs.
 //!
 //! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: safe Rust, one
-//! thread, no allocation inside; each is checked against the kernel before it is timed.
+//! thread, no allocation inside a row; compiled for each set of instructions, as emitted code is; each is checked
+//! against the kernel before it is timed.
 
 use bp_core::exec::scalar::Scalar;
 use bp_core::space::Moves;
@@ -27,6 +28,42 @@ pub(crate) struct Cells<'a> {
     pub(crate) likelihood: &'a [f32],
 }
 
+/// What the cell program is asked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Question {
+    /// P(O) and P(V).
+    Step,
+    /// The same, by a loop that knows that there are seven velocities.
+    StepOfSeven,
+    /// These, and the entropies.
+    Observe,
+}
+
+/// Rows of the cell program, compiled for each set of instructions.
+pub(crate) struct Rows<'a, 'm, 'p> {
+    /// What is asked.
+    pub(crate) question: Question,
+    /// The inputs.
+    pub(crate) cells: &'a Cells<'a>,
+    /// The first row.
+    pub(crate) first: usize,
+    /// The planes' parts for these rows.
+    pub(crate) made: &'m mut [&'p mut [f32]],
+}
+
+impl pulp::NullaryFnOnce for Rows<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        match self.question {
+            Question::Step => step(self.cells, self.first, self.made),
+            Question::StepOfSeven => crate::hand_tiles::step(self.cells, self.first, self.made),
+            Question::Observe => observe(self.cells, self.first, self.made),
+        }
+    }
+}
+
 /// A row read from lane `turn` on, going round, as at most two stretches `(to, from, length)`.
 fn stretches(turn: i32, lanes: usize) -> [(usize, usize, usize); 2] {
     let from = turn.rem_euclid(lanes as i32) as usize;
@@ -35,7 +72,7 @@ fn stretches(turn: i32, lanes: usize) -> [(usize, usize, usize); 2] {
 
 /// What one velocity adds to one stretch of a row. A function of its own, so that the compiler knows that what is
 /// written overlaps with nothing that is read.
-#[inline(never)]
+#[inline(always)]
 #[allow(clippy::too_many_arguments)] // for the same reason
 fn add_velocity(
     empty: &[f32],
@@ -65,6 +102,7 @@ fn add_velocity(
 }
 
 /// Predict and estimate: P(O) and P(V) of rows `first..` of the plate; `made` are the planes' parts for them.
+#[inline(always)]
 pub(crate) fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
     let [depths, rows, lanes] = cells.extents;
     let plane = depths * rows * lanes;
@@ -151,6 +189,7 @@ fn minus_p_ln_p(p: f32) -> f32 {
 /// [`step`], and the entropies of (O, V) and O: the last two of `made`.
 ///
 /// With j the joint and s its total, H = ln s − Σ j ln j / s: so the joint need not be kept until s is known.
+#[inline(always)]
 pub(crate) fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
     let [depths, rows, lanes] = cells.extents;
     let plane = depths * rows * lanes;
@@ -204,7 +243,7 @@ pub(crate) fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) 
 }
 
 /// What one velocity adds to one stretch of Σ −j ln j and of the total.
-#[inline(never)]
+#[inline(always)]
 #[allow(clippy::too_many_arguments)] // as for `add_velocity`
 fn add_entropy(
     empty: &[f32],
@@ -228,97 +267,4 @@ fn add_entropy(
         sum[lane] += minus_p_ln_p(joint_empty) + minus_p_ln_p(joint_full);
         total[lane] += joint_empty + joint_full;
     }
-}
-
-/// P(z | O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
-///
-/// A normal about the first occupied cell k, read on bins: Φ at bin edges, which neighbouring k share. The cells
-/// but C are occupied with probability ½, so the first one is a recurrence along the ray.
-pub(crate) fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], made: &mut [f32]) {
-    let rays = readings.len();
-    let mut reach = vec![[0.0f32; BLOCK]; bins];
-    for start in (0..rays).step_by(BLOCK) {
-        let width = BLOCK.min(rays - start);
-        let (mut z, mut sigma, mut upper) = ([1.0f32; BLOCK], [1.0f32; BLOCK], [0.0f32; BLOCK]);
-        z[..width].copy_from_slice(&readings[start..start + width]);
-        sigma[..width].copy_from_slice(&deviations[start..start + width]);
-        let edge: [f32; BLOCK] =
-            std::array::from_fn(|ray| if z[ray] == 0.0 { bins as f32 + 1.0 } else { z[ray] });
-        for ray in 0..BLOCK {
-            upper[ray] = ((edge[ray] - 0.5) / sigma[ray]).normal_cumulative();
-        }
-        for (k, reach) in reach.iter_mut().enumerate() {
-            for ray in 0..BLOCK {
-                let lower = ((edge[ray] - k as f32 - 1.5) / sigma[ray]).normal_cumulative();
-                let from = if z[ray] == 1.0 { 0.0 } else { lower };
-                reach[ray] = if z[ray] == 0.0 { 1.0 } else { upper[ray] } - from;
-                upper[ray] = lower;
-            }
-        }
-        let mut beyond: [f32; BLOCK] = std::array::from_fn(|ray| if z[ray] == 0.0 { 1.0 } else { 0.0 });
-        // What lies beyond C, in the plane of the empty; then what lies before it is added to both.
-        for c in (0..bins).rev() {
-            made[c * rays + start..][..width].copy_from_slice(&beyond[..width]);
-            for ray in 0..BLOCK {
-                beyond[ray] = 0.5 * (reach[c][ray] + beyond[ray]);
-            }
-        }
-        let (mut before, mut weight) = ([0.0f32; BLOCK], 1.0f32);
-        for c in 0..bins {
-            let (empty, full) = made.split_at_mut(bins * rays);
-            let empty = &mut empty[c * rays + start..][..width];
-            let full = &mut full[c * rays + start..][..width];
-            for ray in 0..width {
-                empty[ray] = before[ray] + weight * empty[ray];
-                full[ray] = before[ray] + weight * reach[c][ray];
-            }
-            weight *= 0.5;
-            for ray in 0..BLOCK {
-                before[ray] += weight * reach[c][ray];
-            }
-        }
-    }
-}
-
-/// The scores of the gaze program: (1 − P(O)) ‖∇H‖ at each direction's frontier cell, 0 elsewhere; and their best.
-pub(crate) fn gaze(
-    extents: [usize; 3],
-    eta: f32,
-    occupied: &[f32],
-    entropy: &[f32],
-    made: &mut [f32],
-) -> usize {
-    let [depths, rows, lanes] = extents;
-    let mut best = (0.0f32, 0);
-    made.fill(0.0);
-    let mut last = vec![0usize; lanes];
-    let mut open = vec![true; lanes];
-    for row in 0..rows {
-        last.fill(0);
-        open.fill(true);
-        for depth in 0..depths {
-            let here = &occupied[(depth * rows + row) * lanes..][..lanes];
-            for ((open, last), p) in open.iter_mut().zip(last.iter_mut()).zip(here) {
-                *open &= *p < 0.5 - eta;
-                *last += usize::from(*open);
-            }
-        }
-        for lane in 0..lanes {
-            if last[lane] == 0 {
-                continue;
-            }
-            let depth = last[lane] - 1;
-            let at = (depth * rows + row) * lanes;
-            let h = entropy[at + lane];
-            let near = if depth > 0 { h - entropy[at - rows * lanes + lane] } else { 0.0 };
-            let below = if row > 0 { h - entropy[at - lanes + lane] } else { 0.0 };
-            let left = h - entropy[at + (lane + lanes - 1) % lanes];
-            let score = (1.0 - occupied[at + lane]) * (near * near + below * below + left * left).sqrt();
-            made[at + lane] = score;
-            if score > best.0 {
-                best = (score, at + lane);
-            }
-        }
-    }
-    best.1
 }

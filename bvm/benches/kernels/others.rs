@@ -4,10 +4,10 @@
 //! the cell program, they agree before they are timed.
 
 use crate::cell::numbers;
-use crate::clock::{Task, table};
-use crate::hand;
-use bp_core::answer::argmax;
-use bp_core::exec::{Inputs, Lanes};
+use crate::clock::{Task, Work, table};
+use crate::hand_senses;
+use bp_core::answer::{argmax, compile};
+use bp_core::exec::{Inputs, Lanes, Outputs};
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Space};
@@ -51,7 +51,7 @@ fn range_sensor(seconds: f64) {
     let mut emitted = line_of_sight::reading::Outputs::default();
     line_of_sight::reading::run(&inputs, &mut emitted).expect("it fits");
     let mut made = vec![0.0f32; 2 * bins * rays];
-    hand::range_sensor(bins, &z, &deviations, &mut made);
+    hand_senses::range_sensor(bins, &z, &deviations, &mut made);
     // The kernel's order is [O][C] or [C][O], as the question says.
     let swapped: Vec<f32> = (0..bins)
         .flat_map(|c| [0, 1].map(|o| (o * bins + c) * rays))
@@ -67,6 +67,7 @@ fn range_sensor(seconds: f64) {
     let plan = plan(&program, question, Options::default()).expect("a plan");
     let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("one pass answers") };
     let lanes = Lanes::new(lower(&program, exact, "reading").expect("a kernel").kernel);
+    let mut by_lanes = Outputs::default();
     let given = Inputs::new()
         .size("Rays", rays)
         .size("N", bins)
@@ -76,14 +77,29 @@ fn range_sensor(seconds: f64) {
         .array("lambda", &lambda)
         .array("rho", &rho);
     let mut tasks: Vec<Task<'_>> = vec![
-        ("by hand", Box::new(|| hand::range_sensor(bins, black_box(&z), &deviations, black_box(&mut made)))),
+        (
+            "by hand",
+            Box::new(|| {
+                pulp::Arch::new().dispatch(hand_senses::Rays {
+                    bins,
+                    readings: black_box(&z),
+                    deviations: &deviations,
+                    made: black_box(&mut made),
+                });
+            }),
+        ),
         (
             "emitted Rust",
             Box::new(|| line_of_sight::reading::run(&inputs, black_box(&mut emitted)).expect("fits")),
         ),
-        ("lanes", Box::new(|| drop(black_box(lanes.run(&given))))),
+        ("lanes", Box::new(|| lanes.run_into(&given, black_box(&mut by_lanes)).expect("fits"))),
     ];
-    table("range sensor: 32 400 rays of 10 cells; one thread", 2.0 * seconds, (1e3, "ms"), &mut tasks);
+    let work = Work {
+        title: "range sensor: 32 400 rays of 10 cells",
+        bytes: 4 * rays * (3 + 2 * bins),
+        unit: ("ms", 1e3),
+    };
+    table(&work, 2.0 * seconds, &mut tasks);
 }
 
 fn gaze_choice(seconds: f64) {
@@ -100,7 +116,7 @@ fn gaze_choice(seconds: f64) {
     let mut emitted = gaze::look::Outputs::default();
     gaze::look::run(&inputs, &mut emitted).expect("it fits");
     let mut made = vec![0.0f32; space.cells()];
-    hand::gaze(extents, eta, &occupied, &entropy, &mut made);
+    hand_senses::gaze(extents, eta, &occupied, &entropy, &mut made);
     for (x, y) in made.iter().zip(&emitted.argmax_p_g_nearest_heading) {
         assert!((x - y).abs() < 1e-5, "the gaze by hand: {x} is not {y}");
     }
@@ -108,7 +124,14 @@ fn gaze_choice(seconds: f64) {
         (
             "by hand",
             Box::new(|| {
-                black_box(hand::gaze(extents, eta, black_box(&occupied), &entropy, &mut made));
+                let gaze = hand_senses::Gaze {
+                    extents,
+                    eta,
+                    occupied: black_box(&occupied),
+                    entropy: &entropy,
+                    made: &mut made,
+                };
+                black_box(pulp::Arch::new().dispatch(gaze));
             }),
         ),
         (
@@ -119,7 +142,12 @@ fn gaze_choice(seconds: f64) {
             }),
         ),
     ];
-    table("gaze choice: scores of 324 000 cells, and the best", 2.0 * seconds, (1e3, "ms"), &mut tasks);
+    let work = Work {
+        title: "gaze choice: scores of 324 000 cells, and the best",
+        bytes: 4 * 3 * space.cells(),
+        unit: ("ms", 1e3),
+    };
+    table(&work, 2.0 * seconds, &mut tasks);
 }
 
 fn small_question(seconds: f64) {
@@ -137,6 +165,9 @@ fn small_question(seconds: f64) {
     let expected = by_hand(0.3, 0.9);
     let found = answer.p_rain_wet.iter().zip(expected.as_flattened());
     assert!(found.into_iter().all(|(found, expected)| (found - expected).abs() < 1e-12), "{answer:?}");
+    let model = wet_grass::model();
+    let typed = compile(&model, model.question("rain").expect("it is declared")).expect("a plan");
+    let given = Inputs::new().number("rain", 0.3).number("sprinkler", 0.9);
     let mut tasks: Vec<Task<'_>> = vec![
         (
             "by hand",
@@ -155,5 +186,14 @@ fn small_question(seconds: f64) {
             }),
         ),
     ];
-    table("a question of three variables, f64", 0.5 * seconds, (1e9 / TIMES as f64, "ns"), &mut tasks);
+    tasks.push((
+        "asked again, of the text",
+        Box::new(move || {
+            for _ in 0..TIMES {
+                drop(black_box(typed.ask(black_box(&given))));
+            }
+        }),
+    ));
+    let unit = ("ns", 1e9 / TIMES as f64);
+    table(&Work { title: "a question of three variables, f64", bytes: 0, unit }, 0.5 * seconds, &mut tasks);
 }

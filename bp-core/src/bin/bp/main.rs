@@ -11,6 +11,7 @@ mod completions;
 mod convert;
 mod cost;
 mod draw;
+mod emit;
 mod explain;
 mod failure;
 mod format;
@@ -47,6 +48,7 @@ Examples:
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
   bp draw wet_grass.bp rain --out wet_grass.svg
+  bp emit cell.bp step --to wgsl
   bp learn spam.bp --data mails.csv --out learned.bp
   bp convert alarm.bif alarm.bp
   bp fmt --check *.bp
@@ -61,6 +63,7 @@ enum Verb {
     Explain(explain::Arguments),
     Ask(ask::Arguments),
     Draw(draw::Arguments),
+    Emit(emit::Arguments),
     Marginals(network::marginals::Arguments),
     Mpe(network::mpe::Arguments),
     Joint(network::joint::Arguments),
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
         Verb::Explain(arguments) => explain::run(&arguments, &mut out),
         Verb::Ask(arguments) => ask::run(&arguments, &mut out),
         Verb::Draw(arguments) => draw::run(&arguments, &mut out),
+        Verb::Emit(arguments) => emit::run(&arguments, &mut out),
         Verb::Marginals(arguments) => network::marginals::run(&arguments, &mut out),
         Verb::Batch(arguments) => network::batch::run(&arguments, &mut out),
         Verb::Joint(arguments) => network::joint::run(&arguments, &mut out),

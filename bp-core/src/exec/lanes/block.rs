@@ -6,12 +6,12 @@
 mod arithmetic;
 mod loads;
 
-use super::BLOCK;
 use super::{Array, Bound, Scalar};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Fold, Kernel, Node, Reduce};
-use arithmetic::{Lane, apply_fold, binary, unary};
+use arithmetic::{Lane, Work};
+use pulp::Arch;
 
 /// Consecutive rows of the plate (or lanes, where it has one row), and their part of each plane made there.
 pub(super) struct Piece<'p, T> {
@@ -32,6 +32,25 @@ impl<'p, T> Piece<'p, T> {
     }
 }
 
+/// Bytes of lanes that are held at once: they stay in the second cache of any processor of today.
+const MOST_BYTES: usize = 128 << 10;
+
+/// Lanes in a block: as many as the caches hold, so that the walk is paid for.
+fn block_lanes<T>(slots: usize) -> usize {
+    (MOST_BYTES / (size_of::<T>() * slots.max(1))).clamp(64, 1024) / 64 * 64
+}
+
+/// Where the lanes of a value stand.
+#[derive(Clone, Copy)]
+enum View {
+    /// In its own slot.
+    Own,
+    /// The same number in all lanes: the first of its slot.
+    Same,
+    /// In the buffer that it reads, from here on.
+    There(BufferId, usize),
+}
+
 pub(super) struct Block<'b, T> {
     kernel: &'b Kernel,
     schedule: &'b Schedule,
@@ -46,13 +65,20 @@ pub(super) struct Block<'b, T> {
     /// Numbers of uniform values.
     uniform: Vec<f64>,
     /// Lanes of varying values.
-    varying: Vec<T>,
-    /// Where each varying value's lanes begin.
+    varying: Vec<Vec<T>>,
+    /// Which lanes each varying value has.
     slot: Vec<usize>,
+    /// Where they really are.
+    view: Vec<View>,
+    instructions: Arch,
     /// What this group makes, by buffer: serial cells × lanes.
     made: Vec<Vec<T>>,
-    strides: Vec<Vec<usize>>,
+    /// How far apart neighbours along each axis are, for buffers that are finished, and for those made here.
+    strides: &'b [Vec<usize>],
+    own_strides: Vec<Vec<usize>>,
     folded: Vec<T>,
+    /// For each buffer, how much of it has been copied out.
+    planes: Vec<usize>,
 }
 
 impl<'b, T: Scalar> Block<'b, T> {
@@ -61,9 +87,9 @@ impl<'b, T: Scalar> Block<'b, T> {
         schedule: &'b Schedule,
         bound: &'b Bound<'b, T>,
         finished: &'b [Vec<T>],
+        strides: &'b [Vec<usize>],
         group: &'b Group,
     ) -> Self {
-        let stride = if group.parallel { BLOCK } else { 1 };
         let (mut slot, mut slots) = (vec![0; kernel.nodes.len()], 0);
         for value in group.nests.iter().flat_map(|nest| nest.levels.iter().flatten()) {
             if schedule.is_varying(*value) && slot[value.position()] == 0 {
@@ -71,8 +97,9 @@ impl<'b, T: Scalar> Block<'b, T> {
                 slot[value.position()] = slots;
             }
         }
+        let stride = if group.parallel { block_lanes::<T>(slots) } else { 1 };
         let mut made = vec![Vec::new(); kernel.buffers.len()];
-        let mut strides: Vec<Vec<usize>> = kernel.buffers.ids().map(|buffer| bound.strides(buffer)).collect();
+        let mut own_strides = vec![Vec::new(); kernel.buffers.len()];
         for nest in &group.nests {
             let out = kernel.nests[nest.nest].out;
             let axes = &kernel.buffers[out].axes;
@@ -83,7 +110,7 @@ impl<'b, T: Scalar> Block<'b, T> {
                     size *= bound.extent(*axis);
                 }
             }
-            strides[out.position()] = own;
+            own_strides[out.position()] = own;
             made[out.position()] = vec![T::ZERO; size];
         }
         Self {
@@ -96,11 +123,15 @@ impl<'b, T: Scalar> Block<'b, T> {
             width: 1,
             running: vec![0; kernel.axes.len()],
             uniform: vec![0.0; kernel.nodes.len()],
-            varying: vec![T::ZERO; (slots + 1) * stride],
+            varying: vec![vec![T::ZERO; stride]; slots + 1],
             slot,
+            view: vec![View::Own; kernel.nodes.len()],
+            instructions: Arch::new(),
             made,
             strides,
+            own_strides,
             folded: vec![T::ZERO; stride],
+            planes: vec![0; kernel.buffers.len()],
         }
     }
 
@@ -142,7 +173,8 @@ impl<'b, T: Scalar> Block<'b, T> {
     }
 
     fn copy_out(&mut self, piece: &mut Piece<'_, T>, offset: usize) {
-        let mut planes = vec![0; self.kernel.buffers.len()];
+        let mut planes = std::mem::take(&mut self.planes);
+        planes.fill(0);
         for (buffer, part) in &mut piece.parts {
             let cells = &self.made[buffer.position()];
             if self.group.parallel {
@@ -153,6 +185,7 @@ impl<'b, T: Scalar> Block<'b, T> {
                 part.copy_from_slice(cells);
             }
         }
+        self.planes = planes;
     }
 
     fn nest(&mut self, loops: &'b Loops, depth: usize) {
@@ -191,9 +224,8 @@ impl<'b, T: Scalar> Block<'b, T> {
                     }
                     let position = self.place(nest.out);
                     self.made[nest.out.position()][position..position + self.width].copy_from_slice(&state);
-                    for (lane, state) in state.iter_mut().enumerate() {
-                        *state = self.lane(*keep, lane) * *state + self.lane(nest.value, lane);
-                    }
+                    let work = Work::Step(self.lanes(*keep), self.lanes(nest.value));
+                    arithmetic::run(self.instructions, &mut state, work);
                 }
             }
         }
@@ -207,53 +239,51 @@ impl<'b, T: Scalar> Block<'b, T> {
     }
 
     fn lane(&self, value: ValueId, lane: usize) -> T {
-        match self.schedule.is_varying(value) && self.group.parallel {
-            true => self.varying[self.slot[value.position()] * self.stride + lane],
-            false => T::from_f64(self.uniform[value.position()]),
+        self.lanes(value).at(lane)
+    }
+
+    /// The lanes of a value.
+    fn lanes(&self, value: ValueId) -> Lane<'_, T> {
+        if !(self.schedule.is_varying(value) && self.group.parallel) {
+            return Lane::One(T::from_f64(self.uniform[value.position()]));
+        }
+        let own = &self.varying[self.slot[value.position()]];
+        match self.view[value.position()] {
+            View::Own => Lane::Many(&own[..self.width]),
+            View::Same => Lane::One(own[0]),
+            View::There(buffer, at) => Lane::Many(&self.numbers(buffer)[at..at + self.width]),
         }
     }
 
     fn fold(&mut self, fold: Fold, value: ValueId) {
-        if !(self.schedule.is_varying(value) && self.group.parallel) {
-            let number = T::from_f64(self.uniform[value.position()]);
-            self.folded[..self.width]
-                .iter_mut()
-                .for_each(|folded| *folded = apply_fold(fold, *folded, number));
-            return;
-        }
-        let start = self.slot[value.position()] * self.stride;
-        let values = &self.varying[start..start + self.width];
-        match fold {
-            Fold::Sum => {
-                self.folded.iter_mut().zip(values).for_each(|(folded, value)| *folded = *folded + *value)
-            }
-            Fold::Product => {
-                self.folded.iter_mut().zip(values).for_each(|(folded, value)| *folded = *folded * *value);
-            }
-            Fold::Maximum => {
-                self.folded
-                    .iter_mut()
-                    .zip(values)
-                    .for_each(|(folded, value)| *folded = folded.maximum(*value));
-            }
+        let mut folded = std::mem::take(&mut self.folded);
+        let work = Work::Fold(fold, self.lanes(value));
+        arithmetic::run(self.instructions, &mut folded[..self.width], work);
+        self.folded = folded;
+    }
+
+    fn strides(&self, buffer: BufferId) -> &[usize] {
+        match self.made[buffer.position()].is_empty() {
+            true => &self.strides[buffer.position()],
+            false => &self.own_strides[buffer.position()],
         }
     }
 
     /// Where the running cell of a buffer that this group makes begins.
     fn place(&self, buffer: BufferId) -> usize {
-        let axes = self.kernel.buffers[buffer].axes.iter().zip(&self.strides[buffer.position()]);
+        let axes = self.kernel.buffers[buffer].axes.iter().zip(self.strides(buffer));
         axes.map(|(axis, stride)| self.running[axis.position()] * stride).sum()
     }
 
     fn store(&mut self, out: BufferId, value: ValueId) {
         let position = self.place(out);
-        let target = &mut self.made[out.position()][position..position + self.width];
-        if self.schedule.is_varying(value) && self.group.parallel {
-            let start = self.slot[value.position()] * self.stride;
-            target.copy_from_slice(&self.varying[start..start + target.len()]);
-        } else {
-            target.fill(T::from_f64(self.uniform[value.position()]));
+        let mut cells = std::mem::take(&mut self.made[out.position()]);
+        let target = &mut cells[position..position + self.width];
+        match self.lanes(value) {
+            Lane::One(number) => target.fill(number),
+            Lane::Many(lanes) => target.copy_from_slice(lanes),
         }
+        self.made[out.position()] = cells;
     }
 
     fn compute(&mut self, id: ValueId) {
@@ -283,47 +313,36 @@ impl<'b, T: Scalar> Block<'b, T> {
     }
 
     fn compute_lanes(&mut self, id: ValueId) {
-        let start = self.slot[id.position()] * self.stride;
-        let width = self.width;
-        if let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[id] {
-            self.load_lanes(start, *buffer, indices, *otherwise);
-            return;
-        }
-        let mut target = std::mem::take(&mut self.varying);
-        {
-            let (before, rest) = target.split_at_mut(start);
-            let (out, after) = rest.split_at_mut(self.stride);
-            let out = &mut out[..width];
-            let lanes = |value: ValueId| -> Lane<'_, T> {
-                if !self.schedule.is_varying(value) {
-                    return Lane::One(T::from_f64(self.uniform[value.position()]));
-                }
-                let at = self.slot[value.position()] * self.stride;
-                Lane::Many(if at < start {
-                    &before[at..at + width]
-                } else {
-                    &after[at - start - self.stride..at - start - self.stride + width]
-                })
-            };
-            match &self.kernel.nodes[id] {
-                Node::Axis(axis) => {
-                    let first = self.running[axis.position()];
-                    for (lane, out) in out.iter_mut().enumerate() {
-                        *out = T::from_f64((first + lane) as f64);
-                    }
-                }
-                Node::Unary(operator, operand) => unary(*operator, out, lanes(*operand)),
-                Node::Binary(operator, left, right) => binary(*operator, out, lanes(*left), lanes(*right)),
-                Node::Select(condition, then, otherwise) => {
-                    let (condition, then, otherwise) = (lanes(*condition), lanes(*then), lanes(*otherwise));
-                    for (lane, out) in out.iter_mut().enumerate() {
-                        let chosen = condition.at(lane) != T::ZERO;
-                        *out = if chosen { then.at(lane) } else { otherwise.at(lane) };
-                    }
-                }
-                Node::Constant(_) | Node::Load { .. } => unreachable!("internal: handled before"),
+        // A value is not among its own operands, so that its lanes can be taken out.
+        let slot = self.slot[id.position()];
+        let mut own = std::mem::take(&mut self.varying[slot]);
+        let out = &mut own[..self.width];
+        let mut view = View::Own;
+        let work = match &self.kernel.nodes[id] {
+            Node::Load { buffer, indices, otherwise } => {
+                view = self.load_lanes(out, *buffer, indices, *otherwise);
+                None
             }
+            Node::Axis(axis) => {
+                let first = self.running[axis.position()];
+                for (lane, out) in out.iter_mut().enumerate() {
+                    *out = T::from_f64((first + lane) as f64);
+                }
+                None
+            }
+            Node::Unary(operator, operand) => Some(Work::Unary(*operator, self.lanes(*operand))),
+            Node::Binary(operator, left, right) => {
+                Some(Work::Binary(*operator, self.lanes(*left), self.lanes(*right)))
+            }
+            Node::Select(condition, then, otherwise) => {
+                Some(Work::Select(self.lanes(*condition), self.lanes(*then), self.lanes(*otherwise)))
+            }
+            Node::Constant(_) => unreachable!("internal: a constant is uniform"),
+        };
+        if let Some(work) = work {
+            arithmetic::run(self.instructions, out, work);
         }
-        self.varying = target;
+        self.varying[slot] = own;
+        self.view[id.position()] = view;
     }
 }

@@ -1,9 +1,9 @@
 //! What a block reads: elements of buffers, one by one or a row of lanes at once.
 //!
 //! In: a buffer and indices. Out: numbers; `otherwise` where an index falls outside. Invariant: lanes that are
-//! neighbours in a buffer are copied at once, and give what one by one would.
+//! neighbours in a buffer are read where they are, and give what one by one would.
 
-use super::{Array, Block, Scalar};
+use super::{Array, Block, Scalar, View};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::Index;
 
@@ -39,7 +39,7 @@ impl<T: Scalar> Block<'_, T> {
             let is_lane = self.group.parallel && self.kernel.parallel.last() == Some(&axis);
             self.running[axis.position()] as i64 + if is_lane { lane as i64 } else { 0 }
         };
-        for ((index, axis), stride) in indices.iter().zip(axes).zip(&self.strides[buffer.position()]) {
+        for ((index, axis), stride) in indices.iter().zip(axes).zip(self.strides(buffer)) {
             let extent = self.bound.extent(*axis) as i64;
             let at = match index {
                 Index::Axis(axis) => running(*axis),
@@ -57,50 +57,94 @@ impl<T: Scalar> Block<'_, T> {
         Some(if own && self.group.parallel { offset + lane } else { offset })
     }
 
+    /// The numbers of a buffer that has some.
+    pub(super) fn numbers(&self, buffer: BufferId) -> &[T] {
+        match self.source(buffer) {
+            Cells::Numbers(cells) => cells,
+            _ => unreachable!("internal: only numbers are viewed"),
+        }
+    }
+
+    /// Reads lanes: says where they are, or puts them into `out`.
     pub(super) fn load_lanes(
-        &mut self,
-        start: usize,
+        &self,
+        out: &mut [T],
         buffer: BufferId,
         indices: &[Index],
         otherwise: Option<ValueId>,
-    ) {
-        let mut target = std::mem::take(&mut self.varying);
-        let fallback: Vec<T> = match otherwise {
-            Some(value) if self.schedule.is_varying(value) => {
-                let at = self.slot[value.position()] * self.stride;
-                target[at..at + self.width].to_vec()
-            }
-            Some(value) => vec![T::from_f64(self.uniform[value.position()]); self.width],
-            None => vec![T::ZERO; self.width],
-        };
-        let out = &mut target[start..start + self.width];
+    ) -> View {
+        let fallback = |lane: usize| otherwise.map_or(T::ZERO, |value| self.lane(value, lane));
         let scattered = |index: &Index| matches!(index, Index::At(value) if self.schedule.is_varying(*value));
-        let (first, last) = match indices.iter().any(scattered) {
-            true => (None, None),
-            false => (self.offset(buffer, indices, 0), self.offset(buffer, indices, self.width - 1)),
-        };
-        match (self.source(buffer), first, last) {
-            (Cells::Default(number), ..) => out.fill(T::from_f64(number)),
-            (Cells::Numbers(cells), Some(first), Some(last)) if last == first + self.width - 1 => {
-                out.copy_from_slice(&cells[first..=last]);
-            }
-            (Cells::Numbers(cells), Some(first), Some(last)) if last == first && self.width > 1 => {
-                out.fill(cells[first]);
-            }
-            _ => {
-                self.varying = target;
-                for (lane, fallback) in fallback.into_iter().enumerate() {
-                    let value = match self.offset(buffer, indices, lane) {
-                        Some(offset) => T::from_f64(self.cell(buffer, offset)),
-                        None => fallback,
-                    };
-                    self.varying[start + lane] = value;
-                }
-                return;
-            }
+        if indices.iter().any(scattered) {
+            return self.one_by_one(out, buffer, indices, fallback);
         }
-        self.varying = target;
+        let cells = match self.source(buffer) {
+            Cells::Numbers(cells) => cells,
+            Cells::Default(number) => return same(out, T::from_f64(number)),
+            Cells::Positions(_) => return self.one_by_one(out, buffer, indices, fallback),
+        };
+        let (first, width) = (self.offset(buffer, indices, 0), out.len());
+        let last = self.offset(buffer, indices, width - 1);
+        match (first, last) {
+            (Some(first), Some(last)) if last == first + width - 1 => return View::There(buffer, first),
+            (Some(first), Some(last)) if last == first => return same(out, cells[first]),
+            _ => {}
+        }
+        // Stretches that are in one piece: a row that goes round, or begins or ends within the block.
+        let mut lane = 0;
+        while lane < width {
+            let here = self.offset(buffer, indices, lane);
+            let more = self.stretch(buffer, indices, lane).min(width - lane);
+            match here {
+                Some(offset) => out[lane..lane + more].copy_from_slice(&cells[offset..offset + more]),
+                None => (lane..lane + more).for_each(|lane| out[lane] = fallback(lane)),
+            }
+            lane += more;
+        }
+        View::Own
     }
+
+    fn one_by_one(
+        &self,
+        out: &mut [T],
+        buffer: BufferId,
+        indices: &[Index],
+        fallback: impl Fn(usize) -> T,
+    ) -> View {
+        for (lane, out) in out.iter_mut().enumerate() {
+            *out = match self.offset(buffer, indices, lane) {
+                Some(offset) => T::from_f64(self.cell(buffer, offset)),
+                None => fallback(lane),
+            };
+        }
+        View::Own
+    }
+
+    /// How many lanes from this one on are read alike: to an end of the row along the lanes, at most.
+    fn stretch(&self, buffer: BufferId, indices: &[Index], lane: usize) -> usize {
+        let along = self.kernel.parallel.last();
+        let axes = &self.kernel.buffers[buffer].axes;
+        let turned = indices.iter().zip(axes).find_map(|(index, axis)| match index {
+            Index::Turned { axis: running, by, wraps } if Some(running) == along => {
+                let at = self.running[running.position()] as i64 + lane as i64;
+                let extent = self.bound.extent(*axis) as i64;
+                let at = at + self.uniform[by.position()] as i64;
+                Some((if self.uniform[wraps.position()] != 0.0 { at.rem_euclid(extent) } else { at }, extent))
+            }
+            _ => None,
+        });
+        match turned {
+            Some((at, _)) if at < 0 => at.unsigned_abs() as usize,
+            Some((at, extent)) if at < extent => (extent - at) as usize,
+            _ => usize::MAX,
+        }
+    }
+}
+
+/// The same number in all lanes.
+fn same<T: Scalar>(out: &mut [T], number: T) -> View {
+    out[0] = number;
+    View::Same
 }
 
 enum Cells<'c, T> {

@@ -1,0 +1,97 @@
+//! `bp emit`: what the compiler makes of a program.
+//!
+//! In: a program, perhaps a question. Out: Rust as the macro writes it, shaders in WGSL, or the kernels in words.
+//! Invariant: the same plan and kernel in every form.
+
+use crate::failure::Failure;
+use crate::{output, program};
+use bp_core::answer::link;
+use bp_core::emit::{emit_rust, wgsl::emit_wgsl};
+use bp_core::error::Error;
+use bp_core::kernel::{Kernel, in_words};
+use bp_core::lower::lower;
+use bp_core::model::Model;
+use bp_core::plan::{Options, Route, plan};
+use bp_core::syntax::compile;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Writes the code that answers: Rust, WGSL, or the kernels in words.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  bp emit cell.bp step --to words
+  bp emit cell.bp step --to wgsl --out step.wgsl
+  bp emit wet_grass.bp --to rust")]
+pub(crate) struct Arguments {
+    /// A program; `-` is stdin.
+    file: PathBuf,
+    /// `P(…)`, or the name of a declared question; all of those if left out.
+    question: Option<String>,
+    /// What to write.
+    #[arg(long, value_enum, default_value = "words")]
+    to: Language,
+    /// Write to this file instead of stdout.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum Language {
+    /// The passes over memory, what is kept and what is read and written.
+    Words,
+    /// The module that `bayesian_program!` writes.
+    Rust,
+    /// A compute shader for each question that has exact loops.
+    Wgsl,
+}
+
+pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    let source = program::read(&arguments.file)?;
+    let model = match compile(&source) {
+        Ok(model) => model,
+        Err(wrong) => return Err(Failure::Wrong(wrong, source)),
+    };
+    let mut model = link(&model)?.into_owned();
+    let questions = program::questions(&model, arguments.question.as_deref())?;
+    let mut page = Vec::new();
+    if arguments.to == Language::Rust {
+        model.questions = Default::default();
+        questions.into_iter().for_each(|question| {
+            model.questions.push(question);
+        });
+        let told = |wrong: Vec<(String, Error)>| match wrong.into_iter().next() {
+            Some((_, error)) => Failure::Data(error),
+            None => Failure::Told,
+        };
+        write!(page, "{}", emit_rust(&model, &source).map_err(told)?)?;
+        return output::write(arguments.out.as_deref(), &page, out);
+    }
+    for question in &questions {
+        for kernel in kernels(&model, question)? {
+            match arguments.to {
+                Language::Wgsl => write!(page, "{}", emit_wgsl(&kernel).text)?,
+                _ => {
+                    writeln!(page, "{}", kernel.name)?;
+                    in_words(&kernel).iter().try_for_each(|line| writeln!(page, "  {line}"))?;
+                }
+            }
+        }
+    }
+    output::write(arguments.out.as_deref(), &page, out)
+}
+
+/// The kernels of a question, as far as kernels answer it.
+fn kernels(model: &Model, question: &bp_core::model::Question) -> Result<Vec<Kernel>, Failure> {
+    let mut kernels = Vec::new();
+    for route in plan(model, question, Options::default())?.routes {
+        match route {
+            Route::Exact(exact) => kernels.push(lower(model, &exact, &question.name)?.kernel),
+            other => {
+                let words = format!("`{}` is not answered by loops: {}", question.name, other.reason());
+                return Err(Failure::Words(words));
+            }
+        }
+    }
+    Ok(kernels)
+}

@@ -1,0 +1,76 @@
+//! A kernel in words: what its schedule decided, and what it reads and writes.
+//!
+//! In: a kernel. Out: lines. Invariant: nothing is decided here; the lines tell what [`Schedule`] says.
+
+use super::schedule::{Group, Schedule};
+use super::{Extent, Kernel, Reduce, Role};
+use crate::ids::{AxisId, BufferId, Id};
+
+/// The passes of a kernel, and its memory, a line each.
+pub fn in_words(kernel: &Kernel) -> Vec<String> {
+    let schedule = Schedule::of(kernel);
+    let mut lines: Vec<String> =
+        schedule.groups.iter().enumerate().map(|(number, group)| pass(kernel, number, group)).collect();
+    let local = kernel.buffers.iter().filter(|(id, _)| schedule.local[id.position()]);
+    let local: Vec<String> = local.map(|(id, _)| buffer(kernel, id, true)).collect();
+    if !local.is_empty() {
+        lines.push(format!("kept within a block of cells, never in memory: {}", local.join(", ")));
+    }
+    let told = |what: &str, wanted: &dyn Fn(&Role) -> bool| {
+        let found = kernel.buffers.iter().filter(|(_, buffer)| wanted(&buffer.role));
+        let found: Vec<String> = found.map(|(id, _)| buffer(kernel, id, false)).collect();
+        (!found.is_empty()).then(|| format!("{what}: {}", found.join(", ")))
+    };
+    lines.extend(told("reads", &|role| matches!(role, Role::Input { .. })));
+    lines.extend(told("looks up", &|role| matches!(role, Role::Table(_) | Role::Positions)));
+    lines.extend(told("writes", &|role| matches!(role, Role::Output)));
+    lines
+}
+
+/// One pass: its cells, and the nests that share it.
+fn pass(kernel: &Kernel, number: usize, group: &Group) -> String {
+    let scans =
+        group.nests.iter().filter(|nest| matches!(kernel.nests[nest.nest].reduce, Reduce::Scan { .. }));
+    let scans = match scans.count() {
+        0 => String::new(),
+        1 => ", one of them a scan".to_owned(),
+        more => format!(", {more} of them scans"),
+    };
+    let nests = match group.nests.len() {
+        1 => format!("1 nest{}", scans.replace("one of them", "which is")),
+        more => format!("{more} nests{scans}"),
+    };
+    let number = number + 1;
+    match kernel.parallel.last().filter(|_| group.parallel) {
+        Some(lane) => format!(
+            "pass {number}: {nests}, over {}; neighbours in memory along {}",
+            axes(kernel, &kernel.parallel),
+            kernel.axes[*lane].name
+        ),
+        None => format!("pass {number}: {nests}, done once"),
+    }
+}
+
+fn buffer(kernel: &Kernel, id: BufferId, serial: bool) -> String {
+    let buffer = &kernel.buffers[id];
+    let own: Vec<AxisId> =
+        buffer.axes.iter().copied().filter(|axis| !(serial && kernel.parallel.contains(axis))).collect();
+    match own.is_empty() {
+        true => format!("`{}`", buffer.name),
+        false => format!("`{}` ({})", buffer.name, axes(kernel, &own)),
+    }
+}
+
+fn axes(kernel: &Kernel, axes: &[AxisId]) -> String {
+    let extents: Vec<String> = axes.iter().map(|axis| extent(&kernel.axes[*axis].extent)).collect();
+    extents.join(" × ")
+}
+
+fn extent(extent: &Extent) -> String {
+    match (&extent.size, extent.offset) {
+        (None, count) => count.to_string(),
+        (Some(size), 0) => size.clone(),
+        (Some(size), more) if more > 0 => format!("({size} + {more})"),
+        (Some(size), less) => format!("({size} − {})", -less),
+    }
+}
