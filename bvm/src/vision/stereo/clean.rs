@@ -10,7 +10,7 @@
 //!
 //! Invariant: no claim is added or changed.
 
-use super::select::Claim;
+use super::Claim;
 
 /// Half the side of the window of support, pixels.
 const SUPPORT_RADIUS: usize = 3;
