@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bvm::vision::{Calibration, DisparityMap, GreyImage, image, match_pair, readings};
+use bvm::vision::{Calibration, DisparityMap, GreyImage, Matcher, image, match_pair, readings};
 
 /// A folder of the recordings, if it is there.
 fn recordings(folder: &str) -> Option<PathBuf> {
@@ -47,7 +47,7 @@ fn cones() {
     let Some(folder) = recordings("middlebury2003_cones") else { return };
     let (left, right) = (read(&folder, "im2.ppm"), read(&folder, "im6.ppm"));
     let (truth, mask) = (read(&folder, "disp2.pgm"), read(&folder, "cones_mask_2bt.png"));
-    let map = match_pair(&left, &right, 64).unwrap();
+    let map = match_pair(&left, &right, 64, Matcher::Scanline).unwrap();
     let true_disparity = |at: usize| truth.pixels()[at] / 4.0;
     let seen = |at: usize| truth.pixels()[at] > 0.0 && mask.pixels()[at] > 128.0;
     let (density, wrong) = score(&map, true_disparity, seen);
@@ -63,7 +63,7 @@ fn cones() {
 fn motorcycle() {
     let Some(folder) = recordings("middlebury2014_motorcycle") else { return };
     let (left, right) = (read(&folder, "motorcycle_left.png"), read(&folder, "motorcycle_right.png"));
-    let map = match_pair(&left, &right, 64).unwrap();
+    let map = match_pair(&left, &right, 64, Matcher::Scanline).unwrap();
     println!("motorcycle: density {:.4}", map.density());
     assert!(map.density() >= 0.85, "{}", map.density());
     // The floor, bare at the right border, comes nearer towards the lower one.
@@ -72,7 +72,7 @@ fn motorcycle() {
     // The published calibration puts the truth, 7.2 to 59.9 px, between 2.1 and 5.0 m in depth.
     let text = "focal_px = 994.978\ncx_px = 311.193\ncy_px = 254.877\nbaseline_m = 0.193001\n\
                 doffs_px = 31.086\nmax_disparity_px = 64";
-    let rig = Calibration::parse(text, Path::new("motorcycle.toml")).unwrap();
+    let rig = Calibration::parse(text, Path::new("motorcycle.toml"), None).unwrap();
     let degree = 1f64.to_radians();
     let found = readings(&map, &rig, 360, 90, degree, 2.0 * degree).unwrap();
     let ranges: Vec<f32> = found.iter().flatten().map(|reading| reading.range_m).collect();
@@ -81,7 +81,7 @@ fn motorcycle() {
     // 41° by 28° are about 41 columns and 14 rows.
     assert!((450..=680).contains(&ranges.len()), "{}", ranges.len());
     assert!(least > 2.0 && most < 5.6, "{least} to {most} m");
-    let swapped = match_pair(&right, &left, 64).unwrap();
+    let swapped = match_pair(&right, &left, 64, Matcher::Scanline).unwrap();
     println!("swapped: density {:.4}", swapped.density());
     assert!(swapped.density() < 0.05, "{}", swapped.density());
 }

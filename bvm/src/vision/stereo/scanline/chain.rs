@@ -11,12 +11,13 @@
 //! which is Σ_i P(D = d | D^-1 = i) a(i) / A in O(n) rather than O(n²): all jumps land alike, and all else is
 //! next to where it was. The matrix is symmetric, so the step backward is the same. A forward pass, a backward pass
 //! and the evidence of the pixel itself make the exact posterior of a line (Baum et al. 1970).
-//! Invariant: sums are made in eight lanes in one order, so every instruction set gives the same bits.
+//! Invariant: sums are made in sixteen lanes in one order, so every instruction set gives the same bits.
 
 use nalgebra::{RealField, convert};
+use std::hint::black_box;
 
 /// Values that are worked on side by side.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
 
 /// A step of the chain over `levels` disparities.
 #[derive(Clone, Copy, Debug)]
@@ -49,14 +50,16 @@ impl<T: RealField + Copy> Step<T> {
     /// Keeps evidence · message for the next step; returns its sum.
     #[inline(always)]
     pub(super) fn carry(&self, evidence: &[T], message: &[T], carried: &mut [T]) -> T {
-        let belief = &mut carried[1..=evidence.len()];
-        for ((belief, evidence), message) in belief.iter_mut().zip(evidence).zip(message) {
-            *belief = *evidence * *message;
+        let own = evidence.as_chunks().0.iter().zip(message.as_chunks().0);
+        let beliefs = carried[1..=evidence.len()].as_chunks_mut().0.iter_mut();
+        let mut lanes = [T::zero(); LANES];
+        for (belief, (evidence, message)) in beliefs.zip(own) {
+            *belief = both(evidence, message, |evidence, message| evidence * message);
+            lanes = both(&lanes, belief, |lane, belief| lane + belief);
         }
-        let total = sum(belief);
         carried[0] = carried[1];
         carried[self.levels + 1] = carried[self.levels];
-        total
+        across(lanes)
     }
 
     /// The message to the next pixel, before which the surface ends with the probability `jump`.
@@ -66,25 +69,30 @@ impl<T: RealField + Copy> Step<T> {
         let aside = goes_on * self.slant;
         let here = goes_on - aside - aside;
         let anywhere = jump / convert(self.levels as f64);
-        let n = message.len();
-        let neighbours = carried[..n].iter().zip(&carried[2..n + 2]);
-        for ((message, belief), (below, above)) in message.iter_mut().zip(&carried[1..=n]).zip(neighbours) {
-            *message = here * *belief + aside * (*below + *above) + anywhere;
+        for (at, message) in message.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            let window = &carried[at * LANES..][..LANES + 2];
+            for lane in 0..LANES {
+                let neighbours = window[lane] + window[lane + 2];
+                message[lane] = here * window[lane + 1] + aside * neighbours + anywhere;
+            }
         }
     }
 }
 
-/// The sum, in lanes.
+/// A function of two values, in each lane.
 #[inline(always)]
-pub(super) fn sum<T: RealField + Copy>(values: &[T]) -> T {
-    let mut lanes = [T::zero(); LANES];
-    for chunk in values.as_chunks::<LANES>().0 {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += *value;
-        }
-    }
-    let [a, b, c, d, e, f, g, h] = lanes;
-    ((a + b) + (c + d)) + ((e + f) + (g + h))
+pub(super) fn both<T: Copy>(one: &[T; LANES], other: &[T; LANES], of: impl Fn(T, T) -> T) -> [T; LANES] {
+    std::array::from_fn(|lane| of(one[lane], other[lane]))
+}
+
+/// The sum of the lanes.
+#[inline(always)]
+pub(super) fn across<T: RealField + Copy>(lanes: [T; LANES]) -> T {
+    // The optimiser would rather mix the lanes inside the loop, to suit this sum; it must not see it.
+    let lanes = black_box(lanes);
+    let eight: [T; 8] = std::array::from_fn(|lane| lanes[lane] + lanes[lane + 8]);
+    let four: [T; 4] = std::array::from_fn(|lane| eight[lane] + eight[lane + 4]);
+    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 /// The posterior of every pixel of one line, given its evidence (`stride` values each, zeros in the fill) and the
@@ -111,7 +119,7 @@ fn posterior<T: RealField + Copy>(step: Step<T>, evidence: &[T], jumps: &[T]) ->
     pass(&mut (0..count).map(|pixel| (pixel, (pixel > 0).then_some(pixel))));
     pass(&mut (0..count).rev().map(|pixel| (pixel, (pixel + 1 < count).then_some(pixel + 1))));
     for belief in beliefs.chunks_exact_mut(stride) {
-        let total = sum(belief);
+        let total: T = belief.iter().fold(T::zero(), |sum, value| sum + *value);
         belief.iter_mut().for_each(|value| *value /= total);
     }
     beliefs
@@ -121,10 +129,10 @@ fn posterior<T: RealField + Copy>(step: Step<T>, evidence: &[T], jumps: &[T]) ->
 mod tests {
     use super::super::Law;
     use super::*;
+    use crate::programs::scanline;
     use bp_core::answer::ask_over_time;
     use bp_core::exec::Inputs;
     use bp_core::sample::Sampling;
-    use crate::programs::scanline;
     /// Costs and contrasts of a line, at random; a jump of the best disparity in the middle.
     fn line(seed: u64, levels: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
         let mut state = seed;
@@ -167,7 +175,8 @@ mod tests {
             }
             let jumps: Vec<f64> = contrasts[1..].iter().map(|contrast| law.jump(*contrast)).collect();
             let found = posterior(step, &evidence, &jumps);
-            let found: Vec<f64> = found.chunks(step.stride()).flat_map(|row| row[..levels].to_vec()).collect();
+            let found: Vec<f64> =
+                found.chunks(step.stride()).flat_map(|row| row[..levels].to_vec()).collect();
             let expected = asked(levels, &costs, &contrasts);
             assert_eq!(found.len(), expected.len());
             for (found, expected) in found.iter().zip(&expected) {
@@ -187,7 +196,8 @@ mod tests {
         // Half of what is not a jump stays, a quarter goes either way; at the ends it stays.
         let step = Step::new(3, 0.25);
         let mut carried = vec![0.0; step.carried()];
-        let (evidence, mut message) = ([4.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0], vec![1.0; 8]);
+        let (mut evidence, mut message) = ([0.0; LANES], [1.0; LANES]);
+        evidence[..3].copy_from_slice(&[4.0, 2.0, 2.0]);
         assert_eq!(step.carry(&evidence, &message, &mut carried), 8.0);
         step.advance(&carried, 8.0, 0.0, &mut message);
         assert_eq!(message[..3], [3.5 / 8.0, 2.5 / 8.0, 2.0 / 8.0]);

@@ -15,7 +15,7 @@
 //! Invariant: rows do not depend on how they are shared among threads; the fill of the stride is not defined.
 //! Reference: Zabih and Woodfill, Non-parametric local transforms for computing visual correspondence, ECCV 1994.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 const HALF: usize = 2;
@@ -39,7 +39,7 @@ impl Costs {
         let arch = Arch::new();
         values.par_chunks_mut(width * stride * BAND).enumerate().for_each(|(band, rows)| {
             let pair = Pair { left: &left, right: &right, width, levels, stride };
-            arch.dispatch(|| pair.band(band * BAND, rows));
+            arch.dispatch(Band { pair, first: band * BAND, rows });
         });
         Self { stride, values }
     }
@@ -67,29 +67,47 @@ impl Words {
         let rows: Vec<Vec<u8>> = (0..height).map(padded).collect();
         let mut census: [Vec<u8>; 3] = std::array::from_fn(|_| vec![0; pixels.len()]);
         let arch = Arch::new();
-        for y in 0..height {
-            arch.dispatch(|| {
-                let centres = &rows[y][HALF..][..width];
-                let offsets = (0..5usize).flat_map(|dy| (0..5usize).map(move |dx| (dy, dx)));
-                for (bit, (dy, dx)) in offsets.filter(|at| *at != (HALF, HALF)).enumerate() {
-                    let neighbours = &rows[(y + dy).saturating_sub(HALF).min(height - 1)][dx..][..width];
-                    let words = &mut census[bit / 8][y * width..][..width];
-                    for ((word, centre), neighbour) in words.iter_mut().zip(centres).zip(neighbours) {
-                        *word = *word << 1 | u8::from(neighbour < centre);
-                    }
-                }
-            });
+        for (y, centres) in rows.iter().enumerate() {
+            let offsets = (0..5usize).flat_map(|dy| (0..5usize).map(move |dx| (dy, dx)));
+            for (bit, (dy, dx)) in offsets.filter(|at| *at != (HALF, HALF)).enumerate() {
+                let neighbours = &rows[(y + dy).saturating_sub(HALF).min(height - 1)][dx..][..width];
+                let words = &mut census[bit / 8][y * width..][..width];
+                arch.dispatch(Darker { centres: &centres[HALF..][..width], neighbours, words });
+            }
         }
         Self { width, census, intensity: pixels.to_vec() }
     }
 
     /// Each row from right to left, followed by `fill` zeros: the candidates of a pixel lie side by side.
     fn reversed(self, fill: usize) -> Self {
+        let width = self.width;
         let turn = |values: Vec<u8>| {
-            let row = |row: &[u8]| row.iter().rev().copied().chain(std::iter::repeat_n(0, fill)).collect::<Vec<_>>();
-            values.chunks_exact(self.width).flat_map(row).collect()
+            let mut turned = vec![0; values.len() / width * (width + fill)];
+            for (turned, row) in turned.chunks_exact_mut(width + fill).zip(values.chunks_exact(width)) {
+                turned[..width].copy_from_slice(row);
+                turned[..width].reverse();
+            }
+            turned
         };
         Self { width: self.width + fill, census: self.census.map(turn), intensity: turn(self.intensity) }
+    }
+}
+
+/// One bit of each word of a row.
+struct Darker<'w> {
+    centres: &'w [u8],
+    neighbours: &'w [u8],
+    words: &'w mut [u8],
+}
+
+impl WithSimd for Darker<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for ((word, centre), neighbour) in self.words.iter_mut().zip(self.centres).zip(self.neighbours) {
+            *word = *word << 1 | u8::from(neighbour < centre);
+        }
     }
 }
 
@@ -101,38 +119,49 @@ struct Pair<'w> {
     stride: usize,
 }
 
-impl Pair<'_> {
-    /// The costs of some rows, the first of which is `first`.
+/// Some rows of costs, the first of which is `first`.
+struct Band<'w> {
+    pair: Pair<'w>,
+    first: usize,
+    rows: &'w mut [u8],
+}
+
+impl WithSimd for Band<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn band(&self, first: usize, rows: &mut [u8]) {
-        let length = self.width * self.stride;
-        let height = self.left.intensity.len() / self.width;
+    fn with_simd<S: Simd>(self, _: S) {
+        let Band { pair, first, rows } = self;
+        let length = pair.width * pair.stride;
+        let height = pair.left.intensity.len() / pair.width;
         let clamp = |y: isize| y.clamp(0, height as isize - 1) as usize;
         // The three rows that a window spans, in turn.
         let mut single: [Vec<u8>; 3] = std::array::from_fn(|_| vec![0; length]);
         // A pixel more on either side.
-        let mut columns = vec![0u16; length + 2 * self.stride];
+        let mut columns = vec![0u16; length + 2 * pair.stride];
         for (offset, row) in single.iter_mut().enumerate().take(2) {
-            self.single(clamp((first + offset) as isize - 1), row);
+            pair.single(clamp((first + offset) as isize - 1), row);
         }
         for (offset, row) in rows.chunks_exact_mut(length).enumerate() {
             let y = first + offset;
-            self.single(clamp(y as isize + 1), &mut single[(offset + 2) % 3]);
+            pair.single(clamp(y as isize + 1), &mut single[(offset + 2) % 3]);
             let [a, b, c] = &single;
-            let middle = &mut columns[self.stride..][..length];
+            let middle = &mut columns[pair.stride..][..length];
             for (((sum, a), b), c) in middle.iter_mut().zip(a).zip(b).zip(c) {
                 *sum = u16::from(*a) + u16::from(*b) + u16::from(*c);
             }
-            columns.copy_within(self.stride..2 * self.stride, 0);
-            columns.copy_within(length..length + self.stride, length + self.stride);
-            let (left, right) = (&columns[..length], &columns[2 * self.stride..][..length]);
-            let middle = &columns[self.stride..][..length];
+            columns.copy_within(pair.stride..2 * pair.stride, 0);
+            columns.copy_within(length..length + pair.stride, length + pair.stride);
+            let (left, right) = (&columns[..length], &columns[2 * pair.stride..][..length]);
+            let middle = &columns[pair.stride..][..length];
             for (((cost, a), b), c) in row.iter_mut().zip(left).zip(middle).zip(right) {
                 *cost = ((*a + *b + *c) >> 3) as u8;
             }
         }
     }
+}
 
+impl Pair<'_> {
     /// The costs of single pixels.
     #[inline(always)]
     fn single(&self, y: usize, row: &mut [u8]) {
@@ -144,7 +173,8 @@ impl Pair<'_> {
             let [d, e, f] = self.right.census.each_ref().map(|words| &words[from..][..cells.len()]);
             let other = &self.right.intensity[from..][..cells.len()];
             for ((((cell, d), e), f), other) in cells.iter_mut().zip(d).zip(e).zip(f).zip(other) {
-                let bits = (a ^ d).count_ones() as u8 + (b ^ e).count_ones() as u8 + (c ^ f).count_ones() as u8;
+                let bits =
+                    (a ^ d).count_ones() as u8 + (b ^ e).count_ones() as u8 + (c ^ f).count_ones() as u8;
                 *cell = PER_BIT * bits + own.abs_diff(*other).min(MOST_DIFFERENCE);
             }
             if x + 1 < self.levels {

@@ -25,9 +25,9 @@ use super::Claim;
 use chain::Step;
 use cost::Costs;
 pub(super) use law::Law;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use read_out::ReadOut;
+use read_out::{ReadOut, Row};
 
 /// Pixels of a row that a thread takes at once.
 const CHUNK: usize = 128;
@@ -48,19 +48,16 @@ impl Frame<'_> {
     }
 }
 
-/// The law, worked out for every cost and contrast that there is.
+/// The law, and its jumps for every contrast that there is.
 struct Tables {
-    likelihood: [f32; 256],
+    law: Law,
     jump: [f32; 256],
 }
 
 /// The claims of all pixels, from pictures in whole grey levels.
 pub(super) fn claims(left: &[u8], right: &[u8], width: usize, levels: usize) -> Vec<Option<Claim>> {
     let law = Law::of_the_program();
-    let tables = Tables {
-        likelihood: std::array::from_fn(|cost| law.likelihood(cost as f64) as f32),
-        jump: std::array::from_fn(|contrast| law.jump(contrast as f64) as f32),
-    };
+    let tables = Tables { law, jump: std::array::from_fn(|contrast| law.jump(contrast as f64) as f32) };
     let step = Step::new(levels, law.slant);
     let frame = Frame { left, width, height: left.len() / width, levels, step };
     let costs = Costs::of_pair(left, right, width, levels, step.stride());
@@ -93,14 +90,9 @@ fn down(frame: &Frame<'_>, costs: &Costs, tables: &Tables) -> Vec<u16> {
             .zip(carried.totals.par_chunks_mut(CHUNK))
             .enumerate()
             .for_each(|(chunk, ((kept, beliefs), totals))| {
-                let pixels = Pixels { frame, tables, y, first: chunk * CHUNK, before: y.checked_sub(1) };
-                arch.dispatch(|| {
-                    pixels.each(costs, beliefs, totals, |at, message, _| {
-                        for (kept, value) in kept[at * stride..][..stride].iter_mut().zip(message) {
-                            *kept = short(*value);
-                        }
-                    });
-                });
+                let keep = Messages { kept, stride };
+                let (first, before) = (chunk * CHUNK, y.checked_sub(1));
+                arch.dispatch(Pixels { frame, tables, y, before, first, costs, beliefs, totals, keep });
             });
     }
     messages
@@ -129,17 +121,10 @@ fn up(frame: &Frame<'_>, costs: &Costs, down: &[u16], tables: &Tables) -> Vec<Op
                 .enumerate()
                 .for_each(|(chunk, ((evidence, beliefs), totals))| {
                     let before = Some(y + 1).filter(|before| *before < frame.height);
-                    let pixels = Pixels { frame, tables, y, first: chunk * CHUNK, before };
-                    let down = &down[chunk * CHUNK * stride..];
-                    arch.dispatch(|| {
-                        pixels.each(costs, beliefs, totals, |at, message, likelihood| {
-                            let column = message.iter().zip(likelihood).zip(&down[at * stride..][..stride]);
-                            let evidence = &mut evidence[at * stride..][..stride];
-                            for (evidence, ((message, likelihood), down)) in evidence.iter_mut().zip(column) {
-                                *evidence = (message * likelihood * long(*down)).sqrt();
-                            }
-                        });
-                    });
+                    let first = chunk * CHUNK;
+                    let down = &down[first * stride..];
+                    let keep = Evidence { evidence, down, stride };
+                    arch.dispatch(Pixels { frame, tables, y, before, first, costs, beliefs, totals, keep });
                 });
         }
         claims
@@ -150,37 +135,75 @@ fn up(frame: &Frame<'_>, costs: &Costs, down: &[u16], tables: &Tables) -> Vec<Op
             .for_each(|(row, ((claims, evidence), read_out))| {
                 let y = first + row;
                 let costs = costs.row(y, width);
-                arch.dispatch(|| read_out.row(frame, tables, y, evidence, costs, claims));
+                arch.dispatch(Row { read_out, frame, tables, y, evidence, costs, claims });
             });
     }
     claims
 }
 
-/// Some pixels of a row, in the passes along columns.
-struct Pixels<'f> {
+/// What is kept of a pixel when its column has passed it: the message that reached it, and its likelihood.
+trait Keep {
+    fn keep(&mut self, at: usize, message: &[f32], likelihood: &[f32]);
+}
+
+/// The messages from above.
+struct Messages<'k> {
+    kept: &'k mut [u16],
+    stride: usize,
+}
+
+impl Keep for Messages<'_> {
+    #[inline(always)]
+    fn keep(&mut self, at: usize, message: &[f32], _: &[f32]) {
+        for (kept, value) in self.kept[at * self.stride..][..self.stride].iter_mut().zip(message) {
+            *kept = short(*value);
+        }
+    }
+}
+
+/// All that a column says of a pixel, to the power γ.
+struct Evidence<'k> {
+    evidence: &'k mut [f32],
+    down: &'k [u16],
+    stride: usize,
+}
+
+impl Keep for Evidence<'_> {
+    #[inline(always)]
+    fn keep(&mut self, at: usize, message: &[f32], likelihood: &[f32]) {
+        let own = at * self.stride..(at + 1) * self.stride;
+        let column = message.iter().zip(likelihood).zip(&self.down[own.clone()]);
+        for (evidence, ((message, likelihood), down)) in self.evidence[own].iter_mut().zip(column) {
+            *evidence = root(message * likelihood * long(*down));
+        }
+    }
+}
+
+/// One step of the columns of some pixels of a row.
+struct Pixels<'f, K> {
     frame: &'f Frame<'f>,
     tables: &'f Tables,
     y: usize,
-    /// Column of the first.
-    first: usize,
     /// The row that was passed before this one.
     before: Option<usize>,
+    /// Column of the first.
+    first: usize,
+    /// Of the whole row.
+    costs: &'f [u8],
+    beliefs: &'f mut [f32],
+    totals: &'f mut [f32],
+    keep: K,
 }
 
-impl Pixels<'_> {
-    /// One step of each pixel's column; `keep` is told the pixel, the message that reaches it and its likelihood.
+impl<K: Keep> WithSimd for Pixels<'_, K> {
+    type Output = ();
+
     #[inline(always)]
-    fn each(
-        &self,
-        costs: &[u8],
-        beliefs: &mut [f32],
-        totals: &mut [f32],
-        mut keep: impl FnMut(usize, &[f32], &[f32]),
-    ) {
+    fn with_simd<S: Simd>(mut self, _: S) {
         let Frame { width, levels, step, .. } = *self.frame;
         let stride = step.stride();
         let (mut message, mut likelihood) = (vec![0f32; stride], vec![0f32; stride]);
-        let pixels = beliefs.chunks_exact_mut(step.carried()).zip(totals).enumerate();
+        let pixels = self.beliefs.chunks_exact_mut(step.carried()).zip(self.totals).enumerate();
         for (at, (belief, total)) in pixels {
             let x = self.first + at;
             match self.before {
@@ -190,15 +213,20 @@ impl Pixels<'_> {
                     step.advance(belief, *total, self.tables.jump[contrast], &mut message);
                 }
             }
-            let costs = &costs[x * stride..][..stride];
-            for (likelihood, cost) in likelihood.iter_mut().zip(costs) {
-                *likelihood = self.tables.likelihood[usize::from(*cost)];
-            }
+            self.tables.law.likelihoods(&self.costs[x * stride..][..stride], &mut likelihood);
             likelihood[levels..].fill(0.0);
             *total = step.carry(&likelihood, &message, belief);
-            keep(at, &message, &likelihood);
+            self.keep.keep(at, &message, &likelihood);
         }
     }
+}
+
+/// The square root, with a relative error of 2e-3 at most: the reciprocal root by halving the exponent, and one step of
+/// Newton's method. Many times as fast as an exact one.
+#[inline(always)]
+fn root(value: f32) -> f32 {
+    let guess = f32::from_bits(0x5f37_59df - (value.to_bits() >> 1));
+    value * guess * (1.5 - 0.5 * value * guess * guess)
 }
 
 /// The upper half of a number's bits, rounded: its relative error is 2^-9 at most.
