@@ -21,12 +21,15 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    #[command(subcommand)]
+    Calibrate(command::calibrate::Sense),
     Explore(command::explore::Arguments),
     Look(command::look::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
+        Command::Calibrate(sense) => command::calibrate::run(&sense),
         Command::Explore(arguments) => command::explore::run(&arguments),
         Command::Look(arguments) => command::look::run(&arguments),
     };

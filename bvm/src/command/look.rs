@@ -91,7 +91,7 @@ struct Figures {
 }
 
 #[derive(Serialize)]
-struct MapFigures {
+pub(super) struct MapFigures {
     /// Directions with a range.
     readings: usize,
     /// Nearest and farthest range, m.
@@ -135,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         map: None,
     };
     if let Some(folder) = &folder {
-        let (map, seen, told) = mapped(&pair, &found)?;
+        let Seen { map, readings: seen, figures: told } = mapped(&pair, &found)?;
         figures.map = Some(told);
         files.extend(write(folder, &pair, &found, &map, &seen, &figures)?);
     }
@@ -164,16 +164,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
+/// A pair in the map.
+pub(super) struct Seen {
+    pub(super) map: Map,
+    /// One for each direction.
+    readings: Vec<Option<RangeReading>>,
+    figures: MapFigures,
+}
+
 /// The map that the pair makes, and what was read.
-fn mapped(pair: &Pair, found: &DisparityMap) -> Result<(Map, Vec<Option<RangeReading>>, MapFigures), Error> {
+pub(super) fn mapped(pair: &Pair, found: &DisparityMap) -> Result<Seen, Error> {
     let calibration = &pair.calibration;
     let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
     let step = CELL_DEGREES.to_radians();
     let mut seen = readings(found, calibration, azimuth_cells, azimuth_cells / 2, step, step)?;
-    let ranges = || seen.iter().flatten().map(|reading| reading.range_m);
-    let nearest = ranges().fold(f32::INFINITY, f32::min);
-    let farthest = ranges().fold(0f32, f32::max);
-    let (nearest, farthest) = if nearest <= farthest { (nearest, farthest) } else { (0.5, 5.0) };
+    // A few readings are astray; they must not stretch the grid.
+    let mut ranges: Vec<f32> = seen.iter().flatten().map(|reading| reading.range_m).collect();
+    ranges.sort_by(f32::total_cmp);
+    let (nearest, farthest) = match ranges.len() {
+        0 => (0.5, 5.0),
+        count => (ranges[count / 100], ranges[count - 1 - count / 100]),
+    };
     let grid = Grid::new(GridConfiguration {
         cells_rho: 16,
         rho_min_m: 0.7 * f64::from(nearest),
@@ -199,7 +210,7 @@ fn mapped(pair: &Pair, found: &DisparityMap) -> Result<(Map, Vec<Option<RangeRea
         gaze_azimuth_degrees: gaze.azimuth.to_degrees(),
         gaze_elevation_degrees: gaze.elevation.to_degrees(),
     };
-    Ok((map, seen, figures))
+    Ok(Seen { map, readings: seen, figures })
 }
 
 fn write(

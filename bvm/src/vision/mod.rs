@@ -14,6 +14,7 @@
 pub mod calibration;
 pub mod cloud;
 pub mod error;
+pub mod evaluation;
 pub mod image;
 mod netpbm;
 mod pair;

@@ -196,7 +196,7 @@ mod tests {
         // Half of what is not a jump stays, a quarter goes either way; at the ends it stays.
         let step = Step::new(3, 0.25);
         let mut carried = vec![0.0; step.carried()];
-        let (mut evidence, mut message) = ([0.0; LANES], [1.0; LANES]);
+        let (mut evidence, mut message) = ([0.0f64; LANES], [1.0; LANES]);
         evidence[..3].copy_from_slice(&[4.0, 2.0, 2.0]);
         assert_eq!(step.carry(&evidence, &message, &mut carried), 8.0);
         step.advance(&carried, 8.0, 0.0, &mut message);
