@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version, about)]
 #[command(
-    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml"
+    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0"
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -25,6 +25,7 @@ enum Command {
     Calibrate(command::calibrate::Sense),
     Explore(command::explore::Arguments),
     Look(command::look::Arguments),
+    Replay(command::replay::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Command::Calibrate(sense) => command::calibrate::run(&sense),
         Command::Explore(arguments) => command::explore::run(&arguments),
         Command::Look(arguments) => command::look::run(&arguments),
+        Command::Replay(arguments) => command::replay::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -214,3 +214,44 @@ fn pairs_that_cannot_be_searched_are_refused() {
     // The smallest that can: nothing to see, no claim.
     assert_eq!(match_pair(&of(2, 1), &of(2, 1), 1, Matcher::Scanline).unwrap().density(), 0.0);
 }
+
+#[test]
+fn coherence_finds_planes_and_says_nothing_of_nothing() {
+    for (a, b, c) in [(7.0, 0.0, 0.0), (12.3, 0.0, 0.0), (20.0, -0.04, 0.06)] {
+        let (left, right) = plane(a, b, c);
+        let map = match_pair(&left, &right, LARGEST, Matcher::Coherence).unwrap();
+        check_claims(&map);
+        let off = |at: usize| map.disparity[at] - (a + b * (at % WIDTH) as f32 + c * (at / WIDTH) as f32);
+        let claimed: Vec<usize> =
+            (0..map.disparity.len()).filter(|&at| map.disparity[at].is_finite()).collect();
+        let right = claimed.iter().filter(|&&at| off(at).abs() <= 0.5).count();
+        println!("plane {a} {b} {c}: density {:.3}, {right} of {} right", map.density(), claimed.len());
+        assert!(map.density() > 0.4 && right * 10 >= claimed.len() * 9, "plane {a} {b} {c}");
+    }
+    let flat = image(|_, _| 128.0);
+    assert_eq!(match_pair(&flat, &flat, LARGEST, Matcher::Coherence).unwrap().density(), 0.0);
+    let (left, right) = plane(9.0, 0.0, 0.0);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| match_pair(&left, &right, LARGEST, Matcher::Coherence).unwrap())
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_pair_that_is_not_rectified_is_doubted() {
+    // The right picture three rows lower: no match lies in its row.
+    let (left, right) = (image(|x, y| texture(5, x, y)), image(|x, y| texture(5, x + 9.0, y - 6.0)));
+    let map = match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap();
+    println!("not rectified: density {:.4}", map.density());
+    assert!(map.density() < 0.05, "{}", map.density());
+}
+
+#[test]
+fn pictures_of_one_pixel_are_refused_in_words() {
+    let one = GreyImage::new(1, 1, vec![7.0]).unwrap();
+    for matcher in [Matcher::Scanline, Matcher::Coherence] {
+        let message = match_pair(&one, &one, 1, matcher).unwrap_err().to_string();
+        assert!(message.contains("images 1 pixels wide"), "{message}");
+    }
+}

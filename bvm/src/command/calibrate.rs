@@ -144,7 +144,9 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
         return Ok(());
     }
-    print("matcher       density  bad>1   bad>2   bad>2 all  90 % covers  sigma   map: log-loss, first right or adjacent");
+    print(
+        "matcher       density  bad>1   bad>2   bad>2 all  90 % covers  sigma   map: log-loss, first right or adjacent",
+    );
     for one in &figures {
         let maps: Vec<String> = (one.maps.iter())
             .map(|map| format!("{:.3}, {:.1} %", map.log_loss, 100.0 * map.first_right_or_adjacent))
@@ -270,12 +272,14 @@ fn pictures(
         .map(|(name, scored, counted)| {
             let point = |percent: usize| {
                 let kept = &scored[..scored.len() * percent / 100];
-                (!kept.is_empty()).then(|| (100.0 * kept.len() as f64 / *counted as f64, 100.0 * wrong(kept, 2.0)))
+                (!kept.is_empty())
+                    .then(|| (100.0 * kept.len() as f64 / *counted as f64, 100.0 * wrong(kept, 2.0)))
             };
             Line { name: name.clone(), points: (2..=100).filter_map(point).collect() }
         })
         .collect();
-    let highest = sparsification.iter().flat_map(|line| line.points.iter().map(|point| point.1)).fold(1.0, f64::max);
+    let highest =
+        sparsification.iter().flat_map(|line| line.points.iter().map(|point| point.1)).fold(1.0, f64::max);
     let mut written = Vec::new();
     for (name, picture) in [
         (

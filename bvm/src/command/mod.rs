@@ -6,6 +6,7 @@
 pub(crate) mod calibrate;
 pub(crate) mod explore;
 pub(crate) mod look;
+pub(crate) mod replay;
 
 use bvm::error::Error;
 use std::io::Write;

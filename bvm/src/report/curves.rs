@@ -56,7 +56,7 @@ pub fn entropy_curves(title: &str, series: &[Series]) -> Result<Picture, ReportE
         let names = ["step", "map entropy H(t) / H(0)"];
         frame.axes(canvas, names, &whole, &ticks(frame.upwards), "")?;
         frame.title(canvas, title)?;
-        legend(canvas, &frame, &curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>())
+        legend(canvas, &frame, &curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), false)
     }))
 }
 
@@ -95,12 +95,14 @@ fn draw_curve(canvas: &Canvas, frame: &Frame, curve: &Series, colour: RGBColor) 
     canvas.draw(&PathElement::new(points(&curve.values), colour.stroke_width(5)))
 }
 
-/// Names and colours of the curves on a white ground in the upper right corner, where falling curves are not.
-pub(super) fn legend(canvas: &Canvas, frame: &Frame, names: &[&str]) -> Drawn {
+/// Names and colours of the curves on a white ground in the upper right corner, where falling curves are not, or `below`,
+/// where rising ones are not.
+pub(super) fn legend(canvas: &Canvas, frame: &Frame, names: &[&str], below: bool) -> Drawn {
     if names.is_empty() {
         return Ok(());
     }
-    let [_, top, right, _] = frame.pixels;
+    let [_, top, right, bottom] = frame.pixels;
+    let top = if below { bottom - 72 - 44 * names.len() as i32 } else { top };
     let text = Text::new(TEXT, HPos::Left, VPos::Center);
     let widest = names.iter().map(|name| text.width(canvas, name)).max().unwrap_or(0);
     let left = right - widest - 160;

@@ -1,6 +1,7 @@
 //! Curves over any quantity.
 //!
-//! In: named curves of (across, upwards). Out: a line plot with a legend. Invariant: what is not finite is left out.
+//! In: named curves of (across, upwards). Out: a line plot with a legend, in the corner on the right that the curves leave
+//! free. Invariant: what is not finite is left out.
 
 use super::Picture;
 use super::colour::{CURVES, FAINT};
@@ -35,6 +36,11 @@ pub fn lines(title: &str, names: [&str; 2], limits: [[f64; 2]; 2], curves: &[Lin
         }
         frame.axes(canvas, names, &ticks(frame.across), &ticks(frame.upwards), "")?;
         frame.title(canvas, title)?;
-        legend(canvas, &frame, &curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>())
+        let [bottom, top] = limits[1];
+        let share = |value: f64| (value - bottom) / (top - bottom);
+        let at_the_end = curves.iter().filter_map(|curve| curve.points.last()).map(|point| share(point.1));
+        let below = at_the_end.fold(0.0, f64::max) > 0.6;
+        let names: Vec<&str> = curves.iter().map(|curve| curve.name.as_str()).collect();
+        legend(canvas, &frame, &names, below)
     })
 }

@@ -25,8 +25,10 @@ pub struct Field {
 /// A file that cannot be written.
 pub fn write(path: &Path, width: usize, values: &[f32]) -> Result<(), crate::error::Error> {
     let mut bytes = format!("Pf\n{width} {}\n-1.0\n", values.len() / width.max(1)).into_bytes();
-    let rows = values.chunks_exact(width.max(1)).rev();
-    bytes.extend(rows.flatten().flat_map(|value| value.to_le_bytes()));
+    bytes.reserve(4 * values.len());
+    for value in values.chunks_exact(width.max(1)).rev().flatten() {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
     Ok(write_atomically(path, &bytes)?)
 }
 

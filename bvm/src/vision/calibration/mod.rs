@@ -146,7 +146,9 @@ fn checked(path: &Path, numbers: [f64; 5], max_disparity_px: usize) -> Result<Ca
         let positive = key == "focal_px" || key == "baseline_m";
         if !value.is_finite() || (positive && value <= 0.0) {
             let expected = if positive { "a finite number above 0" } else { "a finite number" };
-            let reason = format!("is {value}, expected {expected}");
+            // TOML spells it `nan`.
+            let found = value.to_string().to_lowercase();
+            let reason = format!("is {found}, expected {expected}");
             return Err(VisionError::CalibrationKey {
                 path: path.to_path_buf(),
                 key: key.to_string(),
@@ -210,7 +212,7 @@ mod tests {
         let cases = [
             ("focal_px = 100.0", "focal_px = 0", "`focal_px`: is 0, expected a finite number above 0"),
             ("focal_px = 100.0", "focal_px = inf", "`focal_px`: is inf"),
-            ("cx_px = 50", "cx_px = nan", "`cx_px`: is NaN, expected a finite number"),
+            ("cx_px = 50", "cx_px = nan", "`cx_px`: is nan, expected a finite number"),
             ("cy_px = 40.0", "cy_px = 'middle'", "`cy_px`: is \"middle\""),
             ("baseline_m = 0.5", "baseline_m = -0.5", "`baseline_m`: is -0.5"),
             ("doffs_px = 10.0", "", "`doffs_px`: missing"),

@@ -158,7 +158,7 @@ mod tests {
                 costs.chain([("Contrast".to_owned(), *contrast)]).collect()
             })
             .collect();
-        let inputs = Inputs::new().size("M", levels - 1);
+        let inputs = Inputs::new().size("M", levels - 1).number("M", (levels - 1) as f64);
         let answers = ask_over_time(&model, question, &instants, &inputs, Sampling::default()).unwrap();
         answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
     }
