@@ -13,6 +13,7 @@ use bvm::report::{
 };
 use bvm::vision::image::write_png_rgb;
 use bvm::vision::stereo::GRAIN_PX;
+use bvm::vision::stereo::coherence::cyclopean;
 use bvm::vision::{DisparityMap, Matcher, Pair, RangeReading, Sight, cloud, pfm, readings};
 use clap::Args;
 use serde::Serialize;
@@ -271,6 +272,12 @@ fn write(
     ] {
         picture.write(&path(name))?;
         written.push(path(name));
+    }
+    if figures.matcher == Matcher::Coherence {
+        let (seen, view) = cyclopean(&pair.left, &pair.right, pair.calibration.max_disparity_px())?;
+        let rgb: Vec<u8> = view.iter().flat_map(|level| [*level; 3]).collect();
+        write_png_rgb(&path("cyclopean.png"), seen.width, view.len() / seen.width, &rgb)?;
+        written.push(path("cyclopean.png"));
     }
     cloud::write(&path("cloud.ply"), pair, disparity)?;
     written.push(path("cloud.ply"));

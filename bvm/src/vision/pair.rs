@@ -55,9 +55,9 @@ impl Pair {
     pub fn matched(&self, matcher: Matcher) -> Result<DisparityMap, VisionError> {
         let mut found = match_pair(&self.left, &self.right, self.calibration.max_disparity_px(), matcher)?;
         if let Some([left, right]) = &self.seen {
-            for at in 0..left.len() {
+            for (at, left) in left.iter().enumerate() {
                 let there = || at - (found.disparity[at].round() as usize).min(at % found.width);
-                if !left[at] || (found.disparity[at].is_finite() && !right[there()]) {
+                if !left || (found.disparity[at].is_finite() && !right[there()]) {
                     found.withdraw(at);
                 }
             }

@@ -9,6 +9,7 @@
 
 mod clean;
 pub mod coherence;
+mod lanes;
 mod scanline;
 
 use super::error::VisionError;
@@ -94,17 +95,7 @@ pub fn match_pair(
     max_disparity: usize,
     matcher: Matcher,
 ) -> Result<DisparityMap, VisionError> {
-    let (width, height) = (left.width(), left.height());
-    if (width, height) != (right.width(), right.height()) {
-        return Err(VisionError::PairSizes { left: (width, height), right: (right.width(), right.height()) });
-    }
-    if max_disparity == 0 || max_disparity >= width {
-        return Err(VisionError::MaxDisparity { value: max_disparity, width });
-    }
-    let levels = max_disparity;
-    if (width * height).checked_mul(levels).is_none_or(|count| count > MAX_CANDIDATES) {
-        return Err(VisionError::TooLarge { width, height, levels, limit: MAX_CANDIDATES });
-    }
+    let Levels { width, height, count: levels } = checked_levels(left, right, max_disparity)?;
     let (left, right) = alike(left, right);
     // Once into the pool, rather than for each row.
     let mut claims = rayon::scope(|_| match matcher {
@@ -126,6 +117,30 @@ pub fn match_pair(
         confidence: claims.iter().map(|claim| claim.map_or(0.0, |claim| claim.confidence)).collect(),
         spread: claims.iter().map(|claim| claim.map_or(f32::INFINITY, |claim| claim.spread)).collect(),
     })
+}
+
+/// What is searched.
+struct Levels {
+    width: usize,
+    height: usize,
+    /// Whole disparities.
+    count: usize,
+}
+
+/// Refuses pairs that cannot be searched.
+fn checked_levels(left: &GreyImage, right: &GreyImage, max_disparity: usize) -> Result<Levels, VisionError> {
+    let (width, height) = (left.width(), left.height());
+    if (width, height) != (right.width(), right.height()) {
+        return Err(VisionError::PairSizes { left: (width, height), right: (right.width(), right.height()) });
+    }
+    if max_disparity == 0 || max_disparity >= width {
+        return Err(VisionError::MaxDisparity { value: max_disparity, width });
+    }
+    let levels = max_disparity;
+    if (width * height).checked_mul(levels).is_none_or(|count| count > MAX_CANDIDATES) {
+        return Err(VisionError::TooLarge { width, height, levels, limit: MAX_CANDIDATES });
+    }
+    Ok(Levels { width, height, count: levels })
 }
 
 /// Both pictures in whole grey levels, the right one with the mean and the deviation of the left: cameras differ in

@@ -15,6 +15,7 @@
 mod stack;
 
 use super::Claim;
+use crate::vision::{GreyImage, VisionError};
 use stack::{Classes, classes};
 
 /// How far, in pixels of the coarser scale, the classes of two scales may be apart and still agree.
@@ -33,8 +34,6 @@ pub struct Cyclopean {
     pub disparity: Vec<f32>,
     /// Verification count λ.
     pub verification: Vec<f32>,
-    /// The fused picture, grey levels.
-    pub view: Vec<u8>,
 }
 
 /// Detects coherence over the disparities `0..levels`.
@@ -52,12 +51,8 @@ pub(super) fn detect(left: &[u8], right: &[u8], width: usize, levels: usize) -> 
     }
     let units: usize = scales.iter().map(|(classes, _)| classes.layers).sum();
     let height = left.len() / width;
-    let mut found = Cyclopean {
-        width,
-        disparity: vec![f32::INFINITY; left.len()],
-        verification: vec![0.0; left.len()],
-        view: vec![0; left.len()],
-    };
+    let mut found =
+        Cyclopean { width, disparity: vec![f32::INFINITY; left.len()], verification: vec![0.0; left.len()] };
     for y in 0..height {
         for x in 0..width {
             let at = y * width + x;
@@ -86,18 +81,44 @@ pub(super) fn detect(left: &[u8], right: &[u8], width: usize, levels: usize) -> 
             let disparity = class.clone().next().map_or(best, |told| told.0).clamp(0.0, levels as f32 - 0.5);
             found.disparity[at] = disparity;
             found.verification[at] = total / units as f32;
-            let half = disparity / 2.0;
-            let sample = |picture: &[u8], place: f32| {
-                f32::from(picture[y * width + ((place + 0.5).max(0.0) as usize).min(width - 1)])
-            };
-            let fused = sample(left, x as f32 + half) + sample(right, x as f32 - half);
-            found.view[at] = (0.5 * fused + 0.5) as u8;
         }
     }
     found
 }
 
+/// What the eye half way between sees of a rectified pair, with the disparities `0..max_disparity` (pixels).
+///
+/// # Errors
+/// Those of [`super::match_pair`].
+pub fn cyclopean(
+    left: &GreyImage,
+    right: &GreyImage,
+    max_disparity: usize,
+) -> Result<(Cyclopean, Vec<u8>), VisionError> {
+    let levels = super::checked_levels(left, right, max_disparity)?;
+    let (left, right) = super::alike(left, right);
+    let found = rayon::scope(|_| detect(&left, &right, levels.width, levels.count));
+    let view = found.view(&left, &right);
+    Ok((found, view))
+}
+
 impl Cyclopean {
+    /// The fused picture, grey levels: 0 where no units agree.
+    fn view(&self, left: &[u8], right: &[u8]) -> Vec<u8> {
+        let fused = |(at, disparity): (usize, &f32)| {
+            if !disparity.is_finite() {
+                return 0;
+            }
+            let (row, x) = (at / self.width * self.width, (at % self.width) as f32);
+            let sample = |picture: &[u8], place: f32| {
+                f32::from(picture[row + ((place + 0.5).max(0.0) as usize).min(self.width - 1)])
+            };
+            let half = disparity / 2.0;
+            (0.5 * (sample(left, x + half) + sample(right, x - half)) + 0.5) as u8
+        };
+        self.disparity.iter().enumerate().map(fused).collect()
+    }
+
     /// The claims of the left view: each direction is seen half its disparity to the right; of two on one pixel the
     /// nearer hides the other; a pixel between two of one surface belongs to it.
     pub(super) fn left_claims(&self) -> Vec<Option<Claim>> {

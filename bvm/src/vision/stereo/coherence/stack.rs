@@ -13,6 +13,7 @@
 //! neighbours, and its mean is read out.
 //! Invariant: sums are whole numbers, so a running sum is exact and the result does not depend on the threads.
 
+use super::super::lanes::{LANES, both};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -94,35 +95,41 @@ struct Band<'p> {
     members: &'p mut [f32],
 }
 
+/// Sums over the rows of a window, for each layer and column; zeros beyond both ends of a row.
+struct Sums {
+    stride: usize,
+    products: Vec<i32>,
+    squares: Vec<i32>,
+}
+
 impl WithSimd for Band<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let (width, height) = (self.width, self.pictures[0].intensity.len() / self.width);
-        // Sums over the rows of a window, for each layer and column.
-        let mut products = vec![0i32; self.layers * width];
-        let mut squares = vec![0i32; self.layers * width];
-        let mut run = Run::new(width);
+        let stride = width.next_multiple_of(LANES) + 2 * RADIUS;
+        let row = || vec![0; self.layers * stride];
+        let mut sums = Sums { stride, products: row(), squares: row() };
         let end = self.first + self.disparity.len() / width;
         for y in self.first.saturating_sub(RADIUS)..(self.first + RADIUS).min(height) {
-            self.add::<1>(y, &mut products, &mut squares);
+            self.add::<1>(y, &mut sums);
         }
+        let mut chunk = ([0f32; LANES], [0f32; LANES]);
         for y in self.first..end {
             if y + RADIUS < height {
-                self.add::<1>(y + RADIUS, &mut products, &mut squares);
+                self.add::<1>(y + RADIUS, &mut sums);
             }
             if let Some(gone) = y.checked_sub(RADIUS + 1).filter(|gone| gone + RADIUS >= self.first) {
-                self.add::<-1>(gone, &mut products, &mut squares);
+                self.add::<-1>(gone, &mut sums);
             }
-            run.begin();
-            for layer in 0..self.layers {
-                let own = layer * width..(layer + 1) * width;
-                run.estimate(layer, &products[own.clone()], &squares[own]);
-                run.link();
+            let row = (y - self.first) * width;
+            for x in (0..width).step_by(LANES) {
+                largest_class(&sums, self.layers, x, &mut chunk);
+                let count = LANES.min(width - x);
+                self.disparity[row + x..][..count].copy_from_slice(&chunk.0[..count]);
+                self.members[row + x..][..count].copy_from_slice(&chunk.1[..count]);
             }
-            let own = (y - self.first) * width..(y - self.first + 1) * width;
-            run.read(&mut self.disparity[own.clone()], &mut self.members[own]);
         }
     }
 }
@@ -130,24 +137,20 @@ impl WithSimd for Band<'_> {
 impl Band<'_> {
     /// Adds a row to the sums, or takes it away.
     #[inline(always)]
-    fn add<const SIGN: i32>(&self, y: usize, products: &mut [i32], squares: &mut [i32]) {
+    fn add<const SIGN: i32>(&self, y: usize, sums: &mut Sums) {
         let width = self.width;
-        let own = y * width..(y + 1) * width;
         let [left, right] = self.pictures;
+        let own = y * width..(y + 1) * width;
         let (left_value, left_slope) = (&left.intensity[own.clone()], &left.slope[own.clone()]);
         let (right_value, right_slope) = (&right.intensity[own.clone()], &right.slope[own]);
-        for layer in 0..self.layers {
-            let (ahead, behind) = (layer.div_ceil(2), layer / 2);
-            if layer >= width {
-                break;
-            }
+        for layer in 0..self.layers.min(width) {
+            let behind = layer / 2;
             let count = width - layer;
-            let products = &mut products[layer * width + behind..][..count];
-            let squares = &mut squares[layer * width + behind..][..count];
-            let left = left_value[ahead + behind..].iter().zip(&left_slope[ahead + behind..]);
+            let start = layer * sums.stride + RADIUS + behind;
+            let own = sums.products[start..][..count].iter_mut().zip(&mut sums.squares[start..][..count]);
+            let left = left_value[layer..].iter().zip(&left_slope[layer..]);
             let right = right_value[..count].iter().zip(&right_slope[..count]);
-            let sums = products.iter_mut().zip(squares);
-            for ((product, square), ((left, left_slope), (right, right_slope))) in sums.zip(left.zip(right)) {
+            for ((product, square), ((left, left_slope), (right, right_slope))) in own.zip(left.zip(right)) {
                 let slope = i32::from(left_slope + right_slope);
                 *product += SIGN * slope * i32::from(right - left);
                 *square += SIGN * slope * slope;
@@ -156,96 +159,45 @@ impl Band<'_> {
     }
 }
 
-/// Chains of coherent layers, for all directions of a row.
-struct Run {
-    estimate: Vec<f32>,
-    before: Vec<f32>,
-    sum: Vec<f32>,
-    count: Vec<f32>,
-    best_sum: Vec<f32>,
-    best_count: Vec<f32>,
-    padded: [Vec<i32>; 2],
-    sums: [Vec<i32>; 2],
-}
-
-impl Run {
-    fn new(width: usize) -> Self {
-        let row = || vec![0.0; width];
-        Self {
-            estimate: row(),
-            before: row(),
-            sum: row(),
-            count: row(),
-            best_sum: row(),
-            best_count: row(),
-            sums: [vec![0; width], vec![0; width]],
-            padded: [vec![0; width + 2 * RADIUS], vec![0; width + 2 * RADIUS]],
-        }
+/// The largest class of [`LANES`] directions, the first of which is `x`: the mean of its estimates, and their number.
+#[inline(always)]
+fn largest_class(sums: &Sums, layers: usize, x: usize, found: &mut ([f32; LANES], [f32; LANES])) {
+    let side = (2 * RADIUS + 1) as f32;
+    // The slope of both pictures over two pixels each, at four times the intensity, is 16 times that of their mean.
+    let least = 256.0 * LEAST_SLOPE * side * side;
+    let zero = [0f32; LANES];
+    let (mut before, mut sum, mut count) = ([f32::NAN; LANES], zero, zero);
+    let (mut best_sum, mut best_count) = (zero, zero);
+    for layer in 0..layers {
+        let window = layer * sums.stride + x..layer * sums.stride + x + LANES + 2 * RADIUS;
+        let products = window_sums(&sums.products[window.clone()]);
+        let squares = window_sums(&sums.squares[window]);
+        let rest = both(&products, &squares, |product, square| 4.0 * product / square.max(1.0));
+        // What does not answer is not a number, and coherent with nothing.
+        let estimate = both(&rest, &squares, |rest, square| {
+            if (square >= least) & (rest.abs() <= RANGE) { layer as f32 + rest } else { f32::NAN }
+        });
+        let apart = both(&estimate, &before, |estimate, before| (estimate - before).abs());
+        let carried = both(&sum, &apart, |sum, apart| if apart < COHERENT { sum } else { 0.0 });
+        let linked = both(&count, &apart, |count, apart| if apart < COHERENT { count } else { 0.0 });
+        sum = both(&carried, &estimate, |sum, estimate| sum + estimate);
+        count = linked.map(|count| count + 1.0);
+        // A single unit agrees with nobody.
+        let gain = both(&count, &best_count, |count, best| if count > best.max(1.0) { 1.0 } else { 0.0 });
+        best_sum = std::array::from_fn(|lane| if gain[lane] > 0.0 { sum[lane] } else { best_sum[lane] });
+        best_count =
+            std::array::from_fn(|lane| if gain[lane] > 0.0 { count[lane] } else { best_count[lane] });
+        before = estimate;
     }
-
-    #[inline(always)]
-    fn begin(&mut self) {
-        self.before.fill(f32::NAN);
-        for values in [&mut self.sum, &mut self.count, &mut self.best_sum, &mut self.best_count] {
-            values.fill(0.0);
-        }
-    }
-
-    /// The estimates of a layer, from its sums over columns; NaN where a unit does not answer.
-    #[inline(always)]
-    fn estimate(&mut self, layer: usize, products: &[i32], squares: &[i32]) {
-        let width = products.len();
-        for (padded, values) in self.padded.iter_mut().zip([products, squares]) {
-            padded[RADIUS..][..width].copy_from_slice(values);
-        }
-        let layer = layer as f32;
-        let side = (2 * RADIUS + 1) as f32;
-        // The slope of both pictures over two pixels each, at four times the intensity, is 16 times that of their mean.
-        let least = 256.0 * LEAST_SLOPE * side * side;
-        for (padded, sums) in self.padded.iter().zip(&mut self.sums) {
-            window_sums(padded, sums);
-        }
-        let [products, squares] = &self.sums;
-        for ((estimate, product), square) in self.estimate.iter_mut().zip(products).zip(squares) {
-            let square = *square as f32;
-            let rest = 4.0 * *product as f32 / square.max(1.0);
-            let answers = (square >= least) & (rest.abs() <= RANGE);
-            *estimate = if answers { layer + rest } else { f32::NAN };
-        }
-    }
-
-    /// Continues the chains with the layer just estimated.
-    #[inline(always)]
-    fn link(&mut self) {
-        let chains = self.sum.iter_mut().zip(&mut self.count);
-        let best = self.best_sum.iter_mut().zip(&mut self.best_count);
-        let own = self.estimate.iter().zip(&mut self.before);
-        for (((sum, count), (best_sum, best_count)), (estimate, before)) in chains.zip(best).zip(own) {
-            let coherent = (*estimate - *before).abs() < COHERENT;
-            *sum = if coherent { *sum + *estimate } else { *estimate };
-            *count = if coherent { *count + 1.0 } else { 1.0 };
-            let larger = coherent & (*count > *best_count);
-            *best_sum = if larger { *sum } else { *best_sum };
-            *best_count = if larger { *count } else { *best_count };
-            *before = *estimate;
-        }
-    }
-
-    #[inline(always)]
-    fn read(&self, disparity: &mut [f32], members: &mut [f32]) {
-        members.copy_from_slice(&self.best_count);
-        for ((disparity, sum), count) in disparity.iter_mut().zip(&self.best_sum).zip(&self.best_count) {
-            *disparity = if *count > 0.0 { sum / count } else { f32::INFINITY };
-        }
-    }
+    found.0 =
+        both(&best_sum, &best_count, |sum, count| if count > 0.0 { sum / count } else { f32::INFINITY });
+    found.1 = best_count;
 }
 
 /// Sums over the window's columns.
 #[inline(always)]
-fn window_sums(padded: &[i32], sums: &mut [i32]) {
-    let width = sums.len();
-    let [a, b, c, d, e, f, g]: [&[i32]; 2 * RADIUS + 1] = std::array::from_fn(|at| &padded[at..][..width]);
-    for (x, sum) in sums.iter_mut().enumerate() {
-        *sum = ((a[x] + b[x]) + (c[x] + d[x])) + ((e[x] + f[x]) + g[x]);
-    }
+fn window_sums(values: &[i32]) -> [f32; LANES] {
+    let from = |offset: usize| &values[offset..][..LANES].as_chunks::<LANES>().0[0];
+    let add = |sum, offset| both(&sum, from(offset), |sum, value| sum + value);
+    (1..=2 * RADIUS).fold(*from(0), add).map(|sum| sum as f32)
 }

@@ -13,11 +13,8 @@
 //! and the evidence of the pixel itself make the exact posterior of a line (Baum et al. 1970).
 //! Invariant: sums are made in sixteen lanes in one order, so every instruction set gives the same bits.
 
+use super::super::lanes::{LANES, across, both};
 use nalgebra::{RealField, convert};
-use std::hint::black_box;
-
-/// Values that are worked on side by side.
-pub(super) const LANES: usize = 16;
 
 /// A step of the chain over `levels` disparities.
 #[derive(Clone, Copy, Debug)]
@@ -77,22 +74,6 @@ impl<T: RealField + Copy> Step<T> {
             }
         }
     }
-}
-
-/// A function of two values, in each lane.
-#[inline(always)]
-pub(super) fn both<T: Copy>(one: &[T; LANES], other: &[T; LANES], of: impl Fn(T, T) -> T) -> [T; LANES] {
-    std::array::from_fn(|lane| of(one[lane], other[lane]))
-}
-
-/// The sum of the lanes.
-#[inline(always)]
-pub(super) fn across<T: RealField + Copy>(lanes: [T; LANES]) -> T {
-    // The optimiser would rather mix the lanes inside the loop, to suit this sum; it must not see it.
-    let lanes = black_box(lanes);
-    let eight: [T; 8] = std::array::from_fn(|lane| lanes[lane] + lanes[lane + 8]);
-    let four: [T; 4] = std::array::from_fn(|lane| eight[lane] + eight[lane + 4]);
-    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 /// The posterior of every pixel of one line, given its evidence (`stride` values each, zeros in the fill) and the

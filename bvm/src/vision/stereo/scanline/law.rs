@@ -9,6 +9,7 @@
 
 use crate::programs::scanline;
 use bp_core::model::Parameter;
+use std::f32::consts::LN_2;
 use std::f64::consts::LOG2_E;
 
 /// Numbers of a line.
@@ -58,7 +59,7 @@ impl Law {
             let power = f32::from(*cost) * scale;
             let shifted = power + WHOLE;
             let f = power - (shifted - WHOLE);
-            let part = 1.0 + f * (0.693_147_2 + f * (0.240_153_6 + f * (0.055_833_2 + f * 0.009_016_1)));
+            let part = 1.0 + f * (LN_2 + f * (0.240_153_6 + f * (0.055_833_2 + f * 0.009_016_1)));
             *likelihood = f32::from_bits(part.to_bits().wrapping_add(shifted.to_bits() << 23)) + floor;
         }
     }

@@ -15,7 +15,7 @@
 //! one pixel of the claim.
 //! Invariant: λ lies in ]0, 1]; there are at most 2^16 disparities.
 
-use super::chain::{LANES, across, both};
+use super::super::lanes::{LANES, across, both};
 use super::{Claim, Frame, Tables};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
