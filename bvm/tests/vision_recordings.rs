@@ -53,6 +53,14 @@ fn cones() {
     let (density, wrong) = score(&map, true_disparity, seen);
     println!("cones: density {density:.4}, wrong by more than 2 px {wrong:.4}");
     assert!(density >= 0.95 && wrong <= 0.023, "density {density}, wrong {wrong}");
+    // 90 % of a normal law lies within 1.645 deviations: so much of the truth should, the grain of a quarter pixel in it
+    // included.
+    let claimed: Vec<usize> =
+        (0..map.disparity.len()).filter(|&at| seen(at) && map.confidence[at] > 0.0).collect();
+    let near = |at: &&usize| (map.disparity[**at] - true_disparity(**at)).abs() <= 1.645 * map.sigma_px(**at);
+    let covered = claimed.iter().filter(near).count() as f64 / claimed.len() as f64;
+    println!("cones: 90 % intervals cover {covered:.3}");
+    assert!((0.85..=0.95).contains(&covered), "{covered}");
     // Confidence means something: the surer half is wrong less often than one in a thousand.
     let sure = median(&map.confidence, |_| true);
     let (_, wrong) = score(&map, true_disparity, |at| seen(at) && map.confidence[at] >= sure);
@@ -84,4 +92,26 @@ fn motorcycle() {
     let swapped = match_pair(&right, &left, 64, Matcher::Scanline).unwrap();
     println!("swapped: density {:.4}", swapped.density());
     assert!(swapped.density() < 0.05, "{}", swapped.density());
+}
+
+#[test]
+fn raw_cameras_are_rectified() {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map(|up| up.join("shared/data"));
+    let root = std::env::var_os("BP_DATA").map(PathBuf::from).or_else(beside).unwrap();
+    let folder = root.join("euroc_v1_01");
+    if !folder.is_dir() {
+        println!("skipped: no folder {}", folder.display());
+        return;
+    }
+    let name = "1403715274712143104.png";
+    let pair =
+        bvm::vision::Pair::read(&folder.join("cam0").join(name), &folder.join("cam1").join(name), &folder)
+            .unwrap();
+    // The published poses put the cameras 110.074 mm apart; f is the mean of the four that are published.
+    let focal = (458.654 + 457.296 + 457.587 + 456.134) / 4.0;
+    assert!((pair.calibration.depth_times_disparity() - focal * 0.110_074).abs() < 0.01);
+    let map = pair.matched(Matcher::Scanline).unwrap();
+    println!("EuRoC: density {:.3}", map.density());
+    // Unrectified rows are up to 20 px apart: next to nothing would match.
+    assert!(map.density() > 0.5, "{}", map.density());
 }

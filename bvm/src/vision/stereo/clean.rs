@@ -14,9 +14,9 @@ use super::Claim;
 /// Half the side of the window of support, pixels.
 const SUPPORT_RADIUS: usize = 3;
 /// Most that the claims may cost, on average.
-const MOST_COST: f32 = 44.0;
+const MOST_COST: f32 = 52.0;
 /// Least part of the disparities that must match clearly worse than the one claimed.
-const LEAST_WORSE: f32 = 0.7;
+const LEAST_WORSE: f32 = 0.6;
 /// Smallest patch that stays, pixels.
 const LEAST_PATCH: u32 = 150;
 /// Most disparity between neighbours of one patch, pixels.
