@@ -1,6 +1,6 @@
 //! The geometry of a rectified stereo pair, seen from its left camera.
 //!
-//! In: a TOML file with the keys (or a file of Middlebury's or KITTI's, [`files`]) `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
+//! In: a TOML file with the keys (or a file of Middlebury's or KITTI's) `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
 //! (`doffs_px` is cx of the right camera minus cx of the left; whole disparities below `max_disparity_px` are
 //! searched). Out: [`Calibration`], checked, which turns
 //! pixels and disparities into directions and ranges:

@@ -1,8 +1,8 @@
 //! Coherence detection: many poor disparity estimates, of which the true ones agree.
 //!
 //! In: a rectified pair in whole grey levels. Out: [`Cyclopean`], the disparity, the verification count and the
-//! picture of an eye half way between, and the [`Claim`]s of the left view. Three spatial scales, each half as fine as
-//! the one before, are in one stack ([`stack`]): of the coherent classes of a direction the largest speaks; where those
+//! picture of an eye half way between, and the claims of the left view. Three spatial scales, each half as fine as
+//! the one before, are in one stack: of the coherent classes of a direction the largest speaks; where those
 //! of other scales agree with it they are one class, and the finest says the disparity. With N the number of units,
 //!
 //! ```text
