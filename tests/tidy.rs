@@ -94,8 +94,10 @@ const PROBABILITY: [&str; 8] =
     [".exp()", ".exp2()", "exp_m1", "erf", "statrs", "FRAC_2_SQRT_PI", "SQRT_TAU", "normal_cumulative"];
 
 /// Where such a word stands in bvm, and why it is no probability of the map.
-const NOT_OF_THE_MAP: [(&str, &str); 1] =
-    [("bvm/src/vision/stereo/select.rs", "weights of candidate disparities, before any reading is made")];
+const NOT_OF_THE_MAP: [(&str, &str); 1] = [(
+    "bvm/src/vision/stereo/scanline/law.rs",
+    "`models/scanline.bp` as numbers, tested against its own answer",
+)];
 
 struct File {
     /// From the root, with `/`.

@@ -9,6 +9,7 @@ pub mod exploration;
 pub mod grid;
 pub mod map;
 pub mod programs;
+pub mod recording;
 pub mod report;
 pub mod vestibular;
 pub mod vision;

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version, about)]
 #[command(
-    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml"
+    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0"
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -21,14 +21,19 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    #[command(subcommand)]
+    Calibrate(command::calibrate::Sense),
     Explore(command::explore::Arguments),
     Look(command::look::Arguments),
+    Replay(command::replay::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
+        Command::Calibrate(sense) => command::calibrate::run(&sense),
         Command::Explore(arguments) => command::explore::run(&arguments),
         Command::Look(arguments) => command::look::run(&arguments),
+        Command::Replay(arguments) => command::replay::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -8,6 +8,22 @@ use bp_macros::bayesian_program;
 bayesian_program!("models/cell.bp");
 bayesian_program!("models/line_of_sight.bp");
 bayesian_program!("models/binaural.bp");
+bayesian_program!("models/stereo_error.bp");
 bayesian_program!("models/vestibular.bp");
 bayesian_program!("models/gaze.bp");
 bayesian_program!("models/view.bp");
+
+/// `models/scanline.bp`. Its question is asked over time, for which no code is emitted: it is compiled when it is asked.
+pub mod scanline {
+    use bp_core::model::Model;
+    use bp_core::source::Source;
+
+    /// The program's text.
+    pub const SOURCE: &str = include_str!("../models/scanline.bp");
+
+    /// The program's meaning.
+    pub fn model() -> Model {
+        let source = Source::new("Scanline", SOURCE);
+        bp_core::syntax::compile(&source).expect("internal: a test compiles it")
+    }
+}

@@ -263,3 +263,56 @@ fn wrong_usage_is_code_2() {
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{arguments:?}");
     }
 }
+
+#[test]
+fn look_writes_disparities_alone_where_they_are_asked_for() {
+    let pair = Pair::new();
+    let (left, right, toml) = (pair.path("left.png"), pair.path("right.png"), pair.path("pair.toml"));
+    let field = pair.path("d.pfm");
+    for matcher in ["scanline", "coherence"] {
+        let arguments =
+            ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
+        let more = ["--matcher", matcher, "--disparity", text(&field), "--json"];
+        let output = succeeds(&[&arguments[..], &more].concat());
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(told["matcher"], matcher);
+        let field = bvm::vision::pfm::read(&field).unwrap();
+        assert_eq!((field.width, field.values.len()), (WIDTH, WIDTH * HEIGHT));
+        let claims = field.values.iter().filter(|value| value.is_finite()).count();
+        assert!((told["density"].as_f64().unwrap() - claims as f64 / field.values.len() as f64).abs() < 1e-9);
+        // The middle of the board; the file's rows are turned back.
+        let board = field.values[32 * WIDTH + 48];
+        assert!((board - 10.0).abs() < 0.5 || board.is_infinite(), "{board}");
+        assert!(matcher == "coherence" || board.is_finite());
+    }
+    let names: Vec<_> =
+        std::fs::read_dir(pair.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+}
+
+#[test]
+fn calibration_of_sight_leaves_out_what_is_no_number() {
+    let pair = Pair::new();
+    let truth = |x: usize, y: usize| match (x, y) {
+        (0..=9, _) => f32::NAN,
+        (28..=67, 16..=47) => 10.0,
+        _ => 4.0,
+    };
+    let values: Vec<f32> = (0..WIDTH * HEIGHT).map(|at| truth(at % WIDTH, at / WIDTH)).collect();
+    bvm::vision::pfm::write(&pair.path("truth.pfm"), WIDTH, &values).unwrap();
+    bvm::vision::pfm::write(&pair.path("small.pfm"), WIDTH / 2, &values).unwrap();
+    let files = ["left.png", "right.png", "pair.toml", "truth.pfm"].map(|name| pair.path(name));
+    let out = pair.path("calibration");
+    let paths: Vec<&str> = files.iter().map(|file| text(file)).collect();
+    let arguments =
+        [&["calibrate", "vision", "--pair"], &paths[..], &["--out", text(&out), "--json"]].concat();
+    let told: serde_json::Value = serde_json::from_slice(&succeeds(&arguments).stdout).unwrap();
+    assert_eq!(told[0]["matcher"], "scanline");
+    assert!(told[0]["wrong_by_2_matched"].as_f64().unwrap() < 0.05, "{}", told[0]);
+    assert_eq!(told[2]["wrong_by_2_all"], 0.0, "exact depth is never wrong");
+    for name in ["reliability.png", "sparsification.png"] {
+        bvm::vision::image::read(&out.join(name)).unwrap();
+    }
+    let small = arguments.iter().map(|word| word.replace("truth.pfm", "small.pfm")).collect::<Vec<_>>();
+    refuses(&small.iter().map(String::as_str).collect::<Vec<_>>(), &["48x128", "96x64"]);
+}

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use bvm::vision::{Calibration, DisparityMap, GreyImage, VisionError, match_pair, readings};
+use bvm::vision::{Calibration, DisparityMap, GreyImage, Matcher, VisionError, match_pair, readings};
 
 const WIDTH: usize = 180;
 const HEIGHT: usize = 90;
@@ -73,7 +73,7 @@ fn check_claims(map: &DisparityMap) {
 fn planes_are_found_between_pixels() {
     for (a, b, c) in [(7.0, 0.0, 0.0), (12.3, 0.0, 0.0), (4.0, 0.05, 0.0), (20.0, -0.04, 0.06)] {
         let (left, right) = plane(a, b, c);
-        let map = match_pair(&left, &right, LARGEST).unwrap();
+        let map = match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap();
         check_claims(&map);
         let part = right_part(&map, |x, y| Some(a + b * x as f32 + c * y as f32));
         println!("plane {a} {b} {c}: {part:.4}");
@@ -85,7 +85,8 @@ fn planes_are_found_between_pixels() {
 fn gain_and_offset_between_the_cameras_do_not_matter() {
     let (left, right) = plane(9.4, 0.0, 0.0);
     let dim = right.pixels().iter().map(|value| (0.6 * value + 30.0).round()).collect();
-    let map = match_pair(&left, &GreyImage::new(WIDTH, HEIGHT, dim).unwrap(), LARGEST).unwrap();
+    let map =
+        match_pair(&left, &GreyImage::new(WIDTH, HEIGHT, dim).unwrap(), LARGEST, Matcher::Scanline).unwrap();
     assert!(right_part(&map, |_, _| Some(9.4)) >= 0.95);
 }
 
@@ -96,7 +97,7 @@ fn a_step_is_found_and_what_it_hides_is_not_claimed() {
     let left = image(|x, y| if in_front(x) { texture(2, x, y) } else { texture(3, x, y) });
     let right =
         image(|x, y| if in_front(x + near) { texture(2, x + near, y) } else { texture(3, x + far, y) });
-    let map = match_pair(&left, &right, LARGEST).unwrap();
+    let map = match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap();
     check_claims(&map);
     // A far point at x is seen at x − 8 on the right, unless the near strip, at 56..106 there, covers it.
     let hidden = |x: usize| !in_front(x as f32) && in_front(x as f32 - far + near);
@@ -129,7 +130,7 @@ fn nothing_to_see_nothing_claimed() {
         ("swapped", right, left, 0.05),
     ];
     for (name, left, right, most) in cases {
-        let map = match_pair(&left, &right, LARGEST).unwrap();
+        let map = match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap();
         check_claims(&map);
         println!("{name}: density {:.4}", map.density());
         assert!(map.density() <= most, "{name}: {}", map.density());
@@ -141,7 +142,7 @@ fn a_bare_wall_between_textures_stays_unclaimed() {
     let bare = |x: f32| (70.0..120.0).contains(&x);
     let left = image(|x, y| if bare(x) { 140.0 } else { texture(4, x, y) });
     let right = image(|x, y| if bare(x + 6.0) { 140.0 } else { texture(4, x + 6.0, y) });
-    let map = match_pair(&left, &right, LARGEST).unwrap();
+    let map = match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap();
     // The windows of census, cost and support reach 4 + 1 + 3 pixels into the wall.
     for y in 0..HEIGHT {
         for x in 79..111 {
@@ -156,9 +157,9 @@ fn a_wall_across_the_view_becomes_ranges() {
     // 100 px · 0.1 m / (8 + 2) px: a wall 1 m deep, seen over atan(±0.9) and atan(±0.45).
     let text =
         "focal_px = 100\ncx_px = 90\ncy_px = 45\nbaseline_m = 0.1\ndoffs_px = 2\nmax_disparity_px = 32";
-    let rig = Calibration::parse(text, Path::new("wall.toml")).unwrap();
+    let rig = Calibration::parse(text, Path::new("wall.toml"), None).unwrap();
     let (left, right) = plane(8.0, 0.0, 0.0);
-    let map = match_pair(&left, &right, rig.max_disparity_px()).unwrap();
+    let map = match_pair(&left, &right, rig.max_disparity_px(), Matcher::Scanline).unwrap();
     let (azimuths, elevations) = (90, 45);
     let step = 4f64.to_radians();
     let found = readings(&map, &rig, azimuths, elevations, step, step).unwrap();
@@ -190,7 +191,7 @@ fn the_number_of_threads_changes_nothing() {
     let (left, right) = plane(12.3, 0.02, 0.01);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| match_pair(&left, &right, LARGEST).unwrap())
+        pool.install(|| match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap())
     };
     let one = with(1);
     assert!(one.density() > 0.8);
@@ -201,15 +202,56 @@ fn the_number_of_threads_changes_nothing() {
 #[test]
 fn pairs_that_cannot_be_searched_are_refused() {
     let of = |width, height| GreyImage::new(width, height, vec![100.0; width * height]).unwrap();
-    let sizes = match_pair(&of(20, 10), &of(20, 11), 5).unwrap_err();
+    let sizes = match_pair(&of(20, 10), &of(20, 11), 5, Matcher::Scanline).unwrap_err();
     assert!(sizes.to_string().contains("the left is 20x10, the right is 20x11"), "{sizes}");
     for (width, largest) in [(1, 1), (20, 20), (20, 0), (20, usize::MAX)] {
-        let error = match_pair(&of(width, 3), &of(width, 3), largest).unwrap_err();
+        let error = match_pair(&of(width, 3), &of(width, 3), largest, Matcher::Scanline).unwrap_err();
         assert!(matches!(error, VisionError::MaxDisparity { .. }), "{error}");
         assert!(error.to_string().contains(&largest.to_string()), "{error}");
     }
-    let large = match_pair(&of(2000, 1000), &of(2000, 1000), 999).unwrap_err();
+    let large = match_pair(&of(2000, 1000), &of(2000, 1000), 999, Matcher::Scanline).unwrap_err();
     assert!(matches!(large, VisionError::TooLarge { .. }), "{large}");
     // The smallest that can: nothing to see, no claim.
-    assert_eq!(match_pair(&of(2, 1), &of(2, 1), 1).unwrap().density(), 0.0);
+    assert_eq!(match_pair(&of(2, 1), &of(2, 1), 1, Matcher::Scanline).unwrap().density(), 0.0);
+}
+
+#[test]
+fn coherence_finds_planes_and_says_nothing_of_nothing() {
+    for (a, b, c) in [(7.0, 0.0, 0.0), (12.3, 0.0, 0.0), (20.0, -0.04, 0.06)] {
+        let (left, right) = plane(a, b, c);
+        let map = match_pair(&left, &right, LARGEST, Matcher::Coherence).unwrap();
+        check_claims(&map);
+        let off = |at: usize| map.disparity[at] - (a + b * (at % WIDTH) as f32 + c * (at / WIDTH) as f32);
+        let claimed: Vec<usize> =
+            (0..map.disparity.len()).filter(|&at| map.disparity[at].is_finite()).collect();
+        let right = claimed.iter().filter(|&&at| off(at).abs() <= 0.5).count();
+        println!("plane {a} {b} {c}: density {:.3}, {right} of {} right", map.density(), claimed.len());
+        assert!(map.density() > 0.4 && right * 10 >= claimed.len() * 9, "plane {a} {b} {c}");
+    }
+    let flat = image(|_, _| 128.0);
+    assert_eq!(match_pair(&flat, &flat, LARGEST, Matcher::Coherence).unwrap().density(), 0.0);
+    let (left, right) = plane(9.0, 0.0, 0.0);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| match_pair(&left, &right, LARGEST, Matcher::Coherence).unwrap())
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_pair_that_is_not_rectified_is_doubted() {
+    // The right picture three rows lower: no match lies in its row.
+    let (left, right) = (image(|x, y| texture(5, x, y)), image(|x, y| texture(5, x + 9.0, y - 6.0)));
+    let map = match_pair(&left, &right, LARGEST, Matcher::Scanline).unwrap();
+    println!("not rectified: density {:.4}", map.density());
+    assert!(map.density() < 0.05, "{}", map.density());
+}
+
+#[test]
+fn pictures_of_one_pixel_are_refused_in_words() {
+    let one = GreyImage::new(1, 1, vec![7.0]).unwrap();
+    for matcher in [Matcher::Scanline, Matcher::Coherence] {
+        let message = match_pair(&one, &one, 1, matcher).unwrap_err().to_string();
+        assert!(message.contains("images 1 pixels wide"), "{message}");
+    }
 }

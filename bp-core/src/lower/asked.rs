@@ -25,10 +25,9 @@ impl Lowering<'_> {
         let domain = self.model.variables[of].domain.clone();
         let name = format!("previous {}", self.model.variable_name(of));
         // Where the host gives nothing, `otherwise` holds: no probability is negative.
-        let default = match is_uniform {
-            true => domain.count().map(|count| 1.0 / count as f64),
-            false => Some(-1.0),
-        };
+        // A uniform of a length known now is a number; of another it is worked out from the size.
+        let uniform = domain.count().filter(|_| is_uniform).map(|count| 1.0 / count as f64);
+        let default = Some(uniform.unwrap_or(-1.0));
         let extent = self.extent(&domain);
         let values =
             self.input_axes(&name, &mut |lowering| vec![lowering.builder.axis(&name, extent.clone())]);
@@ -47,7 +46,7 @@ impl Lowering<'_> {
             None => self.builder.load(buffer, indices),
             Some(_) => self.builder.load_or(buffer, indices, otherwise),
         };
-        if is_uniform {
+        if uniform.is_some() {
             return Ok(kept);
         }
         let zero = self.builder.constant(0.0);

@@ -11,24 +11,28 @@ use bvm::map::{Heading, Map};
 use bvm::report::{
     ColourMap, Panorama, TopView, Window, first_occupied_range, mean, panorama, top_view, write_atomically,
 };
-use bvm::vision::image::{read, write_png_rgb};
-use bvm::vision::{Calibration, DisparityMap, RangeReading, Sight, match_pair, readings};
+use bvm::vision::image::write_png_rgb;
+use bvm::vision::stereo::GRAIN_PX;
+use bvm::vision::stereo::coherence::cyclopean;
+use bvm::vision::{DisparityMap, Matcher, Pair, RangeReading, Sight, cloud, pfm, readings};
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
-
-/// Standard deviation of a confident disparity, pixels.
-const DISPARITY_SIGMA_PX: f64 = 0.5;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Degrees of azimuth and of elevation in a cell.
 const CELL_DEGREES: f64 = 0.5;
 
-/// Look through two eyes: disparity, readings, map and gaze of a rectified stereo pair.
+/// Look through two eyes: disparity, readings, map and gaze of a stereo pair.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n\n\
+    after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n  \
+bvm look --left im0.png --right im1.png --calibration calib.txt --disparity d.pfm --json\n\n\
 The calibration is TOML with the keys focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px:\n  \
-depth = focal_px * baseline_m / (disparity + doffs_px)."
+depth = focal_px * baseline_m / (disparity + doffs_px);\n\
+or Middlebury's calib.txt, KITTI's calib.txt, or EuRoC's folder of cam0 and cam1, whose pictures are rectified.\n\n\
+Disparities are those of the left picture, in pixels, as PFM; infinity where no claim is made. With --disparity or\n\
+--confidence, and no --out, nothing else is written."
 )]
 pub(crate) struct Arguments {
     /// Image of the left eye (PNG, PGM or PPM).
@@ -37,23 +41,58 @@ pub(crate) struct Arguments {
     /// Image of the right eye.
     #[arg(long)]
     right: PathBuf,
-    /// Calibration of the pair (TOML).
+    /// Calibration of the pair.
     #[arg(long)]
     calibration: PathBuf,
-    /// The folder to write.
-    #[arg(long, default_value = "bvm-look")]
-    out: PathBuf,
+    /// How to match: Bayesian inference along scan lines, or coherence detection.
+    #[arg(long, value_enum, default_value_t)]
+    matcher: MatcherName,
+    /// Where to write the disparities (PFM).
+    #[arg(long)]
+    disparity: Option<PathBuf>,
+    /// Where to write the confidences (PFM).
+    #[arg(long)]
+    confidence: Option<PathBuf>,
+    /// The folder to write [default: bvm-look].
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// Print the figures as JSON.
     #[arg(long)]
     json: bool,
 }
 
+/// [`Matcher`], as it is asked for.
+#[derive(Clone, Copy, Default, clap::ValueEnum)]
+pub(crate) enum MatcherName {
+    #[default]
+    Scanline,
+    Coherence,
+}
+
+impl From<MatcherName> for Matcher {
+    fn from(name: MatcherName) -> Self {
+        match name {
+            MatcherName::Scanline => Matcher::Scanline,
+            MatcherName::Coherence => Matcher::Coherence,
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct Figures {
+    matcher: Matcher,
     width: usize,
     height: usize,
     /// Share of the pixels that got a disparity.
     density: f64,
+    /// Time that the matching took, ms.
+    matching_ms: f64,
+    #[serde(flatten)]
+    map: Option<MapFigures>,
+}
+
+#[derive(Serialize)]
+pub(super) struct MapFigures {
     /// Directions with a range.
     readings: usize,
     /// Nearest and farthest range, m.
@@ -66,17 +105,87 @@ struct Figures {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let calibration = Calibration::read(&arguments.calibration)?;
-    let (left, right) = (read(&arguments.left)?, read(&arguments.right)?);
-    check_folder(&arguments.out)?;
-    let disparity = match_pair(&left, &right, calibration.max_disparity_px())?;
+    let pair = Pair::read(&arguments.left, &arguments.right, &arguments.calibration)?;
+    let fields_only = arguments.disparity.is_some() || arguments.confidence.is_some();
+    let folder = match &arguments.out {
+        None if fields_only => None,
+        None => Some(PathBuf::from("bvm-look")),
+        Some(folder) => Some(folder.clone()),
+    };
+    if let Some(folder) = &folder {
+        check_folder(folder)?;
+    }
+    let begun = Instant::now();
+    let found = pair.matched(arguments.matcher.into())?;
+    let matching_ms = begun.elapsed().as_secs_f64() * 1e3;
+    let mut files = Vec::new();
+    for (path, values) in
+        [(&arguments.disparity, &found.disparity), (&arguments.confidence, &found.confidence)]
+    {
+        if let Some(path) = path {
+            pfm::write(path, found.width, values)?;
+            files.push(path.clone());
+        }
+    }
+    let mut figures = Figures {
+        matcher: arguments.matcher.into(),
+        width: found.width,
+        height: found.height,
+        density: found.density(),
+        matching_ms,
+        map: None,
+    };
+    if let Some(folder) = &folder {
+        let Seen { map, readings: seen, figures: told } = mapped(&pair, &found)?;
+        figures.map = Some(told);
+        files.extend(write(folder, &pair, &found, &map, &seen, &figures)?);
+    }
+    if arguments.json {
+        print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
+        return Ok(());
+    }
+    print(&format!(
+        "disparity     {:.1} % of {} x {} pixels, in {matching_ms:.0} ms",
+        100.0 * figures.density,
+        figures.width,
+        figures.height
+    ));
+    if let Some(MapFigures { readings, nearest_m, farthest_m, gaze, .. }) = &figures.map {
+        print(&format!("readings      {readings} directions, {nearest_m:.2} to {farthest_m:.2} m"));
+        match gaze.range_m {
+            Some(range) => print(&format!(
+                "look next at  azimuth {:.1}°, elevation {:.1}° (a frontier cell at {range:.2} m)",
+                gaze.azimuth.to_degrees(),
+                gaze.elevation.to_degrees()
+            )),
+            None => print("look next     straight ahead: nothing was seen that has a frontier"),
+        }
+    }
+    files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
+    Ok(())
+}
+
+/// A pair in the map.
+pub(super) struct Seen {
+    pub(super) map: Map,
+    /// One for each direction.
+    readings: Vec<Option<RangeReading>>,
+    figures: MapFigures,
+}
+
+/// The map that the pair makes, and what was read.
+pub(super) fn mapped(pair: &Pair, found: &DisparityMap) -> Result<Seen, Error> {
+    let calibration = &pair.calibration;
     let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
     let step = CELL_DEGREES.to_radians();
-    let mut seen = readings(&disparity, &calibration, azimuth_cells, azimuth_cells / 2, step, step)?;
-    let ranges = || seen.iter().flatten().map(|reading| reading.range_m);
-    let nearest = ranges().fold(f32::INFINITY, f32::min);
-    let farthest = ranges().fold(0f32, f32::max);
-    let (nearest, farthest) = if nearest <= farthest { (nearest, farthest) } else { (0.5, 5.0) };
+    let mut seen = readings(found, calibration, azimuth_cells, azimuth_cells / 2, step, step)?;
+    // A few readings are astray; they must not stretch the grid.
+    let mut ranges: Vec<f32> = seen.iter().flatten().map(|reading| reading.range_m).collect();
+    ranges.sort_by(f32::total_cmp);
+    let (nearest, farthest) = match ranges.len() {
+        0 => (0.5, 5.0),
+        count => (ranges[count / 100], ranges[count - 1 - count / 100]),
+    };
     let grid = Grid::new(GridConfiguration {
         cells_rho: 16,
         rho_min_m: 0.7 * f64::from(nearest),
@@ -84,19 +193,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         azimuth_cells,
         elevation_cells: azimuth_cells / 2,
     })?;
-    // A confident pixel errs by a fixed part of a pixel, which in metres grows with the square of the range.
-    let sigma_min = calibration.range_sigma_m(f64::from(nearest), DISPARITY_SIGMA_PX);
+    // The grain of a disparity is a fixed part of a pixel, which in metres grows with the square of the range.
+    let sigma_min = calibration.range_sigma_m(f64::from(nearest), f64::from(GRAIN_PX));
     for reading in seen.iter_mut().flatten() {
-        let sigma = calibration.range_sigma_m(f64::from(reading.range_m), DISPARITY_SIGMA_PX);
+        let sigma = calibration.range_sigma_m(f64::from(reading.range_m), f64::from(GRAIN_PX));
         reading.confidence = (f64::from(reading.confidence) * sigma_min / sigma).min(1.0) as f32;
     }
     let mut map = Map::new(grid)?;
     map.observe(&[&Sight::default().likelihood(map.grid(), &seen, sigma_min)?])?;
     let gaze = Gradient::default().choose(&map, &Heading::default())?;
-    let figures = Figures {
-        width: left.width(),
-        height: left.height(),
-        density: disparity.density(),
+    let figures = MapFigures {
         readings: seen.iter().flatten().count(),
         nearest_m: nearest,
         farthest_m: farthest,
@@ -105,39 +211,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         gaze_azimuth_degrees: gaze.azimuth.to_degrees(),
         gaze_elevation_degrees: gaze.elevation.to_degrees(),
     };
-    let files = write(arguments, &disparity, &map, &seen, &gaze, &figures)?;
-    if arguments.json {
-        print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
-        return Ok(());
-    }
-    print(&format!(
-        "disparity     {:.1} % of {} x {} pixels",
-        100.0 * figures.density,
-        figures.width,
-        figures.height
-    ));
-    print(&format!("readings      {} directions, {nearest:.2} to {farthest:.2} m", figures.readings));
-    match gaze.range_m {
-        Some(range) => print(&format!(
-            "look next at  azimuth {:.1}°, elevation {:.1}° (a frontier cell at {range:.2} m)",
-            figures.gaze_azimuth_degrees, figures.gaze_elevation_degrees
-        )),
-        None => print("look next     straight ahead: nothing was seen that has a frontier"),
-    }
-    files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
-    Ok(())
+    Ok(Seen { map, readings: seen, figures })
 }
 
 fn write(
-    arguments: &Arguments,
+    folder: &Path,
+    pair: &Pair,
     disparity: &DisparityMap,
     map: &Map,
     seen: &[Option<RangeReading>],
-    gaze: &Gaze,
     figures: &Figures,
 ) -> Result<Vec<PathBuf>, Error> {
-    let folder = &arguments.out;
-    std::fs::create_dir_all(folder).map_err(|source| Error::Folder { path: folder.clone(), source })?;
+    let gaze = &figures.map.as_ref().expect("internal: the map has been made").gaze;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Folder { path: folder.to_owned(), source })?;
     let path = |name: &str| folder.join(name);
     let mut written = Vec::new();
     let largest = disparity.disparity.iter().copied().filter(|value| value.is_finite()).fold(1.0, f32::max);
@@ -187,6 +273,14 @@ fn write(
         picture.write(&path(name))?;
         written.push(path(name));
     }
+    if figures.matcher == Matcher::Coherence {
+        let (seen, view) = cyclopean(&pair.left, &pair.right, pair.calibration.max_disparity_px())?;
+        let rgb: Vec<u8> = view.iter().flat_map(|level| [*level; 3]).collect();
+        write_png_rgb(&path("cyclopean.png"), seen.width, view.len() / seen.width, &rgb)?;
+        written.push(path("cyclopean.png"));
+    }
+    cloud::write(&path("cloud.ply"), pair, disparity)?;
+    written.push(path("cloud.ply"));
     let json = serde_json::to_string_pretty(figures).expect("internal: figures are numbers");
     write_atomically(&path("look.json"), json.as_bytes())?;
     written.push(path("look.json"));

@@ -3,8 +3,10 @@
 //! In: parsed arguments. Out: what the command prints and writes. Invariant: what can be refused is refused before
 //! anything long is begun.
 
+pub(crate) mod calibrate;
 pub(crate) mod explore;
 pub(crate) mod look;
+pub(crate) mod replay;
 
 use bvm::error::Error;
 use std::io::Write;

@@ -56,7 +56,7 @@ pub fn entropy_curves(title: &str, series: &[Series]) -> Result<Picture, ReportE
         let names = ["step", "map entropy H(t) / H(0)"];
         frame.axes(canvas, names, &whole, &ticks(frame.upwards), "")?;
         frame.title(canvas, title)?;
-        legend(canvas, &frame, &curves)
+        legend(canvas, &frame, &curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>(), false)
     }))
 }
 
@@ -95,22 +95,24 @@ fn draw_curve(canvas: &Canvas, frame: &Frame, curve: &Series, colour: RGBColor) 
     canvas.draw(&PathElement::new(points(&curve.values), colour.stroke_width(5)))
 }
 
-/// Names and colours of the curves on a white ground in the upper right corner, where falling curves are not.
-fn legend(canvas: &Canvas, frame: &Frame, curves: &[Series]) -> Drawn {
-    if curves.is_empty() {
+/// Names and colours of the curves on a white ground in the upper right corner, where falling curves are not, or `below`,
+/// where rising ones are not.
+pub(super) fn legend(canvas: &Canvas, frame: &Frame, names: &[&str], below: bool) -> Drawn {
+    if names.is_empty() {
         return Ok(());
     }
-    let [_, top, right, _] = frame.pixels;
+    let [_, top, right, bottom] = frame.pixels;
+    let top = if below { bottom - 72 - 44 * names.len() as i32 } else { top };
     let text = Text::new(TEXT, HPos::Left, VPos::Center);
-    let widest = curves.iter().map(|curve| text.width(canvas, &curve.name)).max().unwrap_or(0);
+    let widest = names.iter().map(|name| text.width(canvas, name)).max().unwrap_or(0);
     let left = right - widest - 160;
-    let corners = [(left, top + 24), (right - 24, top + 48 + 44 * curves.len() as i32)];
+    let corners = [(left, top + 24), (right - 24, top + 48 + 44 * names.len() as i32)];
     canvas.draw(&Rectangle::new(corners, WHITE.mix(0.9).filled()))?;
     canvas.draw(&Rectangle::new(corners, FAINT.stroke_width(2)))?;
-    for (row, (curve, colour)) in curves.iter().zip(CURVES.iter().cycle()).enumerate() {
+    for (row, (name, colour)) in names.iter().zip(CURVES.iter().cycle()).enumerate() {
         let y = top + 58 + 44 * row as i32;
         canvas.draw(&PathElement::new([(left + 24, y), (left + 84, y)], colour.stroke_width(6)))?;
-        text.write(canvas, &curve.name, (left + 104, y))?;
+        text.write(canvas, name, (left + 104, y))?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@
 mod colour;
 mod curves;
 mod frame;
+mod lines;
 mod panorama;
 mod picture;
 mod reduction;
@@ -18,6 +19,7 @@ mod top_view;
 
 pub use colour::ColourMap;
 pub use curves::{Series, entropy_curves};
+pub use lines::{Line, lines};
 pub use panorama::{Panorama, Window, panorama};
 pub use picture::{Picture, write_atomically};
 pub use reduction::{first_occupied_range, mean, slice_around_horizon, strongest};

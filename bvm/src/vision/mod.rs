@@ -1,8 +1,9 @@
 //! Sight: from the image files of a rectified stereo pair to one range reading per direction.
 //!
 //! ```text
-//! two files ─ read ─▶ GreyImage ×2 ─ match_pair ─▶ DisparityMap ─ readings ─▶ Option<RangeReading> per direction
-//! one file  ─ read ─▶ Calibration ───────────────────────────────────┘
+//! two images ─┐
+//!             read, rectify ─▶ Pair ─ matched ─▶ DisparityMap ─ readings ─▶ Option<RangeReading> per direction
+//! calibration ┘                  └ Calibration ──────────────────┘
 //! ```
 //!
 //! This folder measures; it holds no probability of the map. What a reading says about the cells of its
@@ -11,9 +12,13 @@
 //! confidence 0); a surface is never invented.
 
 pub mod calibration;
+pub mod cloud;
 pub mod error;
+pub mod evaluation;
 pub mod image;
 mod netpbm;
+mod pair;
+pub mod pfm;
 pub mod readings;
 mod sight;
 pub mod stereo;
@@ -21,6 +26,7 @@ pub mod stereo;
 pub use calibration::Calibration;
 pub use error::VisionError;
 pub use image::GreyImage;
+pub use pair::Pair;
 pub use readings::{RangeReading, readings};
 pub use sight::Sight;
-pub use stereo::{DisparityMap, match_pair};
+pub use stereo::{DisparityMap, Matcher, match_pair};

@@ -1,10 +1,10 @@
 //! From a disparity map to one range reading per direction.
 //!
 //! In: a [`DisparityMap`], its [`Calibration`] and a grid of directions. Out: for each direction the reading
-//! of its most confident pixel, or `None`. The pixels of one direction look at nearly the same place with the
+//! of its surest pixel, or `None`. The pixels of one direction look at nearly the same place with the
 //! same pair of images: they are not independent sensors, so one of them speaks for all. It is the one with
-//! the highest confidence λ, then the nearest, then the first; a mean would put a surface between the two
-//! sides of a depth edge.
+//! the least deviation σ_d, then the nearest, then the first; a mean would put a surface between the two
+//! sides of a depth edge. Its λ is that of Eq. 3, in disparities: σ_d = [`GRAIN_PX`] / λ.
 //! Invariant: a reading has a finite positive range and a confidence in ]0, 1]; directions outside the image
 //! or without a claim have none.
 
@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::calibration::Calibration;
 use super::error::VisionError;
-use super::stereo::DisparityMap;
+use super::stereo::{DisparityMap, GRAIN_PX};
 
 /// What one direction of sight says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +35,27 @@ pub fn readings(
     azimuth_step_rad: f64,
     elevation_step_rad: f64,
 ) -> Result<Vec<Option<RangeReading>>, VisionError> {
+    let direction = |x, y| calibration.direction(x, y);
+    readings_along(
+        map,
+        calibration,
+        direction,
+        [azimuth_cells, elevation_cells],
+        [azimuth_step_rad, elevation_step_rad],
+    )
+}
+
+/// [`readings`] of a head that is turned: `direction` gives the azimuth and elevation of a pixel, radians.
+///
+/// # Errors
+/// Steps that are not positive or that go beyond the sphere.
+pub fn readings_along(
+    map: &DisparityMap,
+    calibration: &Calibration,
+    direction: impl Fn(f64, f64) -> (f64, f64),
+    [azimuth_cells, elevation_cells]: [usize; 2],
+    [azimuth_step_rad, elevation_step_rad]: [f64; 2],
+) -> Result<Vec<Option<RangeReading>>, VisionError> {
     check_axis("azimuth", azimuth_cells, azimuth_step_rad, TAU)?;
     check_axis("elevation", elevation_cells, elevation_step_rad, PI)?;
     let mut best: Vec<Option<RangeReading>> = vec![None; azimuth_cells * elevation_cells];
@@ -44,11 +65,11 @@ pub fn readings(
         }
         let (x, y) = ((at % map.width) as f64, (at / map.width) as f64);
         let Some(range) = calibration.range_m(x, y, f64::from(disparity)) else { continue };
-        let (azimuth, elevation) = calibration.direction(x, y);
+        let (azimuth, elevation) = direction(x, y);
         let column = cell_of(azimuth + PI, azimuth_step_rad, azimuth_cells);
         let row = cell_of(elevation + FRAC_PI_2, elevation_step_rad, elevation_cells);
         let (Some(column), Some(row)) = (column, row) else { continue };
-        let reading = RangeReading { range_m: range as f32, confidence: confidence.min(1.0) };
+        let reading = RangeReading { range_m: range as f32, confidence: GRAIN_PX / map.sigma_px(at) };
         let place = &mut best[row * azimuth_cells + column];
         if place.is_none_or(|held| beats(reading, held)) {
             *place = Some(reading);
@@ -90,7 +111,7 @@ mod tests {
     fn calibration() -> Calibration {
         let text =
             "focal_px = 100\ncx_px = 2\ncy_px = 1\nbaseline_m = 0.5\ndoffs_px = 0\nmax_disparity_px = 30";
-        Calibration::parse(text, Path::new("hand.toml")).unwrap()
+        Calibration::parse(text, Path::new("hand.toml"), None).unwrap()
     }
 
     /// A map 5×3 with the claims given as (x, y, disparity, confidence).
@@ -100,10 +121,13 @@ mod tests {
             height: 3,
             disparity: vec![f32::INFINITY; 15],
             confidence: vec![0.0; 15],
+            spread: vec![f32::INFINITY; 15],
         };
         for &(x, y, disparity, confidence) in claims {
             map.disparity[y * 5 + x] = disparity;
             map.confidence[y * 5 + x] = confidence;
+            // So much spread that λ of Eq. 3 is the confidence given.
+            map.spread[y * 5 + x] = GRAIN_PX * (confidence.powi(-2) - 1.0).sqrt();
         }
         map
     }
@@ -116,8 +140,8 @@ mod tests {
     fn the_upper_edge_belongs_to_a_cell() {
         // Straight ahead: azimuth 0 ends column 1, elevation 0 ends row 0.
         let found = quadrants(&map(&[(2, 1, 25.0, 0.5)]));
-        let expected = RangeReading { range_m: 2.0, confidence: 0.5 };
-        assert_eq!(found[1], Some(expected));
+        let reading = found[1].unwrap();
+        assert!(reading.range_m == 2.0 && (reading.confidence - 0.5).abs() < 1e-6);
         assert_eq!(found.iter().flatten().count(), 1);
     }
 
@@ -133,7 +157,8 @@ mod tests {
     #[test]
     fn the_most_confident_pixel_speaks_then_the_nearest() {
         let found = quadrants(&map(&[(0, 1, 25.0, 0.5), (1, 1, 10.0, 0.9), (2, 1, 20.0, 0.9)]));
-        assert_eq!(found[1], Some(RangeReading { range_m: 2.5, confidence: 0.9 }));
+        let reading = found[1].unwrap();
+        assert!(reading.range_m == 2.5 && (reading.confidence - 0.9).abs() < 1e-6);
     }
 
     #[test]

@@ -1,24 +1,37 @@
 //! Dense stereo: the disparity of every pixel of the left view, with a confidence, or no claim.
 //!
 //! In: a rectified pair and the largest disparity to search. Out: [`DisparityMap`]. A point at column x of the
-//! left image is at column x − d of the right one, 0 <= d <= largest. Four steps, a file each: matching costs
-//! (census), semi-global aggregation, selection with left–right check, withdrawal of unsupported claims.
+//! left image is at column x − d of the right one; the whole disparities 0..most are searched, as many as the
+//! `numDisparities` of OpenCV or the `ndisp` of Middlebury. Two matchers, a folder each: Bayesian inference
+//! along scan lines, and coherence detection; then the claims that their neighbourhood does not support are withdrawn.
 //! Invariant: a pixel either claims a finite disparity with confidence in ]0, 1], or holds infinity with
 //! confidence 0; the result does not depend on the number of threads.
 
-mod aggregate;
 mod clean;
-mod select;
-mod volume;
+pub mod coherence;
+mod lanes;
+mod scanline;
 
 use super::error::VisionError;
 use super::image::GreyImage;
+use serde::Serialize;
 
 /// Most candidates (pixels × disparities) that are searched at once.
 pub const MAX_CANDIDATES: usize = 1 << 30;
 
 /// Least confidence of a claim.
-const LEAST_CONFIDENCE: f32 = 0.3;
+const LEAST_CONFIDENCE: f32 = 0.2;
+
+/// How a pair is matched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Matcher {
+    /// Bayesian inference along scan lines (`models/scanline.bp`).
+    #[default]
+    Scanline,
+    /// Coherence detection (Henkel 1998).
+    Coherence,
+}
 
 /// Disparities of a left view.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,9 +44,43 @@ pub struct DisparityMap {
     pub disparity: Vec<f32>,
     /// Confidence λ of each pixel in ]0, 1]; 0 where no claim is made.
     pub confidence: Vec<f32>,
+    /// Standard deviation of what is believed of the disparity, pixels; infinity where no claim is made.
+    pub spread: Vec<f32>,
 }
 
+/// What a pixel says before its neighbours have been asked.
+#[derive(Clone, Copy, Debug)]
+struct Claim {
+    /// The whole disparity that is believed most.
+    winner: u16,
+    /// Matching cost of the pixel itself at that disparity.
+    cost: u8,
+    /// Disparity, pixels.
+    disparity: f32,
+    /// λ in ]0, 1].
+    confidence: f32,
+    /// Standard deviation, pixels.
+    spread: f32,
+    /// Part of the disparities that the right image shows which match clearly worse than the one claimed.
+    worse: f32,
+}
+
+/// Standard deviation of a disparity of which nothing else is in doubt, pixels: the grain of pictures and windows.
+pub const GRAIN_PX: f32 = 0.2;
+
 impl DisparityMap {
+    /// Takes a pixel's claim back.
+    pub fn withdraw(&mut self, at: usize) {
+        self.disparity[at] = f32::INFINITY;
+        self.confidence[at] = 0.0;
+        self.spread[at] = f32::INFINITY;
+    }
+
+    /// Standard deviation of a pixel's disparity, pixels: the spread of what is believed, and the grain.
+    pub fn sigma_px(&self, at: usize) -> f32 {
+        self.spread[at].hypot(GRAIN_PX)
+    }
+
     /// Part of the pixels that make a claim, 0..=1.
     pub fn density(&self) -> f64 {
         let claims = self.confidence.iter().filter(|&&confidence| confidence > 0.0).count();
@@ -41,12 +88,47 @@ impl DisparityMap {
     }
 }
 
-/// Matches a rectified pair over the disparities `0..=max_disparity`, pixels.
+/// Matches a rectified pair over the whole disparities `0..max_disparity`, pixels, and what lies between them.
 pub fn match_pair(
     left: &GreyImage,
     right: &GreyImage,
     max_disparity: usize,
+    matcher: Matcher,
 ) -> Result<DisparityMap, VisionError> {
+    let Levels { width, height, count: levels } = checked_levels(left, right, max_disparity)?;
+    let (left, right) = alike(left, right);
+    // Once into the pool, rather than for each row.
+    let mut claims = rayon::scope(|_| match matcher {
+        Matcher::Scanline => {
+            let mut claims = scanline::claims(&left, &right, width, levels);
+            for claim in &mut claims {
+                *claim = claim.filter(|claim| claim.confidence >= LEAST_CONFIDENCE);
+            }
+            clean::drop_unsupported(&mut claims, width);
+            claims
+        }
+        Matcher::Coherence => coherence::detect(&left, &right, width, levels).left_claims(),
+    });
+    clean::drop_speckles(&mut claims, width);
+    Ok(DisparityMap {
+        width,
+        height,
+        disparity: claims.iter().map(|claim| claim.map_or(f32::INFINITY, |claim| claim.disparity)).collect(),
+        confidence: claims.iter().map(|claim| claim.map_or(0.0, |claim| claim.confidence)).collect(),
+        spread: claims.iter().map(|claim| claim.map_or(f32::INFINITY, |claim| claim.spread)).collect(),
+    })
+}
+
+/// What is searched.
+struct Levels {
+    width: usize,
+    height: usize,
+    /// Whole disparities.
+    count: usize,
+}
+
+/// Refuses pairs that cannot be searched.
+fn checked_levels(left: &GreyImage, right: &GreyImage, max_disparity: usize) -> Result<Levels, VisionError> {
     let (width, height) = (left.width(), left.height());
     if (width, height) != (right.width(), right.height()) {
         return Err(VisionError::PairSizes { left: (width, height), right: (right.width(), right.height()) });
@@ -54,20 +136,35 @@ pub fn match_pair(
     if max_disparity == 0 || max_disparity >= width {
         return Err(VisionError::MaxDisparity { value: max_disparity, width });
     }
-    let levels = max_disparity + 1;
+    let levels = max_disparity;
     if (width * height).checked_mul(levels).is_none_or(|count| count > MAX_CANDIDATES) {
         return Err(VisionError::TooLarge { width, height, levels, limit: MAX_CANDIDATES });
     }
-    let volume = volume::CostVolume::of_pair(left, right, levels);
-    let sums = aggregate::aggregate(&volume, left.pixels());
-    let mut claims = select::claims(&volume, &sums);
-    claims.iter_mut().for_each(|claim| *claim = claim.filter(|claim| claim.confidence >= LEAST_CONFIDENCE));
-    clean::drop_unsupported(&mut claims, width);
-    clean::drop_speckles(&mut claims, width);
-    Ok(DisparityMap {
-        width,
-        height,
-        disparity: claims.iter().map(|claim| claim.map_or(f32::INFINITY, |claim| claim.disparity)).collect(),
-        confidence: claims.iter().map(|claim| claim.map_or(0.0, |claim| claim.confidence)).collect(),
-    })
+    Ok(Levels { width, height, count: levels })
+}
+
+/// Both pictures in whole grey levels, the right one with the mean and the deviation of the left: cameras differ in
+/// gain and offset.
+fn alike(left: &GreyImage, right: &GreyImage) -> (Vec<u8>, Vec<u8>) {
+    let whole =
+        |image: &GreyImage| image.pixels().iter().map(|value| (value + 0.5) as u8).collect::<Vec<u8>>();
+    let moments = |pixels: &[u8]| {
+        let mut counts = [0usize; 256];
+        pixels.iter().for_each(|pixel| counts[usize::from(*pixel)] += 1);
+        let mean_of = |value: &dyn Fn(f64) -> f64| {
+            let weighed = counts.iter().enumerate().map(|(level, count)| value(level as f64) * *count as f64);
+            weighed.sum::<f64>() / pixels.len() as f64
+        };
+        let mean = mean_of(&|level| level);
+        (mean, mean_of(&|level| (level - mean).powi(2)).sqrt())
+    };
+    let (left, mut right) = (whole(left), whole(right));
+    let ((left_mean, left_deviation), (right_mean, right_deviation)) = (moments(&left), moments(&right));
+    // A picture of one grey has no gain.
+    let gain =
+        if right_deviation > 0.0 && left_deviation > 0.0 { left_deviation / right_deviation } else { 1.0 };
+    let turned: [u8; 256] =
+        std::array::from_fn(|level| ((level as f64 - right_mean) * gain + left_mean).round() as u8);
+    right.iter_mut().for_each(|pixel| *pixel = turned[usize::from(*pixel)]);
+    (left, right)
 }

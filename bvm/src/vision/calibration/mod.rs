@@ -1,7 +1,8 @@
 //! The geometry of a rectified stereo pair, seen from its left camera.
 //!
-//! In: a TOML file with the keys `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
-//! (`doffs_px` is cx of the right camera minus cx of the left). Out: [`Calibration`], checked, which turns
+//! In: a TOML file with the keys (or a file of Middlebury's or KITTI's) `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
+//! (`doffs_px` is cx of the right camera minus cx of the left; whole disparities below `max_disparity_px` are
+//! searched). Out: [`Calibration`], checked, which turns
 //! pixels and disparities into directions and ranges:
 //!
 //! ```text
@@ -19,6 +20,11 @@ use toml::{Table, Value};
 
 use super::error::VisionError;
 
+mod files;
+pub mod raw;
+
+pub use files::KITTI_DISPARITIES;
+
 const KEYS: [&str; 6] = ["focal_px", "cx_px", "cy_px", "baseline_m", "doffs_px", "max_disparity_px"];
 
 /// A calibration that has been checked.
@@ -33,14 +39,31 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Reads and checks a calibration file.
-    pub fn read(path: &Path) -> Result<Self, VisionError> {
+    /// Reads and checks a calibration file: TOML, Middlebury's or KITTI's. The place of the left image tells which of
+    /// KITTI's cameras made it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or with a key that is missing or impossible.
+    pub fn read(path: &Path, left: Option<&Path>) -> Result<Self, VisionError> {
         let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
-        Self::parse(&std::fs::read_to_string(path).map_err(failed)?, path)
+        Self::parse(&std::fs::read_to_string(path).map_err(failed)?, path, left)
     }
 
     /// Checks the text of a calibration; `path` is only named in errors.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, VisionError> {
+    ///
+    /// # Errors
+    /// A key that is missing or impossible.
+    pub fn parse(text: &str, path: &Path, left: Option<&Path>) -> Result<Self, VisionError> {
+        if files::is_middlebury(text) {
+            return files::middlebury(text, path);
+        }
+        if files::is_kitti(text) {
+            return files::kitti(text, path, left);
+        }
+        Self::parse_toml(text, path)
+    }
+
+    fn parse_toml(text: &str, path: &Path) -> Result<Self, VisionError> {
         let table: Table = text.parse().map_err(|error: toml::de::Error| {
             let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
             let reason = format!("line {line}: {}", error.message());
@@ -54,36 +77,33 @@ impl Calibration {
         if let Some(key) = table.keys().find(|key| !KEYS.contains(&key.as_str())) {
             return Err(wrong(key, format!("unknown; expected {}", KEYS.join(", "))));
         }
-        let number = |key: &str, positive: bool| {
-            let value = table.get(key).ok_or_else(|| wrong(key, "missing".into()))?;
-            let found = match value {
-                Value::Float(float) => *float,
-                Value::Integer(integer) => *integer as f64,
-                _ => f64::NAN,
-            };
-            let expected = if positive { "a finite number above 0" } else { "a finite number" };
-            if found.is_finite() && (found > 0.0 || !positive) {
-                Ok(found)
-            } else {
-                Err(wrong(key, format!("is {value}, expected {expected}")))
-            }
-        };
-        let whole = |key: &str| match table.get(key) {
-            Some(Value::Integer(integer)) if *integer >= 1 => Ok(*integer as usize),
-            Some(value) => Err(wrong(key, format!("is {value}, expected a whole number of at least 1"))),
+        let number = |key: &str| match table.get(key) {
+            Some(Value::Float(float)) => Ok(*float),
+            Some(Value::Integer(integer)) => Ok(*integer as f64),
+            Some(value) => Err(wrong(key, format!("is {value}, expected a number"))),
             None => Err(wrong(key, "missing".into())),
         };
-        Ok(Self {
-            focal_px: number("focal_px", true)?,
-            cx_px: number("cx_px", false)?,
-            cy_px: number("cy_px", false)?,
-            baseline_m: number("baseline_m", true)?,
-            doffs_px: number("doffs_px", false)?,
-            max_disparity_px: whole("max_disparity_px")?,
-        })
+        let [focal, cx, cy, baseline, doffs, most] = KEYS;
+        let numbers = [number(focal)?, number(cx)?, number(cy)?, number(baseline)?, number(doffs)?];
+        match table.get(most) {
+            Some(Value::Integer(integer)) if *integer >= 1 => checked(path, numbers, *integer as usize),
+            Some(value) => Err(wrong(most, format!("is {value}, expected a whole number of at least 1"))),
+            None => Err(wrong(most, "missing".into())),
+        }
     }
 
-    /// The largest disparity to search, pixels.
+    /// f·B, pixels times metres: depth times disparity.
+    pub fn depth_times_disparity(&self) -> f64 {
+        self.focal_px * self.baseline_m
+    }
+
+    /// The ray through a pixel: X/Z, Y/Z and 1 (right, down, ahead).
+    pub fn ray(&self, x_px: f64, y_px: f64) -> [f64; 3] {
+        let (right, down) = self.slopes(x_px, y_px);
+        [right, down, 1.0]
+    }
+
+    /// How many whole disparities to search, from 0.
     pub fn max_disparity_px(&self) -> usize {
         self.max_disparity_px
     }
@@ -120,6 +140,26 @@ impl Calibration {
     }
 }
 
+/// A calibration of focal length, centre (px), baseline (m), offset (px), in the order of the keys.
+fn checked(path: &Path, numbers: [f64; 5], max_disparity_px: usize) -> Result<Calibration, VisionError> {
+    for (key, value) in KEYS.into_iter().zip(numbers) {
+        let positive = key == "focal_px" || key == "baseline_m";
+        if !value.is_finite() || (positive && value <= 0.0) {
+            let expected = if positive { "a finite number above 0" } else { "a finite number" };
+            // TOML spells it `nan`.
+            let found = value.to_string().to_lowercase();
+            let reason = format!("is {found}, expected {expected}");
+            return Err(VisionError::CalibrationKey {
+                path: path.to_path_buf(),
+                key: key.to_string(),
+                reason,
+            });
+        }
+    }
+    let [focal_px, cx_px, cy_px, baseline_m, doffs_px] = numbers;
+    Ok(Calibration { focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,7 +169,7 @@ mod tests {
     const GOOD: &str = "focal_px = 100.0\ncx_px = 50\ncy_px = 40.0\nbaseline_m = 0.5\ndoffs_px = 10.0\nmax_disparity_px = 64\n";
 
     fn parse(text: &str) -> Result<Calibration, VisionError> {
-        Calibration::parse(text, Path::new("rig.toml"))
+        Calibration::parse(text, Path::new("rig.toml"), None)
     }
 
     #[test]
@@ -189,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let message = Calibration::read(Path::new("nowhere/rig.toml")).unwrap_err().to_string();
+        let message = Calibration::read(Path::new("nowhere/rig.toml"), None).unwrap_err().to_string();
         assert!(message.contains("cannot read `nowhere/rig.toml`"), "{message}");
     }
 

@@ -1,0 +1,311 @@
+//! `bvm calibrate`: how far a sense can be trusted, from data with the truth beside them.
+//!
+//! In: pairs of pictures with true disparities. Out: the law of their errors (`models/stereo_error.bp`, identified), how
+//! confidence compares with what is right, and what the map makes of it; pictures, and `calibration.json`. Invariant:
+//! pixels that the right camera does not see do not count.
+
+use super::look::{Seen, mapped};
+use super::{check_folder, print};
+use bp_core::learn::{Case, Learner, Settings};
+use bvm::error::Error;
+use bvm::programs::stereo_error;
+use bvm::report::{Line, lines, write_atomically};
+use bvm::vision::evaluation::{Scored, Truth, part, wrong};
+use bvm::vision::{DisparityMap, Matcher, Pair};
+use clap::{Args, Subcommand};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// How far a sense can be trusted, from data with the truth beside them.
+#[derive(Subcommand)]
+pub(crate) enum Sense {
+    Vision(Vision),
+}
+
+/// Sight: the law of disparity errors, reliability, sparsification, and the map against the truth.
+#[derive(Args)]
+#[command(
+    after_help = "Example:\n  bvm calibrate vision --pair im0.png im1.png calib.txt disp0.pfm --out calibration\n\n\
+The truth is a PFM of left disparities (pixels; infinity, NaN or 0 where unknown), or an image whose grey levels are\n\
+--truth-scale times the disparity (4 for Middlebury 2003; 256/257 for KITTI's 16 bits)."
+)]
+pub(crate) struct Vision {
+    /// Left image, right image, calibration and truth; may be repeated.
+    #[arg(long, num_args = 4, value_names = ["LEFT", "RIGHT", "CALIBRATION", "TRUTH"], required = true)]
+    pair: Vec<PathBuf>,
+    /// Grey levels of the truth for one pixel of disparity, where it is an image.
+    #[arg(long, default_value_t = 1.0)]
+    truth_scale: f64,
+    /// The folder to write.
+    #[arg(long, default_value = "bvm-calibration")]
+    out: PathBuf,
+    /// Print the figures as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Claims about as sure as each other.
+#[derive(Serialize)]
+struct Class {
+    /// Mean λ.
+    lambda: f64,
+    claims: usize,
+    /// Part that is within one pixel of the truth.
+    right: f64,
+    /// Root mean square of the deviations told, pixels.
+    told_sigma_px: f64,
+    /// Deviation of what is right, identified, pixels.
+    sigma_px: f64,
+    /// Part that went astray, identified.
+    astray: f64,
+}
+
+/// What one matcher does on all pairs.
+#[derive(Serialize)]
+struct Figures {
+    matcher: String,
+    /// Part of the pixels that count which got a disparity.
+    density: f64,
+    wrong_by_1_matched: f64,
+    wrong_by_2_matched: f64,
+    wrong_by_2_all: f64,
+    /// Part of the truth within the 90 % intervals of range.
+    covered_by_90: f64,
+    /// Deviation of what is right, of all claims together, pixels: σ_min of Eq. 3.
+    sigma_min_px: f64,
+    classes: Vec<Class>,
+    /// Of the map, for each pair.
+    maps: Vec<MapFigures>,
+}
+
+/// The map against the true surface.
+#[derive(Serialize)]
+struct MapFigures {
+    directions: usize,
+    /// Mean −ln P of the true occupancy of the cells up to the surface, nats.
+    log_loss: f64,
+    /// Part of the directions whose first occupied cell is that of the surface, or the one before or behind it.
+    first_right_or_adjacent: f64,
+}
+
+pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
+    check_folder(&arguments.out)?;
+    let mut pairs = Vec::new();
+    for files in arguments.pair.chunks_exact(4) {
+        let pair = Pair::read(&files[0], &files[1], &files[2])?;
+        pairs.push((pair, Truth::read(&files[3], arguments.truth_scale)?));
+    }
+    let (mut figures, mut curves) = (Vec::new(), Vec::new());
+    let exact = |pair: &Pair, truth: &Truth| DisparityMap {
+        width: truth.width,
+        height: pair.left.height(),
+        disparity: truth.disparity.clone(),
+        confidence: truth.disparity.iter().map(|value| if value.is_finite() { 1.0 } else { 0.0 }).collect(),
+        spread: vec![0.0; truth.disparity.len()],
+    };
+    for matcher in [Some(Matcher::Scanline), Some(Matcher::Coherence), None] {
+        let (mut scored, mut maps, mut counted) = (Vec::new(), Vec::new(), 0);
+        for (pair, truth) in &pairs {
+            let found = match matcher {
+                Some(matcher) => pair.matched(matcher)?,
+                None => exact(pair, truth),
+            };
+            scored.extend(truth.score(&found)?);
+            counted += truth.count();
+            maps.push(against(pair, &found, truth)?);
+        }
+        scored.sort_by(|one, other| other.confidence.total_cmp(&one.confidence));
+        let name = match matcher {
+            Some(Matcher::Scanline) => "scanline",
+            Some(Matcher::Coherence) => "coherence",
+            None => "exact depth",
+        };
+        // Exact depths have no law of errors.
+        let classes = if matcher.is_some() { classes(&scored)? } else { Vec::new() };
+        let identified = if matcher.is_some() && !scored.is_empty() { identified(&scored)?.0 } else { 0.0 };
+        let density = scored.len() as f64 / counted as f64;
+        figures.push(Figures {
+            matcher: name.to_owned(),
+            density,
+            wrong_by_1_matched: wrong(&scored, 1.0),
+            wrong_by_2_matched: wrong(&scored, 2.0),
+            wrong_by_2_all: density * wrong(&scored, 2.0) + 1.0 - density,
+            covered_by_90: part(&scored, |claim| claim.error.abs() <= 1.644_854 * claim.sigma),
+            sigma_min_px: identified,
+            classes,
+            maps,
+        });
+        if matcher.is_some() {
+            curves.push((name.to_owned(), scored, counted));
+        }
+    }
+    let files = pictures(arguments, &figures, &curves)?;
+    if arguments.json {
+        print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
+        return Ok(());
+    }
+    print(
+        "matcher       density  bad>1   bad>2   bad>2 all  90 % covers  sigma   map: log-loss, first right or adjacent",
+    );
+    for one in &figures {
+        let maps: Vec<String> = (one.maps.iter())
+            .map(|map| format!("{:.3}, {:.1} %", map.log_loss, 100.0 * map.first_right_or_adjacent))
+            .collect();
+        print(&format!(
+            "{:<12} {:>6.1} % {:>5.2} % {:>5.2} % {:>7.2} % {:>9.1} % {:>7.3} px   {}",
+            one.matcher,
+            100.0 * one.density,
+            100.0 * one.wrong_by_1_matched,
+            100.0 * one.wrong_by_2_matched,
+            100.0 * one.wrong_by_2_all,
+            100.0 * one.covered_by_90,
+            one.sigma_min_px,
+            maps.join("   ")
+        ));
+    }
+    print("");
+    print("scanline: lambda  claims  within 1 px  sigma told  sigma  astray");
+    for class in &figures[0].classes {
+        print(&format!(
+            "{:>16.3} {:>7} {:>10.1} % {:>8.3} px {:>6.3} {:>5.1} %",
+            class.lambda,
+            class.claims,
+            100.0 * class.right,
+            class.told_sigma_px,
+            class.sigma_px,
+            100.0 * class.astray
+        ));
+    }
+    files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
+    Ok(())
+}
+
+/// σ of what is right, pixels, and the part astray: identified by the program from up to 4000 claims.
+fn identified(scored: &[Scored]) -> Result<(f64, f64), Error> {
+    let model = stereo_error::model();
+    let error = model.variable("Error").expect("internal: a variable of the program");
+    let mut learner = Learner::new(&model)?;
+    for claim in scored.iter().step_by(scored.len().div_ceil(4000)) {
+        learner.observe(&Case::new(&model).with(error, f64::from(claim.error)))?;
+    }
+    let settings = Settings { iterations: 200, ..Settings::default() };
+    let learned = learner.learned_with(&settings, &mut |_, _| {})?;
+    let numbers = |name: &str| {
+        let parameter = learned.model().parameters.values().find(|parameter| parameter.name == name);
+        parameter.map(|parameter| parameter.default.clone()).expect("internal: a parameter of the program")
+    };
+    Ok((numbers("sigma")[0], numbers("astray")[0]))
+}
+
+/// Ten classes of equal size, the surest first.
+fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
+    let size = scored.len().div_ceil(10).max(1);
+    let mean = |claims: &[Scored], of: fn(&Scored) -> f32| {
+        claims.iter().map(|claim| f64::from(of(claim))).sum::<f64>() / claims.len() as f64
+    };
+    let class = |claims: &[Scored]| {
+        let (sigma_px, astray) = identified(claims)?;
+        Ok(Class {
+            lambda: mean(claims, |claim| claim.confidence),
+            claims: claims.len(),
+            right: 1.0 - wrong(claims, 1.0),
+            told_sigma_px: mean(claims, |claim| claim.sigma * claim.sigma).sqrt(),
+            sigma_px,
+            astray,
+        })
+    };
+    scored.chunks(size).map(class).collect()
+}
+
+/// The map that disparities make, against the surface that the truth shows in each direction.
+fn against(pair: &Pair, found: &DisparityMap, truth: &Truth) -> Result<MapFigures, Error> {
+    let Seen { map, .. } = mapped(pair, found)?;
+    let grid = map.grid();
+    let mut surfaces: Vec<Vec<f64>> = vec![Vec::new(); grid.directions()];
+    for (at, disparity) in truth.disparity.iter().enumerate() {
+        let (x, y) = ((at % truth.width) as f64, (at / truth.width) as f64);
+        let Some(range) = pair.calibration.range_m(x, y, f64::from(*disparity)) else { continue };
+        let (azimuth, elevation) = pair.calibration.direction(x, y);
+        if let Some(direction) = grid.direction_of(azimuth, elevation) {
+            surfaces[grid.direction_index(direction)].push(range);
+        }
+    }
+    let (mut loss, mut cells, mut right, mut directions) = (0.0, 0usize, 0usize, 0usize);
+    for (at, ranges) in surfaces.iter_mut().enumerate().filter(|(_, ranges)| !ranges.is_empty()) {
+        ranges.sort_by(f64::total_cmp);
+        let surface = grid.log_coordinate(ranges[ranges.len() / 2]).ceil().max(1.0) as usize;
+        if surface > grid.cells_rho() {
+            continue;
+        }
+        directions += 1;
+        let occupied = |depth: usize| f64::from(map.occupancy()[depth * grid.directions() + at]);
+        for depth in 0..surface {
+            let told = if depth + 1 == surface { occupied(depth) } else { 1.0 - occupied(depth) };
+            loss -= told.max(1e-6).ln();
+            cells += 1;
+        }
+        let first = (0..grid.cells_rho()).find(|depth| occupied(*depth) > 0.55);
+        right += usize::from(first.is_some_and(|first| (first + 1).abs_diff(surface) <= 1));
+    }
+    Ok(MapFigures {
+        directions,
+        log_loss: loss / cells as f64,
+        first_right_or_adjacent: right as f64 / directions as f64,
+    })
+}
+
+fn pictures(
+    arguments: &Vision,
+    figures: &[Figures],
+    curves: &[(String, Vec<Scored>, usize)],
+) -> Result<Vec<PathBuf>, Error> {
+    let folder = &arguments.out;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Folder { path: folder.clone(), source })?;
+    let mut reliability: Vec<Line> = (figures.iter().filter(|one| !one.classes.is_empty()))
+        .map(|one| {
+            let points = one.classes.iter().rev().map(|class| (class.lambda, class.right));
+            Line { name: one.matcher.clone(), points: points.collect() }
+        })
+        .collect();
+    reliability.push(Line { name: "as told".to_owned(), points: vec![(0.0, 0.0), (1.0, 1.0)] });
+    let sparsification: Vec<Line> = (curves.iter())
+        .map(|(name, scored, counted)| {
+            let point = |percent: usize| {
+                let kept = &scored[..scored.len() * percent / 100];
+                (!kept.is_empty())
+                    .then(|| (100.0 * kept.len() as f64 / *counted as f64, 100.0 * wrong(kept, 2.0)))
+            };
+            Line { name: name.clone(), points: (2..=100).filter_map(point).collect() }
+        })
+        .collect();
+    let highest =
+        sparsification.iter().flat_map(|line| line.points.iter().map(|point| point.1)).fold(1.0, f64::max);
+    let mut written = Vec::new();
+    for (name, picture) in [
+        (
+            "reliability.png",
+            lines(
+                "Confidence, and how much of it is right",
+                ["confidence", "part within 1 px"],
+                [[0.0, 1.0], [0.0, 1.0]],
+                &reliability,
+            ),
+        ),
+        (
+            "sparsification.png",
+            lines(
+                "What is wrong among the surest",
+                ["density (%)", "wrong by more than 2 px (%)"],
+                [[0.0, 100.0], [0.0, highest]],
+                &sparsification,
+            ),
+        ),
+    ] {
+        picture.write(&folder.join(name))?;
+        written.push(folder.join(name));
+    }
+    let json = serde_json::to_string_pretty(figures).expect("internal: figures are numbers");
+    write_atomically(&folder.join("calibration.json"), json.as_bytes())?;
+    written.push(folder.join("calibration.json"));
+    Ok(written)
+}

@@ -1,0 +1,316 @@
+//! Two cameras as they are: undistorted and turned into a rectified pair.
+//!
+//! In: two EuRoC `sensor.yaml` files (pinhole, radial–tangential) or the folder that holds them. Out: a
+//! [`RawPair`], which turns pictures into those of two ideal cameras side by side, and their [`Calibration`].
+//!
+//! ```text
+//! x = X/Z, y = Y/Z, r² = x² + y²                                        (Brown 1966; the order k1 k2 p1 p2)
+//! x' = x (1 + k1 r² + k2 r⁴) + 2 p1 x y + p2 (r² + 2 x²)                u = fu x' + cu
+//! y' = y (1 + k1 r² + k2 r⁴) + p1 (r² + 2 y²) + 2 p2 x y                v = fv y' + cv
+//! ```
+//!
+//! The ideal cameras look alike: right along the baseline; ahead as near to the mean of the two optical axes as a
+//! right angle to the baseline allows (Fusiello, Trucco and Verri 2000). Each ideal pixel looks up where the real
+//! camera saw its ray, between four pixels linearly.
+//! Invariant: an ideal pixel that the real camera did not see is told to be so.
+
+use super::{Calibration, checked};
+use crate::vision::{GreyImage, VisionError};
+use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3};
+use std::path::{Path, PathBuf};
+
+/// Disparities that are searched where no file names a bound.
+pub const RAW_DISPARITIES: usize = 96;
+
+/// A camera as its file describes it.
+#[derive(Clone, Debug)]
+struct Camera {
+    path: PathBuf,
+    width: usize,
+    height: usize,
+    /// fu, fv, cu, cv in pixels.
+    intrinsics: [f64; 4],
+    /// k1, k2, p1, p2.
+    distortion: [f64; 4],
+    /// From the camera's frame to the body's.
+    pose: Matrix4<f64>,
+}
+
+/// A pair of cameras that is yet to be rectified.
+#[derive(Clone, Debug)]
+pub struct RawPair {
+    cameras: [Camera; 2],
+    /// From the ideal cameras' frame to each camera's.
+    turns: [Rotation3<f64>; 2],
+    calibration: Calibration,
+}
+
+/// A picture of an ideal camera.
+#[derive(Clone, Debug)]
+pub struct Rectified {
+    /// The picture; black where nothing was seen.
+    pub image: GreyImage,
+    /// Whether the real camera saw each pixel.
+    pub seen: Vec<bool>,
+}
+
+impl RawPair {
+    /// The pair that a path describes, if it describes one: a folder with `cam0` and `cam1` in it, or the left camera's
+    /// file, the right one's beside it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or with a key that is missing or impossible.
+    pub fn find(path: &Path) -> Result<Option<Self>, VisionError> {
+        let beside = |path: &Path, camera: &str| {
+            let places = [path.join(camera).join("sensor.yaml"), path.join(format!("{camera}_sensor.yaml"))];
+            places.into_iter().find(|place| place.is_file())
+        };
+        let files = if path.is_dir() {
+            match (beside(path, "cam0"), beside(path, "cam1")) {
+                (Some(left), Some(right)) => [left, right],
+                _ => {
+                    let reason = "the folder holds no `cam0/sensor.yaml` and `cam1/sensor.yaml`".to_string();
+                    return Err(VisionError::CalibrationSyntax { path: path.to_path_buf(), reason });
+                }
+            }
+        } else if path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
+            let text = path.to_string_lossy();
+            let Some(at) = text.rfind("cam0") else {
+                let reason = "a `sensor.yaml` of the left camera has `cam0` in its path".to_string();
+                return Err(VisionError::CalibrationSyntax { path: path.to_path_buf(), reason });
+            };
+            [path.to_path_buf(), PathBuf::from(format!("{}cam1{}", &text[..at], &text[at + 4..]))]
+        } else {
+            return Ok(None);
+        };
+        let [left, right] = files.map(|file| Camera::read(&file));
+        Self::new([left?, right?]).map(Some)
+    }
+
+    fn new(cameras: [Camera; 2]) -> Result<Self, VisionError> {
+        let [left, right] = &cameras;
+        let axes = |camera: &Camera| camera.pose.fixed_view::<3, 3>(0, 0).into_owned();
+        let place = |camera: &Camera| camera.pose.fixed_view::<3, 1>(0, 3).into_owned();
+        let across = place(right) - place(left);
+        let ahead: Vector3<f64> = axes(left).column(2) + axes(right).column(2);
+        let x = across.normalize();
+        let z = (ahead - x * x.dot(&ahead)).normalize();
+        let ideal = Matrix3::from_columns(&[x, z.cross(&x), z]);
+        if !ideal.iter().all(|value| value.is_finite()) || x.dot(&axes(left).column(0)) < 0.5 {
+            let reason = "the right camera is not to the right of the left one".to_string();
+            return Err(VisionError::CalibrationKey { path: right.path.clone(), key: "T_BS".into(), reason });
+        }
+        let turn = |camera: &Camera| Rotation3::from_matrix(&(axes(camera).transpose() * ideal));
+        let mean = |of: fn(&Camera) -> f64| (of(left) + of(right)) / 2.0;
+        let focal = mean(|camera| (camera.intrinsics[0] + camera.intrinsics[1]) / 2.0);
+        let centre = [mean(|camera| camera.intrinsics[2]), mean(|camera| camera.intrinsics[3])];
+        let numbers = [focal, centre[0], centre[1], across.norm(), 0.0];
+        let calibration = checked(&left.path, numbers, RAW_DISPARITIES.min(left.width.max(2) - 1))?;
+        let turns = [turn(left), turn(right)];
+        Ok(Self { cameras, turns, calibration })
+    }
+
+    /// The calibration of the ideal pair.
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// From the ideal cameras' frame (right, down, ahead) to the body's.
+    pub fn to_body(&self) -> Rotation3<f64> {
+        let axes = self.cameras[0].pose.fixed_view::<3, 3>(0, 0).into_owned();
+        Rotation3::from_matrix(&axes) * self.turns[0]
+    }
+
+    /// The pictures of the ideal cameras, left and right.
+    ///
+    /// # Errors
+    /// A picture of another size than its camera makes.
+    pub fn rectify(&self, left: &GreyImage, right: &GreyImage) -> Result<[Rectified; 2], VisionError> {
+        Ok([self.rectified(0, left)?, self.rectified(1, right)?])
+    }
+
+    fn rectified(&self, which: usize, image: &GreyImage) -> Result<Rectified, VisionError> {
+        let camera = &self.cameras[which];
+        if (image.width(), image.height()) != (camera.width, camera.height) {
+            let reason = format!(
+                "is {}x{}, but the image is {}x{}",
+                camera.width,
+                camera.height,
+                image.width(),
+                image.height()
+            );
+            let (path, key) = (camera.path.clone(), "resolution".to_string());
+            return Err(VisionError::CalibrationKey { path, key, reason });
+        }
+        let place = |at: usize| {
+            let ray = self.calibration.ray((at % camera.width) as f64, (at / camera.width) as f64);
+            let turned = self.turns[which] * Vector3::from(ray);
+            (turned.z > 0.0).then(|| camera.pixel(turned.x / turned.z, turned.y / turned.z))
+        };
+        let values: Vec<Option<f32>> =
+            (0..image.pixels().len()).map(|at| place(at).and_then(|[x, y]| between(image, x, y))).collect();
+        let pixels = values.iter().map(|value| value.unwrap_or(0.0)).collect();
+        let image = GreyImage::new(camera.width, camera.height, pixels)?;
+        Ok(Rectified { image, seen: values.iter().map(Option::is_some).collect() })
+    }
+}
+
+/// The intensity between four pixels.
+fn between(image: &GreyImage, x: f64, y: f64) -> Option<f32> {
+    let (width, height) = (image.width(), image.height());
+    let inside = x >= 0.0 && y >= 0.0 && x <= (width - 1) as f64 && y <= (height - 1) as f64;
+    if !inside {
+        return None;
+    }
+    let (left, top) = ((x as usize).min(width.max(2) - 2), (y as usize).min(height.max(2) - 2));
+    let (s, t) = ((x - left as f64) as f32, (y - top as f64) as f32);
+    let at = |dx: usize, dy: usize| {
+        image.pixels()[(top + dy).min(height - 1) * width + (left + dx).min(width - 1)]
+    };
+    let row = |dy: usize| at(0, dy) * (1.0 - s) + at(1, dy) * s;
+    Some((row(0) * (1.0 - t) + row(1) * t).clamp(0.0, 255.0))
+}
+
+impl Camera {
+    fn read(path: &Path) -> Result<Self, VisionError> {
+        let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
+        Self::parse(&std::fs::read_to_string(path).map_err(failed)?, path)
+    }
+
+    fn parse(text: &str, path: &Path) -> Result<Self, VisionError> {
+        let wrong = |key: &str, reason: String| VisionError::CalibrationKey {
+            path: path.to_path_buf(),
+            key: key.to_string(),
+            reason,
+        };
+        let numbers = |key: &str, count: usize| -> Result<Vec<f64>, VisionError> {
+            // `key: [a, b, …]`, perhaps over several lines.
+            let after = text.match_indices(key).map(|(at, _)| &text[at + key.len()..]);
+            let list = after.filter_map(|after| after.trim_start().strip_prefix(':')).next();
+            let list = list.ok_or_else(|| wrong(key, "missing".into()))?.trim_start();
+            let inside =
+                list.strip_prefix('[').and_then(|list| list.split_once(']')).map(|(inside, _)| inside);
+            let inside = inside.ok_or_else(|| wrong(key, "is no list in brackets".into()))?;
+            let parsed: Result<Vec<f64>, _> = inside.split(',').map(|word| word.trim().parse()).collect();
+            let found = parsed.map_err(|_| wrong(key, "holds what is no number".into()))?;
+            if found.len() != count || found.iter().any(|value: &f64| !value.is_finite()) {
+                return Err(wrong(key, format!("has {} numbers, expected {count} finite ones", found.len())));
+            }
+            Ok(found)
+        };
+        for (key, expected) in [("camera_model", "pinhole"), ("distortion_model", "radial-tangential")] {
+            let line =
+                text.lines().find_map(|line| line.trim().strip_prefix(key)?.trim_start().strip_prefix(':'));
+            let found = line.map(|value| value.split('#').next().unwrap_or("").trim());
+            match found {
+                Some(found) if found == expected => {}
+                Some(found) => return Err(wrong(key, format!("is `{found}`, expected `{expected}`"))),
+                None => return Err(wrong(key, "missing".into())),
+            }
+        }
+        let four = |key: &str| numbers(key, 4).map(|found| [found[0], found[1], found[2], found[3]]);
+        let resolution = numbers("resolution", 2)?;
+        if resolution.iter().any(|&size| size < 1.0 || size.fract() != 0.0 || size > 1e5) {
+            return Err(wrong("resolution", format!("is {resolution:?}, expected two whole numbers")));
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+            width: resolution[0] as usize,
+            height: resolution[1] as usize,
+            intrinsics: four("intrinsics")?,
+            distortion: four("distortion_coefficients")?,
+            pose: Matrix4::from_row_slice(&numbers("data", 16)?),
+        })
+    }
+
+    /// Where the camera sees the ray of slopes X/Z, Y/Z, pixels.
+    fn pixel(&self, x: f64, y: f64) -> [f64; 2] {
+        let [k1, k2, p1, p2] = self.distortion;
+        let [fu, fv, cu, cv] = self.intrinsics;
+        let square = x * x + y * y;
+        let radial = 1.0 + square * (k1 + k2 * square);
+        let across = x * radial + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x);
+        let down = y * radial + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y;
+        [fu * across + cu, fv * down + cv]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn yaml(shift: f64, k1: f64) -> String {
+        format!(
+            "T_BS:\n  data: [1.0, 0.0, 0.0, {shift},\n 0.0, 1.0, 0.0, 0.0,\n 0.0, 0.0, 1.0, 0.0,\n 0.0, 0.0, 0.0, 1.0]\n\
+             resolution: [9, 7]\ncamera_model: pinhole\nintrinsics: [10.0, 10.0, 4.0, 3.0] #fu\n\
+             distortion_model: radial-tangential\ndistortion_coefficients: [{k1}, 0.0, 0.0, 0.0]\n"
+        )
+    }
+
+    fn pair(k1: f64) -> RawPair {
+        let camera = |shift| Camera::parse(&yaml(shift, k1), Path::new("cam0.yaml")).unwrap();
+        RawPair::new([camera(0.0), camera(0.2)]).unwrap()
+    }
+
+    #[test]
+    fn a_pair_that_is_ideal_stays_as_it_is() {
+        let pair = pair(0.0);
+        assert!((pair.calibration().depth_times_disparity() - 2.0).abs() < 1e-12);
+        let image = GreyImage::new(9, 7, (0..63).map(|value| value as f32).collect()).unwrap();
+        let [left, right] = pair.rectify(&image, &image).unwrap();
+        for found in [left, right] {
+            let far = found
+                .image
+                .pixels()
+                .iter()
+                .zip(image.pixels())
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f32::max);
+            assert!(far < 1e-4 && found.seen.iter().filter(|seen| **seen).count() >= 9 * 7 - 30, "{far}");
+        }
+    }
+
+    #[test]
+    fn distortion_by_hand() {
+        // Slope 1/2 with k1 = −0.4: 1/2 · (1 − 0.4 / 4) = 0.45, so 4.5 px from the centre.
+        let camera = Camera::parse(&yaml(0.0, -0.4), Path::new("cam0.yaml")).unwrap();
+        let [x, y] = camera.pixel(0.5, 0.0);
+        assert!((x - 8.5).abs() < 1e-12 && (y - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cameras_turned_towards_each_other_are_turned_back() {
+        // The right camera is turned by 0.1 rad to the left about the vertical: a far point that the left one sees
+        // ahead must be in the same place of both ideal pictures.
+        let mut cameras = pair(0.0).cameras;
+        let turned = Rotation3::from_axis_angle(&Vector3::y_axis(), -0.1);
+        cameras[1].pose.fixed_view_mut::<3, 3>(0, 0).copy_from(turned.matrix());
+        let pair = RawPair::new(cameras).unwrap();
+        let far = Vector3::new(0.03, 0.02, 1.0);
+        for (camera, turn) in pair.cameras.iter().zip(&pair.turns) {
+            let axes = camera.pose.fixed_view::<3, 3>(0, 0).into_owned();
+            // Ideal frame, then the camera's, then the body's: the same whatever the camera.
+            assert!((axes * (turn * far) - pair.to_body() * far).norm() < 1e-12);
+        }
+        // Both axes count alike: the ideal pair looks half way, but across the baseline not at all.
+        assert!((pair.to_body() * Vector3::z() - Vector3::z()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn faults_name_the_key() {
+        for (good, bad, expected) in [
+            ("pinhole", "omni", "`camera_model`: is `omni`, expected `pinhole`"),
+            ("intrinsics", "intrinsic", "`intrinsics`: missing"),
+            ("[9, 7]", "[9]", "`resolution`: has 1 numbers, expected 2"),
+            ("10.0, 4.0", "ten, 4.0", "`intrinsics`: holds what is no number"),
+        ] {
+            let text = yaml(0.0, 0.0).replace(good, bad);
+            let message = Camera::parse(&text, Path::new("cam0.yaml")).unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains("cam0.yaml"), "{message}");
+        }
+        let left = Camera::parse(&yaml(0.0, 0.0), Path::new("cam0.yaml")).unwrap();
+        let mut swapped = left.clone();
+        swapped.pose[(0, 3)] = -0.2;
+        assert!(RawPair::new([left, swapped]).unwrap_err().to_string().contains("not to the right"));
+    }
+}

@@ -1,0 +1,34 @@
+//! The points that a pair shows, for viewers of point clouds.
+//!
+//! In: disparities, their picture and its calibration. Out: a binary PLY file: x to the right, y down, z ahead of the
+//! left camera (metres), the grey level, and λ. Invariant: a file appears whole or not at all; only claims have points.
+
+use super::Pair;
+use super::stereo::DisparityMap;
+use crate::error::Error;
+use crate::report::write_atomically;
+use std::path::Path;
+
+/// Writes the cloud; gives the number of its points.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(path: &Path, pair: &Pair, map: &DisparityMap) -> Result<usize, Error> {
+    let mut points = Vec::new();
+    let mut count = 0;
+    for (at, (&disparity, &confidence)) in map.disparity.iter().zip(&map.confidence).enumerate() {
+        let Some(depth) = pair.calibration.depth_m(f64::from(disparity)) else { continue };
+        let ray = pair.calibration.ray((at % map.width) as f64, (at / map.width) as f64);
+        points.extend(ray.iter().flat_map(|slope| ((slope * depth) as f32).to_le_bytes()));
+        points.extend([pair.left.pixels()[at] as u8; 3]);
+        points.extend(confidence.to_le_bytes());
+        count += 1;
+    }
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {count}\nproperty float x\nproperty float y\n\
+         property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+         property float confidence\nend_header\n"
+    );
+    write_atomically(path, &[header.into_bytes(), points].concat())?;
+    Ok(count)
+}

@@ -1,0 +1,136 @@
+//! Disparities against the truth.
+//!
+//! In: a [`DisparityMap`] and the true disparities of its left picture. Out: which pixels count, how far off each
+//! claim is, and curves of it. Invariant: a pixel counts where its truth is a positive finite number and the right
+//! camera sees it, by a z-buffer of the truth: no nearer point falls on the same right pixel. What is not a number is no
+//! truth.
+
+use super::stereo::DisparityMap;
+use super::{VisionError, image, pfm};
+use std::path::Path;
+
+/// True disparities of a left picture.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Width, pixels.
+    pub width: usize,
+    /// Disparities, pixels; infinity where they are not known.
+    pub disparity: Vec<f32>,
+    /// Which pixels count.
+    pub counts: Vec<bool>,
+}
+
+/// A claim, and how far it is off.
+#[derive(Clone, Copy, Debug)]
+pub struct Scored {
+    /// Claim minus truth, pixels.
+    pub error: f32,
+    /// λ of the matcher.
+    pub confidence: f32,
+    /// Standard deviation that was told, pixels.
+    pub sigma: f32,
+}
+
+impl Truth {
+    /// Reads the truth: PFM, or an image whose grey levels (0 is unknown) are `scale` times the disparity.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is neither.
+    pub fn read(path: &Path, scale: f64) -> Result<Self, VisionError> {
+        let is_pfm = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pfm"));
+        let (width, values) = if is_pfm {
+            let field = pfm::read(path)?;
+            (field.width, field.values)
+        } else {
+            let image = image::read(path)?;
+            (image.width(), image.pixels().iter().map(|level| level / scale as f32).collect())
+        };
+        Ok(Self::new(width, values))
+    }
+
+    /// The truth of rows of disparities.
+    pub fn new(width: usize, values: Vec<f32>) -> Self {
+        let known = |value: &f32| value.is_finite() && *value > 0.0;
+        let disparity: Vec<f32> =
+            values.iter().map(|value| if known(value) { *value } else { f32::INFINITY }).collect();
+        let mut counts = vec![false; disparity.len()];
+        for (counts, row) in counts.chunks_exact_mut(width.max(1)).zip(disparity.chunks_exact(width.max(1))) {
+            let place = |x: usize| (x as f32 - row[x]).round();
+            let mut nearest = vec![0f32; width];
+            for x in (0..width).filter(|x| place(*x) >= 0.0) {
+                let there = &mut nearest[place(x) as usize];
+                *there = there.max(row[x]);
+            }
+            for (x, counts) in counts.iter_mut().enumerate() {
+                *counts = place(x) >= 0.0 && row[x] >= nearest[place(x) as usize] - 1.0;
+            }
+        }
+        Self { width, disparity, counts }
+    }
+
+    /// Pixels that count.
+    pub fn count(&self) -> usize {
+        self.counts.iter().filter(|counts| **counts).count()
+    }
+
+    /// All claims that count, the surest first.
+    ///
+    /// # Errors
+    /// A map of another size.
+    pub fn score(&self, map: &DisparityMap) -> Result<Vec<Scored>, VisionError> {
+        let height = |count: usize| count / self.width.max(1);
+        if map.width != self.width || map.disparity.len() != self.disparity.len() {
+            let reason = format!(
+                "the truth is {}x{}, the picture {}x{}",
+                self.width,
+                height(self.disparity.len()),
+                map.width,
+                map.height
+            );
+            return Err(VisionError::Pixels { reason });
+        }
+        let claims = (0..map.disparity.len()).filter(|&at| self.counts[at] && map.disparity[at].is_finite());
+        let mut scored: Vec<Scored> = claims
+            .map(|at| Scored {
+                error: map.disparity[at] - self.disparity[at],
+                confidence: map.confidence[at],
+                sigma: map.sigma_px(at),
+            })
+            .collect();
+        scored.sort_by(|one, other| other.confidence.total_cmp(&one.confidence));
+        Ok(scored)
+    }
+}
+
+/// Part of the claims that are off by more than `most` pixels.
+pub fn wrong(scored: &[Scored], most: f32) -> f64 {
+    part(scored, |claim| claim.error.abs() > most)
+}
+
+/// Part of the claims of which something holds; not a number where there are none.
+pub fn part(scored: &[Scored], holds: impl Fn(&Scored) -> bool) -> f64 {
+    scored.iter().filter(|claim| holds(claim)).count() as f64 / scored.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_hidden_or_unknown_does_not_count() {
+        // On the right, 3 at x = 4 covers 1 at x = 2 (both at 1), and x = 1 with 2 lies outside.
+        let truth = Truth::new(6, vec![f32::NAN, 2.0, 1.0, f32::INFINITY, 3.0, 0.0]);
+        assert_eq!(truth.counts, [false, false, false, false, true, false]);
+        let map = DisparityMap {
+            width: 6,
+            height: 1,
+            disparity: vec![f32::INFINITY, 2.0, 1.0, 5.0, 5.5, 1.0],
+            confidence: vec![0.0, 1.0, 1.0, 1.0, 0.5, 1.0],
+            spread: vec![0.0; 6],
+        };
+        let scored = truth.score(&map).unwrap();
+        assert_eq!(scored.len(), 1);
+        assert_eq!((scored[0].error, wrong(&scored, 2.0), wrong(&scored, 3.0)), (2.5, 1.0, 0.0));
+        assert!(Truth::new(3, vec![1.0; 6]).score(&map).unwrap_err().to_string().contains("3x2"));
+    }
+}

@@ -1,0 +1,67 @@
+//! A pair of pictures that is ready to be matched, whatever the files were like.
+//!
+//! In: two image files and a calibration: of a rectified pair, or of two raw cameras. Out: [`Pair`]. Invariant: where
+//! an ideal camera sees what the real one did not, nothing is claimed.
+
+use super::calibration::raw::RawPair;
+use super::{Calibration, DisparityMap, GreyImage, Matcher, VisionError, image, match_pair};
+use std::path::Path;
+
+/// A rectified pair.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// The left picture.
+    pub left: GreyImage,
+    /// The right picture.
+    pub right: GreyImage,
+    /// Their geometry.
+    pub calibration: Calibration,
+    /// Which pixels of the left picture, and of the right one, the real cameras saw; all, if it was rectified.
+    seen: Option<[Vec<bool>; 2]>,
+}
+
+impl Pair {
+    /// Reads a pair.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no image or no calibration; pictures that do not fit the cameras.
+    pub fn read(left: &Path, right: &Path, calibration: &Path) -> Result<Self, VisionError> {
+        let raw = RawPair::find(calibration)?;
+        let rig = match &raw {
+            Some(raw) => *raw.calibration(),
+            None => Calibration::read(calibration, Some(left))?,
+        };
+        let (left, right) = (image::read(left)?, image::read(right)?);
+        match raw {
+            Some(raw) => Self::rectified(&raw, &left, &right),
+            None => Ok(Self { left, right, calibration: rig, seen: None }),
+        }
+    }
+
+    /// Turns the pictures of two raw cameras into a pair.
+    ///
+    /// # Errors
+    /// Pictures of another size than the cameras make.
+    pub fn rectified(raw: &RawPair, left: &GreyImage, right: &GreyImage) -> Result<Self, VisionError> {
+        let [left, right] = raw.rectify(left, right)?;
+        let seen = Some([left.seen, right.seen]);
+        Ok(Self { left: left.image, right: right.image, calibration: *raw.calibration(), seen })
+    }
+
+    /// The disparities of the left picture.
+    ///
+    /// # Errors
+    /// Pictures of different sizes, or narrower than the largest disparity.
+    pub fn matched(&self, matcher: Matcher) -> Result<DisparityMap, VisionError> {
+        let mut found = match_pair(&self.left, &self.right, self.calibration.max_disparity_px(), matcher)?;
+        if let Some([left, right]) = &self.seen {
+            for (at, left) in left.iter().enumerate() {
+                let there = || at - (found.disparity[at].round() as usize).min(at % found.width);
+                if !left || (found.disparity[at].is_finite() && !right[there()]) {
+                    found.withdraw(at);
+                }
+            }
+        }
+        Ok(found)
+    }
+}

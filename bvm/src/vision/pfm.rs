@@ -1,0 +1,106 @@
+//! Fields of numbers as portable float maps.
+//!
+//! In: rows of numbers from the top. Out: a PFM file: `Pf`, width and height, −1 (least significant byte first), then
+//! the rows from the bottom; and back. Infinity stands where nothing is said. Invariant: a file appears whole or not
+//! at all; nothing is allocated before the announced size has been found in the file.
+//! Reference: P. Debevec's PFM, as the Middlebury stereo pages use it.
+
+use super::VisionError;
+use super::image::check_size;
+use crate::report::write_atomically;
+use std::path::Path;
+
+/// A field of numbers, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Width, pixels.
+    pub width: usize,
+    /// Values; infinity where nothing is said.
+    pub values: Vec<f32>,
+}
+
+/// Writes a field.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(path: &Path, width: usize, values: &[f32]) -> Result<(), crate::error::Error> {
+    let mut bytes = format!("Pf\n{width} {}\n-1.0\n", values.len() / width.max(1)).into_bytes();
+    bytes.reserve(4 * values.len());
+    for value in values.chunks_exact(width.max(1)).rev().flatten() {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
+    Ok(write_atomically(path, &bytes)?)
+}
+
+/// Reads a field.
+///
+/// # Errors
+/// A file that cannot be read, or is no PFM of one channel.
+pub fn read(path: &Path) -> Result<Field, VisionError> {
+    let bytes =
+        std::fs::read(path).map_err(|source| VisionError::Read { path: path.to_path_buf(), source })?;
+    decode(&bytes).map_err(|reason| VisionError::ImageFile { path: path.to_path_buf(), reason })
+}
+
+fn decode(bytes: &[u8]) -> Result<Field, String> {
+    let mut at = 0;
+    let mut word = |what: &str| {
+        let start = at + bytes[at..].iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+        let length = bytes[start..].iter().take_while(|byte| !byte.is_ascii_whitespace()).take(40).count();
+        at = start + length;
+        let word = std::str::from_utf8(&bytes[start..at]).unwrap_or("");
+        if word.is_empty() { Err(format!("the PFM has no {what}")) } else { Ok(word) }
+    };
+    let magic = word("magic word")?;
+    if magic != "Pf" {
+        return Err(format!("begins with `{magic}`, expected `Pf`, a PFM of one channel"));
+    }
+    let mut number =
+        |what: &str| word(what)?.parse::<f64>().map_err(|_| format!("the PFM's {what} is no number"));
+    let (width, height, scale) = (number("width")?, number("height")?, number("scale")?);
+    let (width, height) = (width.max(0.0) as usize, height.max(0.0) as usize);
+    check_size(width, height)?;
+    let data = bytes.get(at + 1..at + 1 + 4 * width * height);
+    let data = data.ok_or_else(|| {
+        format!("the PFM is truncated: {width}x{height} needs {} bytes", 4 * width * height)
+    })?;
+    let value =
+        |four: &[u8; 4]| if scale < 0.0 { f32::from_le_bytes(*four) } else { f32::from_be_bytes(*four) };
+    let values: Vec<f32> = data.as_chunks().0.iter().map(value).collect();
+    Ok(Field { width, values: values.chunks_exact(width).rev().flatten().copied().collect() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_by_hand() {
+        // Two rows of one: the lower one comes first.
+        let bytes =
+            [b"Pf\n1 2\n-1.0\n".as_slice(), &1.5f32.to_le_bytes(), &f32::INFINITY.to_le_bytes()].concat();
+        let field = Field { width: 1, values: vec![f32::INFINITY, 1.5] };
+        assert_eq!(decode(&bytes).unwrap(), field);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("d.pfm");
+        write(&path, 1, &field.values).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), bytes);
+        assert_eq!(read(&path).unwrap(), field);
+        let other = [b"Pf\n1 1\n1.0\n".as_slice(), &2.5f32.to_be_bytes()].concat();
+        assert_eq!(decode(&other).unwrap().values, [2.5]);
+    }
+
+    #[test]
+    fn broken_files_say_what_is_wrong() {
+        for (bytes, expected) in [
+            (b"".as_slice(), "no magic word"),
+            (b"PF\n1 1\n-1\n", "expected `Pf`"),
+            (b"Pf\nwide 1\n-1\n", "width is no number"),
+            (b"Pf\n0 1\n-1\n", "0x1"),
+            (b"Pf\n2 2\n-1\n1234", "truncated: 2x2 needs 16 bytes"),
+        ] {
+            let message = decode(bytes).unwrap_err();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}
