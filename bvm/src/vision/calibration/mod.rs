@@ -1,9 +1,9 @@
 //! The geometry of a rectified stereo pair, seen from its left camera.
 //!
-//! In: a TOML file with the keys (or a file of Middlebury's or KITTI's) `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
+//! In: a TOML file with the keys `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
 //! (`doffs_px` is cx of the right camera minus cx of the left; whole disparities below `max_disparity_px` are
-//! searched). Out: [`Calibration`], checked, which turns
-//! pixels and disparities into directions and ranges:
+//! searched), or a file of Middlebury's or KITTI's. Out: [`Calibration`], checked, which turns pixels and disparities
+//! into directions and ranges:
 //!
 //! ```text
 //! Z = f·B / (d + doffs)     X = (x − cx)·Z/f     Y = (y − cy)·Z/f      (Y points down, as rows do)
