@@ -12,7 +12,6 @@ use bp_core::kernel::{Kernel, in_words};
 use bp_core::lower::lower;
 use bp_core::model::Model;
 use bp_core::plan::{Options, Route, plan};
-use bp_core::syntax::compile;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -47,13 +46,9 @@ enum Language {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let source = program::read(&arguments.file)?;
-    let model = match compile(&source) {
-        Ok(model) => model,
-        Err(wrong) => return Err(Failure::Wrong(wrong, source)),
-    };
-    let mut model = link(&model)?.into_owned();
-    let questions = program::questions(&model, arguments.question.as_deref())?;
+    let (network, source) = program::with_source(&arguments.file)?;
+    let questions = program::questions(&network, arguments.question.as_deref())?;
+    let mut model = link(&network.model)?.into_owned();
     let mut page = Vec::new();
     if arguments.to == Language::Rust {
         model.questions = Default::default();

@@ -8,12 +8,11 @@ use crate::failure::{Failure, colour};
 use crate::output::{self, questions_of};
 use crate::{html, latex, parameters, program, wrap};
 use bp_core::error::Error;
-use bp_core::io::{self, Format, Network};
 use bp_core::model::{Model, Question};
 use bp_core::plan::{Notation, Options, Plan, plan};
 use serde_json::json;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Derives the answer to a question, step by step.
 #[derive(clap::Args)]
@@ -46,26 +45,8 @@ pub(crate) struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// A program with its text; the text of a network is that of the program that it is.
-fn read(path: &Path) -> Result<(Network, String), Failure> {
-    match Format::of(path).unwrap_or(Format::Program) {
-        Format::Program => {
-            let source = program::read(path)?;
-            match io::read(&source, Format::Program) {
-                Ok(network) => Ok((network, source.text)),
-                Err(wrong) => Err(Failure::Wrong(wrong, source)),
-            }
-        }
-        other => {
-            let network = program::network(path, other)?;
-            let text = io::write(&network, Format::Program)?;
-            Ok((network, text))
-        }
-    }
-}
-
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (network, source) = read(&arguments.file)?;
+    let (network, source) = program::with_source(&arguments.file)?;
     // A page shows a program that asks nothing, too.
     let questions = match arguments.html {
         true => questions_of(&network, arguments.question.as_deref())?,
@@ -76,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         questions.iter().map(|one| plan(&model, one, Options::default())).collect::<Result<_, Error>>()?;
     let mut page = Vec::new();
     if arguments.html {
-        html::write(&model, &source, &plans, &mut page)?;
+        html::write(&model, &source.text, &plans, &mut page)?;
     } else if arguments.json {
         write_json(&model, &plans, &mut page)?;
     } else if arguments.latex {

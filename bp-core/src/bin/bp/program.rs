@@ -63,6 +63,24 @@ pub(crate) fn network(path: &Path, format: Format) -> Result<Network, Failure> {
     }
 }
 
+/// A program with its text; the text of a network is that of the program that it is.
+pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
+    match Format::of(path).unwrap_or(Format::Program) {
+        Format::Program => {
+            let source = read(path)?;
+            match io::read(&source, Format::Program) {
+                Ok(network) => Ok((network, source)),
+                Err(wrong) => Err(Failure::Wrong(wrong, source)),
+            }
+        }
+        other => {
+            let network = network(path, other)?;
+            let text = io::write(&network, Format::Program)?;
+            Ok((network, Source::new(path.display().to_string(), text)))
+        }
+    }
+}
+
 /// Reads a text that need not be UTF-8: older tools write Latin-1.
 fn read_any(path: &Path) -> Result<Source, Failure> {
     let (name, bytes) = bytes(path)?;
