@@ -117,7 +117,8 @@ impl<'p> Forest<'p> {
                 (None, None) => break,
                 (Some(one), Some(other)) if one == other => {
                     let variable = **one;
-                    (left.next(), right.next());
+                    left.next();
+                    right.next();
                     self.count[variable as usize] -= 1;
                     // Nothing else has it: it is summed out.
                     if self.count[variable as usize] == 1 {
