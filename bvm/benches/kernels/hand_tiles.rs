@@ -81,7 +81,7 @@ fn step_tile(sources: &Sources<'_>, at: usize, to: usize, made: &mut [&mut [f32]
     let likelihood = sources.likelihood.map(|row| tile(row, at));
     let mut sums = [[0.0f32; TILE]; 2];
     let mut marginals = [[0.0f32; TILE]; SEVEN];
-    for velocity in 0..SEVEN {
+    for (velocity, marginal) in marginals.iter_mut().enumerate() {
         let (empty, full) = (tile(sources.empty[velocity], at), tile(sources.full[velocity], at));
         let before = tile(sources.velocity[velocity], at);
         for lane in 0..TILE {
@@ -91,7 +91,7 @@ fn step_tile(sources: &Sources<'_>, at: usize, to: usize, made: &mut [&mut [f32]
                 likelihood[1][lane] * before[lane] * (epsilon * empty[lane] + stays * full[lane]);
             sums[0][lane] += joint_empty;
             sums[1][lane] += joint_full;
-            marginals[velocity][lane] = joint_empty + joint_full;
+            marginal[lane] = joint_empty + joint_full;
         }
     }
     let mut scale = [0.0f32; TILE];
