@@ -74,7 +74,7 @@ fn the_classic_networks_go_through_every_format_without_loss() {
     for (name, ..) in SIZES {
         let source = Source::new(name, std::fs::read_to_string(format!("{FOLDER}/{name}.bif")).unwrap());
         let (model, warnings) = bif::read(&source).unwrap();
-        let mut network = Network { model, known: Vec::new(), warnings };
+        let mut network = Network { model, known: Vec::new(), ln_scale: 0.0, warnings };
         let expected = numbers(&network.model);
         for format in Format::ALL {
             let written = Source::new("written", io::write(&network, format).unwrap());
