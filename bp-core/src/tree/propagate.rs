@@ -251,10 +251,14 @@ impl Pass<'_> {
         match kind {
             Kind::Within { inner } => {
                 let values = self.tree.value(self.known, cells, 0, node);
-                let (values, derivatives) = (values.chunks_exact(inner), derivatives.chunks_exact(inner));
-                for (number, (values, derivatives)) in values.zip(derivatives).enumerate() {
-                    let terms = values.iter().zip(derivatives).map(|(value, derivative)| value * derivative);
-                    marginal[number % extent] += terms.sum::<f64>();
+                let rows = values.chunks_exact(extent * inner).zip(derivatives.chunks_exact(extent * inner));
+                for (values, derivatives) in rows {
+                    let cells = values.chunks_exact(inner).zip(derivatives.chunks_exact(inner));
+                    for (p, (values, derivatives)) in marginal.iter_mut().zip(cells) {
+                        let terms =
+                            values.iter().zip(derivatives).map(|(value, derivative)| value * derivative);
+                        *p += terms.sum::<f64>();
+                    }
                 }
             }
             Kind::Beyond { start, slicing } => {
