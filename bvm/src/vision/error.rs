@@ -68,7 +68,7 @@ pub enum VisionError {
         right: (usize, usize),
     },
     /// A largest disparity that the images cannot show.
-    #[error("the largest disparity must be within 1..={} for images {width} pixels wide, found {value}", width.saturating_sub(1))]
+    #[error("{value} disparities cannot be searched in images {width} pixels wide: 1 at least, and fewer than pixels")]
     MaxDisparity {
         /// The value asked for, pixels.
         value: usize,
