@@ -68,7 +68,9 @@ pub enum VisionError {
         right: (usize, usize),
     },
     /// A largest disparity that the images cannot show.
-    #[error("{value} disparities cannot be searched in images {width} pixels wide: 1 at least, and fewer than pixels")]
+    #[error(
+        "{value} disparities cannot be searched in images {width} pixels wide: 1 at least, and fewer than pixels"
+    )]
     MaxDisparity {
         /// The value asked for, pixels.
         value: usize,
