@@ -38,6 +38,8 @@ pub enum Unary {
     LnBessel,
     /// Φ(x), the cumulative distribution of the standard normal law
     NormalCumulative,
+    /// −x ln x, and 0 at 0 and below: one value's part of an entropy
+    EntropyTerm,
 }
 
 /// An operator on two numbers.
@@ -98,6 +100,8 @@ impl Unary {
             Unary::LnGamma => ln_gamma(x),
             Unary::LnBessel => ln_bessel(x),
             Unary::NormalCumulative => normal_cumulative(x),
+            Unary::EntropyTerm if x > 0.0 => -x * x.ln(),
+            Unary::EntropyTerm => 0.0,
         }
     }
 }

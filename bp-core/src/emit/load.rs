@@ -10,6 +10,12 @@ use crate::ids::{BufferId, Id, ValueId};
 use crate::kernel::{Index, Node, Role};
 
 impl Nests<'_> {
+    /// A uniform value as a whole number.
+    fn whole(&self, value: ValueId) -> String {
+        let id = value.position();
+        if self.is_whole(value) { format!("z{id}") } else { format!("u{id} as isize") }
+    }
+
     /// Whether all uniform indices are inside, and the offset that they give.
     pub(super) fn offset(&self, buffer: BufferId, indices: &[Index], skip_lane: bool) -> (String, String) {
         let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == buffer);
@@ -34,6 +40,11 @@ impl Nests<'_> {
             match index {
                 Index::Axis(axis) if skip_lane && Some(axis) == lane => {}
                 Index::Axis(axis) => terms.push(format!("{} * ({stride})", self.running(*axis))),
+                Index::At(at) if self.is_whole(*at) => {
+                    let at = format!("z{}", at.position());
+                    inside.push(format!("{at} >= 0 && {at} < {} as isize", local("e", *axis)));
+                    terms.push(format!("({at} as usize) * ({stride})"));
+                }
                 Index::At(at) => {
                     let at = format!("u{}", at.position());
                     inside.push(format!("{at} >= 0.0 && {at} < {} as f64", local("e", *axis)));
@@ -42,8 +53,8 @@ impl Nests<'_> {
                 Index::Turned { axis: turned, by, wraps } if !skip_lane => {
                     let (turned, extent) = (self.running(*turned), local("e", *axis));
                     let at = format!(
-                        "turn({turned} as isize + u{} as isize, {extent}, u{} != 0.0)",
-                        by.position(),
+                        "turn({turned} as isize + {}, {extent}, u{} != 0.0)",
+                        self.whole(*by),
                         wraps.position()
                     );
                     inside.push(format!("{at} >= 0 && {at} < {extent} as isize"));
@@ -89,14 +100,19 @@ impl Nests<'_> {
                 }
                 _ => None,
             });
-        let fill = match otherwise {
-            Some(otherwise) if !self.varies(*otherwise) => format!("t{}", otherwise.position()),
-            _ => "T::ZERO".to_owned(),
+        let others = self.other_lanes(value).map(|(other, buffer)| {
+            let other = other.position();
+            format!("&p{other}.of({}, &b{other}[..])[..width]", self.source(buffer))
+        });
+        let fill = match (otherwise, &others) {
+            (_, Some(others)) => others.clone(),
+            (Some(otherwise), _) if !self.varies(*otherwise) => format!("&[t{}]", otherwise.position()),
+            _ => "&[T::ZERO]".to_owned(),
         };
         let fetched = match along {
             _ if own => format!("Place::at({offset})"),
             Some((Some((by, wraps)), axis)) => {
-                text.line(format!("let from{id}: isize = start as isize + u{} as isize;", by.position()));
+                text.line(format!("let from{id}: isize = start as isize + {};", self.whole(*by)));
                 format!(
                     "fetch_turned(&mut b{id}, {slot}, {source}, {offset}, from{id}, {}, u{} != 0.0, width, {fill})",
                     local("e", axis),
@@ -114,7 +130,7 @@ impl Nests<'_> {
             (None, _) | (_, "true") => text.line(format!("let p{id}: Place = {fetched};")),
             _ => {
                 text.line(format!("let inside{id}: bool = {inside};"));
-                text.line(format!("let p{id}: Place = if inside{id} {{ {fetched} }} else {{ splat(&mut b{id}, {slot}, {fill}, width) }};"));
+                text.line(format!("let p{id}: Place = if inside{id} {{ {fetched} }} else {{ fill(&mut b{id}, {slot}, {fill}, width) }};"));
             }
         }
         if self.is_merged(value) && inside == "true" {
@@ -174,8 +190,8 @@ impl Nests<'_> {
                         format!("i{}", running.position())
                     };
                     let at = format!(
-                        "turn(({first}) as isize + u{} as isize, {}, u{} != 0.0)",
-                        by.position(),
+                        "turn(({first}) as isize + {}, {}, u{} != 0.0)",
+                        self.whole(*by),
                         local("e", *axis),
                         wraps.position()
                     );

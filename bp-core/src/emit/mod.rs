@@ -5,6 +5,7 @@
 //! [`crate::exec::compiled`]; it reads the same schedule as the lanes.
 
 mod fused;
+mod given;
 mod load;
 mod names;
 mod nest;

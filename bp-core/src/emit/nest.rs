@@ -1,6 +1,6 @@
 //! The loops of one group of nests: blocks of lanes, all nests fused in one pass.
 //!
-//! In: a schedule's group. Out: its loops as text. Invariant: `u` are uniform numbers (f64), `t` the same as lanes
+//! In: a schedule's group. Out: its loops as text. Invariant: `u` are uniform numbers (f64), `z` those that are whole (isize), `t` the same as lanes
 //! see them, `r` lanes that were fetched, `a` lanes that were computed at an outer depth, `x` one lane.
 
 use super::fused::Item;
@@ -11,6 +11,9 @@ use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Fold, Index, Kernel, Node, Reduce};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// Lanes in a block of a plate without rows, where nests leave arrays for each other.
+const SHORT_BLOCK: usize = 128;
 
 pub(super) struct Nests<'k> {
     pub(super) kernel: &'k Kernel,
@@ -43,7 +46,13 @@ impl<'k> Nests<'k> {
         let group = self.group;
         let mut items = Text::default();
         let mut outside: BTreeMap<String, String> = BTreeMap::new();
-        for item in self.items() {
+        let found = self.items();
+        // What nests leave for each other block by block has to stay in the first cache.
+        let is_kept = found.iter().any(|item| matches!(item, Item::Alone(_)));
+        if is_kept && self.kernel.parallel.len() == 1 {
+            text.line(format!("const LANES: usize = {SHORT_BLOCK};"));
+        }
+        for item in found {
             items.open("");
             match &item {
                 Item::Alone(nest) => self.nest(nest, shared, &mut items),
@@ -267,8 +276,7 @@ impl<'k> Nests<'k> {
     fn level(&self, loops: &Loops, depth: usize, actions: &[String], text: &mut Text) {
         let values = &loops.levels[depth];
         for value in values.iter().filter(|value| !self.varies(**value)) {
-            let expression = self.uniform(*value);
-            text.line(format!("let u{}: f64 = {expression};", value.position()));
+            self.settled(*value).iter().for_each(|line| text.line(line));
             if self.group.parallel {
                 text.line(format!("let t{0}: T = T::from_f64(u{0});", value.position()));
             }
@@ -321,11 +329,25 @@ impl<'k> Nests<'k> {
             || matches!(&nest.reduce, Reduce::Scan { initial, .. } if *initial == value)
     }
 
-    /// Fetched lanes that are replaced, where they lie outside, by other lanes.
+    /// Fetched lanes that are replaced, where they lie outside, by lanes that have to be computed.
     pub(super) fn is_merged(&self, value: ValueId) -> bool {
         match &self.kernel.nodes[value] {
-            Node::Load { otherwise: Some(otherwise), .. } => self.varies(*otherwise),
+            Node::Load { otherwise: Some(otherwise), .. } => {
+                self.varies(*otherwise) && self.other_lanes(value).is_none()
+            }
             _ => false,
+        }
+    }
+
+    /// The lanes by which fetched lanes are replaced where they lie outside, if these are fetched themselves.
+    pub(super) fn other_lanes(&self, value: ValueId) -> Option<(ValueId, BufferId)> {
+        let Node::Load { otherwise: Some(otherwise), .. } = &self.kernel.nodes[value] else { return None };
+        match &self.kernel.nodes[*otherwise] {
+            Node::Load { buffer, otherwise: None, .. } if self.is_fetched(*otherwise) => {
+                let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
+                (!own).then_some((*otherwise, *buffer))
+            }
+            _ => None,
         }
     }
 

@@ -3,6 +3,7 @@
 //! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths are checked once, at
 //! the top; the loop below neither allocates nor fails.
 
+use super::given::given;
 use super::names::{self, Given, Taken, local, snake};
 use super::nest::Nests;
 use super::text::{Text, words};
@@ -18,7 +19,7 @@ use crate::model::Question;
 /// # Errors
 /// Two names that would be one in Rust; nothing is written then.
 pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Text) -> Result<(), Error> {
-    let kernel = &lowered.kernel;
+    let kernel = &given(&lowered.kernel);
     check_names(kernel)?;
     text.line(format!("/// {equation}"));
     text.open(format!("pub mod {name}"));

@@ -15,7 +15,32 @@ impl Nests<'_> {
         if lane { "start".to_owned() } else { format!("i{}", axis.position()) }
     }
 
-    pub(super) fn uniform(&self, value: ValueId) -> String {
+    /// Whether a value is a whole number from the host: then `z` is it, as isize.
+    pub(super) fn is_whole(&self, value: ValueId) -> bool {
+        match &self.kernel.nodes[value] {
+            Node::Load { buffer, otherwise: None, .. } => {
+                !self.varies(value) && self.kernel.buffers[*buffer].role == Role::Positions
+            }
+            _ => false,
+        }
+    }
+
+    /// Makes a number that is uniform over a block, in f64.
+    pub(super) fn settled(&self, value: ValueId) -> Vec<String> {
+        let id = value.position();
+        match &self.kernel.nodes[value] {
+            Node::Load { buffer, indices, .. } if self.is_whole(value) => {
+                let (_, offset) = self.offset(*buffer, indices, false);
+                vec![
+                    format!("let z{id}: isize = {}[{offset}] as isize;", local("m", *buffer)),
+                    format!("let u{id}: f64 = z{id} as f64;"),
+                ]
+            }
+            _ => vec![format!("let u{id}: f64 = {};", self.uniform(value))],
+        }
+    }
+
+    fn uniform(&self, value: ValueId) -> String {
         let u = |value: &ValueId| format!("u{}", value.position());
         match &self.kernel.nodes[value] {
             Node::Constant(bits) => constant(f64::from_bits(*bits)),
@@ -110,6 +135,7 @@ pub(super) fn function(operator: Unary) -> &'static str {
         Unary::LnGamma => "ln_gamma",
         Unary::LnBessel => "ln_bessel",
         Unary::NormalCumulative => "normal_cumulative",
+        Unary::EntropyTerm => "entropy_term",
         Unary::Negate | Unary::Not => unreachable!("internal: written as operators"),
     }
 }

@@ -139,7 +139,7 @@ impl Nests<'_> {
         let inside = fused.axis.is_some_and(|axis| self.axes_of(value).contains(&axis));
         let mut lines: Vec<String> = Vec::new();
         if !self.varies(value) {
-            lines.push(format!("let u{id}: f64 = {};", self.uniform(value)));
+            lines.extend(self.settled(value));
             lines.push(format!("let t{id}: T = T::from_f64(u{id});"));
             if inside {
                 parts.numbers.insert(format!("t{id}{suffix}"));
@@ -211,7 +211,7 @@ impl Nests<'_> {
             let kind = word.trim_end_matches(|c: char| c.is_ascii_digit());
             let number: Option<usize> = word[kind.len()..].parse().ok();
             match (kind, number) {
-                ("u" | "t" | "r" | "x" | "b" | "p" | "from" | "inside", Some(number)) => {
+                ("u" | "z" | "t" | "r" | "x" | "b" | "p" | "from" | "inside", Some(number)) => {
                     out.push_str(&format!("{word}{}", self.value_suffix(number, choice)));
                 }
                 ("i", Some(number)) => match choice.iter().find(|(axis, _)| axis.position() == number) {

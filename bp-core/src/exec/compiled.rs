@@ -136,8 +136,18 @@ pub fn splat<T: Scalar>(copy: &mut [T], slot: usize, number: T, width: usize) ->
     Place { copied: true, at: slot }
 }
 
-/// Lanes of one row of `extent` numbers that begins at `base`, from lane `from` on, which may lie beyond its ends:
-/// there it goes round, or is `outside`; then it is copied, from `slot` on.
+/// These numbers, or the only one in all lanes, in a copy from `slot` on.
+#[inline(always)]
+pub fn fill<T: Scalar>(copy: &mut [T], slot: usize, numbers: &[T], width: usize) -> Place {
+    match numbers {
+        [number] => copy[slot..slot + width].fill(*number),
+        numbers => copy[slot..slot + width].copy_from_slice(numbers),
+    }
+    Place { copied: true, at: slot }
+}
+
+/// Lanes of one row of `extent` numbers that begins at `base`, from lane `from` on, which may lie beyond its ends: there
+/// it goes round, or is `outside` (a number for each lane, or the only one for all); then it is copied, from `slot` on.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // emitted code names them all; a struct would only rename them
 pub fn fetch_turned<T: Scalar>(
@@ -149,7 +159,7 @@ pub fn fetch_turned<T: Scalar>(
     extent: usize,
     wraps: bool,
     width: usize,
-    outside: T,
+    outside: &[T],
 ) -> Place {
     if from >= 0 && from as usize + width <= extent {
         return fetch(copy, slot, source, base + from as usize, width);
@@ -160,8 +170,9 @@ pub fn fetch_turned<T: Scalar>(
 
 /// Copies a row that is turned, in stretches.
 #[inline(never)]
-fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outside: T) {
-    let (extent, mut at, mut rest) = (row.len() as isize, from, copy);
+fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outside: &[T]) {
+    let (extent, width) = (row.len() as isize, copy.len());
+    let (mut at, mut rest) = (from, copy);
     while !rest.is_empty() {
         if wraps {
             at = at.rem_euclid(extent);
@@ -173,10 +184,12 @@ fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outsid
             (false, false) => isize::MAX,
         };
         let count = rest.len().min((until - at) as usize);
+        let lane = width - rest.len();
         let (stretch, after) = rest.split_at_mut(count);
-        match inside {
-            true => stretch.copy_from_slice(&row[at as usize..][..count]),
-            false => stretch.fill(outside),
+        match (inside, outside) {
+            (true, _) => stretch.copy_from_slice(&row[at as usize..][..count]),
+            (false, [number]) => stretch.fill(*number),
+            (false, numbers) => stretch.copy_from_slice(&numbers[lane..lane + count]),
         }
         (rest, at) = (after, at + count as isize);
     }

@@ -4,7 +4,7 @@
 //! only constants under it.
 
 use super::{Axis, Buffer, Extent, Fold, Index, Kernel, Nest, Node, Reduce, Role};
-use crate::ids::{AxisId, BufferId, ValueId};
+use crate::ids::{Arena, AxisId, BufferId, ValueId};
 use crate::operators::{Binary, Unary};
 use std::collections::HashMap;
 
@@ -19,6 +19,22 @@ impl KernelBuilder {
     /// An empty kernel of this name.
     pub fn new(name: &str) -> Self {
         Self { kernel: Kernel { name: name.to_owned(), ..Kernel::default() }, known: HashMap::new() }
+    }
+
+    /// The arrays and axes of a kernel, for its nodes to be made again.
+    pub(super) fn without_nodes(kernel: &Kernel) -> Self {
+        let kernel = Kernel { nodes: Arena::default(), nests: Vec::new(), ..kernel.clone() };
+        Self { kernel, known: HashMap::new() }
+    }
+
+    /// A node, simplified as all are.
+    pub(super) fn made_again(&mut self, node: Node) -> ValueId {
+        match node {
+            Node::Unary(operator, operand) => self.unary(operator, operand),
+            Node::Binary(operator, left, right) => self.binary(operator, left, right),
+            Node::Select(condition, then, otherwise) => self.select(condition, then, otherwise),
+            other => self.node(other),
+        }
     }
 
     /// What there is so far.
@@ -56,10 +72,22 @@ impl KernelBuilder {
         self.kernel.nests.push(Nest { out, reduce, value });
     }
 
-    /// A nest into a new scratch buffer over `axes`; gives the element at their running values.
+    /// A nest into a scratch buffer over `axes`, the same one where it is asked for again; gives the element at their running values.
     pub fn compute(&mut self, name: &str, axes: &[AxisId], reduce: Reduce, value: ValueId) -> ValueId {
-        let out = self.buffer(name, Role::Scratch, axes);
-        self.nest(out, reduce, value);
+        let is_same = |nest: &&Nest| {
+            let buffer = &self.kernel.buffers[nest.out];
+            buffer.role == Role::Scratch
+                && buffer.axes == axes
+                && (&nest.reduce, nest.value) == (&reduce, value)
+        };
+        let out = match self.kernel.nests.iter().find(is_same) {
+            Some(nest) => nest.out,
+            None => {
+                let out = self.buffer(name, Role::Scratch, axes);
+                self.nest(out, reduce, value);
+                out
+            }
+        };
         self.load(out, axes.iter().map(|axis| Index::Axis(*axis)).collect())
     }
 

@@ -10,10 +10,14 @@
 
 mod build;
 
+mod rewrite;
 pub mod schedule;
+mod shift;
 mod words;
 
 pub use build::KernelBuilder;
+pub(crate) use rewrite::{rewritten, without_copies};
+pub(crate) use shift::share_between_neighbours;
 pub use words::in_words;
 
 use crate::ids::{Arena, AxisId, BufferId, ValueId};

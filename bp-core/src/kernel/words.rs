@@ -11,7 +11,8 @@ pub fn in_words(kernel: &Kernel) -> Vec<String> {
     let schedule = Schedule::of(kernel);
     let mut lines: Vec<String> =
         schedule.groups.iter().enumerate().map(|(number, group)| pass(kernel, number, group)).collect();
-    let local = kernel.buffers.iter().filter(|(id, _)| schedule.local[id.position()]);
+    let is_made = |id: BufferId| kernel.nests.iter().any(|nest| nest.out == id);
+    let local = kernel.buffers.iter().filter(|(id, _)| schedule.local[id.position()] && is_made(*id));
     let local: Vec<String> = local.map(|(id, _)| buffer(kernel, id, true)).collect();
     if !local.is_empty() {
         lines.push(format!("kept within a block of cells, never in memory: {}", local.join(", ")));

@@ -20,7 +20,7 @@ pub use read_out::{Lowered, Output};
 
 use crate::error::Error;
 use crate::ids::{AxisId, ValueId, VariableId};
-use crate::kernel::{Extent, Index, Kernel, KernelBuilder, Node};
+use crate::kernel::{Extent, Index, Kernel, KernelBuilder, Node, share_between_neighbours, without_copies};
 use crate::model::{Bound, Domain, IndexSpace, Model, ParameterKind, SetKind};
 use crate::plan::Exact;
 use std::collections::{BTreeSet, HashMap};
@@ -32,7 +32,7 @@ use std::collections::{BTreeSet, HashMap};
 pub fn lower(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
     let mut lowering = Lowering::new(model, exact, name);
     let outputs = lowering.read_out()?;
-    Ok(Lowered { kernel: lowering.finish(), outputs })
+    Ok(Lowered { kernel: share_between_neighbours(without_copies(lowering.finish())), outputs })
 }
 
 /// What a variable stands for in the loop that is being built.

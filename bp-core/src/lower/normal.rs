@@ -121,7 +121,8 @@ impl Lowering<'_> {
         // Upper edge of the bin, or N for "nothing"; what lies below its lower edge.
         let upper = self.builder.select(nothing, bins, bin);
         let up_to = below(self, upper);
-        let lower = self.builder.binary(Binary::Subtract, bin, one);
+        // One below the upper one, as neighbouring means see it: so they share it.
+        let lower = self.builder.binary(Binary::Subtract, upper, one);
         let before = below(self, lower);
         let before = self.builder.select(first, zero, before);
         let within = self.builder.binary(Binary::Subtract, up_to, before);

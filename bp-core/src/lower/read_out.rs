@@ -167,7 +167,7 @@ impl Lowering<'_> {
         }
         let reduce = match ask.reduction {
             Reduction::Entropy => {
-                value = self.minus_p_ln_p(value);
+                value = self.builder.unary(Unary::EntropyTerm, value);
                 axes.retain(|axis| !own_axes.contains(axis));
                 variables.retain(|variable| !own(variable));
                 Reduce::Fold(Fold::Sum, own_axes)
@@ -239,16 +239,5 @@ impl Lowering<'_> {
             here = self.builder.binary(Binary::And, here, same);
         }
         Ok(here)
-    }
-
-    /// −p ln p, which is 0 at p = 0.
-    fn minus_p_ln_p(&mut self, p: ValueId) -> ValueId {
-        let zero = self.builder.constant(0.0);
-        let positive = self.builder.binary(Binary::Greater, p, zero);
-        let one = self.builder.constant(1.0);
-        let safe = self.builder.select(positive, p, one);
-        let ln = self.builder.unary(Unary::NaturalLogarithm, safe);
-        let product = self.builder.binary(Binary::Multiply, p, ln);
-        self.builder.unary(Unary::Negate, product)
     }
 }

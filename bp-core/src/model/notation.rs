@@ -125,6 +125,7 @@ impl Model {
                     Unary::LnGamma => "ln_gamma",
                     Unary::LnBessel => "ln_bessel",
                     Unary::NormalCumulative => "normal_cumulative",
+                    Unary::EntropyTerm => "entropy_term",
                     Unary::Negate | Unary::Not => unreachable!("internal: written as signs"),
                 };
                 format!("{name}({})", text(*operand, 0))

@@ -1,11 +1,12 @@
 //! Kernels beside loops written by hand, and beside the memory they run in: `cargo bench -p bvm --bench kernels`.
 //!
 //! In: nothing; the state is made up, the same each time. Out: one table, in f32 on one thread and on two; with the
-//! feature `gpu`, shaders too. Invariant: what is timed has been
+//! feature `gpu`, shaders too; `ONLY=cell` (`machine`, `others`, `frames`, `scale`): one part of it. Invariant: what is timed has been
 //! compared with the loop written by hand first; ratios are of one run, in turns, because the machine is shared.
 
 mod cell;
 mod clock;
+mod frames;
 mod hand;
 mod hand_senses;
 mod hand_tiles;
@@ -15,9 +16,18 @@ mod others;
 fn main() {
     // `cargo test --benches` only wants to know that it runs.
     let seconds = if std::env::args().any(|argument| argument == "--bench") { 1.0 } else { 0.0 };
-    machine::run(0.5 * seconds);
-    clock::head();
-    cell::run(seconds);
-    others::run(seconds);
-    cell::scale(seconds);
+    let only = std::env::var("ONLY").ok();
+    let parts: [(&str, &dyn Fn()); 5] = [
+        ("machine", &|| machine::run(0.5 * seconds)),
+        ("cell", &|| cell::run(seconds)),
+        ("others", &|| others::run(seconds)),
+        ("frames", &|| frames::run(seconds)),
+        ("scale", &|| cell::scale(seconds)),
+    ];
+    for (name, part) in parts.iter().filter(|(name, _)| only.as_deref().is_none_or(|only| only == *name)) {
+        if matches!(*name, "cell") || only.as_deref() == Some(name) {
+            clock::head();
+        }
+        part();
+    }
 }

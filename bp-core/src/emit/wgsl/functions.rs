@@ -8,7 +8,7 @@
 
 use crate::emit::text::words;
 
-const FUNCTIONS: [(&str, &str); 6] = [
+const FUNCTIONS: [(&str, &str); 7] = [
     (
         "turned",
         "fn turned(at: i32, extent: i32, wraps: f32) -> i32 {
@@ -31,6 +31,12 @@ const FUNCTIONS: [(&str, &str); 6] = [
     let tail = 0.5 * t * exp(-z * z - 1.2655122 + t * (1.0000237 + t * (0.37409196 + t * (0.09678418 + t * (-0.18628806
         + t * (0.27886807 + t * (-1.135204 + t * (1.4885159 + t * (-0.82215223 + t * 0.17087277)))))))));
     return select(1.0 - tail, tail, x < 0.0);
+}",
+    ),
+    (
+        "entropy_term",
+        "fn entropy_term(x: f32) -> f32 {
+    return select(0.0, -x * log(select(1.0, x, x > 0.0)), x > 0.0);
 }",
     ),
     (

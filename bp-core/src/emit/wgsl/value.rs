@@ -94,6 +94,7 @@ fn unary(operator: Unary, x: &str) -> String {
         Unary::LnGamma => format!("ln_gamma({x})"),
         Unary::LnBessel => format!("ln_bessel({x})"),
         Unary::NormalCumulative => format!("normal_cumulative({x})"),
+        Unary::EntropyTerm => format!("entropy_term({x})"),
     }
 }
 

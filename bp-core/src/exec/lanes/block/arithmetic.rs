@@ -133,6 +133,7 @@ fn unary<T: Scalar>(operator: Unary, out: &mut [T], operand: Lane<'_, T>) {
         Unary::Absolute => map(out, operand, T::absolute),
         Unary::Exponential => map(out, operand, T::exponential),
         Unary::NaturalLogarithm => map(out, operand, T::natural_logarithm),
+        Unary::EntropyTerm => map(out, operand, T::entropy_term),
         Unary::SquareRoot => map(out, operand, T::square_root),
         Unary::Floor => map(out, operand, T::round_down),
         Unary::Ceiling => map(out, operand, T::round_up),

@@ -1,0 +1,19 @@
+//! What emitted code knows: that every array is given.
+//!
+//! In: a kernel. Out: the same without the questions whether the host gave an array. Invariant: where the host may leave
+//! an input out, a negative number stands for it, which no probability is; emitted code always has the array.
+
+use crate::kernel::{Kernel, Node, Role, rewritten};
+use crate::operators::Binary;
+
+/// The kernel of a host that gives every array.
+pub(super) fn given(kernel: &Kernel) -> Kernel {
+    rewritten(kernel, |builder, node| {
+        let Node::Select(condition, _, kept) = node else { return None };
+        let nodes = &builder.so_far().nodes;
+        let Node::Binary(Binary::Less, asked, zero) = nodes[*condition] else { return None };
+        let Node::Load { buffer, .. } = &nodes[*kept] else { return None };
+        let may_be_left_out = matches!(kernel.buffers[*buffer].role, Role::Input { default: Some(default), .. } if default < 0.0);
+        (asked == *kept && builder.as_constant(zero) == Some(0.0) && may_be_left_out).then_some(*kept)
+    })
+}
