@@ -292,25 +292,40 @@ fn explain_derives_step_by_step() {
 }
 
 #[test]
-fn emit_tells_what_the_compiler_made() {
+fn explain_tells_how_the_loops_go_through_memory() {
     let path = program("cell.bp");
     let file = path.to_str().unwrap();
-    let words = well(&["emit", file, "state"]);
-    assert!(
-        words.contains("over Grid.depth × Grid.rows × Grid.lanes; neighbours in memory along"),
-        "{words}"
-    );
-    assert!(words.contains("looks up: `Velocity from depth` (Velocity × Grid.depth × Grid.rows)"), "{words}");
-    assert!(
-        words.contains("writes: `P(O V | Z)` (2 × Velocity × Grid.depth × Grid.rows × Grid.lanes)"),
-        "{words}"
-    );
+    let json: serde_json::Value =
+        serde_json::from_str(&well(&["explain", file, "state", "--layout", "--json"])).unwrap();
+    let lines: Vec<&str> =
+        json["layout"].as_array().unwrap().iter().map(|line| line.as_str().unwrap()).collect();
+    for told in [
+        "over Grid.depth × Grid.rows × Grid.lanes; neighbours in memory along C.lanes",
+        "looks up: `Velocity from depth` (Velocity × Grid.depth × Grid.rows)",
+        "writes: `P(O V | Z)` (2 × Velocity × Grid.depth × Grid.rows × Grid.lanes)",
+    ] {
+        assert!(lines.iter().any(|line| line.contains(told)), "{told}: {lines:#?}");
+    }
+    // Two neighbouring bins share an edge: one more of them than bins.
+    let sensor = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bvm/models/line_of_sight.bp");
+    let words = well(&["explain", sensor.to_str().unwrap(), "reading", "--layout"]);
+    assert!(words.contains("layout: ") && words.contains("and the next` ((N + 1))"), "{words}");
+    assert!(words.lines().all(|line| line.chars().count() <= 80), "{words}");
+    // What is answered in closed form has no loops.
+    let words = well(&["explain", program("vestibular.bp").to_str().unwrap(), "--layout"]);
+    assert!(!words.contains("layout: "), "{words}");
+}
+
+#[test]
+fn emit_writes_code() {
+    let path = program("cell.bp");
+    let file = path.to_str().unwrap();
     let shader = well(&["emit", file, "state", "--to", "wgsl"]);
     assert!(shader.contains("@compute @workgroup_size(64)"), "{shader}");
-    let rust = well(&["emit", program("wet_grass.bp").to_str().unwrap(), "rain", "--to", "rust"]);
+    let rust = well(&["emit", program("wet_grass.bp").to_str().unwrap(), "rain"]);
     assert!(rust.contains("pub mod rain {") && rust.contains("pub fn run<T: Scalar>"), "{rust}");
     let normal = program("vestibular.bp");
-    assert!(ill(1, &["emit", normal.to_str().unwrap()]).contains("is not answered by loops"));
+    assert!(ill(1, &["emit", normal.to_str().unwrap(), "--to", "wgsl"]).contains("is not answered by loops"));
 }
 
 #[test]

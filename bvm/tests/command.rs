@@ -232,7 +232,7 @@ fn wrong_calibrations_are_named_by_key() {
     refused(calibration("", None) + "fokal_px = 3\n", &["fokal_px", "unknown"]);
     refused("focal_px = = 3\n".to_owned(), &["line 1"]);
     pair.write("wide.toml", calibration("max_disparity_px", Some("96")).as_bytes());
-    pair.refused("left.png", "right.png", "wide.toml", &["largest disparity", "95", "96"]);
+    pair.refused("left.png", "right.png", "wide.toml", &["96 disparities", "96 pixels"]);
 }
 
 #[test]

@@ -1,34 +1,33 @@
 //! `bp emit`: what the compiler makes of a program.
 //!
-//! In: a program, perhaps a question. Out: Rust as the macro writes it, shaders in WGSL, or the kernels in words.
-//! Invariant: the same plan and kernel in every form.
+//! In: a program, perhaps a question. Out: Rust as the macro writes it, or shaders in WGSL. Invariant: the same plan and
+//! kernel in both.
 
 use crate::failure::Failure;
 use crate::{output, program};
 use bp_core::answer::link;
 use bp_core::emit::{emit_rust, wgsl::emit_wgsl};
 use bp_core::error::Error;
-use bp_core::kernel::{Kernel, in_words};
+use bp_core::kernel::Kernel;
 use bp_core::lower::lower;
 use bp_core::model::Model;
 use bp_core::plan::{Options, Route, plan};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Writes the code that answers: Rust, WGSL, or the kernels in words.
+/// Writes the code that answers, in Rust or WGSL.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  bp emit cell.bp step --to words
-  bp emit cell.bp step --to wgsl --out step.wgsl
-  bp emit wet_grass.bp --to rust")]
+  bp emit wet_grass.bp
+  bp emit cell.bp step --to wgsl --out step.wgsl")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
     /// `P(…)`, or the name of a declared question; all of those if left out.
     question: Option<String>,
     /// What to write.
-    #[arg(long, value_enum, default_value = "words")]
+    #[arg(long, value_enum, default_value = "rust")]
     to: Language,
     /// Write to this file instead of stdout.
     #[arg(long, value_name = "FILE")]
@@ -37,8 +36,6 @@ pub(crate) struct Arguments {
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
 enum Language {
-    /// The passes over memory, what is kept and what is read and written.
-    Words,
     /// The module that `bayesian_program!` writes.
     Rust,
     /// A compute shader for each question that has exact loops.
@@ -64,13 +61,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     for question in &questions {
         for kernel in kernels(&model, question)? {
-            match arguments.to {
-                Language::Wgsl => write!(page, "{}", emit_wgsl(&kernel).text)?,
-                _ => {
-                    writeln!(page, "{}", kernel.name)?;
-                    in_words(&kernel).iter().try_for_each(|line| writeln!(page, "  {line}"))?;
-                }
-            }
+            write!(page, "{}", emit_wgsl(&kernel).text)?;
         }
     }
     output::write(arguments.out.as_deref(), &page, out)

@@ -7,9 +7,12 @@ use crate::cost::{self, Table};
 use crate::failure::{Failure, colour};
 use crate::output::{self, questions_of};
 use crate::{html, latex, parameters, program, wrap};
+use bp_core::answer::link;
 use bp_core::error::Error;
+use bp_core::kernel::in_words;
+use bp_core::lower::lower;
 use bp_core::model::{Model, Question};
-use bp_core::plan::{Notation, Options, Plan, plan};
+use bp_core::plan::{Notation, Options, Plan, Route, plan};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,6 +24,7 @@ Examples:
   bp explain wet_grass.bp
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
+  bp explain cell.bp step --layout                (how the loops go through memory)
   bp explain cell.bp state --latex > state.tex    (uses the package amsmath)
   bp explain cell.bp --latex --standalone --out cell.tex")]
 pub(crate) struct Arguments {
@@ -28,6 +32,9 @@ pub(crate) struct Arguments {
     file: PathBuf,
     /// `P(…)`, or the name of a declared question; all of those if left out.
     question: Option<String>,
+    /// Tell how the loops go through memory: passes, which axis is contiguous, what is kept, read and written.
+    #[arg(long, conflicts_with_all = ["latex", "html"])]
+    layout: bool,
     /// Write an `align*` environment for LaTeX.
     #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
@@ -59,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if arguments.html {
         html::write(&model, &source.text, &plans, &mut page)?;
     } else if arguments.json {
-        write_json(&model, &plans, &mut page)?;
+        write_json(&model, &plans, arguments.layout, &mut page)?;
     } else if arguments.latex {
         write_latex(&model, &plans, arguments.standalone, &mut page)?;
     } else {
@@ -69,9 +76,26 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
                 writeln!(page)?;
             }
             write_text(&model, plan, bold, &mut page)?;
+            if arguments.layout {
+                for line in layout(&model, plan)? {
+                    write!(page, "{}", wrap::wrapped("layout: ", &line, 4))?;
+                }
+            }
         }
     }
     output::write(arguments.out.as_deref(), &page, out)
+}
+
+/// What the loops of a plan do with memory, a line each; nothing where it is not answered by loops.
+fn layout(model: &Model, plan: &Plan) -> Result<Vec<String>, Failure> {
+    let model = link(model)?;
+    let mut lines = Vec::new();
+    for route in &plan.routes {
+        if let Route::Exact(exact) = route {
+            lines.extend(in_words(&lower(&model, exact, &plan.question.name)?.kernel));
+        }
+    }
+    Ok(lines)
 }
 
 /// What is asked, as a user would type it.
@@ -129,13 +153,18 @@ fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl W
     if standalone { latex::close(out) } else { Ok(()) }
 }
 
-fn write_json(model: &Model, plans: &[Plan], out: &mut impl Write) -> std::io::Result<()> {
-    let told: Vec<_> = plans.iter().map(|plan| as_json(model, plan)).collect();
-    match told.as_slice() {
-        [one] => serde_json::to_writer(&mut *out, one)?,
-        several => serde_json::to_writer(&mut *out, several)?,
+fn write_json(model: &Model, plans: &[Plan], with_layout: bool, out: &mut impl Write) -> Result<(), Failure> {
+    let mut told: Vec<_> = plans.iter().map(|plan| as_json(model, plan)).collect();
+    if with_layout {
+        for (told, plan) in told.iter_mut().zip(plans) {
+            told["layout"] = json!(layout(model, plan)?);
+        }
     }
-    writeln!(out)
+    let text = match told.as_slice() {
+        [one] => one.to_string(),
+        several => json!(several).to_string(),
+    };
+    Ok(writeln!(out, "{text}")?)
 }
 
 fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
