@@ -180,6 +180,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
 }
 
 /// Numbers as they are computed with: where that is in f64, they are not copied.
+#[allow(clippy::ptr_arg)] // only what has a size can be asked for its type
 fn in_precision<T: Scalar>(numbers: &Vec<f64>) -> Cow<'_, [T]> {
     match (numbers as &dyn Any).downcast_ref::<Vec<T>>() {
         Some(numbers) => Cow::Borrowed(numbers),

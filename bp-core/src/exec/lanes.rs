@@ -16,6 +16,7 @@ mod loads;
 mod machine;
 mod passes;
 mod reads;
+mod shape;
 mod values;
 
 use super::inputs::{Array, Bound};
@@ -25,11 +26,11 @@ use crate::error::Error;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::Schedule;
 use crate::kernel::{Buffer, Kernel, Role};
-use build::Known;
 use code::Pass;
 use machine::{Machine, Piece};
 use rayon::prelude::*;
 use reads::Arrays;
+use shape::Known;
 use std::any::Any;
 use std::sync::Mutex;
 

@@ -146,8 +146,8 @@ impl<O: Copy> Work<O> {
     }
 
     /// Calls with each operand.
-    pub(super) fn each(&self, mut call: impl FnMut(O)) {
-        self.map(|operand| call(operand));
+    pub(super) fn each(&self, call: impl FnMut(O)) {
+        self.map(call);
     }
 }
 

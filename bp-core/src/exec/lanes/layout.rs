@@ -3,8 +3,8 @@
 //! In: a [`Built`] pass. Out: a [`Pass`]. Invariant: a slot of the innermost level is given on when its lanes have been
 //! read for the last time; all others keep theirs. Fused arithmetic has the order of its parts.
 
-use super::build::{Action, Built, Doing, Shape};
 use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Stage, Work};
+use super::shape::{Action, Built, Doing, Shape};
 use super::values::Value;
 use crate::ids::{AxisId, Id};
 use crate::operators::Binary;
@@ -311,13 +311,5 @@ impl Layout {
             source.each(|operand| read(self, &mut rest, operand));
         }
         instructions
-    }
-}
-
-impl Action {
-    fn value(&self) -> Value {
-        match self {
-            Action::Store(_, value) | Action::Keep(_, value) | Action::Fold(_, _, value) => *value,
-        }
     }
 }

@@ -7,9 +7,10 @@
 //! each other everywhere. Small nests without a plate are put together and unrolled into numbers. A large one has its
 //! innermost axes as lanes: those of the buffer that is made, or those that are folded where there are more of them.
 
-use super::build::{Builder, Known, Shape};
+use super::build::Builder;
 use super::code::Pass;
 use super::layout::Layout;
+use super::shape::{Known, Shape};
 use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Index, Node, Reduce, Role};
