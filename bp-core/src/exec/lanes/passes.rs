@@ -14,6 +14,7 @@ use super::shape::{Known, Shape};
 use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Index, Node, Reduce, Role};
+use std::collections::HashSet;
 
 /// Values of a nest that is unrolled into numbers, and of all nests that share such a pass.
 const SMALL: usize = 256;
@@ -34,7 +35,16 @@ const FEW_LANES: usize = 16;
 
 /// The passes of a kernel, whose numbers have so many bytes.
 pub(super) fn passes(known: &Known<'_>, schedule: &Schedule, bytes: usize) -> Vec<Pass> {
-    let mut choice = Choice { known, schedule, bytes, passes: Vec::new(), small: Vec::new(), values: 0 };
+    let mut readers = vec![Vec::new(); known.kernel.buffers.len()];
+    for nest in schedule.groups.iter().flat_map(|group| &group.nests) {
+        for value in nest.levels.iter().flatten() {
+            if let Node::Load { buffer, .. } = &known.kernel.nodes[*value] {
+                readers[buffer.position()].push(nest.nest);
+            }
+        }
+    }
+    let (passes, small) = (Vec::new(), Vec::new());
+    let mut choice = Choice { known, schedule, bytes, readers, passes, small, values: 0 };
     for group in &schedule.groups {
         choice.add(group);
     }
@@ -46,6 +56,8 @@ struct Choice<'c> {
     known: &'c Known<'c>,
     schedule: &'c Schedule,
     bytes: usize,
+    /// Which nests read each buffer.
+    readers: Vec<Vec<usize>>,
     passes: Vec<Pass>,
     /// Small nests that wait for others, and their values.
     small: Vec<&'c Loops>,
@@ -113,24 +125,15 @@ impl<'c> Choice<'c> {
         if small.is_empty() {
             return;
         }
-        let elsewhere = |buffer: BufferId| {
-            let nests = self.schedule.groups.iter().flat_map(|group| &group.nests);
-            nests
-                .filter(|nest| !small.iter().any(|own| own.nest == nest.nest))
-                .any(|nest| self.reads(nest, buffer))
+        let own: HashSet<usize> = small.iter().map(|nest| nest.nest).collect();
+        let local = |buffer: BufferId| {
+            self.known.kernel.buffers[buffer].role == Role::Scratch
+                && self.readers[buffer.position()].iter().all(|nest| own.contains(nest))
         };
-        let local =
-            |buffer: BufferId| self.known.kernel.buffers[buffer].role == Role::Scratch && !elsewhere(buffer);
         let shape = Shape { one_block: true, ..Shape::default() };
         let built = Builder::build(self.known, &shape, &small, local);
         let built = built.expect("internal: what small nests read of each other is known");
         self.passes.push(Layout::of(built, &shape, self.known.extents, self.bytes));
-    }
-
-    fn reads(&self, nest: &Loops, wanted: BufferId) -> bool {
-        nest.levels.iter().flatten().any(
-            |value| matches!(&self.known.kernel.nodes[*value], Node::Load { buffer, .. } if *buffer == wanted),
-        )
     }
 
     fn plate(&mut self, group: &Group) {
