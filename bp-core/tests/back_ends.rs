@@ -128,6 +128,51 @@ fn programs_without_a_plate() {
     }
 }
 
+/// Tables too large to be unrolled: rows and lanes of what is made, lanes of what is folded, indices that are computed.
+#[test]
+fn large_programs_without_a_plate() {
+    let text = |asked: &str| {
+        format!(
+            "program Sums {{
+                variables {{ A : 0..=70; B : 0..=40; Odd : bool; S : 0..=110; }}
+                decomposition {{ P(A) P(B) P(Odd | A) P(S | A B) }}
+                forms {{
+                    P(A) = binomial(70, 0.3);
+                    P(B) = weights(1 + B * B);
+                    P(Odd | A) = dirac(mod(A, 2) == 1);
+                    P(S | A B) = dirac(A + B);
+                }}
+                question q {{ {asked} }}
+            }}"
+        )
+    };
+    for asked in
+        ["P(S)", "P(A | S)", "P(A B | S = 60)", "P(Odd | S)", "P(B | Odd = true)", "entropy P(A B | Odd)"]
+    {
+        for kernel in kernels(&text(asked), "q", Options::default()) {
+            everywhere(asked, &kernel, &Given::default());
+        }
+    }
+}
+
+/// Lines of sight that are so long that their loops stay loops.
+#[test]
+fn long_rays() {
+    let (rays, n) = (130, 40);
+    let given = Given::default()
+        .size("N", n)
+        .size("Rays", rays)
+        .array("sigma_min", vec![1.0])
+        .array("sigma", noise(rays, 3).iter().map(|x| 0.3 + x).collect())
+        .array("z", (0..rays).map(|ray| (ray % (n + 1)) as f64).collect());
+    for question in ["P(Z | O C) }", "P(O | C, Z = z) }"] {
+        let text = program("line_of_sight").replace("P(Z | O C) }", question);
+        for kernel in kernels(&text, "reading", Options::default()) {
+            everywhere(question, &kernel, &given);
+        }
+    }
+}
+
 #[test]
 fn random_programs() {
     let mut tried = 0;

@@ -22,6 +22,16 @@ pub struct CompiledQuestion<'m> {
     model: Cow<'m, Model>,
     question: Question,
     routes: Vec<Compiled>,
+    /// The parts of each ask.
+    parts: Vec<Vec<Part>>,
+}
+
+/// What a kernel is asked for the sake of an ask, and its text.
+#[derive(Clone, Debug)]
+struct Part {
+    text: String,
+    /// Whether it is the ask itself.
+    whole: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -79,7 +89,11 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
             Route::OverTime(over_time) => Compiled::OverTime(over_time.ask),
         });
     }
-    Ok(CompiledQuestion { model, question: question.clone(), routes })
+    let part = |ask: &Ask, part: &Ask| Part { text: model.ask_text(part), whole: part == ask };
+    let parts = (question.asks.iter())
+        .map(|ask| plan::parts(&model, ask).iter().map(|own| part(ask, own)).collect())
+        .collect();
+    Ok(CompiledQuestion { model, question: question.clone(), routes, parts })
 }
 
 impl CompiledQuestion<'_> {
@@ -110,7 +124,8 @@ impl CompiledQuestion<'_> {
     /// As [`CompiledQuestion::ask`].
     pub fn ask_with(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
         let said = self.run(inputs, sampling)?;
-        self.question.asks.iter().map(|ask| self.answer(ask, &said, inputs, sampling)).collect()
+        let asks = self.question.asks.iter().zip(&self.parts);
+        asks.map(|(ask, parts)| self.answer(ask, parts, &said, inputs, sampling)).collect()
     }
 
     /// The whole conditional table of each thing asked, whatever is made of it otherwise.
@@ -119,15 +134,15 @@ impl CompiledQuestion<'_> {
     /// As [`CompiledQuestion::ask`]; an answer that is no table.
     pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
         let said = self.run(inputs, Sampling::default())?;
-        let table = |ask: &Ask| {
+        let table = |(ask, parts): (&Ask, &Vec<Part>)| {
             if let Reduction::Entropy | Reduction::Divergence { .. } = ask.reduction {
                 let word = ask.reduction.word();
                 return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
             }
-            let (table, _) = self.table(ask, &ask.known, &parts(&self.model, ask)[0], &said)?;
-            Ok(Table { question: self.model.ask_text(ask), ..table })
+            let (table, _) = self.table(ask, &ask.known, &parts[0], &said)?;
+            Ok(Table { question: self.model.ask_text(ask), ..table.into_owned() })
         };
-        self.question.asks.iter().map(table).collect()
+        self.question.asks.iter().zip(&self.parts).map(table).collect()
     }
 
     fn no_table(&self, ask: &Ask, reason: &str) -> Error {
@@ -169,13 +184,14 @@ impl CompiledQuestion<'_> {
         outputs: &[Output],
         inputs: &Inputs<'_, f64>,
     ) -> Result<Vec<(String, Said)>, Error> {
-        let mut found = lanes.run(inputs)?;
+        let (mut found, extents) = lanes.run_shaped(inputs)?;
         let ln_evidence = ln_evidence.then(|| found.get("ln_evidence")[0]);
         let mut said = Vec::new();
         for output in outputs {
             let Some(ask) = &output.ask else { continue };
-            let own = found.arrays.iter_mut().find(|(name, _)| *name == output.name);
-            let cells = std::mem::take(&mut own.expect("internal: the output exists").1);
+            let own = found.arrays.iter().position(|(name, _)| *name == output.name);
+            let own = own.expect("internal: the output exists");
+            let cells = std::mem::take(&mut found.arrays[own].1);
             if cells.iter().any(|cell| cell.is_nan()) {
                 let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
                 return Err(Error::input(&output.name, reason));
@@ -183,48 +199,48 @@ impl CompiledQuestion<'_> {
             if ln_evidence == Some(f64::NEG_INFINITY) {
                 return Err(Error::Impossible(self.model.ask_text(ask)));
             }
-            let extents = lanes.extents(&output.name, inputs)?;
-            let table = Table::read(&self.model, ask, output, cells, &extents);
+            let table = Table::read(&self.model, ask, output, cells, &extents[own]);
             said.push((output.name.clone(), Said::Table(table, ln_evidence)));
         }
         Ok(said)
     }
 
     /// The table that an ask means, of that of its part; and ln P(evidence), where the evidence is an event.
-    fn table(
+    fn table<'s>(
         &self,
         ask: &Ask,
         known: &[crate::model::Known],
-        part: &Ask,
-        said: &[(String, Said)],
-    ) -> Result<(Table, Option<f64>), Error> {
+        part: &Part,
+        said: &'s [(String, Said)],
+    ) -> Result<(Cow<'s, Table>, Option<f64>), Error> {
         match self.said(part, said) {
             Said::Answer(_) => Err(self.no_table(ask, "it is not answered by sums over finite values")),
             Said::Table(table, ln_evidence) => {
                 let soft = known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)));
-                let table = soft::applied(&self.model, ask, known, table.clone())?;
+                if !soft {
+                    return Ok((Cow::Borrowed(table), *ln_evidence));
+                }
                 // What is believed softly is no event.
-                Ok((table, ln_evidence.filter(|_| !soft)))
+                Ok((Cow::Owned(soft::applied(&self.model, ask, known, table.clone())?), None))
             }
         }
     }
 
-    fn said<'s>(&self, part: &Ask, said: &'s [(String, Said)]) -> &'s Said {
-        let name = self.model.ask_text(part);
-        let found = said.iter().find(|(known, _)| *known == name);
+    fn said<'s>(&self, part: &Part, said: &'s [(String, Said)]) -> &'s Said {
+        let found = said.iter().find(|(known, _)| *known == part.text);
         &found.expect("internal: every part is answered").1
     }
 
     fn answer(
         &self,
         ask: &Ask,
+        parts: &[Part],
         said: &[(String, Said)],
         inputs: &Inputs<'_, f64>,
         sampling: Sampling,
     ) -> Result<Answer, Error> {
-        let question = self.model.ask_text(ask);
-        let parts = parts(&self.model, ask);
-        if let (Said::Answer(answer), true) = (self.said(&parts[0], said), parts[0] == *ask) {
+        let question = if parts[0].whole { parts[0].text.clone() } else { self.model.ask_text(ask) };
+        if let (Said::Answer(answer), true) = (self.said(&parts[0], said), parts[0].whole) {
             return Ok(answer.clone());
         }
         let (table, ln_evidence) = self.table(ask, &ask.known, &parts[0], said)?;

@@ -69,7 +69,7 @@ impl Table {
             axes.iter().flat_map(|(id, axes)| columns(model, *id, &extents[axes.clone()])).collect()
         };
         Self {
-            question: model.ask_text(ask),
+            question: output.name.clone(),
             right: columns(&right),
             left: columns(&left),
             numbers: transposed(cells, extents, &order),

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
 use crate::kernel::{Kernel, Role};
 use crate::space::{Moves, Space};
+use std::any::Any;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -140,7 +141,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
                 }
                 Role::Table(numbers) => match self.arrays.contains_key(&buffer.name) {
                     true => self.bind_array(&bound, id, false, false)?,
-                    false => Array::Owned(numbers.iter().map(|number| T::from_f64(*number)).collect()),
+                    false => Array::Owned(in_precision(numbers)),
                 },
                 Role::Positions => {
                     let table = self
@@ -178,6 +179,15 @@ impl<'a, T: Clone> Inputs<'a, T> {
     }
 }
 
+/// Numbers as they are computed with: where that is in f64, they are not copied.
+#[allow(clippy::ptr_arg)] // only what has a size can be asked for its type
+fn in_precision<T: Scalar>(numbers: &Vec<f64>) -> Cow<'_, [T]> {
+    match (numbers as &dyn Any).downcast_ref::<Vec<T>>() {
+        Some(numbers) => Cow::Borrowed(numbers),
+        None => numbers.iter().map(|number| T::from_f64(*number)).collect(),
+    }
+}
+
 fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> {
     match found == expected {
         true => Ok(()),
@@ -186,26 +196,26 @@ fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> 
 }
 
 /// How a buffer is backed.
-pub(crate) enum Array<'k, T> {
+pub(crate) enum Array<'k, T: Clone> {
     Given(&'k [T]),
     /// One value for all cells along the parallel axes.
     Broadcast(&'k [T]),
     /// The default, everywhere.
     Default,
     /// The numbers that come with the kernel.
-    Owned(Vec<T>),
+    Owned(Cow<'k, [T]>),
     Positions(&'k [i32]),
     Made,
 }
 
 /// A kernel whose inputs have been checked.
-pub(crate) struct Bound<'k, T> {
+pub(crate) struct Bound<'k, T: Clone> {
     pub(crate) kernel: &'k Kernel,
     extents: Vec<usize>,
     pub(crate) arrays: Arena<BufferId, Array<'k, T>>,
 }
 
-impl<T> Bound<'_, T> {
+impl<T: Clone> Bound<'_, T> {
     pub(crate) fn extent(&self, axis: AxisId) -> usize {
         self.extents[axis.position()]
     }

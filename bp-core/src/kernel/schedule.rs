@@ -1,7 +1,7 @@
 //! Schedules: in which order a kernel's loops run, and what is computed at which depth of them.
 //!
 //! In: a [`Kernel`]. Out: groups of nests that share one pass over the plate. Invariant: the back ends that run
-//! blocks of lanes (at run time, or printed as Rust) read this and decide nothing themselves.
+//! blocks of lanes (at run time, or printed as Rust) keep to these groups and to this order of arithmetic.
 //!
 //! A value is *varying* if it differs along the last parallel axis, else *uniform*: computed once for a block.
 //! A scratch buffer that no other group reads is *local*: it lives for one block only.

@@ -4,10 +4,10 @@
 //! [`Scalar`] makes of its own operands, with whatever instructions the processor has: each operator is one tight loop,
 //! compiled for each set of them.
 
+use super::code::{Operand, Work};
 use crate::exec::scalar::Scalar;
 use crate::kernel::Fold;
 use crate::operators::{Binary, Unary};
-use pulp::{Arch, NullaryFnOnce};
 
 #[derive(Clone, Copy)]
 pub(super) enum Lane<'l, T> {
@@ -23,69 +23,47 @@ impl<T: Copy> Lane<'_, T> {
             Lane::Many(values) => values[lane],
         }
     }
-}
 
-/// What is done with a block of lanes.
-pub(super) enum Work<'l, T> {
-    Unary(Unary, Lane<'l, T>),
-    Binary(Binary, Lane<'l, T>, Lane<'l, T>),
-    Select(Lane<'l, T>, Lane<'l, T>, Lane<'l, T>),
-    /// One more value of a fold.
-    Fold(Fold, Lane<'l, T>),
-    /// One more step of a recurrence: what is kept, what is added.
-    Step(Lane<'l, T>, Lane<'l, T>),
-}
-
-struct Call<'c, 'l, T> {
-    work: Work<'l, T>,
-    out: &'c mut [T],
-}
-
-impl<T: Scalar> NullaryFnOnce for Call<'_, '_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let out = self.out;
-        match self.work {
-            Work::Unary(operator, operand) => unary(operator, out, operand),
-            Work::Binary(operator, left, right) => binary(operator, out, left, right),
-            Work::Select(condition, then, otherwise) => select(out, condition, then, otherwise),
-            Work::Fold(fold, value) => match fold {
-                Fold::Sum => zip_with(out, value, |folded, value| folded + value),
-                Fold::Product => zip_with(out, value, |folded, value| folded * value),
-                Fold::Maximum => zip_with(out, value, T::maximum),
-            },
-            Work::Step(keep, value) => {
-                zip_with(out, keep, |state, keep| keep * state);
-                zip_with(out, value, |state, value| state + value);
-            }
+    /// Copies lanes, from one on.
+    pub(super) fn copy(&self, from: usize, out: &mut [T]) {
+        match self {
+            Lane::One(value) => out.fill(*value),
+            Lane::Many(values) => out.copy_from_slice(&values[from..][..out.len()]),
         }
     }
 }
 
-/// Does it, into `out`.
-pub(super) fn run<T: Scalar>(instructions: Arch, out: &mut [T], work: Work<'_, T>) {
-    instructions.dispatch(Call { work, out });
+/// Makes lanes of lanes. Always inlined, so that it is compiled for each set of instructions.
+#[inline(always)]
+pub(super) fn run<'l, T: Scalar>(
+    out: &mut [T],
+    work: &Work<Operand>,
+    lanes: impl Fn(&Operand) -> Lane<'l, T>,
+) {
+    match work {
+        Work::Unary(operator, a) => unary(*operator, out, lanes(a)),
+        Work::Binary(operator, a, b) => binary(*operator, out, lanes(a), lanes(b)),
+        Work::Select(a, b, c) => select(out, lanes(a), lanes(b), lanes(c)),
+        Work::Product(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| (a * b) * c),
+        Work::AddProduct(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| a + b * c),
+        Work::Mixture(a, b, c, d) => mixture(out, [lanes(a), lanes(b), lanes(c), lanes(d)]),
+        Work::Pattern(_) | Work::Fetch(..) | Work::Gather(..) | Work::Kept(_) => {
+            unreachable!("internal: this is no arithmetic")
+        }
+    }
+}
+
+/// Folds `width` lanes, one after the other.
+pub(super) fn folded<T: Scalar>(fold: Fold, start: T, lanes: Lane<'_, T>, width: usize) -> T {
+    let all = (0..width).map(|lane| lanes.at(lane));
+    match fold {
+        Fold::Sum => all.fold(start, |sum, x| sum + x),
+        Fold::Product => all.fold(start, |product, x| product * x),
+        Fold::Maximum => all.fold(start, T::maximum),
+    }
 }
 
 // Loops are written as loops: what iterators call inside would be compiled apart, without these instructions.
-#[inline(always)]
-fn zip_with<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T, T) -> T) {
-    match operand {
-        Lane::One(x) => {
-            for out in out {
-                *out = f(*out, x);
-            }
-        }
-        Lane::Many(x) => {
-            for (out, x) in out.iter_mut().zip(x) {
-                *out = f(*out, *x);
-            }
-        }
-    }
-}
-
 #[inline(always)]
 fn map<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T) -> T) {
     match operand {
@@ -164,6 +142,47 @@ fn zip<T: Scalar>(out: &mut [T], left: Lane<'_, T>, right: Lane<'_, T>, f: impl 
         (Lane::Many(x), Lane::Many(y)) => {
             for (out, (x, y)) in out.iter_mut().zip(x.iter().zip(y)) {
                 *out = f(*x, *y);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn three<T: Scalar>(out: &mut [T], a: Lane<'_, T>, b: Lane<'_, T>, c: Lane<'_, T>, f: impl Fn(T, T, T) -> T) {
+    match (a, b, c) {
+        (Lane::Many(a), Lane::Many(b), Lane::Many(c)) => {
+            for (out, ((a, b), c)) in out.iter_mut().zip(a.iter().zip(b).zip(c)) {
+                *out = f(*a, *b, *c);
+            }
+        }
+        (Lane::Many(a), Lane::Many(b), Lane::One(c)) => {
+            let both = Lane::Many(b);
+            zip(out, Lane::Many(a), both, |a, b| f(a, b, c));
+        }
+        (Lane::Many(a), Lane::One(b), Lane::Many(c)) => {
+            let both = Lane::Many(c);
+            zip(out, Lane::Many(a), both, |a, c| f(a, b, c));
+        }
+        (Lane::One(a), b, c) => zip(out, b, c, |b, c| f(a, b, c)),
+        (a, Lane::One(b), Lane::One(c)) => map(out, a, |a| f(a, b, c)),
+    }
+}
+
+#[inline(always)]
+fn mixture<T: Scalar>(out: &mut [T], operands: [Lane<'_, T>; 4]) {
+    match operands {
+        [Lane::Many(a), Lane::One(b), Lane::Many(c), Lane::One(d)] => {
+            zip(out, Lane::Many(a), Lane::Many(c), |a, c| a * b + c * d);
+        }
+        [Lane::Many(a), Lane::Many(b), Lane::Many(c), Lane::Many(d)] => {
+            let (left, right) = (a.iter().zip(b), c.iter().zip(d));
+            for (out, ((a, b), (c, d))) in out.iter_mut().zip(left.zip(right)) {
+                *out = *a * *b + *c * *d;
+            }
+        }
+        [a, b, c, d] => {
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = a.at(lane) * b.at(lane) + c.at(lane) * d.at(lane);
             }
         }
     }

@@ -1,0 +1,265 @@
+//! The flat program that a kernel becomes for given extents: instructions whose operands have their places.
+//!
+//! In: what `build` made. Out: plain data that `machine` walks. Invariant: within a level, numbers come before
+//! places and places before instructions, and each uses only what stands before it or on an outer level.
+//!
+//! A *number* is the same in all lanes of a block. A *place* is where lanes stand that are read: in the array itself, or,
+//! where a row goes round or lies outside, in a copy. An *instruction* is one tight loop over a block. *Levels* are the
+//! loops around a block, outermost first: done once, then each axis of the rows, then the block; then the loops of a stage.
+
+use crate::ids::BufferId;
+use crate::kernel::Fold;
+use crate::operators::{Binary, Unary};
+use std::collections::BTreeSet;
+
+/// Which numbers are read: a buffer that is whole in memory, or the planes of a pass that live for a block.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Source {
+    Whole(BufferId),
+    Block(usize),
+}
+
+/// One index that is known when it runs: a number, how far apart its values are, how many there are.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Term {
+    pub(super) number: usize,
+    pub(super) stride: usize,
+    pub(super) extent: usize,
+}
+
+/// A cell of a buffer: a part that is known, and terms.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Address {
+    pub(super) source: Source,
+    pub(super) base: usize,
+    pub(super) terms: Vec<Term>,
+}
+
+/// How a number is made.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Numeric {
+    Constant(u64),
+    /// The running value of an axis, by its position.
+    Counter(usize),
+    Unary(Unary, usize),
+    Binary(Binary, usize, usize),
+    Select(usize, usize, usize),
+    /// A cell, or the other number where it lies outside.
+    Load(Address, Option<usize>),
+    /// What is left of it in a buffer.
+    Stored(usize),
+}
+
+impl Numeric {
+    /// Calls with each number that it is made of.
+    pub(super) fn each(&self, mut call: impl FnMut(usize)) {
+        match self {
+            Numeric::Constant(_) | Numeric::Counter(_) => {}
+            Numeric::Unary(_, a) | Numeric::Stored(a) => call(*a),
+            Numeric::Binary(_, a, b) => [*a, *b].into_iter().for_each(call),
+            Numeric::Select(a, b, c) => [*a, *b, *c].into_iter().for_each(call),
+            Numeric::Load(address, otherwise) => {
+                address.terms.iter().map(|term| term.number).chain(*otherwise).for_each(call);
+            }
+        }
+    }
+}
+
+/// How lanes go through a row that is read where it stands.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Along {
+    /// From the address on.
+    Straight,
+    /// From as many after the running lane as the first number says; round where the second is not 0.
+    Turned { by: usize, wraps: usize, extent: usize },
+    /// At the offsets of a pattern.
+    Pattern(usize),
+}
+
+/// Lanes that are read where they stand.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Place {
+    pub(super) address: Address,
+    pub(super) along: Along,
+    /// The number that stands outside.
+    pub(super) otherwise: Option<usize>,
+}
+
+impl Place {
+    /// Calls with each number that it is found by.
+    pub(super) fn numbers(&self, mut call: impl FnMut(usize)) {
+        self.address.terms.iter().map(|term| term.number).chain(self.otherwise).for_each(&mut call);
+        if let Along::Turned { by, wraps, .. } = self.along {
+            [by, wraps].into_iter().for_each(call);
+        }
+    }
+}
+
+/// An operand of an instruction.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Operand {
+    Number(usize),
+    Slot(usize),
+    Place(usize),
+}
+
+/// What a block of lanes is made of, `O` being how operands are named.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Work<O> {
+    /// The numbers of a pattern.
+    Pattern(usize),
+    Unary(Unary, O),
+    Binary(Binary, O, O),
+    Select(O, O, O),
+    /// (a · b) · c
+    Product(O, O, O),
+    /// a · b + c · d
+    Mixture(O, O, O, O),
+    /// a + b · c
+    AddProduct(O, O, O),
+    /// A place that is copied: because of what stands outside, or of its pattern.
+    Fetch(usize, Option<O>),
+    /// Cells that are found lane by lane: index, stride and extent of each axis; and what stands outside.
+    Gather(Source, Box<[(O, usize, usize)]>, Option<O>),
+    /// What a reduction has kept.
+    Kept(usize),
+}
+
+impl<O: Copy> Work<O> {
+    /// With other names for the operands.
+    pub(super) fn map<P>(&self, mut name: impl FnMut(O) -> P) -> Work<P> {
+        match self {
+            Work::Pattern(pattern) => Work::Pattern(*pattern),
+            Work::Unary(operator, a) => Work::Unary(*operator, name(*a)),
+            Work::Binary(operator, a, b) => Work::Binary(*operator, name(*a), name(*b)),
+            Work::Select(a, b, c) => Work::Select(name(*a), name(*b), name(*c)),
+            Work::Product(a, b, c) => Work::Product(name(*a), name(*b), name(*c)),
+            Work::Mixture(a, b, c, d) => Work::Mixture(name(*a), name(*b), name(*c), name(*d)),
+            Work::AddProduct(a, b, c) => Work::AddProduct(name(*a), name(*b), name(*c)),
+            Work::Fetch(place, other) => Work::Fetch(*place, other.map(name)),
+            Work::Gather(source, terms, other) => {
+                let terms = terms.iter().map(|(index, stride, extent)| (name(*index), *stride, *extent));
+                Work::Gather(*source, terms.collect(), other.map(&mut name))
+            }
+            Work::Kept(kept) => Work::Kept(*kept),
+        }
+    }
+
+    /// Calls with each operand.
+    pub(super) fn each(&self, call: impl FnMut(O)) {
+        self.map(call);
+    }
+}
+
+/// Which planes a block is stored in: of what the pass makes, or of what lives for a block.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Planes {
+    Made(usize),
+    Block(usize),
+}
+
+/// Where a block is stored: one of some planes.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Target {
+    pub(super) planes: Planes,
+    pub(super) base: usize,
+    pub(super) terms: Vec<Term>,
+}
+
+/// One loop over a block.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum Instruction {
+    Set(usize, Work<Operand>),
+    /// Made where it is stored.
+    Write(Target, Work<Operand>),
+    Store(Target, Operand),
+    Keep(usize, Operand),
+    /// The first lane of a slot takes all lanes, one after the other.
+    Fold(usize, Fold, Operand),
+}
+
+/// What is done on one level.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Code {
+    pub(super) numbers: Vec<(usize, Numeric)>,
+    pub(super) places: Vec<usize>,
+    pub(super) instructions: Vec<Instruction>,
+}
+
+/// A loop of a stage.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Loop {
+    /// The axis, by its position.
+    pub(super) axis: usize,
+    pub(super) extent: usize,
+    pub(super) backward: bool,
+}
+
+/// Loops within a block; without any where all of them have been unrolled.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Stage {
+    pub(super) loops: Vec<Loop>,
+    /// How many of them are outside the reduction.
+    pub(super) outer: usize,
+    /// Level by level; the first is that of the block.
+    pub(super) levels: Vec<Code>,
+    /// Before, within and after the inner loops.
+    pub(super) begin: Vec<Instruction>,
+    pub(super) each: Vec<Instruction>,
+    pub(super) end: Vec<Instruction>,
+}
+
+/// One pass over rows of lanes.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Pass {
+    /// Axes of the rows, by position, and their extents, outermost first.
+    pub(super) rows: Vec<(usize, usize)>,
+    /// Lanes of a row, and of a block.
+    pub(super) lanes: usize,
+    pub(super) block: usize,
+    /// Whether the lanes are folded, so that a row makes one cell.
+    pub(super) folded: bool,
+    /// What is made, and how many planes of rows × lanes it has.
+    pub(super) made: Vec<(BufferId, usize)>,
+    /// What is read, of buffers that are whole in memory.
+    pub(super) reads: BTreeSet<BufferId>,
+    /// How many planes of a block each of those has that live for a block.
+    pub(super) of_block: Vec<usize>,
+    pub(super) constants: Vec<(usize, f64)>,
+    pub(super) numbers: usize,
+    pub(super) slots: usize,
+    pub(super) places: Vec<Place>,
+    pub(super) patterns: Vec<Vec<u32>>,
+    /// Done once, and for each axis of the rows; where a row is one block, the last of these is the block's.
+    pub(super) levels: Vec<Code>,
+    pub(super) stages: Vec<Stage>,
+}
+
+impl Pass {
+    /// Whether rows are shared out, rather than the lanes of the only one.
+    pub(super) fn has_rows(&self) -> bool {
+        self.folded || self.rows.iter().any(|(_, extent)| *extent > 1)
+    }
+
+    /// Whether it comes out the same whatever is given: it reads only what does, and the host gets nothing of it.
+    pub(super) fn is_settled(
+        &self,
+        stays: impl Fn(BufferId) -> bool,
+        is_output: impl Fn(BufferId) -> bool,
+    ) -> bool {
+        self.reads.iter().all(|buffer| stays(*buffer))
+            && !self.made.iter().any(|(buffer, _)| is_output(*buffer))
+    }
+
+    /// Rows, and the cells that each of them makes.
+    pub(super) fn rows_of_cells(&self) -> (usize, usize) {
+        let rows = self.rows.iter().map(|(_, extent)| extent).product();
+        (rows, if self.folded { 1 } else { self.lanes })
+    }
+
+    /// The cells of a plane.
+    pub(super) fn plane(&self) -> usize {
+        let (rows, cells) = self.rows_of_cells();
+        rows * cells
+    }
+}

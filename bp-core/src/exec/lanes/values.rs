@@ -1,0 +1,197 @@
+//! Values that instructions will make: equal ones are one, and what is known already is worked out.
+//!
+//! In: operators and operands. Out: a [`Value`]. Invariant: a value stands after its operands, on the outermost level on
+//! which all of them are known.
+
+use super::code::{Along, Numeric, Place, Source, Work};
+use crate::ids::BufferId;
+use crate::operators::{Binary, Unary};
+use std::collections::{BTreeSet, HashMap};
+use std::hash::Hash;
+
+/// A value in the making, by its position among its like.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Value {
+    Number(usize),
+    Place(usize),
+    Lanes(usize),
+}
+
+/// Distinct things in the order in which they came, each on its level.
+#[derive(Debug)]
+pub(super) struct Distinct<K> {
+    pub(super) all: Vec<(K, usize)>,
+    known: HashMap<K, usize>,
+}
+
+impl<K> Default for Distinct<K> {
+    fn default() -> Self {
+        Self { all: Vec::new(), known: HashMap::new() }
+    }
+}
+
+impl<K: Clone + Eq + Hash> Distinct<K> {
+    pub(super) fn add(&mut self, key: K, level: impl FnOnce(&K) -> usize) -> usize {
+        if let Some(known) = self.known.get(&key) {
+            return *known;
+        }
+        let level = level(&key);
+        self.known.insert(key.clone(), self.all.len());
+        self.all.push((key, level));
+        self.all.len() - 1
+    }
+
+    fn level(&self, position: usize) -> usize {
+        self.all[position].1
+    }
+}
+
+/// All values of a pass.
+#[derive(Debug, Default)]
+pub(super) struct Values {
+    pub(super) numbers: Distinct<Numeric>,
+    pub(super) places: Distinct<Place>,
+    pub(super) lanes: Distinct<Work<Value>>,
+    pub(super) patterns: Distinct<Vec<u32>>,
+    /// The level of each axis that counts.
+    pub(super) level_of: Vec<usize>,
+    /// The level of what differs among blocks.
+    pub(super) lane_level: usize,
+    /// The level on which what is kept changes.
+    pub(super) innermost: usize,
+}
+
+impl Values {
+    /// Forgets what belongs to the blocks of a stage: the next one makes it anew.
+    pub(super) fn next_stage(&mut self, block: usize) {
+        let Self { numbers, places, lanes, .. } = self;
+        numbers.known.retain(|_, at| numbers.all[*at].1 < block);
+        places.known.retain(|_, at| places.all[*at].1 < block);
+        lanes.known.retain(|_, at| lanes.all[*at].1 < block);
+    }
+
+    pub(super) fn level(&self, value: Value) -> usize {
+        match value {
+            Value::Number(number) => self.numbers.level(number),
+            Value::Place(place) => self.places.level(place),
+            Value::Lanes(lanes) => self.lanes.level(lanes),
+        }
+    }
+
+    /// The buffers that are read, of those that are whole in memory.
+    pub(super) fn reads(&self) -> BTreeSet<BufferId> {
+        let numbers = self.numbers.all.iter().filter_map(|(how, _)| match how {
+            Numeric::Load(address, _) => Some(address.source),
+            _ => None,
+        });
+        let places = self.places.all.iter().map(|(place, _)| place.address.source);
+        let gathers = self.lanes.all.iter().filter_map(|(work, _)| match work {
+            Work::Gather(source, ..) => Some(*source),
+            _ => None,
+        });
+        let whole = |source| match source {
+            Source::Whole(buffer) => Some(buffer),
+            Source::Block(_) => None,
+        };
+        numbers.chain(places).chain(gathers).filter_map(whole).collect()
+    }
+
+    pub(super) fn constant(&mut self, number: f64) -> Value {
+        Value::Number(self.numbers.add(Numeric::Constant(number.to_bits()), |_| 0))
+    }
+
+    pub(super) fn known(&self, value: Value) -> Option<f64> {
+        match value {
+            Value::Number(number) => match self.numbers.all[number].0 {
+                Numeric::Constant(bits) => Some(f64::from_bits(bits)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    pub(super) fn number(&mut self, how: Numeric) -> Value {
+        let level = match &how {
+            Numeric::Constant(_) => 0,
+            Numeric::Counter(axis) => self.level_of[*axis],
+            Numeric::Unary(_, a) | Numeric::Stored(a) => self.numbers.level(*a),
+            Numeric::Binary(_, a, b) => self.numbers.level(*a).max(self.numbers.level(*b)),
+            Numeric::Select(a, b, c) => {
+                [a, b, c].map(|of| self.numbers.level(*of)).into_iter().max().unwrap_or(0)
+            }
+            Numeric::Load(address, other) => {
+                let terms = address.terms.iter().map(|term| term.number).chain(*other);
+                terms.map(|number| self.numbers.level(number)).max().unwrap_or(0)
+            }
+        };
+        Value::Number(self.numbers.add(how, |_| level))
+    }
+
+    pub(super) fn place(&mut self, place: Place) -> usize {
+        let turned = match &place.along {
+            Along::Turned { by, wraps, .. } => vec![*by, *wraps],
+            _ => Vec::new(),
+        };
+        let terms = place.address.terms.iter().map(|term| term.number);
+        let mut level = (terms.chain(turned).chain(place.otherwise))
+            .fold(self.lane_level, |level, number| level.max(self.numbers.level(number)));
+        if matches!(place.address.source, Source::Block(_)) {
+            // What lives for a block is made within it.
+            level = self.innermost;
+        }
+        self.places.add(place, |_| level)
+    }
+
+    pub(super) fn lanes(&mut self, work: Work<Value>) -> Value {
+        let mut level = self.lane_level;
+        work.each(|operand| level = level.max(self.level(operand)));
+        match &work {
+            Work::Fetch(place, _) => level = level.max(self.places.level(*place)),
+            Work::Gather(Source::Block(_), ..) | Work::Kept(_) => level = self.innermost,
+            _ => {}
+        }
+        Value::Lanes(self.lanes.add(work, |_| level))
+    }
+
+    pub(super) fn unary(&mut self, operator: Unary, a: Value) -> Value {
+        match (a, self.known(a)) {
+            (_, Some(x)) => self.constant(operator.apply(x)),
+            (Value::Number(a), _) => self.number(Numeric::Unary(operator, a)),
+            _ => self.lanes(Work::Unary(operator, a)),
+        }
+    }
+
+    pub(super) fn binary(&mut self, operator: Binary, a: Value, b: Value) -> Value {
+        match (operator, self.known(a), self.known(b)) {
+            (_, Some(x), Some(y)) => return self.constant(operator.apply(x, y)),
+            (Binary::Add, Some(0.0), _) | (Binary::Multiply, Some(1.0), _) => return b,
+            (Binary::Add | Binary::Subtract, _, Some(0.0))
+            | (Binary::Multiply | Binary::Divide, _, Some(1.0)) => return a,
+            (Binary::And, Some(0.0), _) | (Binary::And, _, Some(0.0)) => return self.constant(0.0),
+            _ => {}
+        }
+        match (a, b) {
+            (Value::Number(a), Value::Number(b)) => self.number(Numeric::Binary(operator, a, b)),
+            // What is the same in all lanes stands second, where the order does not matter.
+            (Value::Number(_), _) if matches!(operator, Binary::Add | Binary::Multiply) => {
+                self.lanes(Work::Binary(operator, b, a))
+            }
+            _ => self.lanes(Work::Binary(operator, a, b)),
+        }
+    }
+
+    pub(super) fn select(&mut self, condition: Value, then: Value, otherwise: Value) -> Value {
+        match (condition, then, otherwise) {
+            _ if then == otherwise => then,
+            (known, ..) if self.known(known).is_some() => {
+                if self.known(known) == Some(0.0) {
+                    otherwise
+                } else {
+                    then
+                }
+            }
+            (Value::Number(a), Value::Number(b), Value::Number(c)) => self.number(Numeric::Select(a, b, c)),
+            _ => self.lanes(Work::Select(condition, then, otherwise)),
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! The gallery loaded at run time beside the same programs compiled: `cargo bench --bench lanes`.
+//!
+//! In: programs of `examples/`. Out: the least time of each question by emitted Rust and by lanes, and their ratio.
+//! Invariant: both give the same numbers, and take turns, so that what disturbs one disturbs the other.
+
+use bp_core::answer::link;
+use bp_core::exec::{Inputs, Lanes, Outputs};
+use bp_core::lower::lower;
+use bp_core::model::Model;
+use bp_core::plan::{Options, Route, plan};
+use bp_macros::bayesian_program;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+bayesian_program!("examples/asia.bp");
+bayesian_program!("examples/boat.bp");
+bayesian_program!("examples/boat_relaxed.bp");
+bayesian_program!("examples/categorisation.bp");
+bayesian_program!("examples/homing.bp");
+bayesian_program!("examples/inverse_programming.bp");
+bayesian_program!("examples/layered_network.bp");
+bayesian_program!("examples/log_coding.bp");
+bayesian_program!("examples/phototaxy.bp");
+bayesian_program!("examples/rain_umbrella.bp");
+bayesian_program!("examples/spam.bp");
+bayesian_program!("examples/sprinkler.bp");
+bayesian_program!("examples/sum_of_dice.bp");
+bayesian_program!("examples/water_unit.bp");
+
+/// The kernel of a question that one answers.
+fn lanes(model: &Model, question: &str) -> Lanes {
+    let model = link(model).expect("its subroutines have answers");
+    let question = model.question(question).expect("it is declared");
+    let plan = plan(&model, question, Options::default()).expect("a plan");
+    let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("{} is one kernel", question.name) };
+    Lanes::new(lower(&model, exact, &question.name).expect("a kernel").kernel)
+}
+
+/// The least time of a run of each, which take turns until `patience` ends; each turn lasts long enough for the clock.
+fn race(patience: Duration, tasks: [&mut dyn FnMut(); 2]) -> [f64; 2] {
+    let begin = Instant::now();
+    let mut least = [f64::INFINITY; 2];
+    let mut times = [1u32; 2];
+    while begin.elapsed() < patience || least[1].is_infinite() {
+        for (task, run) in [0, 1].into_iter().zip([0, 1]) {
+            let start = Instant::now();
+            (0..times[task]).for_each(|_| tasks[run]());
+            let spent = start.elapsed();
+            match spent < Duration::from_micros(200) {
+                true => times[task] *= 2,
+                false => least[task] = least[task].min(spent.as_secs_f64() / f64::from(times[task])),
+            }
+        }
+    }
+    least
+}
+
+/// Times one question, and prints a line. What is given is named alike at both doors.
+macro_rules! row {
+    ($patience:expr, $program:ident, $question:ident, $output:ident $(, $name:ident = $value:expr)*) => {{
+        let compiled = $program::$question::Inputs { $($name: $value),* };
+        let inputs = Inputs::<f64>::new()$(.number(stringify!($name), $value))*;
+        let loaded = lanes(&$program::model(), stringify!($question));
+        let mut emitted = $program::$question::Outputs::<f64>::default();
+        let mut found = Outputs::default();
+        $program::$question::run(&compiled, &mut emitted).expect("it fits");
+        loaded.run_into(&inputs, &mut found).expect("it fits");
+        let same = |cells: &[f64]| {
+            let close = |(p, q): (&f64, &f64)| (p - q).abs() <= 1e-12 * p.abs().max(1e-3);
+            cells.len() == emitted.$output.len() && cells.iter().zip(&emitted.$output).all(close)
+        };
+        assert!(found.arrays.iter().any(|(_, cells)| same(cells)), "{}", stringify!($program));
+        let cells = emitted.$output.len();
+        let [one, other] = race($patience, [
+            &mut || $program::$question::run(black_box(&compiled), black_box(&mut emitted)).expect("it fits"),
+            &mut || loaded.run_into(black_box(&inputs), black_box(&mut found)).expect("it fits"),
+        ]);
+        let name = concat!(stringify!($program), ", ", stringify!($question));
+        println!("{name:<32}{cells:>9}{:>12.2}{:>12.2}{:>8.2}", one * 1e6, other * 1e6, other / one);
+        other / one
+    }};
+}
+
+fn main() {
+    // `cargo test --benches` only wants to know that it runs.
+    let timed = std::env::args().any(|argument| argument == "--bench");
+    let patience = Duration::from_millis(if timed { 500 } else { 0 });
+    let degrees = 1f64.to_degrees();
+    println!("{:<32}{:>9}{:>12}{:>12}{:>8}", "f64, one thread", "numbers", "emitted µs", "lanes µs", "ratio");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let ratios = pool.install(|| {
+        [
+            row!(patience, asia, before, p_dyspnoea),
+            row!(patience, boat, bearings, p_x_y_b1_225_b2_180_b3_270, degrees = degrees),
+            row!(patience, boat, all, p_x_y_b1_225_b2_180_b3_270_d1_71_d2_50_d3_50, degrees = degrees),
+            row!(patience, boat_relaxed, along, p_x_y_0_b1_225_b2_180_b3_270, degrees = degrees),
+            row!(patience, categorisation, category, p_c_dist_l),
+            row!(patience, homing, choice, p_h_prox, alpha = 7.0, beta = 0.5),
+            row!(patience, inverse_programming, belief, p_h_b0_270_b1_270),
+            row!(
+                patience,
+                layered_network,
+                effect,
+                p_d1_a1_a1_a2_a2_a3_a3_a4_a4,
+                a1 = 0.0,
+                a2 = 1.0,
+                a3 = 1.0,
+                a4 = 0.0
+            ),
+            row!(patience, log_coding, code_of_bell, p_a_coherent_true_prior_bell),
+            row!(patience, phototaxy, turn, p_vrot_theta_l),
+            row!(patience, phototaxy, seen, p_theta_l_vrot_5),
+            row!(patience, rain_umbrella, rain, p_rain_true_umbrella_true),
+            row!(patience, spam, spam, p_spam_fortune_next_programming_money_you),
+            row!(patience, sprinkler, rain, p_rain_grass_wet_true_location),
+            row!(patience, sum_of_dice, sum, p_s3_o1_4),
+            row!(patience, sum_of_dice, last, p_o3_s3_14),
+            row!(patience, water_unit, output, p_o_i0_i1_s_c),
+            row!(patience, water_unit, filter, p_f_i0_5_i1_5_s_5_c_5_o_3),
+        ]
+    });
+    let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64;
+    println!(
+        "geometric mean of the ratios {:.2}, largest {:.2}",
+        mean.exp(),
+        ratios.iter().copied().fold(0.0, f64::max)
+    );
+}
