@@ -27,12 +27,15 @@ const CELL_DEGREES: f64 = 0.5;
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n  \
-bvm look --left im0.png --right im1.png --calibration calib.txt --disparity d.pfm --json\n\n\
+bvm look --left im0.png --right im1.png --calibration calib.txt --disparity d.pfm --json\n  \
+bvm look --left L.png --right R.png --calibration C.toml --evidence virtual --out look\n\n\
 The calibration is TOML with the keys focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px:\n  \
 depth = focal_px * baseline_m / (disparity + doffs_px);\n\
 or Middlebury's calib.txt, KITTI's calib.txt, or EuRoC's folder of cam0 and cam1, whose pictures are rectified.\n\n\
 Disparities are those of the left picture, in pixels, as PFM; infinity where no claim is made. With --disparity or\n\
---confidence, and no --out, nothing else is written."
+--confidence, and no --out, nothing else is written.\n\n\
+With --evidence virtual each direction is heard as its whole population code. A look begins with a map that knows\n\
+nothing; `bvm replay --hidden map` takes the hidden cells of a line of sight as the map before the frame believes."
 )]
 pub(crate) struct Arguments {
     /// Image of the left eye (PNG, PGM or PPM).

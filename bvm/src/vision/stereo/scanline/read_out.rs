@@ -229,7 +229,7 @@ fn finer(posterior: &[f32], winner: usize) -> f32 {
     if winner == 0 || winner + 1 >= posterior.len() {
         return 0.0;
     }
-    let [before, here, after] =
-        [winner - 1, winner, winner + 1].map(|d| logarithm(posterior[d].max(f32::MIN_POSITIVE)));
+    let at = |d: usize| logarithm(posterior[d].max(f32::MIN_POSITIVE));
+    let (before, here, after) = (at(winner - 1), at(winner), at(winner + 1));
     if here > before.min(after) { 0.5 * (after - before) / (here - before.min(after)) } else { 0.0 }
 }
