@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 34] = [
+const PACKAGES: [&str; 35] = [
     "allocation-counter",
     "ariadne",
     "bp-core",
@@ -22,6 +22,7 @@ const PACKAGES: [&str; 34] = [
     "csv",
     "dejavu",
     "indicatif",
+    "memmap2",
     "naga",
     "nalgebra",
     "pest",

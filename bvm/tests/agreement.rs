@@ -8,7 +8,7 @@ use bp_core::exec::{Inputs, Lanes, interpret};
 use bp_core::model::Model;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Moves, Space};
-use bvm::programs::{binaural, cell, gaze, line_of_sight, view};
+use bvm::programs::{binaural, cell, gaze, line_of_sight, population_code, view};
 
 /// A small generator, so that the inputs are the same everywhere (Knuth's MMIX constants).
 struct Numbers(u64);
@@ -120,6 +120,37 @@ fn the_range_sensor_agrees() {
     };
     line_of_sight::reading::run(&given, &mut found).unwrap();
     assert_same("reading", &truth[0], &found.p_z_z_o_c);
+}
+
+#[test]
+fn the_range_sensor_that_hears_codes_agrees() {
+    let (rays, bins, mut numbers) = (300, 6, Numbers(7));
+    let rho: Vec<f64> = numbers.take(rays).iter().map(|x| 1.0 + 1.5 * x).collect();
+    let lambda: Vec<f64> = numbers.take(rays).iter().map(|x| 0.05 + 0.95 * x).collect();
+    let (hidden, code) = (numbers.take(bins * rays), numbers.take((bins + 1) * rays));
+    let inputs = Inputs::new()
+        .size("Rays", rays)
+        .size("N", bins)
+        .number("sigma_min", 0.05)
+        .number("ln_b", 0.0916)
+        .array("lambda", &lambda)
+        .array("rho", &rho)
+        .array("hidden", &hidden)
+        .array("code", &code);
+    let truth = by_kernel(&population_code::model(), "heard", &inputs);
+    let mut found = population_code::heard::Outputs::default();
+    let given = population_code::heard::Inputs {
+        rays,
+        n: bins,
+        sigma_min: 0.05,
+        ln_b: 0.0916,
+        lambda: &lambda,
+        rho: &rho,
+        hidden: &hidden,
+        code: &code,
+    };
+    population_code::heard::run(&given, &mut found).unwrap();
+    assert_same("heard", &truth[0], &found.p_code_true_o_c);
 }
 
 #[test]

@@ -174,6 +174,27 @@ fn look_makes_a_map_of_a_synthetic_pair() {
 }
 
 #[test]
+fn a_look_hears_codes_where_they_are_asked_for() {
+    let pair = Pair::new();
+    let (left, right, toml) = (pair.path("left.png"), pair.path("right.png"), pair.path("pair.toml"));
+    for matcher in ["scanline", "coherence"] {
+        let seen = ["hard", "virtual"].map(|evidence| {
+            let out = pair.path(evidence);
+            let arguments =
+                ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
+            let more = ["--matcher", matcher, "--evidence", evidence, "--out", text(&out), "--json"];
+            let output = succeeds(&[&arguments[..], &more].concat());
+            let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            assert_eq!(told["evidence"], evidence);
+            let panorama = std::fs::read(out.join("occupancy_panorama.png")).unwrap();
+            (told["readings"].clone(), panorama)
+        });
+        assert_eq!(seen[0].0, seen[1].0, "the same directions speak");
+        assert!(seen[0].1 != seen[1].1, "the map hears something else");
+    }
+}
+
+#[test]
 fn look_at_a_recorded_pair() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map(|up| up.join("shared/data"));
     let root = std::env::var_os("BP_DATA").map(PathBuf::from).or_else(beside).unwrap();
@@ -232,7 +253,7 @@ fn wrong_calibrations_are_named_by_key() {
     refused(calibration("", None) + "fokal_px = 3\n", &["fokal_px", "unknown"]);
     refused("focal_px = = 3\n".to_owned(), &["line 1"]);
     pair.write("wide.toml", calibration("max_disparity_px", Some("96")).as_bytes());
-    pair.refused("left.png", "right.png", "wide.toml", &["96 disparities", "96 pixels"]);
+    pair.refused("left.png", "right.png", "wide.toml", &["96 disparities", "96 pixels wide"]);
 }
 
 #[test]
@@ -312,6 +333,15 @@ fn calibration_of_sight_leaves_out_what_is_no_number() {
     assert_eq!(told[2]["wrong_by_2_all"], 0.0, "exact depth is never wrong");
     for name in ["reliability.png", "sparsification.png"] {
         bvm::vision::image::read(&out.join(name)).unwrap();
+    }
+    // The pair as the map hears it: a reading, or a code, for each direction.
+    let maps = told[0]["maps"].as_array().unwrap();
+    assert!(maps.iter().any(|map| map["evidence"] == "virtual" && map["hidden"] == "map"), "{maps:?}");
+    assert!(maps.iter().all(|map| map["log_loss"].as_f64().unwrap() < 0.7), "{maps:?}");
+    for (name, value) in [("none.pfm", f32::NAN), ("far.pfm", f32::INFINITY), ("zero.pfm", 0.0)] {
+        bvm::vision::pfm::write(&pair.path(name), WIDTH, &[value; WIDTH * HEIGHT]).unwrap();
+        let none = arguments.iter().map(|word| word.replace("truth.pfm", name)).collect::<Vec<_>>();
+        refuses(&none.iter().map(String::as_str).collect::<Vec<_>>(), &[name, "no truth", "96x64"]);
     }
     let small = arguments.iter().map(|word| word.replace("truth.pfm", "small.pfm")).collect::<Vec<_>>();
     refuses(&small.iter().map(String::as_str).collect::<Vec<_>>(), &["48x128", "96x64"]);

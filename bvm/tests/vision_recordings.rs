@@ -95,6 +95,27 @@ fn motorcycle() {
 }
 
 #[test]
+fn coherence_is_surest_where_it_is_right() {
+    let Some(folder) = recordings("middlebury2003_cones") else { return };
+    let (left, right) = (read(&folder, "im2.ppm"), read(&folder, "im6.ppm"));
+    let (truth, mask) = (read(&folder, "disp2.pgm"), read(&folder, "cones_mask_2bt.png"));
+    let map = match_pair(&left, &right, 64, Matcher::Coherence).unwrap();
+    let seen = |at: usize| truth.pixels()[at] > 0.0 && mask.pixels()[at] > 128.0;
+    let mut claims: Vec<(f32, bool)> = (0..map.disparity.len())
+        .filter(|&at| seen(at) && map.confidence[at] > 0.0)
+        .map(|at| (map.confidence[at], (map.disparity[at] - truth.pixels()[at] / 4.0).abs() > 2.0))
+        .collect();
+    claims.sort_by(|one, other| other.0.total_cmp(&one.0));
+    let wrong = |part: f64| {
+        let surest = &claims[..(claims.len() as f64 * part) as usize];
+        surest.iter().filter(|claim| claim.1).count() as f64 / surest.len() as f64
+    };
+    let curve = [0.2, 0.4, 0.6, 0.8, 1.0].map(wrong);
+    println!("cones, coherence: wrong among the surest {curve:.3?}");
+    assert!(curve.is_sorted() && curve[0] < 0.5 * curve[4], "{curve:?}");
+}
+
+#[test]
 fn raw_cameras_are_rectified() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map(|up| up.join("shared/data"));
     let root = std::env::var_os("BP_DATA").map(PathBuf::from).or_else(beside).unwrap();

@@ -8,10 +8,11 @@ use super::look::{Seen, mapped};
 use super::{check_folder, print};
 use bp_core::learn::{Case, Learner, Settings};
 use bvm::error::Error;
+use bvm::map::Map;
 use bvm::programs::stereo_error;
 use bvm::report::{Line, lines, write_atomically};
 use bvm::vision::evaluation::{Scored, Truth, part, wrong};
-use bvm::vision::{DisparityMap, Matcher, Pair};
+use bvm::vision::{DisparityMap, Evidence, Heard, Hidden, Matcher, Pair, Sight};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -74,13 +75,17 @@ struct Figures {
     /// Deviation of what is right, of all claims together, pixels: σ_min of Eq. 3.
     sigma_min_px: f64,
     classes: Vec<Class>,
-    /// Of the map, for each pair.
+    /// Of the map, for each pair and each way to hear it.
     maps: Vec<MapFigures>,
 }
 
 /// The map against the true surface.
 #[derive(Serialize)]
 struct MapFigures {
+    evidence: Evidence,
+    hidden: Hidden,
+    /// How often a head at rest heard the pair.
+    times: usize,
     directions: usize,
     /// Mean −ln P of the true occupancy of the cells up to the surface, nats.
     log_loss: f64,
@@ -106,13 +111,17 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
     for matcher in [Some(Matcher::Scanline), Some(Matcher::Coherence), None] {
         let (mut scored, mut maps, mut counted) = (Vec::new(), Vec::new(), 0);
         for (pair, truth) in &pairs {
-            let found = match matcher {
-                Some(matcher) => pair.matched(matcher)?,
-                None => exact(pair, truth),
+            let (found, population) = match matcher {
+                Some(matcher) => pair.matched_with_population(matcher)?,
+                None => (exact(pair, truth), None),
             };
             scored.extend(truth.score(&found)?);
             counted += truth.count();
-            maps.push(against(pair, &found, truth)?);
+            for evidence in [Evidence::Hard, Evidence::Virtual] {
+                let heard = Heard { evidence, population: population.as_ref() };
+                let again = matcher == Some(Matcher::Scanline) && evidence == Evidence::Virtual;
+                maps.extend(against(pair, &found, &heard, again, truth)?);
+            }
         }
         scored.sort_by(|one, other| other.confidence.total_cmp(&one.confidence));
         let name = match matcher {
@@ -144,24 +153,35 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
         return Ok(());
     }
-    print(
-        "matcher       density  bad>1   bad>2   bad>2 all  90 % covers  sigma   map: log-loss, first right or adjacent",
-    );
+    print("matcher       density  bad>1   bad>2   bad>2 all  90 % covers  sigma");
     for one in &figures {
-        let maps: Vec<String> = (one.maps.iter())
-            .map(|map| format!("{:.3}, {:.1} %", map.log_loss, 100.0 * map.first_right_or_adjacent))
-            .collect();
         print(&format!(
-            "{:<12} {:>6.1} % {:>5.2} % {:>5.2} % {:>7.2} % {:>9.1} % {:>7.3} px   {}",
+            "{:<12} {:>6.1} % {:>5.2} % {:>5.2} % {:>7.2} % {:>9.1} % {:>7.3} px",
             one.matcher,
             100.0 * one.density,
             100.0 * one.wrong_by_1_matched,
             100.0 * one.wrong_by_2_matched,
             100.0 * one.wrong_by_2_all,
             100.0 * one.covered_by_90,
-            one.sigma_min_px,
-            maps.join("   ")
+            one.sigma_min_px
         ));
+    }
+    print("");
+    print("map fed by   evidence  hidden   times  log-loss, first cell right or adjacent");
+    for one in &figures {
+        let ways = one.maps.len() / pairs.len();
+        for (way, first) in one.maps.iter().enumerate().take(ways) {
+            let maps: Vec<String> = (one.maps.iter().skip(way).step_by(ways))
+                .map(|map| format!("{:.3} nats, {:.1} %", map.log_loss, 100.0 * map.first_right_or_adjacent))
+                .collect();
+            let (evidence, hidden) = (first.evidence.name(), first.hidden.name());
+            print(&format!(
+                "{:<12} {evidence:<9} {hidden:<8} {:>5}  {}",
+                one.matcher,
+                first.times,
+                maps.join("   ")
+            ));
+        }
     }
     print("");
     print("scanline: lambda  claims  within 1 px  sigma told  sigma  astray");
@@ -217,9 +237,35 @@ fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
     scored.chunks(size).map(class).collect()
 }
 
-/// The map that disparities make, against the surface that the truth shows in each direction.
-fn against(pair: &Pair, found: &DisparityMap, truth: &Truth) -> Result<MapFigures, Error> {
-    let Seen { map, .. } = mapped(pair, found)?;
+/// The map that disparities make, against the surface that the truth shows in each direction; and, if it is heard
+/// `again`, the maps that it makes then: with hidden cells of probability ½, and as the first map believes.
+fn against(
+    pair: &Pair,
+    found: &DisparityMap,
+    heard: &Heard<'_>,
+    again: bool,
+    truth: &Truth,
+) -> Result<Vec<MapFigures>, Error> {
+    let Seen { map, glance, .. } = mapped(pair, found, heard)?;
+    let told = |map: &Map, hidden, times| MapFigures {
+        evidence: heard.evidence,
+        hidden,
+        times,
+        ..compared(pair, map, truth)
+    };
+    let mut figures = vec![told(&map, Hidden::Uniform, 1)];
+    for hidden in [Hidden::Uniform, Hidden::Map].into_iter().filter(|_| again) {
+        let before = (hidden == Hidden::Map).then_some(&map);
+        let likelihood = Sight::default().likelihood_of(map.grid(), &glance, before)?;
+        let mut next = map.clone();
+        next.observe(&[&likelihood])?;
+        figures.push(told(&next, hidden, 2));
+    }
+    Ok(figures)
+}
+
+/// A map against the truth.
+fn compared(pair: &Pair, map: &Map, truth: &Truth) -> MapFigures {
     let grid = map.grid();
     let mut surfaces: Vec<Vec<f64>> = vec![Vec::new(); grid.directions()];
     for (at, disparity) in truth.disparity.iter().enumerate() {
@@ -247,11 +293,14 @@ fn against(pair: &Pair, found: &DisparityMap, truth: &Truth) -> Result<MapFigure
         let first = (0..grid.cells_rho()).find(|depth| occupied(*depth) > 0.55);
         right += usize::from(first.is_some_and(|first| (first + 1).abs_diff(surface) <= 1));
     }
-    Ok(MapFigures {
+    MapFigures {
+        evidence: Evidence::default(),
+        hidden: Hidden::default(),
+        times: 1,
         directions,
         log_loss: loss / cells as f64,
         first_right_or_adjacent: right as f64 / directions as f64,
-    })
+    }
 }
 
 fn pictures(

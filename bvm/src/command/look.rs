@@ -12,9 +12,9 @@ use bvm::report::{
     ColourMap, Panorama, TopView, Window, first_occupied_range, mean, panorama, top_view, write_atomically,
 };
 use bvm::vision::image::write_png_rgb;
-use bvm::vision::stereo::GRAIN_PX;
+use bvm::vision::readings::speakers;
 use bvm::vision::stereo::coherence::cyclopean;
-use bvm::vision::{DisparityMap, Matcher, Pair, RangeReading, Sight, cloud, pfm, readings};
+use bvm::vision::{DisparityMap, Evidence, Glance, Heard, Matcher, Pair, RangeReading, Sight, cloud, pfm};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -27,12 +27,15 @@ const CELL_DEGREES: f64 = 0.5;
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n  \
-bvm look --left im0.png --right im1.png --calibration calib.txt --disparity d.pfm --json\n\n\
+bvm look --left im0.png --right im1.png --calibration calib.txt --disparity d.pfm --json\n  \
+bvm look --left L.png --right R.png --calibration C.toml --evidence virtual --out look\n\n\
 The calibration is TOML with the keys focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px:\n  \
 depth = focal_px * baseline_m / (disparity + doffs_px);\n\
 or Middlebury's calib.txt, KITTI's calib.txt, or EuRoC's folder of cam0 and cam1, whose pictures are rectified.\n\n\
 Disparities are those of the left picture, in pixels, as PFM; infinity where no claim is made. With --disparity or\n\
---confidence, and no --out, nothing else is written."
+--confidence, and no --out, nothing else is written.\n\n\
+With --evidence virtual each direction is heard as its whole population code. A look begins with a map that knows\n\
+nothing; `bvm replay --hidden map` takes the hidden cells of a line of sight as the map before the frame believes."
 )]
 pub(crate) struct Arguments {
     /// Image of the left eye (PNG, PGM or PPM).
@@ -47,6 +50,9 @@ pub(crate) struct Arguments {
     /// How to match: Bayesian inference along scan lines, or coherence detection.
     #[arg(long, value_enum, default_value_t)]
     matcher: MatcherName,
+    /// What a direction hears of its range: one reading with its deviation, or the whole posterior.
+    #[arg(long, value_enum, default_value_t)]
+    evidence: EvidenceName,
     /// Where to write the disparities (PFM).
     #[arg(long)]
     disparity: Option<PathBuf>,
@@ -78,9 +84,27 @@ impl From<MatcherName> for Matcher {
     }
 }
 
+/// [`Evidence`], as it is asked for.
+#[derive(Clone, Copy, Default, clap::ValueEnum)]
+pub(crate) enum EvidenceName {
+    #[default]
+    Hard,
+    Virtual,
+}
+
+impl From<EvidenceName> for Evidence {
+    fn from(name: EvidenceName) -> Self {
+        match name {
+            EvidenceName::Hard => Evidence::Hard,
+            EvidenceName::Virtual => Evidence::Virtual,
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct Figures {
     matcher: Matcher,
+    evidence: Evidence,
     width: usize,
     height: usize,
     /// Share of the pixels that got a disparity.
@@ -116,7 +140,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         check_folder(folder)?;
     }
     let begun = Instant::now();
-    let found = pair.matched(arguments.matcher.into())?;
+    let evidence = arguments.evidence.into();
+    let (found, population) = match (evidence, &folder) {
+        (Evidence::Virtual, Some(_)) => pair.matched_with_population(arguments.matcher.into())?,
+        _ => (pair.matched(arguments.matcher.into())?, None),
+    };
     let matching_ms = begun.elapsed().as_secs_f64() * 1e3;
     let mut files = Vec::new();
     for (path, values) in
@@ -129,6 +157,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     let mut figures = Figures {
         matcher: arguments.matcher.into(),
+        evidence,
         width: found.width,
         height: found.height,
         density: found.density(),
@@ -136,9 +165,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         map: None,
     };
     if let Some(folder) = &folder {
-        let Seen { map, readings: seen, figures: told } = mapped(&pair, &found)?;
+        let heard = Heard { evidence, population: population.as_ref() };
+        let Seen { map, glance, figures: told } = mapped(&pair, &found, &heard)?;
         figures.map = Some(told);
-        files.extend(write(folder, &pair, &found, &map, &seen, &figures)?);
+        files.extend(write(folder, &pair, &found, &map, &glance.readings, &figures)?);
     }
     if arguments.json {
         print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
@@ -168,19 +198,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
 /// A pair in the map.
 pub(super) struct Seen {
     pub(super) map: Map,
-    /// One for each direction.
-    readings: Vec<Option<RangeReading>>,
+    pub(super) glance: Glance,
     figures: MapFigures,
 }
 
 /// The map that the pair makes, and what was read.
-pub(super) fn mapped(pair: &Pair, found: &DisparityMap) -> Result<Seen, Error> {
+pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &Heard<'_>) -> Result<Seen, Error> {
     let calibration = &pair.calibration;
     let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
     let step = CELL_DEGREES.to_radians();
-    let mut seen = readings(found, calibration, azimuth_cells, azimuth_cells / 2, step, step)?;
+    let direction = |x, y| calibration.direction(x, y);
+    let speakers = speakers(found, calibration, direction, [azimuth_cells, azimuth_cells / 2], [step; 2])?;
     // A few readings are astray; they must not stretch the grid.
-    let mut ranges: Vec<f32> = seen.iter().flatten().map(|reading| reading.range_m).collect();
+    let mut ranges: Vec<f32> = speakers.iter().flatten().map(|speaker| speaker.reading.range_m).collect();
     ranges.sort_by(f32::total_cmp);
     let (nearest, farthest) = match ranges.len() {
         0 => (0.5, 5.0),
@@ -193,17 +223,12 @@ pub(super) fn mapped(pair: &Pair, found: &DisparityMap) -> Result<Seen, Error> {
         azimuth_cells,
         elevation_cells: azimuth_cells / 2,
     })?;
-    // The grain of a disparity is a fixed part of a pixel, which in metres grows with the square of the range.
-    let sigma_min = calibration.range_sigma_m(f64::from(nearest), f64::from(GRAIN_PX));
-    for reading in seen.iter_mut().flatten() {
-        let sigma = calibration.range_sigma_m(f64::from(reading.range_m), f64::from(GRAIN_PX));
-        reading.confidence = (f64::from(reading.confidence) * sigma_min / sigma).min(1.0) as f32;
-    }
-    let mut map = Map::new(grid)?;
-    map.observe(&[&Sight::default().likelihood(map.grid(), &seen, sigma_min)?])?;
+    let glance = Glance::of(&speakers, found, calibration, &grid, f64::from(nearest), heard);
+    let mut map = Map::new(grid.clone())?;
+    map.observe(&[&Sight::default().likelihood_of(&grid, &glance, None)?])?;
     let gaze = Gradient::default().choose(&map, &Heading::default())?;
     let figures = MapFigures {
-        readings: seen.iter().flatten().count(),
+        readings: glance.readings.iter().flatten().count(),
         nearest_m: nearest,
         farthest_m: farthest,
         grid: *map.grid().configuration(),
@@ -211,7 +236,7 @@ pub(super) fn mapped(pair: &Pair, found: &DisparityMap) -> Result<Seen, Error> {
         gaze_azimuth_degrees: gaze.azimuth.to_degrees(),
         gaze_elevation_degrees: gaze.elevation.to_degrees(),
     };
-    Ok(Seen { map, readings: seen, figures })
+    Ok(Seen { map, glance, figures })
 }
 
 fn write(

@@ -5,7 +5,7 @@
 //! and estimates. The head's movement through space is left out: the map is one of directions. Invariant: frames are
 //! taken in order of time.
 
-use super::look::MatcherName;
+use super::look::{EvidenceName, MatcherName};
 use super::{check_folder, print};
 use bvm::error::Error;
 use bvm::grid::{Grid, GridConfiguration};
@@ -16,9 +16,8 @@ use bvm::report::{
 };
 use bvm::vision::calibration::raw::RawPair;
 use bvm::vision::image::{self, write_png_rgb};
-use bvm::vision::readings::readings_along;
-use bvm::vision::stereo::GRAIN_PX;
-use bvm::vision::{DisparityMap, Pair, Sight, VisionError};
+use bvm::vision::readings::speakers;
+use bvm::vision::{DisparityMap, Evidence, Glance, Heard, Hidden, Pair, Sight, VisionError};
 use clap::Args;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -35,12 +34,36 @@ pub(crate) struct Arguments {
     /// How to match.
     #[arg(long, value_enum, default_value_t)]
     matcher: MatcherName,
+    /// What a direction hears of its range: one reading with its deviation, or the whole posterior.
+    #[arg(long, value_enum, default_value_t)]
+    evidence: EvidenceName,
+    /// What the other cells of a line of sight are taken for: occupied with probability ½, or as the map believes
+    /// before the frame.
+    #[arg(long, value_enum, default_value_t)]
+    hidden: HiddenName,
     /// The folder to write.
     #[arg(long, default_value = "bvm-replay")]
     out: PathBuf,
     /// Print the figures as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// [`Hidden`], as it is asked for.
+#[derive(Clone, Copy, Default, clap::ValueEnum)]
+pub(crate) enum HiddenName {
+    #[default]
+    Uniform,
+    Map,
+}
+
+impl From<HiddenName> for Hidden {
+    fn from(name: HiddenName) -> Self {
+        match name {
+            HiddenName::Uniform => Hidden::Uniform,
+            HiddenName::Map => Hidden::Map,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -83,7 +106,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         elevation_cells: 180 / CELL_DEGREES,
     })?;
     let rig = *raw.calibration();
-    let sigma_min = rig.range_sigma_m(REACH_M[0], f64::from(GRAIN_PX));
     let to_body = raw.to_body();
     let mut posture = Posture::at_rest(&recording, to_body * Vector3::z())?;
     let (mut map, mut sight) = (Map::new(grid)?, Sight::default());
@@ -95,25 +117,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             posture.feel(row)?;
         }
         let pair = Pair::rectified(&raw, &image::read(left)?, &image::read(right)?)?;
-        let found = pair.matched(arguments.matcher.into())?;
+        let evidence = arguments.evidence.into();
+        let (found, population) = match evidence {
+            Evidence::Virtual => pair.matched_with_population(arguments.matcher.into())?,
+            Evidence::Hard => (pair.matched(arguments.matcher.into())?, None),
+        };
         let grid = map.grid();
         let direction = |x: f64, y: f64| posture.direction(to_body * Vector3::from(rig.ray(x, y)));
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
-        let mut seen = readings_along(&found, &rig, direction, cells, steps)?;
-        for reading in seen.iter_mut().flatten() {
-            let sigma = rig.range_sigma_m(f64::from(reading.range_m), f64::from(GRAIN_PX));
-            reading.confidence = (f64::from(reading.confidence) * sigma_min / sigma).min(1.0) as f32;
-        }
+        let speakers = speakers(&found, &rig, direction, cells, steps)?;
         let heading = Heading { yaw: posture.yaw() };
-        let mut likelihood = sight.likelihood(grid, &seen, sigma_min)?;
-        heading.turn_rows(grid, &mut likelihood);
+        let heard = Heard { evidence, population: population.as_ref() };
+        let glance = Glance::of(&speakers, &found, &rig, grid, REACH_M[0], &heard).turned(&heading, grid);
+        let before = (Hidden::from(arguments.hidden) == Hidden::Map).then_some(&map);
+        let likelihood = sight.likelihood_of(grid, &glance, before)?;
         map.observe(&[&likelihood])?;
         let entropies = map.occupancy_entropy();
         frames.push(Frame {
             time_ns: *time,
             density: found.density(),
-            readings: seen.iter().flatten().count(),
+            readings: glance.readings.iter().flatten().count(),
             yaw_degrees: posture.yaw().to_degrees(),
             entropy: entropies.iter().map(|&entropy| f64::from(entropy)).sum::<f64>()
                 / entropies.len() as f64,

@@ -35,7 +35,7 @@ impl Truth {
     /// Reads the truth: PFM, or an image whose grey levels (0 is unknown) are `scale` times the disparity.
     ///
     /// # Errors
-    /// A file that cannot be read, or is neither.
+    /// A file that cannot be read, is neither, or tells of no pixel.
     pub fn read(path: &Path, scale: f64) -> Result<Self, VisionError> {
         let is_pfm = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pfm"));
         let (width, values) = if is_pfm {
@@ -45,7 +45,16 @@ impl Truth {
             let image = image::read(path)?;
             (image.width(), image.pixels().iter().map(|level| level / scale as f32).collect())
         };
-        Ok(Self::new(width, values))
+        let truth = Self::new(width, values);
+        if truth.count() == 0 {
+            let reason = format!(
+                "holds no truth: none of its {}x{} disparities is a finite number above 0 that the right camera sees",
+                width,
+                truth.disparity.len() / width
+            );
+            return Err(VisionError::ImageFile { path: path.to_path_buf(), reason });
+        }
+        Ok(truth)
     }
 
     /// The truth of rows of disparities.

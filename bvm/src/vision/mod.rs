@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! two images ─┐
-//!             read, rectify ─▶ Pair ─ matched ─▶ DisparityMap ─ readings ─▶ Option<RangeReading> per direction
+//!             read, rectify ─▶ Pair ─ matched ─▶ DisparityMap ─ readings, codes ─▶ one per direction, or none
 //! calibration ┘                  └ Calibration ──────────────────┘
 //! ```
 //!
@@ -19,6 +19,7 @@ pub mod image;
 mod netpbm;
 mod pair;
 pub mod pfm;
+pub mod population;
 pub mod readings;
 mod sight;
 pub mod stereo;
@@ -27,6 +28,7 @@ pub use calibration::Calibration;
 pub use error::VisionError;
 pub use image::GreyImage;
 pub use pair::Pair;
+pub use population::{Codes, Population};
 pub use readings::{RangeReading, readings};
-pub use sight::Sight;
+pub use sight::{Evidence, Glance, Heard, Hidden, Sight};
 pub use stereo::{DisparityMap, Matcher, match_pair};

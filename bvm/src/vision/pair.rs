@@ -4,7 +4,8 @@
 //! an ideal camera sees what the real one did not, nothing is claimed.
 
 use super::calibration::raw::RawPair;
-use super::{Calibration, DisparityMap, GreyImage, Matcher, VisionError, image, match_pair};
+use super::stereo::match_pair_with_population;
+use super::{Calibration, DisparityMap, GreyImage, Matcher, Population, VisionError, image, match_pair};
 use std::path::Path;
 
 /// A rectified pair.
@@ -53,7 +54,25 @@ impl Pair {
     /// # Errors
     /// Pictures of different sizes, or narrower than the largest disparity.
     pub fn matched(&self, matcher: Matcher) -> Result<DisparityMap, VisionError> {
-        let mut found = match_pair(&self.left, &self.right, self.calibration.max_disparity_px(), matcher)?;
+        let found = match_pair(&self.left, &self.right, self.calibration.max_disparity_px(), matcher)?;
+        Ok(self.without_unseen(found))
+    }
+
+    /// [`Pair::matched`], and what every pixel believes of its disparity.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn matched_with_population(
+        &self,
+        matcher: Matcher,
+    ) -> Result<(DisparityMap, Option<Population>), VisionError> {
+        let most = self.calibration.max_disparity_px();
+        let (found, population) = match_pair_with_population(&self.left, &self.right, most, matcher)?;
+        Ok((self.without_unseen(found), population))
+    }
+
+    /// Takes back what the real cameras did not see.
+    fn without_unseen(&self, mut found: DisparityMap) -> DisparityMap {
         if let Some([left, right]) = &self.seen {
             for (at, left) in left.iter().enumerate() {
                 let there = || at - (found.disparity[at].round() as usize).min(at % found.width);
@@ -62,6 +81,6 @@ impl Pair {
                 }
             }
         }
-        Ok(found)
+        found
     }
 }

@@ -23,6 +23,15 @@ pub struct RangeReading {
     pub confidence: f32,
 }
 
+/// A reading, and the pixel of the left picture that it is of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Speaker {
+    /// What it says.
+    pub reading: RangeReading,
+    /// The pixel, `y * width + x`.
+    pub pixel: usize,
+}
+
 /// One reading per direction, indexed `[elevation row * azimuth_cells + azimuth column]`.
 ///
 /// Column `j` covers the azimuths ]−π + j·Δθ, −π + (j+1)·Δθ] and row `i` the elevations
@@ -36,29 +45,26 @@ pub fn readings(
     elevation_step_rad: f64,
 ) -> Result<Vec<Option<RangeReading>>, VisionError> {
     let direction = |x, y| calibration.direction(x, y);
-    readings_along(
-        map,
-        calibration,
-        direction,
-        [azimuth_cells, elevation_cells],
-        [azimuth_step_rad, elevation_step_rad],
-    )
+    let (cells, steps) = ([azimuth_cells, elevation_cells], [azimuth_step_rad, elevation_step_rad]);
+    let speakers = speakers(map, calibration, direction, cells, steps)?;
+    Ok(speakers.iter().map(|speaker| speaker.map(|speaker| speaker.reading)).collect())
 }
 
-/// [`readings`] of a head that is turned: `direction` gives the azimuth and elevation of a pixel, radians.
+/// [`readings`] with their pixels, of a head that is turned: `direction` gives the azimuth and elevation of a pixel,
+/// radians.
 ///
 /// # Errors
 /// Steps that are not positive or that go beyond the sphere.
-pub fn readings_along(
+pub fn speakers(
     map: &DisparityMap,
     calibration: &Calibration,
     direction: impl Fn(f64, f64) -> (f64, f64),
     [azimuth_cells, elevation_cells]: [usize; 2],
     [azimuth_step_rad, elevation_step_rad]: [f64; 2],
-) -> Result<Vec<Option<RangeReading>>, VisionError> {
+) -> Result<Vec<Option<Speaker>>, VisionError> {
     check_axis("azimuth", azimuth_cells, azimuth_step_rad, TAU)?;
     check_axis("elevation", elevation_cells, elevation_step_rad, PI)?;
-    let mut best: Vec<Option<RangeReading>> = vec![None; azimuth_cells * elevation_cells];
+    let mut best: Vec<Option<Speaker>> = vec![None; azimuth_cells * elevation_cells];
     for (at, (&disparity, &confidence)) in map.disparity.iter().zip(&map.confidence).enumerate() {
         if confidence.is_nan() || confidence <= 0.0 {
             continue;
@@ -71,8 +77,8 @@ pub fn readings_along(
         let (Some(column), Some(row)) = (column, row) else { continue };
         let reading = RangeReading { range_m: range as f32, confidence: GRAIN_PX / map.sigma_px(at) };
         let place = &mut best[row * azimuth_cells + column];
-        if place.is_none_or(|held| beats(reading, held)) {
-            *place = Some(reading);
+        if place.is_none_or(|held| beats(reading, held.reading)) {
+            *place = Some(Speaker { reading, pixel: at });
         }
     }
     Ok(best)

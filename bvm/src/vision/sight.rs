@@ -1,18 +1,128 @@
-//! What range readings say of the map: `models/line_of_sight.bp`, one ray for each direction.
+//! What range readings say of the map: `models/line_of_sight.bp` and `models/population_code.bp`, one ray for each
+//! direction.
 //!
-//! In: one reading, or none, for each direction. Out: the likelihood of the readings for each cell, empty or
-//! occupied. Invariant: a direction without a reading says nothing: ones (paper: it is predicted, not estimated).
+//! In: one reading, or none, for each direction; perhaps its population code, and what the map believes. Out: the
+//! likelihood of the readings for each cell, empty or occupied. Invariant: a direction without a reading says nothing:
+//! ones (paper: it is predicted, not estimated).
 
-use super::RangeReading;
+use super::population::{Codes, Population, codes};
+use super::readings::Speaker;
+use super::stereo::GRAIN_PX;
+use super::{Calibration, DisparityMap, RangeReading};
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::map::Likelihood;
+use crate::map::{Heading, Likelihood, Map};
 use crate::programs::line_of_sight::reading;
+use crate::programs::population_code::heard;
+use serde::Serialize;
+
+/// How a direction is heard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Evidence {
+    /// One range: the bin of the likeliest disparity, with its deviation.
+    #[default]
+    Hard,
+    /// The whole population code, as Pearl's virtual evidence.
+    Virtual,
+}
+
+impl Evidence {
+    /// Its name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hard => "hard",
+            Self::Virtual => "virtual",
+        }
+    }
+}
+
+impl Hidden {
+    /// Its name in commands and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Uniform => "uniform",
+            Self::Map => "map",
+        }
+    }
+}
+
+/// What the other cells of a line of sight are taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Hidden {
+    /// Each is occupied with probability ½.
+    #[default]
+    Uniform,
+    /// As the map believes before it hears the reading.
+    Map,
+}
+
+/// How a frame is heard.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Heard<'p> {
+    /// A reading, or a code, for each direction.
+    pub evidence: Evidence,
+    /// What every pixel believes, for codes; without it they are made of each claim and its λ.
+    pub population: Option<&'p Population>,
+}
+
+/// What one frame says of all directions.
+#[derive(Clone, Debug)]
+pub struct Glance {
+    /// One for each direction `[φ][θ]`, or none.
+    pub readings: Vec<Option<RangeReading>>,
+    codes: Option<Codes>,
+    sigma_min_m: f64,
+}
+
+impl Glance {
+    /// What the pixels that speak say, as readings with the λ of Eq. 3, or as codes: then the code tells the spread, and
+    /// λ is that of the grain. σ_min is that of a disparity without doubt at a range of `nearest_m`: the grain of a
+    /// disparity is a fixed part of a pixel, which in metres grows with the square of the range (A20).
+    pub fn of(
+        speakers: &[Option<Speaker>],
+        map: &DisparityMap,
+        calibration: &Calibration,
+        grid: &Grid,
+        nearest_m: f64,
+        heard: &Heard<'_>,
+    ) -> Self {
+        let grain = |range_m: f64| calibration.range_sigma_m(range_m, f64::from(GRAIN_PX));
+        let sigma_min_m = grain(nearest_m);
+        let is_hard = heard.evidence == Evidence::Hard;
+        let one = |Speaker { reading, .. }: Speaker| {
+            let own = if is_hard { f64::from(reading.confidence) } else { 1.0 };
+            let confidence = (own * sigma_min_m / grain(f64::from(reading.range_m))).min(1.0);
+            RangeReading { confidence: confidence as f32, ..reading }
+        };
+        Self {
+            readings: speakers.iter().map(|speaker| speaker.map(one)).collect(),
+            codes: (!is_hard).then(|| codes(speakers, map, heard.population, calibration, grid)),
+            sigma_min_m,
+        }
+    }
+
+    /// Readings as they are, with the deviation `sigma_min_m / λ`.
+    pub fn hard(readings: Vec<Option<RangeReading>>, sigma_min_m: f64) -> Self {
+        Self { readings, codes: None, sigma_min_m }
+    }
+
+    /// The same, seen by a head that is turned: in the map's frame.
+    pub fn turned(mut self, heading: &Heading, grid: &Grid) -> Self {
+        heading.turn_rows(grid, &mut self.readings);
+        if let Some(codes) = &mut self.codes {
+            heading.turn_rows(grid, codes);
+        }
+        self
+    }
+}
 
 /// Readings made into likelihoods; keeps its buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Sight {
-    answer: reading::Outputs<f32>,
+    read: reading::Outputs<f32>,
+    heard: heard::Outputs<f32>,
 }
 
 impl Sight {
@@ -20,37 +130,113 @@ impl Sight {
     /// metres (Eq. 3). A reading beyond the grid is "No Detection"; one nearer than it begins is in its first cell.
     ///
     /// # Errors
-    /// Another number of readings than of directions.
+    /// Numbers that the program refuses.
     pub fn likelihood(
         &mut self,
         grid: &Grid,
         readings: &[Option<RangeReading>],
         sigma_min_m: f64,
     ) -> Result<Likelihood, Error> {
-        let given = |value: &dyn Fn(&RangeReading) -> f32, otherwise: f32| -> Vec<f32> {
-            readings.iter().map(|reading| reading.as_ref().map_or(otherwise, value)).collect()
-        };
-        let bins = grid.cells_rho() as f64;
-        let bin = |reading: &RangeReading| {
-            let u = grid.log_coordinate(f64::from(reading.range_m));
-            if u > bins { 0.0 } else { u.ceil().max(1.0) as f32 }
-        };
+        let seen = Seen::of(readings);
+        if seen.rays.is_empty() {
+            return Ok(seen.spread(grid, readings.len(), &[]));
+        }
+        let z: Vec<f32> = seen.readings.iter().map(|reading| bin(grid, reading) as f32).collect();
         let inputs = reading::Inputs {
-            rays: grid.directions(),
+            rays: seen.rays.len(),
             n: grid.cells_rho(),
-            z: &given(&bin, 0.0),
+            z: &z,
             sigma_min: sigma_min_m as f32,
             ln_b: grid.base().ln() as f32,
-            lambda: &given(&|reading| reading.confidence, 1.0),
-            rho: &given(&|reading| reading.range_m, 1.0),
+            lambda: &seen.lambda(),
+            rho: &seen.rho(),
         };
-        reading::run(&inputs, &mut self.answer)?;
-        let mut likelihood = self.answer.p_z_z_o_c.clone();
-        for plane in likelihood.chunks_exact_mut(readings.len()) {
-            for (cell, _) in plane.iter_mut().zip(readings).filter(|(_, reading)| reading.is_none()) {
-                *cell = 1.0;
+        reading::run(&inputs, &mut self.read)?;
+        Ok(seen.spread(grid, readings.len(), &self.read.p_z_z_o_c))
+    }
+
+    /// The likelihood of a glance, with the hidden cells occupied as the map `before` says, or each with probability ½.
+    ///
+    /// # Errors
+    /// Numbers that the program refuses.
+    pub fn likelihood_of(
+        &mut self,
+        grid: &Grid,
+        glance: &Glance,
+        before: Option<&Map>,
+    ) -> Result<Likelihood, Error> {
+        let Glance { readings, codes, sigma_min_m } = glance;
+        if codes.is_none() && before.is_none() {
+            return self.likelihood(grid, readings, *sigma_min_m);
+        }
+        let seen = Seen::of(readings);
+        if seen.rays.is_empty() {
+            return Ok(seen.spread(grid, readings.len(), &[]));
+        }
+        let (rays, bins) = (seen.rays.len(), grid.cells_rho());
+        let mut code = vec![0f32; (bins + 1) * rays];
+        for (at, (ray, reading)) in seen.rays.iter().zip(&seen.readings).enumerate() {
+            match codes.as_ref().and_then(|codes| codes[*ray].as_ref()) {
+                Some(told) => (0..=bins).for_each(|z| code[z * rays + at] = told[z]),
+                None => code[bin(grid, reading) * rays + at] = 1.0,
             }
         }
-        Ok(likelihood)
+        let hidden = match before {
+            None => vec![0.5; bins * rays],
+            Some(map) => {
+                let planes = map.occupancy().chunks_exact(readings.len());
+                planes.flat_map(|plane| seen.rays.iter().map(|ray| plane[*ray])).collect()
+            }
+        };
+        let inputs = heard::Inputs {
+            rays,
+            n: bins,
+            sigma_min: *sigma_min_m as f32,
+            ln_b: grid.base().ln() as f32,
+            lambda: &seen.lambda(),
+            rho: &seen.rho(),
+            hidden: &hidden,
+            code: &code,
+        };
+        heard::run(&inputs, &mut self.heard)?;
+        Ok(seen.spread(grid, readings.len(), &self.heard.p_code_true_o_c))
+    }
+}
+
+/// The bin of a reading: 0 is "No Detection".
+fn bin(grid: &Grid, reading: &RangeReading) -> usize {
+    let u = grid.log_coordinate(f64::from(reading.range_m));
+    if u > grid.cells_rho() as f64 { 0 } else { u.ceil().max(1.0) as usize }
+}
+
+/// The directions that have a reading.
+struct Seen {
+    rays: Vec<usize>,
+    readings: Vec<RangeReading>,
+}
+
+impl Seen {
+    fn of(readings: &[Option<RangeReading>]) -> Self {
+        let (rays, readings) =
+            readings.iter().enumerate().filter_map(|(ray, reading)| Some((ray, (*reading)?))).unzip();
+        Self { rays, readings }
+    }
+
+    fn lambda(&self) -> Vec<f32> {
+        self.readings.iter().map(|reading| reading.confidence).collect()
+    }
+
+    fn rho(&self) -> Vec<f32> {
+        self.readings.iter().map(|reading| reading.range_m).collect()
+    }
+
+    /// Answers of the rays, among all directions.
+    fn spread(&self, grid: &Grid, directions: usize, answers: &[f32]) -> Likelihood {
+        let mut likelihood = vec![1.0; 2 * grid.cells_rho() * directions];
+        let planes = likelihood.chunks_exact_mut(directions.max(1));
+        for (plane, answers) in planes.zip(answers.chunks_exact(self.rays.len().max(1))) {
+            self.rays.iter().zip(answers).for_each(|(ray, answer)| plane[*ray] = *answer);
+        }
+        likelihood
     }
 }

@@ -128,6 +128,12 @@ impl Calibration {
         self.depth_m(disparity_px).map(|depth| depth * right.hypot(down).hypot(1.0))
     }
 
+    /// Disparity, pixels, of a point at a range from the left camera, metres, on the line of sight of a pixel.
+    pub fn disparity_px(&self, x_px: f64, y_px: f64, range_m: f64) -> f64 {
+        let (right, down) = self.slopes(x_px, y_px);
+        self.depth_times_disparity() * right.hypot(down).hypot(1.0) / range_m - self.doffs_px
+    }
+
     /// Standard deviation of the range, metres, at `range_m` on the optical axis for a disparity noise of
     /// `disparity_sigma_px`: ρ²·σ_d/(f·B). Off the axis the true value is smaller by the cosine of the angle.
     pub fn range_sigma_m(&self, range_m: f64, disparity_sigma_px: f64) -> f64 {
@@ -181,6 +187,7 @@ mod tests {
         assert_eq!(rig.direction(50.0, 40.0), (0.0, 0.0));
         // Slope 3/4 makes a 3-4-5 triangle: range 2 · 5/4.
         assert_eq!(rig.range_m(125.0, 40.0, 15.0), Some(2.5));
+        assert_eq!(rig.disparity_px(125.0, 40.0, 2.5), 15.0);
         let right = 0.75f64.atan();
         assert!((rig.direction(125.0, 40.0).0 - right).abs() < 1e-15);
         assert!((rig.direction(-25.0, 40.0).0 + right).abs() < 1e-15);

@@ -9,98 +9,119 @@
 //!
 //! Invariant: no claim is added or changed.
 
-use super::Claim;
+use super::{DisparityMap, Support};
 
 /// Half the side of the window of support, pixels.
 const SUPPORT_RADIUS: usize = 3;
 /// Most that the claims may cost, on average.
-const MOST_COST: f32 = 52.0;
-/// Least part of the disparities that must match clearly worse than the one claimed.
-const LEAST_WORSE: f32 = 0.6;
+const MOST_COST: i32 = 52;
+/// Least part of the disparities that must match clearly worse than the one claimed, in 255ths.
+const LEAST_WORSE: i32 = 153;
 /// Smallest patch that stays, pixels.
 const LEAST_PATCH: u32 = 150;
 /// Most disparity between neighbours of one patch, pixels.
 const PATCH_STEP: f32 = 1.0;
 
 /// Withdraws the claims whose window does not support them.
-pub(super) fn drop_unsupported(claims: &mut [Option<Claim>], width: usize) {
-    // Positive where the claim is supported; none has no say.
-    let spare = |of: fn(&Claim) -> f32| {
-        let values = claims.iter().map(|claim| claim.as_ref().map_or(0.0, of)).collect();
-        window_sums(values, width, SUPPORT_RADIUS)
+pub(super) fn drop_unsupported(map: &mut DisparityMap, support: &[Support]) {
+    let (width, height) = (map.width, map.height);
+    // What each column of the window has to spare, in cost and in worse matches; beyond both ends of the row nothing.
+    let mut columns = vec![[0i32; 2]; width + 2 * SUPPORT_RADIUS];
+    let add = |columns: &mut [[i32; 2]], y: usize, sign: i32| {
+        let row = &support[y * width..][..width];
+        for (sums, Support { cost, worse }) in columns[SUPPORT_RADIUS..].iter_mut().zip(row) {
+            // No claim has no say.
+            let says = sign * i32::from(*cost != Support::NONE.cost);
+            sums[0] += says * (MOST_COST - i32::from(*cost));
+            sums[1] += says * (i32::from(*worse) - LEAST_WORSE);
+        }
     };
-    let cheap = spare(|claim| MOST_COST - f32::from(claim.cost));
-    let worse = spare(|claim| claim.worse - LEAST_WORSE);
-    for ((claim, cheap), worse) in claims.iter_mut().zip(&cheap).zip(&worse) {
-        *claim = claim.filter(|_| *cheap >= 0.0 && *worse >= 0.0);
+    (0..SUPPORT_RADIUS.min(height)).for_each(|y| add(&mut columns, y, 1));
+    for y in 0..height {
+        if y + SUPPORT_RADIUS < height {
+            add(&mut columns, y + SUPPORT_RADIUS, 1);
+        }
+        if y > SUPPORT_RADIUS {
+            add(&mut columns, y - SUPPORT_RADIUS - 1, -1);
+        }
+        for (x, window) in columns.windows(2 * SUPPORT_RADIUS + 1).enumerate() {
+            let spare = window.iter().fold([0; 2], |[cost, worse], sums| [cost + sums[0], worse + sums[1]]);
+            if spare[0] < 0 || spare[1] < 0 {
+                map.withdraw(y * width + x);
+            }
+        }
     }
 }
 
 /// Withdraws small patches.
-pub(super) fn drop_speckles(claims: &mut [Option<Claim>], width: usize) {
-    let disparities: Vec<f32> =
-        claims.iter().map(|claim| claim.map_or(f32::NAN, |claim| claim.disparity)).collect();
-    let mut patches = Patches { parents: (0..claims.len() as u32).collect() };
-    for at in 0..claims.len() {
-        // A comparison with NaN is false: where nothing is claimed, nothing hangs together.
-        let near = |other: usize| (disparities[at] - disparities[other]).abs() <= PATCH_STEP;
-        if at % width > 0 && near(at - 1) {
-            patches.join(at, at - 1);
+pub(super) fn drop_speckles(map: &mut DisparityMap) {
+    let width = map.width;
+    let mut patches = Patches::default();
+    // For each pixel of a row, and of the one above, its run; none where nothing is claimed.
+    let [mut above, mut here] = [vec![NONE; width], vec![NONE; width]];
+    let mut runs = Vec::new();
+    for (y, row) in map.disparity.chunks_exact(width).enumerate() {
+        for x in 0..width {
+            if !row[x].is_finite() {
+                here[x] = NONE;
+                continue;
+            }
+            // A run is a stretch of a row that hangs together.
+            if x == 0 || here[x - 1] == NONE || (row[x] - row[x - 1]).abs() > PATCH_STEP {
+                patches.parents.push(patches.parents.len() as u32);
+                runs.push((y * width + x, 0u32));
+            }
+            here[x] = patches.parents.len() as u32 - 1;
+            runs.last_mut().expect("internal: a run has begun").1 += 1;
         }
-        if at >= width && near(at - width) {
-            patches.join(at, at - width);
+        if y > 0 {
+            let before = &map.disparity[(y - 1) * width..][..width];
+            let mut last = (NONE, NONE);
+            for x in 0..width {
+                let pair = (here[x], above[x]);
+                if pair != last
+                    && pair.0 != NONE
+                    && pair.1 != NONE
+                    && (row[x] - before[x]).abs() <= PATCH_STEP
+                {
+                    patches.join(pair.0, pair.1);
+                    last = pair;
+                }
+            }
         }
+        std::mem::swap(&mut above, &mut here);
     }
-    let mut sizes = vec![0u32; claims.len()];
-    let roots: Vec<usize> = (0..claims.len()).map(|at| patches.root(at)).collect();
-    roots.iter().for_each(|root| sizes[*root] += 1);
-    for (claim, root) in claims.iter_mut().zip(&roots) {
-        *claim = claim.filter(|_| sizes[*root] >= LEAST_PATCH);
+    let mut sizes = vec![0u32; runs.len()];
+    let roots: Vec<u32> = (0..runs.len() as u32).map(|run| patches.root(run)).collect();
+    roots.iter().zip(&runs).for_each(|(root, (_, length))| sizes[*root as usize] += length);
+    for (root, (start, length)) in roots.iter().zip(&runs) {
+        if sizes[*root as usize] < LEAST_PATCH {
+            (*start..*start + *length as usize).for_each(|at| map.withdraw(at));
+        }
     }
 }
 
-/// Which pixels hang together: each names one of its patch that comes earlier, or itself (Tarjan 1975).
+/// Where there is no run.
+const NONE: u32 = u32::MAX;
+
+/// Which runs hang together: each names one of its patch that comes earlier, or itself (Tarjan 1975).
+#[derive(Default)]
 struct Patches {
     parents: Vec<u32>,
 }
 
 impl Patches {
-    fn root(&mut self, mut at: usize) -> usize {
-        while self.parents[at] as usize != at {
-            let above = self.parents[self.parents[at] as usize];
-            self.parents[at] = above;
-            at = above as usize;
+    fn root(&mut self, mut run: u32) -> u32 {
+        while self.parents[run as usize] != run {
+            let above = self.parents[self.parents[run as usize] as usize];
+            self.parents[run as usize] = above;
+            run = above;
         }
-        at
+        run
     }
 
-    fn join(&mut self, one: usize, other: usize) {
-        if self.parents[one] == self.parents[other] {
-            return;
-        }
+    fn join(&mut self, one: u32, other: u32) {
         let (one, other) = (self.root(one), self.root(other));
-        self.parents[one.max(other)] = one.min(other) as u32;
+        self.parents[one.max(other) as usize] = one.min(other);
     }
-}
-
-/// Sums over windows of side `2 * radius + 1`, cut at the border.
-fn window_sums(values: Vec<f32>, width: usize, radius: usize) -> Vec<f32> {
-    let height = values.len() / width;
-    let mut rows = vec![0.0; values.len()];
-    for (sums, row) in rows.chunks_exact_mut(width).zip(values.chunks_exact(width)) {
-        for offset in 0..=radius.min(width - 1) {
-            let (near, far) = (&row[..width - offset], &row[offset..]);
-            sums.iter_mut().zip(far).for_each(|(sum, value)| *sum += value);
-            if offset > 0 {
-                sums[offset..].iter_mut().zip(near).for_each(|(sum, value)| *sum += value);
-            }
-        }
-    }
-    let mut sums = vec![0.0; values.len()];
-    for (y, out) in sums.chunks_exact_mut(width).enumerate() {
-        for other in y.saturating_sub(radius)..(y + radius + 1).min(height) {
-            out.iter_mut().zip(&rows[other * width..]).for_each(|(sum, value)| *sum += value);
-        }
-    }
-    sums
 }

@@ -10,10 +10,14 @@
 mod clean;
 pub mod coherence;
 mod lanes;
+mod memory;
 mod scanline;
+
+pub(super) use scanline::long;
 
 use super::error::VisionError;
 use super::image::GreyImage;
+use super::population::Population;
 use serde::Serialize;
 
 /// Most candidates (pixels × disparities) that are searched at once.
@@ -53,22 +57,46 @@ pub struct DisparityMap {
 struct Claim {
     /// The whole disparity that is believed most.
     winner: u16,
-    /// Matching cost of the pixel itself at that disparity.
-    cost: u8,
     /// Disparity, pixels.
     disparity: f32,
     /// λ in ]0, 1].
     confidence: f32,
     /// Standard deviation, pixels.
     spread: f32,
-    /// Part of the disparities that the right image shows which match clearly worse than the one claimed.
-    worse: f32,
+    /// How the pixel itself matches.
+    support: Support,
+}
+
+/// How a pixel matches at the disparity that it claims.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Support {
+    /// Its cost there.
+    cost: u8,
+    /// Part of the disparities that the right image shows which match clearly worse, in 255ths.
+    worse: u8,
+}
+
+impl Support {
+    /// Of no claim.
+    const NONE: Self = Self { cost: u8::MAX, worse: 0 };
 }
 
 /// Standard deviation of a disparity of which nothing else is in doubt, pixels: the grain of pictures and windows.
 pub const GRAIN_PX: f32 = 0.2;
 
 impl DisparityMap {
+    /// A map without claims.
+    fn silent(width: usize, height: usize) -> Self {
+        let count = width * height;
+        Self {
+            width,
+            height,
+            disparity: vec![f32::INFINITY; count],
+            confidence: vec![0.0; count],
+            spread: vec![f32::INFINITY; count],
+        }
+    }
+
     /// Takes a pixel's claim back.
     pub fn withdraw(&mut self, at: usize) {
         self.disparity[at] = f32::INFINITY;
@@ -95,34 +123,43 @@ pub fn match_pair(
     max_disparity: usize,
     matcher: Matcher,
 ) -> Result<DisparityMap, VisionError> {
-    let Levels { width, height, count: levels } = checked_levels(left, right, max_disparity)?;
+    matched(left, right, max_disparity, matcher, None)
+}
+
+/// [`match_pair`], and what every pixel believes of its disparity; `None` of a matcher that has no posterior.
+pub fn match_pair_with_population(
+    left: &GreyImage,
+    right: &GreyImage,
+    max_disparity: usize,
+    matcher: Matcher,
+) -> Result<(DisparityMap, Option<Population>), VisionError> {
+    let mut kept = Vec::new();
+    let map = matched(left, right, max_disparity, matcher, Some(&mut kept))?;
+    let population = (matcher == Matcher::Scanline).then(|| Population::new(max_disparity, kept));
+    Ok((map, population))
+}
+
+fn matched(
+    left: &GreyImage,
+    right: &GreyImage,
+    max_disparity: usize,
+    matcher: Matcher,
+    kept: Option<&mut Vec<u8>>,
+) -> Result<DisparityMap, VisionError> {
+    let Levels { width, count: levels } = checked_levels(left, right, max_disparity)?;
     let (left, right) = alike(left, right);
     // Once into the pool, rather than for each row.
-    let mut claims = rayon::scope(|_| match matcher {
-        Matcher::Scanline => {
-            let mut claims = scanline::claims(&left, &right, width, levels);
-            for claim in &mut claims {
-                *claim = claim.filter(|claim| claim.confidence >= LEAST_CONFIDENCE);
-            }
-            clean::drop_unsupported(&mut claims, width);
-            claims
-        }
+    let mut map = rayon::scope(|_| match matcher {
+        Matcher::Scanline => scanline::claims(&left, &right, width, levels, kept),
         Matcher::Coherence => coherence::detect(&left, &right, width, levels).left_claims(),
     });
-    clean::drop_speckles(&mut claims, width);
-    Ok(DisparityMap {
-        width,
-        height,
-        disparity: claims.iter().map(|claim| claim.map_or(f32::INFINITY, |claim| claim.disparity)).collect(),
-        confidence: claims.iter().map(|claim| claim.map_or(0.0, |claim| claim.confidence)).collect(),
-        spread: claims.iter().map(|claim| claim.map_or(f32::INFINITY, |claim| claim.spread)).collect(),
-    })
+    clean::drop_speckles(&mut map);
+    Ok(map)
 }
 
 /// What is searched.
 struct Levels {
     width: usize,
-    height: usize,
     /// Whole disparities.
     count: usize,
 }
@@ -140,7 +177,7 @@ fn checked_levels(left: &GreyImage, right: &GreyImage, max_disparity: usize) -> 
     if (width * height).checked_mul(levels).is_none_or(|count| count > MAX_CANDIDATES) {
         return Err(VisionError::TooLarge { width, height, levels, limit: MAX_CANDIDATES });
     }
-    Ok(Levels { width, height, count: levels })
+    Ok(Levels { width, count: levels })
 }
 
 /// Both pictures in whole grey levels, the right one with the mean and the deviation of the left: cameras differ in

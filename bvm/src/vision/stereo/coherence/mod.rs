@@ -14,8 +14,9 @@
 
 mod stack;
 
-use super::Claim;
+use super::DisparityMap;
 use crate::vision::{GreyImage, VisionError};
+use pulp::{Arch, Simd, WithSimd};
 use stack::{Classes, classes};
 
 /// How far, in pixels of the coarser scale, the classes of two scales may be apart and still agree.
@@ -24,6 +25,13 @@ const AGREE: f32 = 0.6;
 const SCALES: usize = 3;
 /// Fewest units of a class that makes a claim.
 const LEAST_UNITS: f32 = 6.0;
+
+/// Claims to either side that are asked whether they see the same surface, and pixels from one to the next: twice as
+/// far as the windows of the finest scale reach.
+const NEIGHBOURS: usize = 3;
+const STRIDE: usize = 2;
+/// Most difference of two claims of one surface, pixels.
+const SAME_SURFACE: f32 = 1.0;
 
 /// What an eye half way between the two would see.
 #[derive(Clone, Debug)]
@@ -53,37 +61,60 @@ pub(super) fn detect(left: &[u8], right: &[u8], width: usize, levels: usize) -> 
     let height = left.len() / width;
     let mut found =
         Cyclopean { width, disparity: vec![f32::INFINITY; left.len()], verification: vec![0.0; left.len()] };
-    for y in 0..height {
-        for x in 0..width {
-            let at = y * width + x;
-            let mut told: [(f32, f32, f32); SCALES] = [(f32::INFINITY, 0.0, 1.0); SCALES];
-            for (scale, (told, (classes, size))) in told.iter_mut().zip(&scales).enumerate() {
-                let rows = classes.disparity.len() / size;
-                let place = (y >> scale).min(rows - 1) * size + (x >> scale).min(size - 1);
-                let unit = (1u32 << scale) as f32;
-                *told = (classes.disparity[place] * unit, classes.members[place], unit);
+    // Of each scale a row as wide as the picture: disparities in its pixels, and members; none of a scale that is not.
+    let mut rows: [[Vec<f32>; 2]; SCALES] =
+        std::array::from_fn(|_| [vec![f32::INFINITY; width], vec![0.0; width]]);
+    let arch = Arch::new();
+    let told = found.disparity.chunks_exact_mut(width).zip(found.verification.chunks_exact_mut(width));
+    for (y, (disparity, verification)) in told.take(height).enumerate() {
+        for (scale, ([disparities, members], (classes, size))) in rows.iter_mut().zip(&scales).enumerate() {
+            let first = (y >> scale).min(classes.disparity.len() / size - 1) * size;
+            let unit = (1u32 << scale) as f32;
+            for (x, (disparity, members)) in disparities.iter_mut().zip(members).enumerate() {
+                let place = first + (x >> scale).min(size - 1);
+                (*disparity, *members) = (classes.disparity[place] * unit, classes.members[place]);
             }
-            // The largest class; of equals the finest.
-            let (mut best, mut members) = (told[0].0, told[0].1);
-            for &(disparity, count, _) in &told[1..] {
-                if count > members {
-                    (best, members) = (disparity, count);
-                }
-            }
-            let agrees = |&(disparity, count, unit): &(f32, f32, f32)| {
-                count > 0.0 && (disparity - best).abs() <= AGREE * unit.max(1.0)
-            };
-            let class = told.iter().filter(|told| agrees(told));
-            let total: f32 = class.clone().map(|told| told.1).sum();
-            if total < LEAST_UNITS {
-                continue;
-            }
-            let disparity = class.clone().next().map_or(best, |told| told.0).clamp(0.0, levels as f32 - 0.5);
-            found.disparity[at] = disparity;
-            found.verification[at] = total / units as f32;
         }
+        let (units, most) = (units as f32, levels as f32 - 0.5);
+        arch.dispatch(Directions { rows: &rows, units, most, disparity, verification });
     }
     found
+}
+
+/// Some directions, of which the classes of each scale are known.
+struct Directions<'d> {
+    rows: &'d [[Vec<f32>; 2]; SCALES],
+    units: f32,
+    most: f32,
+    disparity: &'d mut [f32],
+    verification: &'d mut [f32],
+}
+
+impl WithSimd for Directions<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let width = self.disparity.len();
+        let rows = self.rows.each_ref().map(|[disparity, members]| (&disparity[..width], &members[..width]));
+        for (x, (disparity, verification)) in self.disparity.iter_mut().zip(self.verification).enumerate() {
+            let told: [(f32, f32); SCALES] = rows.map(|(disparity, members)| (disparity[x], members[x]));
+            // The largest class; of equals the finest.
+            let larger = |held: (f32, f32), told: &(f32, f32)| if told.1 > held.1 { *told } else { held };
+            let (best, _) = told[1..].iter().fold(told[0], larger);
+            // Those that agree with it are one class with it; the finest of them says the disparity.
+            let (mut total, mut finest) = (0.0, best);
+            for scale in (0..SCALES).rev() {
+                let (disparity, members) = told[scale];
+                let agrees = (members > 0.0) & ((disparity - best).abs() <= AGREE * (1u32 << scale) as f32);
+                total += if agrees { members } else { 0.0 };
+                finest = if agrees { disparity } else { finest };
+            }
+            let speaks = total >= LEAST_UNITS;
+            *disparity = if speaks { finest.clamp(0.0, self.most) } else { f32::INFINITY };
+            *verification = if speaks { total / self.units } else { 0.0 };
+        }
+    }
 }
 
 /// What the eye half way between sees of a rectified pair, with the disparities `0..max_disparity` (pixels).
@@ -121,13 +152,12 @@ impl Cyclopean {
 
     /// The claims of the left view: each direction is seen half its disparity to the right; of two on one pixel the
     /// nearer hides the other; a pixel between two of one surface belongs to it.
-    pub(super) fn left_claims(&self) -> Vec<Option<Claim>> {
-        let mut claims: Vec<Option<Claim>> = vec![None; self.disparity.len()];
-        for (row, claims) in claims.chunks_exact_mut(self.width).enumerate() {
+    pub(super) fn left_claims(&self) -> DisparityMap {
+        let width = self.width;
+        let mut map = DisparityMap::silent(width, self.disparity.len() / width.max(1));
+        for (y, row) in self.disparity.chunks_exact(width).enumerate() {
             let mut before: Option<(f32, f32)> = None;
-            for x in 0..self.width {
-                let at = row * self.width + x;
-                let (disparity, confidence) = (self.disparity[at], self.verification[at]);
+            for (x, &disparity) in row.iter().enumerate() {
                 if !disparity.is_finite() {
                     before = None;
                     continue;
@@ -140,23 +170,70 @@ impl Cyclopean {
                     _ => (place + 0.5).floor(),
                 };
                 let end = place.max(from) as usize;
-                let claim = Claim {
-                    winner: (disparity + 0.5) as u16,
-                    cost: 0,
-                    disparity,
-                    confidence,
-                    spread: stack::COHERENT,
-                    worse: 1.0,
-                };
-                for place in claims.iter_mut().take(end + 1).skip(from as usize) {
-                    if place.is_none_or(|held| held.disparity < disparity) {
-                        *place = Some(claim);
+                for at in y * width + from as usize..y * width + (end + 1).min(width) {
+                    if map.confidence[at] == 0.0 || map.disparity[at] < disparity {
+                        map.disparity[at] = disparity;
+                        map.confidence[at] = self.verification[y * width + x];
+                        map.spread[at] = stack::COHERENT;
                     }
                 }
                 before = Some((place, disparity));
             }
         }
-        claims
+        map.confidence = supported(&map);
+        map
+    }
+}
+
+/// λ of each claim, times the part of its surroundings that claims the same surface. Over the border of a near
+/// surface the windows of its units, at the coarse scales most of all, still answer alike: λ is high there, and wrong.
+fn supported(map: &DisparityMap) -> Vec<f32> {
+    let (width, height) = (map.width, map.height);
+    let mut confidence = map.confidence.clone();
+    let reach = NEIGHBOURS * STRIDE;
+    let offsets = || (0..=2 * reach).step_by(STRIDE);
+    // Rows with nothing beyond both ends.
+    let mut padded = vec![f32::INFINITY; (width + 2 * reach) * height];
+    for (padded, row) in padded.chunks_exact_mut(width + 2 * reach).zip(map.disparity.chunks_exact(width)) {
+        padded[reach..][..width].copy_from_slice(row);
+    }
+    let arch = Arch::new();
+    let mut agree = vec![0f32; width];
+    for y in 0..height {
+        agree.fill(0.0);
+        let own = &map.disparity[y * width..][..width];
+        for other in offsets().filter_map(|offset| (y + offset).checked_sub(reach)).filter(|y| *y < height) {
+            let others = &padded[other * (width + 2 * reach)..][..width + 2 * reach];
+            arch.dispatch(Agree { agree: &mut agree, own, others });
+        }
+        let places = (2 * NEIGHBOURS + 1).pow(2) as f32;
+        for (confidence, agree) in confidence[y * width..][..width].iter_mut().zip(&agree) {
+            *confidence *= agree / places;
+        }
+    }
+    confidence
+}
+
+/// Counts the claims of a row, a few places to either side, that agree with each of another.
+struct Agree<'a> {
+    agree: &'a mut [f32],
+    own: &'a [f32],
+    others: &'a [f32],
+}
+
+impl WithSimd for Agree<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let others: [&[f32]; 2 * NEIGHBOURS + 1] =
+            std::array::from_fn(|at| &self.others[at * STRIDE..][..self.own.len()]);
+        for (x, (agree, own)) in self.agree.iter_mut().zip(self.own).enumerate() {
+            for other in others {
+                // Infinity less infinity is not a number, and agrees with nothing.
+                *agree += if (own - other[x]).abs() <= SAME_SURFACE { 1.0 } else { 0.0 };
+            }
+        }
     }
 }
 

@@ -26,7 +26,7 @@ const LEAST_SLOPE: f32 = 0.5;
 /// Farthest that a unit's own answer may be from its layer, pixels.
 const RANGE: f32 = 2.5;
 /// Rows that a thread takes at once.
-const BAND: usize = 48;
+const BAND: usize = 96;
 
 /// The largest coherent class of each direction.
 pub(super) struct Classes {
@@ -45,7 +45,7 @@ pub(super) fn classes(left: &[u8], right: &[u8], width: usize, layers: usize) ->
     let arch = Arch::new();
     let bands = found.disparity.par_chunks_mut(width * BAND).zip(found.members.par_chunks_mut(width * BAND));
     bands.enumerate().for_each(|(band, (disparity, members))| {
-        arch.dispatch(Band { pictures: &pictures, width, layers, first: band * BAND, disparity, members });
+        Band { pictures: &pictures, width, layers, first: band * BAND, disparity, members }.detect(arch);
     });
     found
 }
@@ -102,61 +102,143 @@ struct Sums {
     squares: Vec<i32>,
 }
 
-impl WithSimd for Band<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+impl Band<'_> {
+    /// Finds the classes of all rows.
+    fn detect(self, arch: Arch) {
         let (width, height) = (self.width, self.pictures[0].intensity.len() / self.width);
         let stride = width.next_multiple_of(LANES) + 2 * RADIUS;
         let row = || vec![0; self.layers * stride];
         let mut sums = Sums { stride, products: row(), squares: row() };
-        let end = self.first + self.disparity.len() / width;
-        for y in self.first.saturating_sub(RADIUS)..(self.first + RADIUS).min(height) {
-            self.add::<1>(y, &mut sums);
+        let Self { pictures, layers, first, disparity, members, .. } = self;
+        let slide = |come: Option<usize>, gone: Option<usize>, sums: &mut Sums| {
+            arch.dispatch(Slide { pictures, width, layers, come, gone, sums });
+        };
+        for y in first.saturating_sub(RADIUS)..(first + RADIUS).min(height) {
+            slide(Some(y), None, &mut sums);
         }
-        let mut chunk = ([0f32; LANES], [0f32; LANES]);
-        for y in self.first..end {
-            if y + RADIUS < height {
-                self.add::<1>(y + RADIUS, &mut sums);
-            }
-            if let Some(gone) = y.checked_sub(RADIUS + 1).filter(|gone| gone + RADIUS >= self.first) {
-                self.add::<-1>(gone, &mut sums);
-            }
-            let row = (y - self.first) * width;
-            for x in (0..width).step_by(LANES) {
-                largest_class(&sums, self.layers, x, &mut chunk);
-                let count = LANES.min(width - x);
-                self.disparity[row + x..][..count].copy_from_slice(&chunk.0[..count]);
-                self.members[row + x..][..count].copy_from_slice(&chunk.1[..count]);
-            }
+        let rows = disparity.chunks_exact_mut(width).zip(members.chunks_exact_mut(width));
+        for (y, (disparity, members)) in (first..).zip(rows) {
+            let come = Some(y + RADIUS).filter(|come| *come < height);
+            let gone = y.checked_sub(RADIUS + 1).filter(|gone| gone + RADIUS >= first);
+            slide(come, gone, &mut sums);
+            arch.dispatch(Row { sums: &sums, layers, disparity, members });
         }
     }
 }
 
-impl Band<'_> {
+/// The classes of a row.
+struct Row<'s> {
+    sums: &'s Sums,
+    layers: usize,
+    disparity: &'s mut [f32],
+    members: &'s mut [f32],
+}
+
+impl WithSimd for Row<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let mut chunk = ([0f32; LANES], [0f32; LANES]);
+        let chunks = self.disparity.chunks_mut(LANES).zip(self.members.chunks_mut(LANES));
+        for (at, (disparity, members)) in chunks.enumerate() {
+            largest_class(self.sums, self.layers, at * LANES, &mut chunk);
+            disparity.copy_from_slice(&chunk.0[..disparity.len()]);
+            members.copy_from_slice(&chunk.1[..members.len()]);
+        }
+    }
+}
+
+/// The window goes on: a row comes into it, and one leaves it.
+struct Slide<'p> {
+    pictures: &'p [Picture; 2],
+    width: usize,
+    layers: usize,
+    come: Option<usize>,
+    gone: Option<usize>,
+    sums: &'p mut Sums,
+}
+
+impl WithSimd for Slide<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) {
+        match (self.come, self.gone) {
+            (Some(come), Some(gone)) => self.exchange([come, gone]),
+            (Some(come), None) => self.add::<1>(come),
+            (None, Some(gone)) => self.add::<-1>(gone),
+            (None, None) => {}
+        }
+    }
+}
+
+impl<'p> Slide<'p> {
     /// Adds a row to the sums, or takes it away.
     #[inline(always)]
-    fn add<const SIGN: i32>(&self, y: usize, sums: &mut Sums) {
-        let width = self.width;
-        let [left, right] = self.pictures;
-        let own = y * width..(y + 1) * width;
-        let (left_value, left_slope) = (&left.intensity[own.clone()], &left.slope[own.clone()]);
-        let (right_value, right_slope) = (&right.intensity[own.clone()], &right.slope[own]);
-        for layer in 0..self.layers.min(width) {
-            let behind = layer / 2;
-            let count = width - layer;
-            let start = layer * sums.stride + RADIUS + behind;
-            let own = sums.products[start..][..count].iter_mut().zip(&mut sums.squares[start..][..count]);
-            let left = left_value[layer..].iter().zip(&left_slope[layer..]);
-            let right = right_value[..count].iter().zip(&right_slope[..count]);
-            for ((product, square), ((left, left_slope), (right, right_slope))) in own.zip(left.zip(right)) {
-                let slope = i32::from(left_slope + right_slope);
-                *product += SIGN * slope * i32::from(right - left);
-                *square += SIGN * slope * slope;
+    fn add<const SIGN: i32>(&mut self, y: usize) {
+        for layer in 0..self.layers.min(self.width) {
+            let [left, right] = self.seen(y, layer);
+            let (products, squares) = self.sums.of(layer, self.width - layer);
+            for ((product, square), pixel) in products.iter_mut().zip(squares).zip(units(left, right)) {
+                let [own, other] = unit(pixel);
+                *product += SIGN * own;
+                *square += SIGN * other;
             }
         }
     }
+
+    /// Adds one row and takes another away: the sums pass through the caches once.
+    #[inline(always)]
+    fn exchange(&mut self, [come, gone]: [usize; 2]) {
+        for layer in 0..self.layers.min(self.width) {
+            let [[left, right], [old_left, old_right]] = [self.seen(come, layer), self.seen(gone, layer)];
+            let (products, squares) = self.sums.of(layer, self.width - layer);
+            let pixels = units(left, right).zip(units(old_left, old_right));
+            for ((product, square), (pixel, old)) in products.iter_mut().zip(squares).zip(pixels) {
+                let ([own, other], [old_own, old_other]) = (unit(pixel), unit(old));
+                *product += own - old_own;
+                *square += other - old_other;
+            }
+        }
+    }
+
+    /// What a layer sees of a row: intensities and slopes of the left picture, and of the right one, as many of each.
+    #[inline(always)]
+    fn seen(&self, y: usize, layer: usize) -> [(&'p [i16], &'p [i16]); 2] {
+        let own = y * self.width..(y + 1) * self.width;
+        let [left, right] = self.pictures;
+        let count = self.width - layer;
+        [
+            (&left.intensity[own.clone()][layer..][..count], &left.slope[own.clone()][layer..][..count]),
+            (&right.intensity[own.clone()][..count], &right.slope[own][..count]),
+        ]
+    }
+}
+
+impl Sums {
+    /// The sums of a layer, where both pictures show it.
+    #[inline(always)]
+    fn of(&mut self, layer: usize, count: usize) -> (&mut [i32], &mut [i32]) {
+        let start = layer * self.stride + RADIUS + layer / 2;
+        (&mut self.products[start..][..count], &mut self.squares[start..][..count])
+    }
+}
+
+/// Intensity and slope of one pixel in both pictures.
+type Pixel<'p> = ((&'p i16, &'p i16), (&'p i16, &'p i16));
+
+/// The pixels that both see.
+#[inline(always)]
+fn units<'p>(left: (&'p [i16], &'p [i16]), right: (&'p [i16], &'p [i16])) -> impl Iterator<Item = Pixel<'p>> {
+    left.0.iter().zip(left.1).zip(right.0.iter().zip(right.1))
+}
+
+/// (I_R − I_L) ∂Ī and (∂Ī)² of a pixel, up to factors.
+#[inline(always)]
+fn unit(((left, left_slope), (right, right_slope)): Pixel<'_>) -> [i32; 2] {
+    let slope = i32::from(left_slope + right_slope);
+    [slope * i32::from(right - left), slope * slope]
 }
 
 /// The largest class of [`LANES`] directions, the first of which is `x`: the mean of its estimates, and their number.

@@ -15,6 +15,7 @@
 //! Invariant: rows do not depend on how they are shared among threads; the fill of the stride is not defined.
 //! Reference: Zabih and Woodfill, Non-parametric local transforms for computing visual correspondence, ECCV 1994.
 
+use super::super::memory::Bytes;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -28,14 +29,14 @@ const BAND: usize = 32;
 /// Costs of all candidates of a left view.
 pub(super) struct Costs {
     pub(super) stride: usize,
-    values: Vec<u8>,
+    values: Bytes,
 }
 
 impl Costs {
     /// Costs of the disparities `0..levels`, `levels <= stride`.
     pub(super) fn of_pair(left: &[u8], right: &[u8], width: usize, levels: usize, stride: usize) -> Self {
         let (left, right) = (Words::of(left, width), Words::of(right, width).reversed(stride));
-        let mut values = vec![0; left.intensity.len() * stride];
+        let mut values = Bytes::zeros(left.intensity.len() * stride);
         let arch = Arch::new();
         values.par_chunks_mut(width * stride * BAND).enumerate().for_each(|(band, rows)| {
             let pair = Pair { left: &left, right: &right, width, levels, stride };
@@ -173,8 +174,10 @@ impl Pair<'_> {
             let [d, e, f] = self.right.census.each_ref().map(|words| &words[from..][..cells.len()]);
             let other = &self.right.intensity[from..][..cells.len()];
             for ((((cell, d), e), f), other) in cells.iter_mut().zip(d).zip(e).zip(f).zip(other) {
-                let bits =
-                    (a ^ d).count_ones() as u8 + (b ^ e).count_ones() as u8 + (c ^ f).count_ones() as u8;
+                // Three bits of one place are a sum and a carry: two bytes to count, rather than three.
+                let (x, y, z) = (a ^ d, b ^ e, c ^ f);
+                let (sum, carry) = (x ^ y ^ z, x & y | z & (x | y));
+                let bits = sum.count_ones() as u8 + 2 * carry.count_ones() as u8;
                 *cell = PER_BIT * bits + own.abs_diff(*other).min(MOST_DIFFERENCE);
             }
             if x + 1 < self.levels {

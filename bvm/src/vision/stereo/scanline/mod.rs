@@ -21,13 +21,15 @@ mod cost;
 mod law;
 mod read_out;
 
-use super::Claim;
+use super::clean::drop_unsupported;
+use super::memory::Bytes;
+use super::{DisparityMap, Support};
 use chain::Step;
 use cost::Costs;
 pub(super) use law::Law;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use read_out::{ReadOut, Row};
+use read_out::{ReadOut, Row, Said};
 
 /// Pixels of a row that a thread takes at once.
 const CHUNK: usize = 128;
@@ -54,15 +56,21 @@ struct Tables {
     jump: [f32; 256],
 }
 
-/// The claims of all pixels, from pictures in whole grey levels.
-pub(super) fn claims(left: &[u8], right: &[u8], width: usize, levels: usize) -> Vec<Option<Claim>> {
+/// The claims of all pixels, from pictures in whole grey levels; and all that is believed, if `kept` is given.
+pub(super) fn claims(
+    left: &[u8],
+    right: &[u8],
+    width: usize,
+    levels: usize,
+    kept: Option<&mut Vec<u8>>,
+) -> DisparityMap {
     let law = Law::of_the_program();
     let tables = Tables { law, jump: std::array::from_fn(|contrast| law.jump(contrast as f64) as f32) };
     let step = Step::new(levels, law.slant);
     let frame = Frame { left, width, height: left.len() / width, levels, step };
     let costs = Costs::of_pair(left, right, width, levels, step.stride());
     let down = down(&frame, &costs, &tables);
-    up(&frame, &costs, &down, &tables)
+    up(&frame, &costs, &down, &tables, kept)
 }
 
 /// What a column carries from row to row, for each pixel of the row.
@@ -78,9 +86,9 @@ impl Carried {
 }
 
 /// The messages from above, in 8 bits.
-fn down(frame: &Frame<'_>, costs: &Costs, tables: &Tables) -> Vec<u8> {
+fn down(frame: &Frame<'_>, costs: &Costs, tables: &Tables) -> Bytes {
     let (width, stride) = (frame.width, frame.step.stride());
-    let mut messages = vec![0u8; width * frame.height * stride];
+    let mut messages = Bytes::zeros(width * frame.height * stride);
     let mut carried = Carried::new(frame);
     let arch = Arch::new();
     for (y, kept) in messages.chunks_exact_mut(width * stride).enumerate() {
@@ -99,18 +107,29 @@ fn down(frame: &Frame<'_>, costs: &Costs, tables: &Tables) -> Vec<u8> {
 }
 
 /// The messages from below, with what came from above the evidence of a row, and the rows.
-fn up(frame: &Frame<'_>, costs: &Costs, down: &[u8], tables: &Tables) -> Vec<Option<Claim>> {
+fn up(
+    frame: &Frame<'_>,
+    costs: &Costs,
+    down: &[u8],
+    tables: &Tables,
+    mut kept: Option<&mut Vec<u8>>,
+) -> DisparityMap {
     let (width, stride) = (frame.width, frame.step.stride());
-    let mut claims = vec![None; width * frame.height];
+    let believed = width * frame.levels;
+    if let Some(kept) = &mut kept {
+        kept.resize(believed * frame.height, 0);
+    }
+    let mut map = DisparityMap::silent(width, frame.height);
+    let mut support = vec![Support::NONE; width * frame.height];
     let mut carried = Carried::new(frame);
     let arch = Arch::new();
     // As many rows as can be worked on at once wait for their columns.
     let together = rayon::current_num_threads();
     let mut evidence = vec![0f32; together * width * stride];
     let mut rows: Vec<ReadOut> = (0..together).map(|_| ReadOut::new(frame)).collect();
-    for (block, claims) in claims.chunks_mut(together * width).enumerate().rev() {
-        let first = block * together;
-        let count = claims.len() / width;
+    for first in (0..frame.height).step_by(together).rev() {
+        let count = together.min(frame.height - first);
+        let block = first * width..(first + count) * width;
         for (row, evidence) in evidence.chunks_exact_mut(width * stride).enumerate().take(count).rev() {
             let y = first + row;
             let (costs, down) = (costs.row(y, width), &down[y * width * stride..][..width * stride]);
@@ -127,18 +146,30 @@ fn up(frame: &Frame<'_>, costs: &Costs, down: &[u8], tables: &Tables) -> Vec<Opt
                     arch.dispatch(Pixels { frame, tables, y, before, first, costs, beliefs, totals, keep });
                 });
         }
-        claims
-            .par_chunks_exact_mut(width)
-            .zip(evidence.par_chunks_exact(width * stride))
-            .zip(&mut rows)
-            .enumerate()
-            .for_each(|(row, ((claims, evidence), read_out))| {
+        let kept: Vec<Option<&mut [u8]>> = match &mut kept {
+            Some(kept) => kept[first * believed..].chunks_exact_mut(believed).take(count).map(Some).collect(),
+            None => (0..count).map(|_| None).collect(),
+        };
+        let said = (map.disparity[block.clone()].par_chunks_exact_mut(width))
+            .zip(map.confidence[block.clone()].par_chunks_exact_mut(width))
+            .zip(map.spread[block.clone()].par_chunks_exact_mut(width))
+            .zip(support[block].par_chunks_exact_mut(width))
+            .map(|(((disparity, confidence), spread), support)| Said {
+                disparity,
+                confidence,
+                spread,
+                support,
+            });
+        said.zip(evidence.par_chunks_exact(width * stride)).zip(&mut rows).zip(kept).enumerate().for_each(
+            |(row, (((said, evidence), read_out), kept))| {
                 let y = first + row;
                 let costs = costs.row(y, width);
-                arch.dispatch(Row { read_out, frame, tables, y, evidence, costs, claims });
-            });
+                arch.dispatch(Row { read_out, frame, tables, y, evidence, costs, said, kept });
+            },
+        );
     }
-    claims
+    drop_unsupported(&mut map, &support);
+    map
 }
 
 /// What is kept of a pixel when its column has passed it: the message that reached it, and its likelihood.
@@ -237,7 +268,7 @@ fn short(value: f32) -> u8 {
 }
 
 #[inline(always)]
-fn long(kept: u8) -> f32 {
+pub(in crate::vision) fn long(kept: u8) -> f32 {
     f32::from_bits((u32::from(kept) + LEAST) << 19)
 }
 

@@ -16,7 +16,8 @@
 //! Invariant: λ lies in ]0, 1]; there are at most 2^16 disparities.
 
 use super::super::lanes::{LANES, across, both};
-use super::{Claim, Frame, Tables};
+use super::super::{Claim, LEAST_CONFIDENCE, Support};
+use super::{Frame, Tables, short};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
 
@@ -35,6 +36,7 @@ pub(super) struct ReadOut {
     posterior: Vec<f32>,
     /// For each right pixel, from right to left: the likeliest left pixel's p above, its disparity in the low bits.
     named: Vec<u32>,
+    claims: Vec<Option<Claim>>,
 }
 
 impl ReadOut {
@@ -46,8 +48,17 @@ impl ReadOut {
             carried: [vec![0.0; frame.step.carried()], vec![0.0; frame.step.carried()]],
             posterior: vec![0.0; stride],
             named: vec![0; frame.width + stride],
+            claims: vec![None; frame.width],
         }
     }
+}
+
+/// Where the claims of a row are told.
+pub(super) struct Said<'s> {
+    pub(super) disparity: &'s mut [f32],
+    pub(super) confidence: &'s mut [f32],
+    pub(super) spread: &'s mut [f32],
+    pub(super) support: &'s mut [Support],
 }
 
 /// A row to be read.
@@ -58,7 +69,9 @@ pub(super) struct Row<'f> {
     pub(super) y: usize,
     pub(super) evidence: &'f [f32],
     pub(super) costs: &'f [u8],
-    pub(super) claims: &'f mut [Option<Claim>],
+    pub(super) said: Said<'f>,
+    /// Where the posterior of each pixel is kept, `levels` each, if it is.
+    pub(super) kept: Option<&'f mut [u8]>,
 }
 
 impl WithSimd for Row<'_> {
@@ -68,9 +81,10 @@ impl WithSimd for Row<'_> {
     fn with_simd<S: Simd>(mut self, _: S) {
         self.pass();
         let Frame { width, levels, step, .. } = *self.frame;
-        let (stride, ReadOut { forward, backward, posterior, named, .. }) = (step.stride(), self.read_out);
+        let (stride, ReadOut { forward, backward, posterior, named, claims, .. }) =
+            (step.stride(), self.read_out);
         named.fill(0);
-        for (x, place) in self.claims.iter_mut().enumerate() {
+        for (x, place) in claims.iter_mut().enumerate() {
             let own = x * stride..(x + 1) * stride;
             let (total, winner) = believe(
                 &self.evidence[own.clone()],
@@ -78,17 +92,26 @@ impl WithSimd for Row<'_> {
                 &backward[own.clone()],
                 posterior,
             );
+            if let Some(kept) = &mut self.kept {
+                let kept = &mut kept[x * levels..][..levels];
+                kept.iter_mut().zip(&*posterior).for_each(|(kept, belief)| *kept = short(belief / total));
+            }
             let seen = levels.min(x + 1);
             name(&posterior[..seen], 1.0 / total, &mut named[width - 1 - x..][..seen]);
             let costs = &self.costs[own][..levels];
             *place = (winner < seen).then(|| claim(posterior, total, winner, &costs[..seen]));
         }
-        for (x, place) in self.claims.iter_mut().enumerate() {
-            let agrees = |claim: &Claim| {
+        let Said { disparity, confidence, spread, support } = self.said;
+        for (x, claim) in claims.iter().enumerate() {
+            let agrees = |claim: &&Claim| {
                 let named = named[width - 1 - x + usize::from(claim.winner)] & INDEX;
                 named.abs_diff(u32::from(claim.winner)) <= MOST_DISAGREEMENT
+                    && claim.confidence >= LEAST_CONFIDENCE
             };
-            *place = place.filter(agrees);
+            if let Some(claim) = claim.as_ref().filter(agrees) {
+                (disparity[x], confidence[x], spread[x]) = (claim.disparity, claim.confidence, claim.spread);
+                support[x] = claim.support;
+            }
         }
     }
 }
@@ -178,12 +201,26 @@ fn claim(posterior: &[f32], total: f32, winner: usize, costs: &[u8]) -> Claim {
     let worse = costs.iter().fold(0u16, |worse, cost| worse + u16::from(*cost > clearly));
     Claim {
         winner: winner as u16,
-        cost: costs[winner],
         disparity,
         confidence: (1.0 - (across(rest) / total).sqrt().sqrt()).max(f32::MIN_POSITIVE),
         spread: (across(moment) / total).sqrt(),
-        worse: f32::from(worse) / costs.len() as f32,
+        support: Support { cost: costs[winner], worse: (255 * usize::from(worse) / costs.len()) as u8 },
     }
+}
+
+/// The base-2 logarithm of a positive number, to 1e-4: its exponent, and a polynomial of its fraction.
+#[inline(always)]
+fn logarithm(value: f32) -> f32 {
+    let bits = value.to_bits();
+    let fraction = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
+    let exponent = (bits >> 23) as f32 - 127.0;
+    let part = -2.794_153_7
+        + fraction
+            * (5.069_756_3
+                + fraction
+                    * (-3.520_218_8
+                        + fraction * (1.610_177_6 + fraction * (-0.409_475_6 + fraction * 0.043_928_6))));
+    exponent + part
 }
 
 /// Where the peak of ln p lies between its neighbours, −½..½.
@@ -192,6 +229,7 @@ fn finer(posterior: &[f32], winner: usize) -> f32 {
     if winner == 0 || winner + 1 >= posterior.len() {
         return 0.0;
     }
-    let [before, here, after] = [winner - 1, winner, winner + 1].map(|d| posterior[d].max(f32::MIN_POSITIVE));
-    if here > before.min(after) { 0.5 * (after / before).ln() / (here / before.min(after)).ln() } else { 0.0 }
+    let at = |d: usize| logarithm(posterior[d].max(f32::MIN_POSITIVE));
+    let (before, here, after) = (at(winner - 1), at(winner), at(winner + 1));
+    if here > before.min(after) { 0.5 * (after - before) / (here - before.min(after)) } else { 0.0 }
 }

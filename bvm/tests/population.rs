@@ -1,0 +1,144 @@
+//! Population codes: the program against enumeration, and against the paper's program of one reading.
+//!
+//! In: a short line of sight, at random. Out: nothing where all is well. Invariant: expected values are sums over all
+//! states of the hidden cells, with normal bins that are integrated here, or the answers of `models/line_of_sight.bp`.
+
+use bvm::grid::{Grid, GridConfiguration};
+use bvm::map::Map;
+use bvm::programs::population_code::heard;
+use bvm::vision::{RangeReading, Sight};
+
+const N: usize = 4;
+
+/// P_k(z): the part of the normal law about k − ½ in bin z; 0 is all beyond N, or no cell at all. By Simpson's rule.
+fn bins(k: usize, sigma: f64) -> [f64; N + 1] {
+    let mut bins = [0.0; N + 1];
+    if k > N {
+        bins[0] = 1.0;
+        return bins;
+    }
+    let mean = k as f64 - 0.5;
+    let density =
+        |u: f64| (-0.5 * ((u - mean) / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
+    let integral = |from: f64, to: f64| {
+        let steps = 2000;
+        let h = (to - from) / f64::from(steps);
+        let weight = |i: i32| {
+            if i == 0 || i == steps {
+                1.0
+            } else if i % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
+        (0..=steps).map(|i| weight(i) * density(from + h * f64::from(i))).sum::<f64>() * h / 3.0
+    };
+    // Nearer than the first cell counts as in it.
+    bins[1] = integral(mean - 12.0 * sigma, 1.0);
+    (2..=N).for_each(|z| bins[z] = integral(z as f64 - 1.0, z as f64));
+    bins[0] = 1.0 - bins[1..].iter().sum::<f64>();
+    bins
+}
+
+/// P(Code | O C): all states of the other cells, and all readings.
+fn enumerated(c: usize, o: bool, hidden: &[f64; N], code: &[f64; N + 1], sigma: f64) -> f64 {
+    let others: Vec<usize> = (1..=N).filter(|j| *j != c).collect();
+    (0..1usize << others.len())
+        .map(|state| {
+            let (mut p, mut first) = (1.0, if o { c } else { N + 1 });
+            for (bit, &j) in others.iter().enumerate() {
+                let is_occupied = state >> bit & 1 == 1;
+                p *= if is_occupied { hidden[j - 1] } else { 1.0 - hidden[j - 1] };
+                first = if is_occupied { first.min(j) } else { first };
+            }
+            p * bins(first, sigma).iter().zip(code).map(|(z, code)| z * code).sum::<f64>()
+        })
+        .sum()
+}
+
+#[test]
+fn hidden_cells_and_readings_are_summed_out() {
+    let cases: [([f64; N], [f64; N + 1], f64); 3] = [
+        ([0.5; N], [0.05, 0.1, 0.6, 0.2, 0.05], 0.4),
+        ([0.02, 0.9, 0.3, 0.7], [0.3, 0.1, 0.2, 0.15, 0.25], 0.8),
+        // A map that is sure of itself: nothing is divided by what is zero.
+        ([0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 1.0, 0.0, 0.0], 0.3),
+    ];
+    for (hidden, code, sigma) in cases {
+        let inputs = heard::Inputs {
+            rays: 1,
+            n: N,
+            sigma_min: sigma,
+            ln_b: 1.0,
+            lambda: &[1.0],
+            rho: &[1.0],
+            hidden: &hidden,
+            code: &code,
+        };
+        let mut outputs = heard::Outputs::<f64>::default();
+        heard::run(&inputs, &mut outputs).unwrap();
+        for c in 1..=N {
+            for o in [false, true] {
+                let found = outputs.p_code_true_o_c[N * usize::from(o) + c - 1];
+                let expected = enumerated(c, o, &hidden, &code, sigma);
+                assert!((found - expected).abs() < 1e-6, "C = {c}, O = {o}: {found} is not {expected}");
+            }
+        }
+    }
+}
+
+/// A small sphere, with a reading here and there.
+fn scene() -> (Grid, Vec<Option<RangeReading>>) {
+    let grid = Grid::new(GridConfiguration {
+        cells_rho: 8,
+        rho_min_m: 1.0,
+        rho_max_m: 4.0,
+        azimuth_cells: 8,
+        elevation_cells: 4,
+    })
+    .unwrap();
+    let reading = |ray: usize| {
+        (!ray.is_multiple_of(3)).then(|| RangeReading {
+            range_m: 0.9 + 0.11 * ray as f32,
+            confidence: 0.2 + 0.8 * (ray % 5) as f32 / 5.0,
+        })
+    };
+    let readings = (0..grid.directions()).map(reading).collect();
+    (grid, readings)
+}
+
+#[test]
+fn a_map_of_which_nothing_is_known_hides_what_the_paper_hides() {
+    let (grid, readings) = scene();
+    let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
+    let unknown = Map::new(grid.clone()).unwrap();
+    let mut sight = Sight::default();
+    let paper = sight.likelihood(&grid, &readings, 0.05).unwrap();
+    let mapped = sight.likelihood_of(&grid, &glance, Some(&unknown)).unwrap();
+    assert_eq!(paper.len(), 2 * grid.cells());
+    for (paper, mapped) in paper.iter().zip(&mapped) {
+        assert!((paper - mapped).abs() < 1e-5, "{mapped} is not {paper}");
+    }
+    // A direction without a reading says nothing.
+    assert!(paper.iter().step_by(grid.directions()).all(|one| *one == 1.0));
+}
+
+#[test]
+fn what_the_map_knows_to_be_empty_hides_nothing() {
+    let (grid, readings) = scene();
+    let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
+    let mut sight = Sight::default();
+    let mut map = Map::new(grid.clone()).unwrap();
+    for _ in 0..3 {
+        let likelihood = sight.likelihood(&grid, &readings, 0.05).unwrap();
+        map.observe(&[&likelihood]).unwrap();
+    }
+    let ray = (0..readings.len()).find(|ray| readings[*ray].is_some_and(|one| one.range_m > 2.5)).unwrap();
+    let z = grid.rho_of(f64::from(readings[ray].unwrap().range_m)).unwrap();
+    let occupied = |likelihood: &[f32]| likelihood[grid.cells() + z * grid.directions() + ray];
+    let paper = sight.likelihood(&grid, &readings, 0.05).unwrap();
+    let mapped = sight.likelihood_of(&grid, &glance, Some(&map)).unwrap();
+    // With ½ for each nearer cell, the reading hardly ever reaches this one.
+    assert!(occupied(&mapped) > 4.0 * occupied(&paper), "{} and {}", occupied(&mapped), occupied(&paper));
+}
