@@ -152,6 +152,9 @@ impl Sight {
             rho: &seen.rho(),
         };
         reading::run(&inputs, &mut self.read)?;
+        if seen.rays.len() == readings.len() {
+            return Ok(std::mem::take(&mut self.read.p_z_z_o_c));
+        }
         Ok(seen.spread(grid, readings.len(), &self.read.p_z_z_o_c))
     }
 
