@@ -208,8 +208,8 @@ impl Sight {
 
 /// The bin of a reading: 0 is "No Detection".
 fn bin(grid: &Grid, reading: &RangeReading) -> usize {
-    let u = grid.log_coordinate(f64::from(reading.range_m));
-    if u > grid.cells_rho() as f64 { 0 } else { u.ceil().max(1.0) as usize }
+    let nearer = grid.edges_m().partition_point(|edge| *edge < f64::from(reading.range_m));
+    if nearer > grid.cells_rho() { 0 } else { nearer.max(1) }
 }
 
 /// The directions that have a reading.
