@@ -163,14 +163,16 @@ impl Cyclopean {
                     continue;
                 }
                 let place = x as f32 + 0.25 + disparity / 2.0;
+                // Places are not negative: a conversion rounds down.
                 let from = match before {
                     Some((seen, other)) if (disparity - other).abs() <= 1.0 && place - seen < 2.0 => {
-                        seen.ceil()
+                        let whole = seen as usize;
+                        whole + usize::from(whole as f32 != seen)
                     }
-                    _ => (place + 0.5).floor(),
+                    _ => (place + 0.5) as usize,
                 };
-                let end = place.max(from) as usize;
-                for at in y * width + from as usize..y * width + (end + 1).min(width) {
+                let end = (place as usize).max(from);
+                for at in y * width + from..y * width + (end + 1).min(width) {
                     if map.confidence[at] == 0.0 || map.disparity[at] < disparity {
                         map.disparity[at] = disparity;
                         map.confidence[at] = self.verification[y * width + x];
@@ -239,11 +241,13 @@ impl WithSimd for Agree<'_> {
 
 /// Half the size: means of four.
 fn halved(picture: &[u8], width: usize) -> Vec<u8> {
-    let (columns, rows) = (width / 2, picture.len() / width / 2);
-    let mean = |at: usize| {
-        let corner = 2 * (at / columns) * width + 2 * (at % columns);
-        let of = |offset: usize| u32::from(picture[corner + offset]);
-        ((of(0) + of(1) + of(width) + of(width + 1) + 2) / 4) as u8
-    };
-    (0..columns * rows).map(mean).collect()
+    let mut half = Vec::with_capacity(picture.len() / 4);
+    for rows in picture.chunks_exact(2 * width) {
+        let (upper, lower) = rows.split_at(width);
+        let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        let sums = pairs
+            .map(|([a, b], [c, d])| [a, b, c, d].into_iter().map(|level| u16::from(*level)).sum::<u16>());
+        half.extend(sums.map(|sum| ((sum + 2) / 4) as u8));
+    }
+    half
 }

@@ -62,10 +62,13 @@ impl Picture {
         let height = pixels.len() / width;
         let mut across = vec![0i16; pixels.len()];
         for (across, row) in across.chunks_exact_mut(width).zip(pixels.chunks_exact(width)) {
-            for (x, sum) in across.iter_mut().enumerate() {
-                let [before, here, after] =
-                    [x.saturating_sub(1), x, (x + 1).min(width - 1)].map(|x| i16::from(row[x]));
-                *sum = before + 2 * here + after;
+            let sum =
+                |[before, here, after]: [u8; 3]| i16::from(before) + 2 * i16::from(here) + i16::from(after);
+            let last = width - 1;
+            across[0] = sum([row[0], row[0], row[1.min(last)]]);
+            across[last] = sum([row[last.saturating_sub(1)], row[last], row[last]]);
+            for (across, near) in across[1..].iter_mut().zip(row.array_windows::<3>()) {
+                *across = sum(*near);
             }
         }
         let mut intensity = vec![0i16; pixels.len()];
