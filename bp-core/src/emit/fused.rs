@@ -155,16 +155,7 @@ impl<'k> Nests<'k> {
 
     /// The axes on which a value depends.
     pub(super) fn axes_of(&self, value: ValueId) -> BTreeSet<AxisId> {
-        let mut axes: BTreeSet<AxisId> = match &self.kernel.nodes[value] {
-            Node::Axis(axis) => BTreeSet::from([*axis]),
-            Node::Load { indices, .. } => (indices.iter())
-                .filter_map(|index| match index {
-                    Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis),
-                    Index::At(_) => None,
-                })
-                .collect(),
-            _ => BTreeSet::new(),
-        };
+        let mut axes: BTreeSet<AxisId> = self.kernel.nodes[value].axes().into_iter().collect();
         for operand in self.kernel.operands(value) {
             axes.extend(self.axes_of(operand));
         }

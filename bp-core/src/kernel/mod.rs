@@ -132,6 +132,22 @@ pub enum Node {
     Select(ValueId, ValueId, ValueId),
 }
 
+impl Node {
+    /// The axes at whose running values the node itself is read; those of its operands apart.
+    pub fn axes(&self) -> Vec<AxisId> {
+        match self {
+            Node::Axis(axis) => vec![*axis],
+            Node::Load { indices, .. } => (indices.iter())
+                .filter_map(|index| match index {
+                    Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis),
+                    Index::At(_) => None,
+                })
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 /// How values are folded.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Fold {

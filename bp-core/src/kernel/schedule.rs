@@ -6,7 +6,7 @@
 //! A value is *varying* if it differs along the last parallel axis, else *uniform*: computed once for a block.
 //! A scratch buffer that no other group reads is *local*: it lives for one block only.
 
-use super::{Fold, Index, Kernel, Node, Reduce, Role};
+use super::{Fold, Kernel, Node, Reduce, Role};
 use crate::ids::{AxisId, Id, ValueId};
 use std::collections::BTreeSet;
 
@@ -120,14 +120,7 @@ fn varying(kernel: &Kernel) -> Vec<bool> {
     let mut varying = vec![false; kernel.nodes.len()];
     // Operands come before what they are operands of, so one pass is enough.
     for (id, node) in kernel.nodes.iter() {
-        let own = match node {
-            Node::Axis(axis) => Some(*axis) == lane,
-            Node::Load { indices, .. } => indices.iter().any(|index| match index {
-                Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis) == lane,
-                Index::At(_) => false,
-            }),
-            _ => false,
-        };
+        let own = node.axes().into_iter().any(|axis| Some(axis) == lane);
         varying[id.position()] =
             own || kernel.operands(id).into_iter().any(|operand| varying[operand.position()]);
     }
@@ -159,17 +152,7 @@ fn loops(kernel: &Kernel, position: usize, parallel: bool) -> Loops {
     for value in needed {
         let depth =
             |axis: &AxisId| order.iter().position(|other| other == axis).map_or(0, |position| position + 1);
-        let own = match &kernel.nodes[value] {
-            Node::Axis(axis) => depth(axis),
-            Node::Load { indices, .. } => (indices.iter())
-                .map(|index| match index {
-                    Index::Axis(axis) | Index::Turned { axis, .. } => depth(axis),
-                    Index::At(_) => 0,
-                })
-                .max()
-                .unwrap_or(0),
-            _ => 0,
-        };
+        let own = kernel.nodes[value].axes().iter().map(depth).max().unwrap_or(0);
         let operands = kernel.operands(value).into_iter().map(|operand| depth_of[operand.position()]);
         depth_of[value.position()] = operands.fold(own, usize::max);
         levels[depth_of[value.position()]].push(value);

@@ -125,16 +125,7 @@ fn shared(kernel: &Kernel, pair: &Pair) -> Kernel {
 fn axes_of(kernel: &Kernel) -> Vec<BTreeSet<AxisId>> {
     let mut axes: Vec<BTreeSet<AxisId>> = Vec::with_capacity(kernel.nodes.len());
     for (id, node) in kernel.nodes.iter() {
-        let mut own: BTreeSet<AxisId> = match node {
-            Node::Axis(axis) => BTreeSet::from([*axis]),
-            Node::Load { indices, .. } => (indices.iter())
-                .filter_map(|index| match index {
-                    Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis),
-                    Index::At(_) => None,
-                })
-                .collect(),
-            _ => BTreeSet::new(),
-        };
+        let mut own: BTreeSet<AxisId> = node.axes().into_iter().collect();
         for operand in kernel.operands(id) {
             own.extend(&axes[operand.position()]);
         }

@@ -190,17 +190,7 @@ impl<'m> Lowering<'m> {
         if let Some(axes) = self.axes_of.get(&value) {
             return axes.clone();
         }
-        let mut axes = BTreeSet::new();
-        match &self.builder.so_far().nodes[value] {
-            Node::Axis(axis) => {
-                axes.insert(*axis);
-            }
-            Node::Load { indices, .. } => axes.extend(indices.iter().filter_map(|index| match index {
-                Index::Axis(axis) | Index::Turned { axis, .. } => Some(*axis),
-                Index::At(_) => None,
-            })),
-            _ => {}
-        }
+        let mut axes: BTreeSet<AxisId> = self.builder.so_far().nodes[value].axes().into_iter().collect();
         for operand in self.builder.so_far().operands(value) {
             axes.extend(self.axes(operand));
         }
