@@ -82,8 +82,9 @@ impl Nests<'_> {
         }
     }
 
-    /// Where the lanes of a load stand; what is not in one piece is copied, from `slot` of its copies on.
-    pub(super) fn fetch(&self, value: ValueId, slot: &str, text: &mut Text) {
+    /// Where the lanes of a load stand; grains that are not in one piece are
+    /// copied, from `slot` of its copies on.
+    pub(super) fn fetch(&self, value: ValueId, slot: &str, grain: &str, text: &mut Text) {
         let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[value] else {
             unreachable!("internal: only loads are fetched")
         };
@@ -114,23 +115,23 @@ impl Nests<'_> {
             Some((Some((by, wraps)), axis)) => {
                 text.line(format!("let from{id}: isize = start as isize + {};", self.whole(*by)));
                 format!(
-                    "fetch_turned(&mut b{id}, {slot}, {source}, {offset}, from{id}, {}, u{} != 0.0, width, {fill})",
+                    "fetch_turned(&mut b{id}[..], {slot}, {source}, {offset}, from{id}, {}, u{} != 0.0, width, {fill}, {grain})",
                     local("e", axis),
                     wraps.position()
                 )
             }
             Some((None, _)) if broadcast => format!(
-                "if g{0} == 1 {{ fetch(&mut b{id}, {slot}, {source}, {offset} + start, width) }} else {{ splat(&mut b{id}, {slot}, {source}[{offset}], width) }}",
+                "if g{0} == 1 {{ fetch(&mut b{id}[..], {slot}, {source}, {offset} + start, width) }} else {{ splat(&mut b{id}[..], {slot}, {source}[{offset}], width) }}",
                 buffer.position()
             ),
-            Some((None, _)) => format!("fetch(&mut b{id}, {slot}, {source}, {offset} + start, width)"),
-            None => format!("splat(&mut b{id}, {slot}, {}, width)", self.cell(*buffer, &offset)),
+            Some((None, _)) => format!("fetch(&mut b{id}[..], {slot}, {source}, {offset} + start, width)"),
+            None => format!("splat(&mut b{id}[..], {slot}, {}, width)", self.cell(*buffer, &offset)),
         };
         match (otherwise, inside.as_str()) {
             (None, _) | (_, "true") => text.line(format!("let p{id}: Place = {fetched};")),
             _ => {
                 text.line(format!("let inside{id}: bool = {inside};"));
-                text.line(format!("let p{id}: Place = if inside{id} {{ {fetched} }} else {{ fill(&mut b{id}, {slot}, {fill}, width) }};"));
+                text.line(format!("let p{id}: Place = if inside{id} {{ {fetched} }} else {{ fill(&mut b{id}[..], {slot}, {fill}, width) }};"));
             }
         }
         if self.is_merged(value) && inside == "true" {

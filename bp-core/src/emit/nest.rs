@@ -65,7 +65,7 @@ impl<'k> Nests<'k> {
         for nest in &group.nests {
             let out = self.kernel.nests[nest.nest].out;
             if named.contains(local("m", out).as_str()) {
-                outside.insert(local("m", out), format!("vec![T::ZERO; {} * LANES]", self.cells(out)));
+                outside.insert(local("m", out), format!("vec![T::ZERO; {} * LANES + LINE]", self.cells(out)));
             }
         }
         // Where lanes are copied to: made once, outside the loops.
@@ -74,9 +74,14 @@ impl<'k> Nests<'k> {
             number.starts_with(|c: char| c.is_ascii_digit()) || matches!(**name, "made" | "folded")
         };
         for copy in named.iter().filter(is_copy) {
-            outside.entry((*copy).to_owned()).or_insert_with(|| "[T::ZERO; LANES]".to_owned());
+            outside.entry((*copy).to_owned()).or_insert_with(|| "Aligned([T::ZERO; LANES])".to_owned());
         }
-        outside.iter().for_each(|(name, start)| text.line(format!("let mut {name} = {start};")));
+        for (name, start) in &outside {
+            text.line(format!("let mut {name} = {start};"));
+            if start.contains("LINE") {
+                text.line(format!("let {name}: &mut [T] = on_a_line(&mut {name});"));
+            }
+        }
         let names: Vec<String> = shared.iter().map(|out| local("y", *out)).collect();
         text.line(format!(
             "let [{}] = planes else {{ unreachable!(\"internal: a part of each\") }};",
@@ -145,7 +150,7 @@ impl<'k> Nests<'k> {
             self.level(loops, depth, &[], text);
             match lanes {
                 true => {
-                    text.line("let mut state = [T::ZERO; LANES];");
+                    text.line("let mut state = Aligned([T::ZERO; LANES]);");
                     text.line(format!(
                         "for l in 0..width {{ state[l] = {}; }}",
                         self.operand(*initial, usize::MAX)
@@ -282,11 +287,11 @@ impl<'k> Nests<'k> {
             }
         }
         for value in values.iter().filter(|value| self.is_fetched(**value)) {
-            self.fetch(*value, "0", text);
+            self.fetch(*value, "0", "LANES", text);
             let (id, Node::Load { buffer, .. }) = (value.position(), &self.kernel.nodes[*value]) else {
                 unreachable!("internal: only loads are fetched")
             };
-            text.line(format!("let r{id}: &[T] = &p{id}.of({}, &b{id})[..width];", self.source(*buffer)));
+            text.line(format!("let r{id}: &[T] = &p{id}.of({}, &b{id}[..])[..width];", self.source(*buffer)));
         }
         let computed: Vec<ValueId> =
             values.iter().copied().filter(|value| self.varies(*value) && !self.is_fetched(*value)).collect();
@@ -305,7 +310,7 @@ impl<'k> Nests<'k> {
             .filter(|value| self.used_deeper(loops, *value, depth))
             .collect();
         for value in &kept {
-            text.line(format!("let mut a{} = [T::ZERO; LANES];", value.position()));
+            text.line(format!("let mut a{} = Aligned([T::ZERO; LANES]);", value.position()));
         }
         text.open("for l in 0..width");
         let mut here: Vec<ValueId> = computed.iter().chain(&merged).copied().collect();
@@ -343,9 +348,11 @@ impl<'k> Nests<'k> {
     pub(super) fn other_lanes(&self, value: ValueId) -> Option<(ValueId, BufferId)> {
         let Node::Load { otherwise: Some(otherwise), .. } = &self.kernel.nodes[value] else { return None };
         match &self.kernel.nodes[*otherwise] {
-            Node::Load { buffer, otherwise: None, .. } if self.is_fetched(*otherwise) => {
+            Node::Load { buffer, otherwise: None, indices } if self.is_fetched(*otherwise) => {
                 let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
-                (!own).then_some((*otherwise, *buffer))
+                // Lanes that are turned may stand in more than one piece.
+                let whole = !indices.iter().any(|index| matches!(index, Index::Turned { .. }));
+                (!own && whole).then_some((*otherwise, *buffer))
             }
             _ => None,
         }

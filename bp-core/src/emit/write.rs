@@ -70,11 +70,11 @@ impl Nests<'_> {
             match cells.product::<Option<usize>>() {
                 // Few enough for registers.
                 Some(cells) if cells <= MOST_TILES => {
-                    text.line(format!("let mut {name} = [[T::ZERO; TILE]; {cells}];"))
+                    text.line(format!("let mut {name} = [Aligned([T::ZERO; TILE]); {cells}];"))
                 }
                 _ => {
                     let cells = self.cells(kept);
-                    outside.insert(name, format!("vec![[T::ZERO; TILE]; {cells}]"));
+                    outside.insert(name, format!("vec![Aligned([T::ZERO; TILE]); {cells}]"));
                 }
             }
         }
@@ -165,7 +165,7 @@ impl Nests<'_> {
                 _ => "0".to_owned(),
             };
             let mut fetched = Text::default();
-            self.fetch(value, &slot, &mut fetched);
+            self.fetch(value, &slot, "TILE", &mut fetched);
             lines.extend(fetched.finish().lines().map(str::to_owned));
             let source = self.source(*buffer);
             parts.fetched.insert(format!("{id}{suffix}"), (inside, source));
@@ -244,7 +244,7 @@ impl Nests<'_> {
         for (name, (inside, source)) in &parts.fetched {
             if *inside && !source.starts_with('k') {
                 outside.insert(format!("all_p{name}"), format!("vec![Place::default(); {extent}]"));
-                outside.insert(format!("b{name}"), format!("vec![T::ZERO; {extent} * LANES]"));
+                outside.insert(format!("b{name}"), format!("vec![T::ZERO; {extent} * LANES + LINE]"));
                 text.line(format!("all_p{name}[{running}] = p{name};"));
             }
         }
@@ -270,7 +270,7 @@ impl Nests<'_> {
             let start = fold.map_or("T::ZERO".to_owned(), |fold| {
                 format!("T::from_f64({})", super::value::constant(fold.start()))
             });
-            begun[usize::from(!over)].push(format!("let mut {tile} = [{start}; TILE];"));
+            begun[usize::from(!over)].push(format!("let mut {tile} = Aligned([{start}; TILE]);"));
             let value = fold.map_or(lane.clone(), |fold| folded(fold, &format!("{tile}[l]"), &lane));
             steps.push(format!("{tile}[l] = {value};"));
             given[usize::from(!over)].extend(targets.iter().map(|target| target.replace("TILE_MADE", &tile)));
@@ -299,14 +299,17 @@ impl Nests<'_> {
     /// Reads the tiles that were fetched outside an item's loop, or inside it.
     fn read(&self, fused: &Fused<'_>, parts: &Parts, inside: bool, text: &mut Text) {
         for (name, (_, source)) in parts.fetched.iter().filter(|(_, (own, _))| *own == inside) {
-            let place = match fused.axis.filter(|_| inside) {
-                Some(axis) => format!("all_p{name}[{}]", local("i", axis)),
-                None => format!("p{name}"),
+            let (place, slot) = match fused.axis.filter(|_| inside) {
+                Some(axis) => {
+                    let running = local("i", axis);
+                    (format!("all_p{name}[{running}]"), format!("{running} * LANES"))
+                }
+                None => (format!("p{name}"), "0".to_owned()),
             };
             text.line(match source.starts_with('k') {
-                true => format!("let r{name}: [T; TILE] = {source};"),
+                true => format!("let r{name}: Tile<T> = {source};"),
                 false => {
-                    format!("let r{name}: [T; TILE] = read_tile({place}, {source}, &b{name}[..], at);")
+                    format!("let r{name}: Tile<T> = read_tile({place}, {source}, &b{name}[..], {slot}, at);")
                 }
             });
         }
@@ -324,13 +327,13 @@ impl Nests<'_> {
         let mut targets = Vec::new();
         if shared.contains(&out) {
             let planes = local("y", out);
-            targets.push(format!("write_tile(&mut {planes}[{plane}][..], place + at, count, &TILE_MADE);"));
+            targets.push(format!("write_tile(&mut {planes}[{plane}][..], place + at, count, TILE_MADE);"));
         }
         let reads = |nest: &&Loops| self.reads(nest, out);
         let inside = |nest: &&Loops| run.items.iter().any(|item| item.has(nest));
         if self.group.nests.iter().filter(reads).any(|nest| !inside(&nest)) {
             let lanes = local("m", out);
-            targets.push(format!("write_tile(&mut {lanes}[..], ({plane}) * LANES + at, count, &TILE_MADE);"));
+            targets.push(format!("write_tile(&mut {lanes}[..], ({plane}) * LANES + at, count, TILE_MADE);"));
         }
         if self.group.nests.iter().filter(reads).any(|nest| inside(&nest) && !fused.has(nest)) {
             targets.push(format!("{}[{plane}] = TILE_MADE;", local("k", out)));

@@ -3,6 +3,12 @@
 //! In: slices. Out: pieces of slices, blocks of lanes. Invariant: pieces are disjoint and each is computed alike
 //! whatever the number of threads; nothing is allocated inside a block.
 
+mod place;
+mod tile;
+
+pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
+pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
+
 use super::inputs::MOST_CELLS;
 use super::scalar::Scalar;
 use crate::error::Error;
@@ -11,9 +17,6 @@ use rayon::prelude::*;
 
 /// Lanes in a block of emitted code: a few dozen arrays of as many stay in the caches of one core.
 pub const LANES: usize = 512;
-
-/// Lanes in a tile: few enough for registers and the first cache, enough to pay for finding them.
-pub const TILE: usize = 64;
 
 /// Work for a thread at a time, in cells.
 const CHUNK_CELLS: usize = 8192;
@@ -70,128 +73,6 @@ pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pas
     match pieces.len() {
         1 => pieces.iter_mut().for_each(run),
         _ => pieces.par_iter_mut().for_each(run),
-    }
-}
-
-/// Where the lanes of a block stand that a load reads: in the array that it reads, or in a copy.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Place {
-    copied: bool,
-    at: usize,
-}
-
-impl Place {
-    /// In the array itself, from here on.
-    #[inline(always)]
-    pub fn at(at: usize) -> Self {
-        Self { copied: false, at }
-    }
-
-    /// The lanes, and what stands after them.
-    #[inline(always)]
-    pub fn of<'s, T>(self, source: &'s [T], copy: &'s [T]) -> &'s [T] {
-        if self.copied { &copy[self.at..] } else { &source[self.at..] }
-    }
-}
-
-/// A tile of the lanes that stand at a place, from `at` on.
-#[inline(always)]
-pub fn read_tile<T: Scalar>(place: Place, source: &[T], copy: &[T], at: usize) -> [T; TILE] {
-    let (lanes, at) = (if place.copied { copy } else { source }, place.at + at);
-    lanes[at..at + TILE].try_into().expect("internal: a whole tile")
-}
-
-/// Puts `count` lanes of a tile where they belong, from `at` on.
-#[inline(always)]
-pub fn write_tile<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: &[T; TILE]) {
-    match count == TILE {
-        true => lanes[at..at + TILE].copy_from_slice(tile),
-        false => write_part(lanes, at, count, tile),
-    }
-}
-
-// Apart, so that whole tiles are moved by one instruction.
-#[cold]
-#[inline(never)]
-fn write_part<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: &[T; TILE]) {
-    lanes[at..at + count].copy_from_slice(&tile[..count]);
-}
-
-/// Consecutive lanes from `at` on. Those of a block that is narrower than a tile are copied, so that whole tiles are read.
-#[inline(always)]
-pub fn fetch<T: Scalar>(copy: &mut [T], slot: usize, source: &[T], at: usize, width: usize) -> Place {
-    match width >= TILE {
-        true => Place::at(at),
-        false => {
-            copy[slot..slot + width].copy_from_slice(&source[at..at + width]);
-            Place { copied: true, at: slot }
-        }
-    }
-}
-
-/// The same number in all lanes, in a copy from `slot` on.
-#[inline(always)]
-pub fn splat<T: Scalar>(copy: &mut [T], slot: usize, number: T, width: usize) -> Place {
-    copy[slot..slot + width].fill(number);
-    Place { copied: true, at: slot }
-}
-
-/// These numbers, or the only one in all lanes, in a copy from `slot` on.
-#[inline(always)]
-pub fn fill<T: Scalar>(copy: &mut [T], slot: usize, numbers: &[T], width: usize) -> Place {
-    match numbers {
-        [number] => copy[slot..slot + width].fill(*number),
-        numbers => copy[slot..slot + width].copy_from_slice(numbers),
-    }
-    Place { copied: true, at: slot }
-}
-
-/// Lanes of one row of `extent` numbers that begins at `base`, from lane `from` on, which may lie beyond its ends: there
-/// it goes round, or is `outside` (a number for each lane, or the only one for all); then it is copied, from `slot` on.
-#[inline(always)]
-#[allow(clippy::too_many_arguments)] // emitted code names them all; a struct would only rename them
-pub fn fetch_turned<T: Scalar>(
-    copy: &mut [T],
-    slot: usize,
-    source: &[T],
-    base: usize,
-    from: isize,
-    extent: usize,
-    wraps: bool,
-    width: usize,
-    outside: &[T],
-) -> Place {
-    if from >= 0 && from as usize + width <= extent {
-        return fetch(copy, slot, source, base + from as usize, width);
-    }
-    turned(&mut copy[slot..slot + width], &source[base..base + extent], from, wraps, outside);
-    Place { copied: true, at: slot }
-}
-
-/// Copies a row that is turned, in stretches.
-#[inline(never)]
-fn turned<T: Scalar>(copy: &mut [T], row: &[T], from: isize, wraps: bool, outside: &[T]) {
-    let (extent, width) = (row.len() as isize, copy.len());
-    let (mut at, mut rest) = (from, copy);
-    while !rest.is_empty() {
-        if wraps {
-            at = at.rem_euclid(extent);
-        }
-        let inside = (0..extent).contains(&at);
-        let until = match (inside, at < 0) {
-            (true, _) => extent,
-            (false, true) => 0,
-            (false, false) => isize::MAX,
-        };
-        let count = rest.len().min((until - at) as usize);
-        let lane = width - rest.len();
-        let (stretch, after) = rest.split_at_mut(count);
-        match (inside, outside) {
-            (true, _) => stretch.copy_from_slice(&row[at as usize..][..count]),
-            (false, [number]) => stretch.fill(*number),
-            (false, numbers) => stretch.copy_from_slice(&numbers[lane..lane + count]),
-        }
-        (rest, at) = (after, at + count as isize);
     }
 }
 

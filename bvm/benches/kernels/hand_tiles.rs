@@ -4,6 +4,7 @@
 //! In: as [`crate::hand`]. Out: the same answers. Invariant: rows of at least [`TILE`] and at most [`LONGEST`] cells.
 
 use crate::hand::Cells;
+use bp_core::exec::compiled::Aligned;
 
 /// Velocities.
 const SEVEN: usize = 7;
@@ -79,8 +80,9 @@ pub(crate) fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
 fn step_tile(sources: &Sources<'_>, at: usize, to: usize, made: &mut [&mut [f32]], epsilon: f32) {
     let stays = 1.0 - epsilon;
     let likelihood = sources.likelihood.map(|row| tile(row, at));
-    let mut sums = [[0.0f32; TILE]; 2];
-    let mut marginals = [[0.0f32; TILE]; SEVEN];
+    // Tiles that registers cannot hold begin with a line of the cache.
+    let mut sums = [Aligned([0.0f32; TILE]); 2];
+    let mut marginals = [Aligned([0.0f32; TILE]); SEVEN];
     for (velocity, marginal) in marginals.iter_mut().enumerate() {
         let (empty, full) = (tile(sources.empty[velocity], at), tile(sources.full[velocity], at));
         let before = tile(sources.velocity[velocity], at);

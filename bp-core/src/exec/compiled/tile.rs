@@ -1,0 +1,63 @@
+//! Tiles: lanes that go through all nests of a pass at once.
+//!
+//! In: lanes that stand at a place. Out: an array of known length, which lives in registers. Invariant: whole tiles are
+//! moved by few instructions, of which none crosses the lines of the cache for what is only put aside.
+
+use super::super::scalar::Scalar;
+use std::ops::{Deref, DerefMut};
+
+/// Lanes in a tile: few enough for registers and the first cache, enough to pay for finding them.
+pub const TILE: usize = 64;
+
+/// Numbers that begin with a line of the cache: what registers cannot hold is put aside and read again without crossing
+/// from line to line, which takes twice the time.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Aligned<A>(pub A);
+
+impl<A> Deref for Aligned<A> {
+    type Target = A;
+
+    #[inline(always)]
+    fn deref(&self) -> &A {
+        &self.0
+    }
+}
+
+impl<A> DerefMut for Aligned<A> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut A {
+        &mut self.0
+    }
+}
+
+/// The lanes that registers hold.
+pub type Tile<T> = Aligned<[T; TILE]>;
+
+/// Numbers in a line of the cache, at most.
+pub const LINE: usize = 16;
+
+/// The part of some room that begins with a line of the cache: all but [`LINE`] numbers.
+#[inline(always)]
+pub fn on_a_line<T>(room: &mut [T]) -> &mut [T] {
+    let count = room.len() - LINE;
+    // Where that cannot be told, any part will do.
+    let skipped = room.as_ptr().align_offset(align_of::<Aligned<()>>()).min(LINE);
+    &mut room[skipped..skipped + count]
+}
+
+/// Puts `count` lanes of a tile where they belong, from `at` on.
+#[inline(always)]
+pub fn write_tile<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: Tile<T>) {
+    match count == TILE {
+        true => lanes[at..at + TILE].copy_from_slice(&tile.0),
+        false => write_part(lanes, at, count, tile),
+    }
+}
+
+// Apart, and of a tile of its own, so that whole tiles go from registers to where they belong.
+#[cold]
+#[inline(never)]
+fn write_part<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: Tile<T>) {
+    lanes[at..at + count].copy_from_slice(&tile.0[..count]);
+}
