@@ -83,6 +83,7 @@ pub enum Binary {
 
 impl Unary {
     /// The operator's value at `x`.
+    #[inline]
     pub fn apply(self, x: f64) -> f64 {
         match self {
             Unary::Negate => -x,

@@ -9,6 +9,7 @@ mod given;
 mod load;
 mod names;
 mod nest;
+mod plate;
 mod question;
 mod text;
 mod value;

@@ -9,7 +9,7 @@ use super::question::room;
 use super::text::{Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Fold, Index, Kernel, Node, Reduce};
+use crate::kernel::{Buffer, Fold, Index, Kernel, Node, Reduce, Role};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lanes in a block of a plate without rows, where nests leave arrays for each other.
@@ -100,6 +100,7 @@ impl<'k> Nests<'k> {
         text.line(format!("let mut start: usize = {};", span.0));
         text.open(format!("while start < {}", span.1));
         text.line(format!("let width = LANES.min({} - start);", span.1));
+        text.line("let filled = width.next_multiple_of(LINE);");
         text.line(match rows.is_empty() {
             true => "let place = start - first;".to_owned(),
             false => format!("let place = (row - first) * {} + start;", local("e", *lane)),
@@ -127,12 +128,23 @@ impl<'k> Nests<'k> {
 
     /// Loads whose lanes are contiguous, or the same: fetched before the loop over lanes.
     pub(super) fn is_fetched(&self, value: ValueId) -> bool {
-        match &self.kernel.nodes[value] {
-            Node::Load { indices, .. } if self.varies(value) => {
-                !indices.iter().any(|index| matches!(index, Index::At(at) if self.varies(*at)))
+        let Node::Load { buffer, indices, .. } = &self.kernel.nodes[value] else { return false };
+        let Buffer { role, axes, .. } = &self.kernel.buffers[*buffer];
+        let lane = self.kernel.parallel.last();
+        let is_lane = |index: &Index| match index {
+            Index::Axis(axis) | Index::Turned { axis, .. } => Some(axis) == lane,
+            Index::At(_) => false,
+        };
+        let is_found = indices.iter().any(|index| matches!(index, Index::At(at) if self.varies(*at)));
+        // Side by side, and numbers as the lanes are: tables and positions are not.
+        let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
+        let stand = match indices.iter().position(is_lane) {
+            Some(position) => {
+                (own || position + 1 == axes.len()) && !matches!(role, Role::Table(_) | Role::Positions)
             }
-            _ => false,
-        }
+            None => true,
+        };
+        self.varies(value) && !is_found && stand
     }
 
     fn nest(&mut self, loops: &Loops, shared: &[BufferId], text: &mut Text) {
@@ -191,7 +203,7 @@ impl<'k> Nests<'k> {
                 Fold::Maximum => "f64::NEG_INFINITY",
             };
             text.line(match lanes {
-                true => format!("folded[..width].fill(T::from_f64({start}));"),
+                true => format!("folded[..filled].fill(T::from_f64({start}));"),
                 false => format!("let mut folded = {start};"),
             });
         }
@@ -312,16 +324,21 @@ impl<'k> Nests<'k> {
         for value in &kept {
             text.line(format!("let mut a{} = Aligned([T::ZERO; LANES]);", value.position()));
         }
-        text.open("for l in 0..width");
         let mut here: Vec<ValueId> = computed.iter().chain(&merged).copied().collect();
         here.sort();
+        let mut lines = Vec::new();
         for value in here {
-            text.line(format!("let x{}: T = {};", value.position(), self.lane(value, depth)));
+            lines.push(format!("let x{}: T = {};", value.position(), self.lane(value, depth)));
             if kept.contains(&value) {
-                text.line(format!("a{0}[l] = x{0};", value.position()));
+                lines.push(format!("a{0}[l] = x{0};", value.position()));
             }
         }
-        actions.iter().for_each(|action| text.line(action));
+        lines.extend_from_slice(actions);
+        // Whole lines, where nothing is read that ends with the block: no lanes are left to be done one by one.
+        let is_fetched = |word: &str| word.strip_prefix('r').is_some_and(|id| id.parse::<usize>().is_ok());
+        let fetched = lines.iter().any(|line| words(line).any(is_fetched));
+        text.open(if fetched { "for l in 0..width" } else { "for l in 0..filled" });
+        lines.iter().for_each(|line| text.line(line));
         text.close();
     }
 

@@ -6,6 +6,7 @@
 use super::given::given;
 use super::names::{self, Given, Taken, local, snake};
 use super::nest::Nests;
+use super::plate::with_plate;
 use super::text::{Text, words};
 use crate::error::Error;
 use crate::ids::{BufferId, Id};
@@ -35,7 +36,10 @@ pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Tex
     for group in &schedule.groups {
         match group.parallel {
             true => parallel(kernel, &schedule, group, text),
-            false => Nests::new(kernel, &schedule, group).serial(text),
+            false => match with_plate(kernel, group.nests[0].nest) {
+                Some((alone, schedule)) => parallel(&alone, &schedule, &schedule.groups[0], text),
+                None => Nests::new(kernel, &schedule, group).serial(text),
+            },
         }
     }
     text.line("Ok(())");

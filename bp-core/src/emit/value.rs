@@ -48,7 +48,8 @@ impl Nests<'_> {
             Node::Unary(operator, operand) => match operator {
                 Unary::Not => format!("1.0 - {}", u(operand)),
                 Unary::Negate => format!("-{}", u(operand)),
-                operator => format!("<f64 as Scalar>::{}({})", function(*operator), u(operand)),
+                // The functions that are alike on every processor are slow where nothing chooses its instructions.
+                operator => format!("Unary::{operator:?}.apply({})", u(operand)),
             },
             Node::Binary(operator, left, right) => arithmetic(*operator, &u(left), &u(right), "f64", "0.0"),
             Node::Select(condition, then, otherwise) => {

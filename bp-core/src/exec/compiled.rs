@@ -9,6 +9,8 @@ mod tile;
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
 pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
 
+pub use crate::operators::Unary;
+
 use super::inputs::MOST_CELLS;
 use super::scalar::Scalar;
 use crate::error::Error;

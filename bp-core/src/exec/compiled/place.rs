@@ -195,7 +195,7 @@ mod tests {
                         &mut copy, SLOT, &source, before, from, extent, wraps, width, outside, grain,
                     );
                     let expected = |lane: usize| defined(row, from, wraps, outside, lane);
-                    let mut check = |lanes: &[f32], at: usize| {
+                    let check = |lanes: &[f32], at: usize| {
                         for (lane, found) in lanes.iter().enumerate().take(width) {
                             assert_eq!(
                                 *found,
