@@ -100,7 +100,7 @@ impl<'k> Nests<'k> {
         text.line(format!("let mut start: usize = {};", span.0));
         text.open(format!("while start < {}", span.1));
         text.line(format!("let width = LANES.min({} - start);", span.1));
-        text.line("let filled = width.next_multiple_of(LINE);");
+        text.line("let filled = LANES.min(width.next_multiple_of(LINE));");
         text.line(match rows.is_empty() {
             true => "let place = start - first;".to_owned(),
             false => format!("let place = (row - first) * {} + start;", local("e", *lane)),
