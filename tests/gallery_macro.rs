@@ -26,6 +26,27 @@ mod programs {
     bayesian_program!("examples/sprinkler.bp");
     bayesian_program!("examples/sum_of_dice.bp");
     bayesian_program!("examples/water_unit.bp");
+
+    // More cells than are made one by one: rows of lanes, beside a table and in two orders.
+    bayesian_program! {
+        program Bearing {
+            variables { S : bool; X : 0..=40; Y : 1..=32; B : 0..=23; }
+            decomposition { P(S) P(X) P(Y | S) P(B | X Y) }
+            forms {
+                P(S) = bernoulli(0.3);
+                P(X) = uniform;
+                P(Y | S) = table {
+                    false: 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425;
+                    true: 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02, 0.0425, 0.02;
+                };
+                P(B | X Y) = normal(mod(atan2(Y, X - 20) * 4, 24), 2);
+            }
+            question place { P(X Y | B = 7) }
+            question turned { P(Y X | B = 7) }
+            question sorted { P(S X Y | B = 7) }
+            question split { P(X S Y | B = 7) }
+        }
+    }
 }
 use programs::*;
 
@@ -70,6 +91,10 @@ fn every_door_gives_the_same_answer() {
     same!(sprinkler, rain, p_rain_grass_wet_true_location);
     same!(sum_of_dice, last, p_o3_s3_14);
     same!(water_unit, output, p_o_i0_i1_s_c);
+    same!(bearing, place, p_x_y_b_7);
+    same!(bearing, turned, p_y_x_b_7);
+    same!(bearing, sorted, p_s_x_y_b_7);
+    same!(bearing, split, p_x_s_y_b_7);
     let mut answer = homing::choice::Outputs::<f64>::default();
     homing::choice::run(&homing::choice::Inputs { alpha: 7.0, beta: 0.5 }, &mut answer).unwrap();
     let inputs = Inputs::new().number("alpha", 7.0).number("beta", 0.5);

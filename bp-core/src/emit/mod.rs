@@ -9,7 +9,6 @@ mod given;
 mod load;
 mod names;
 mod nest;
-mod plate;
 mod question;
 mod text;
 mod value;

@@ -6,12 +6,11 @@
 use super::given::given;
 use super::names::{self, Given, Taken, local, snake};
 use super::nest::Nests;
-use super::plate::with_plate;
 use super::text::{Text, words};
 use crate::error::Error;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
-use crate::kernel::{Kernel, Role};
+use crate::kernel::{Kernel, Role, with_plate};
 use crate::lower::Lowered;
 use crate::model::Question;
 

@@ -9,13 +9,14 @@
 //! here: a filter is a host loop that runs kernels and swaps buffers.
 
 mod build;
-
+mod plate;
 mod rewrite;
 pub mod schedule;
 mod shift;
 mod words;
 
 pub use build::KernelBuilder;
+pub(crate) use plate::with_plate;
 pub(crate) use rewrite::{rewritten, without_copies};
 pub(crate) use shift::share_between_neighbours;
 pub use words::in_words;

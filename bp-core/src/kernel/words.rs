@@ -2,6 +2,7 @@
 //!
 //! In: a kernel. Out: lines. Invariant: nothing is decided here; the lines tell what [`Schedule`] says.
 
+use super::plate::own_plate;
 use super::schedule::{Group, Schedule};
 use super::{Extent, Kernel, Reduce, Role};
 use crate::ids::{AxisId, BufferId, Id};
@@ -42,10 +43,14 @@ fn pass(kernel: &Kernel, number: usize, group: &Group) -> String {
         more => format!("{more} nests{scans}"),
     };
     let number = number + 1;
-    match kernel.parallel.last().filter(|_| group.parallel) {
-        Some(lane) => format!(
+    let plate = match group.parallel {
+        true => Some(kernel.parallel.as_slice()),
+        false => own_plate(kernel, group.nests[0].nest),
+    };
+    match plate.and_then(|plate| Some((plate, plate.last()?))) {
+        Some((plate, lane)) => format!(
             "pass {number}: {nests}, over {}; neighbours in memory along {}",
-            axes(kernel, &kernel.parallel),
+            axes(kernel, plate),
             kernel.axes[*lane].name
         ),
         None => format!("pass {number}: {nests}, done once"),

@@ -1,0 +1,64 @@
+//! A nest without a plate, along the axes of what it makes: its cells are as independent as those of a plate.
+//!
+//! In: a nest. Out: the axes that may be its plate, and a kernel of that nest alone which has it. Invariant: no answer
+//! changes; a plate has enough cells to pay for blocks of lanes.
+//!
+//! Before: `total[x, y] = Σ_b f(x, y, b)`, cell by cell. After: x are rows, shared out among threads, and y lanes.
+
+use super::schedule::Schedule;
+use super::{Kernel, Reduce};
+use crate::ids::AxisId;
+
+/// Fewer cells are made one by one.
+const LEAST_CELLS: usize = 256;
+
+/// Of fewer lanes, too few are worth their block.
+const LEAST_LANES: usize = 32;
+
+/// The axes along which a nest is run that lacks a plate, if that pays.
+pub(super) fn own_plate(kernel: &Kernel, nest: usize) -> Option<&[AxisId]> {
+    let nest = &kernel.nests[nest];
+    let axes = kernel.buffers[nest.out].axes.as_slice();
+    let extents = axes.iter().map(|axis| kernel.axes[*axis].extent.known());
+    let extents: Vec<usize> = extents.collect::<Option<_>>()?;
+    let pays = extents.iter().product::<usize>() >= LEAST_CELLS && *extents.last()? >= LEAST_LANES;
+    (pays && !matches!(nest.reduce, Reduce::Scan { .. })).then_some(axes)
+}
+
+/// A nest alone, with a plate of its own and its schedule, if that pays.
+pub(crate) fn with_plate(kernel: &Kernel, nest: usize) -> Option<(Kernel, Schedule)> {
+    let parallel = own_plate(kernel, nest)?.to_vec();
+    let alone = Kernel { nests: vec![kernel.nests[nest].clone()], parallel, ..kernel.clone() };
+    let mut schedule = Schedule::of(&alone);
+    // What is made is for other nests.
+    schedule.local.fill(false);
+    Some((alone, schedule))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Extent, Fold, KernelBuilder, Role};
+    use super::*;
+
+    /// `out[x, y] = Σ_b (x + y + b)` over these extents.
+    fn kernel(rows: usize, lanes: usize) -> Kernel {
+        let mut builder = KernelBuilder::new("sum");
+        let [x, y, b] = [("x", rows), ("y", lanes), ("b", 5)]
+            .map(|(name, count)| builder.axis(name, Extent::constant(count)));
+        let [at_x, at_y, at_b] = [x, y, b].map(|axis| builder.running(axis));
+        let sum = builder.binary(crate::operators::Binary::Add, at_x, at_y);
+        let sum = builder.binary(crate::operators::Binary::Add, sum, at_b);
+        let out = builder.buffer("out", Role::Output, &[x, y]);
+        builder.nest(out, Reduce::Fold(Fold::Sum, vec![b]), sum);
+        builder.build()
+    }
+
+    #[test]
+    fn a_nest_of_many_cells_gets_a_plate_and_one_of_few_does_not() {
+        let (many, few, narrow) = (kernel(8, 32), kernel(7, 32), kernel(64, 8));
+        let (alone, schedule) = with_plate(&many, 0).expect("enough cells");
+        assert_eq!(alone.parallel, many.buffers[many.nests[0].out].axes);
+        assert!(schedule.groups.len() == 1 && schedule.groups[0].parallel);
+        assert!(with_plate(&few, 0).is_none() && with_plate(&narrow, 0).is_none());
+    }
+}
