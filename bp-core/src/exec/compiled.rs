@@ -20,8 +20,11 @@ use rayon::prelude::*;
 /// Lanes in a block of emitted code: a few dozen arrays of as many stay in the caches of one core.
 pub const LANES: usize = 512;
 
-/// Work for a thread at a time, in cells.
-const CHUNK_CELLS: usize = 8192;
+/// Pieces for each thread, where there are several: one that is late has little left to do.
+const PIECES: usize = 8;
+
+/// The least work for a thread at a time, in cells.
+const LEAST_CELLS: usize = 2048;
 
 /// The planes of one buffer that a piece makes.
 pub type Planes<'p, T> = Vec<&'p mut [T]>;
@@ -56,7 +59,11 @@ impl<T, P: Pass<T>> NullaryFnOnce for Call<'_, '_, T, P> {
 /// `made` are the buffers that are made, each a number of planes of `units · unit` cells; a piece gets its part of
 /// each plane, in their order.
 pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<T>) {
-    let per_piece = (CHUNK_CELLS / unit.max(1)).clamp(1, units.max(1));
+    let pieces = match rayon::current_num_threads() {
+        1 => 1,
+        threads => PIECES * threads,
+    };
+    let per_piece = units.div_ceil(pieces).max(LEAST_CELLS / unit.max(1)).clamp(1, units.max(1));
     let buffers = made.len();
     let mut pieces: Vec<(usize, Vec<Planes<'_, T>>)> = (0..units.div_ceil(per_piece))
         .map(|piece| (piece * per_piece, (0..buffers).map(|_| Vec::new()).collect()))
