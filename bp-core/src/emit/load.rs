@@ -82,8 +82,7 @@ impl Nests<'_> {
         }
     }
 
-    /// Where the lanes of a load stand; grains that are not in one piece are
-    /// copied, from `slot` of its copies on.
+    /// Where the lanes of a load stand; grains that are not in one piece are copied, from `slot` of its copies on.
     pub(super) fn fetch(&self, value: ValueId, slot: &str, grain: &str, text: &mut Text) {
         let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[value] else {
             unreachable!("internal: only loads are fetched")
