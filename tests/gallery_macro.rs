@@ -47,6 +47,27 @@ mod programs {
             question split { P(X S Y | B = 7) }
         }
     }
+
+    // Numbers that f32 cannot count to.
+    bayesian_program! {
+        program Residue {
+            variables { X : 0..=4999; Y : 0..=39; }
+            decomposition { P(X) P(Y | X) }
+            forms { P(X) = uniform; P(Y | X) = weights(1 + mod(X * X + Y, 7)); }
+            question both { P(X Y) }
+        }
+    }
+
+    // Rows of many tiles, and one row that is shared out.
+    bayesian_program! {
+        program Wide {
+            variables { X : 0..=3; Y : 0..=39999; }
+            decomposition { P(X) P(Y | X) }
+            forms { P(X) = weights(1 + X); P(Y | X) = normal(10000 * X + 3, 9000); }
+            question both { P(X Y) }
+            question alone { P(Y) }
+        }
+    }
 }
 use programs::*;
 
@@ -76,6 +97,13 @@ macro_rules! same {
         let mut answer = $program::$question::Outputs::<f64>::default();
         $program::$question::run(&$program::$question::Inputs {}, &mut answer).unwrap();
         agree(&$program::model(), stringify!($question), &Inputs::new(), &answer.$output);
+        // What is not along a plate is computed in f64, and rounded when it is kept.
+        let mut single = $program::$question::Outputs::<f32>::default();
+        $program::$question::run(&$program::$question::Inputs {}, &mut single).unwrap();
+        for (cell, (single, truth)) in single.$output.iter().zip(&answer.$output).enumerate() {
+            let apart = (f64::from(*single) - truth).abs();
+            assert!(apart <= 1e-6 * truth.abs() + 1e-35, "{}[{cell}]: {single}", stringify!($question));
+        }
     }};
 }
 
@@ -95,10 +123,27 @@ fn every_door_gives_the_same_answer() {
     same!(bearing, turned, p_y_x_b_7);
     same!(bearing, sorted, p_s_x_y_b_7);
     same!(bearing, split, p_x_s_y_b_7);
+    same!(residue, both, p_x_y);
+    same!(wide, both, p_x_y);
+    same!(wide, alone, p_y);
     let mut answer = homing::choice::Outputs::<f64>::default();
     homing::choice::run(&homing::choice::Inputs { alpha: 7.0, beta: 0.5 }, &mut answer).unwrap();
     let inputs = Inputs::new().number("alpha", 7.0).number("beta", 0.5);
     agree(&homing::model(), "choice", &inputs, &answer.p_h_prox);
+}
+
+#[test]
+fn threads_change_no_bit_of_what_has_a_plate_of_its_own() {
+    let [one, two, eight] = [1, 2, 8].map(|threads| {
+        let (mut both, mut alone) = (wide::both::Outputs::<f32>::default(), wide::alone::Outputs::default());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| wide::both::run(&wide::both::Inputs {}, &mut both)).unwrap();
+        pool.install(|| wide::alone::run(&wide::alone::Inputs {}, &mut alone)).unwrap();
+        let alone: Vec<f64> = alone.p_y;
+        let bits = both.p_x_y.into_iter().map(|p| u64::from(p.to_bits()));
+        bits.chain(alone.into_iter().map(f64::to_bits)).collect::<Vec<u64>>()
+    });
+    assert!(one.len() == 200_000 && one == two && one == eight);
 }
 
 #[test]

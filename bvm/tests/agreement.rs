@@ -238,7 +238,9 @@ fn the_view_agrees() {
 
 #[test]
 fn threads_change_no_bit_of_an_emitted_answer() {
-    let (space, moves) = grid();
+    // Rows enough for pieces of another size by 2 threads and by 8.
+    let space = Space::new([8, 60, 130], [Edge::Open, Edge::Pole, Edge::Circle]).unwrap();
+    let moves = space.antecedents(&VELOCITIES);
     let (cells, mut numbers) = (space.cells(), Numbers(9));
     let single = |values: Vec<f64>| values.into_iter().map(|x| x as f32).collect::<Vec<f32>>();
     let (previous_o, previous_v) = (single(numbers.take(2 * cells)), single(numbers.take(7 * cells)));

@@ -34,9 +34,9 @@ pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Tex
     let schedule = Schedule::of(kernel);
     for group in &schedule.groups {
         match group.parallel {
-            true => parallel(kernel, &schedule, group, text),
+            true => parallel(kernel, &schedule, group, false, text),
             false => match with_plate(kernel, group.nests[0].nest) {
-                Some((alone, schedule)) => parallel(&alone, &schedule, &schedule.groups[0], text),
+                Some((alone, schedule)) => parallel(&alone, &schedule, &schedule.groups[0], true, text),
                 None => Nests::new(kernel, &schedule, group).serial(text),
             },
         }
@@ -147,8 +147,11 @@ fn extents(kernel: &Kernel, text: &mut Text) {
 fn buffers(kernel: &Kernel, text: &mut Text) {
     for (id, buffer) in kernel.buffers.iter() {
         let product = |axes: &mut dyn Iterator<Item = crate::ids::AxisId>| {
-            let factors: Vec<String> = axes.map(|axis| local("e", axis)).collect();
-            if factors.is_empty() { "1usize".to_owned() } else { factors.join(" * ") }
+            // More than can be counted is refused where room is made.
+            let product = axes
+                .map(|axis| local("e", axis))
+                .reduce(|some, more| format!("{some}.saturating_mul({more})"));
+            product.unwrap_or_else(|| "1usize".to_owned())
         };
         let (len, name) = (local("n", id), local("m", id));
         let whole = product(&mut buffer.axes.iter().copied());
@@ -222,17 +225,20 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
 pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     let buffer = &kernel.buffers[id];
     let (len, name) = (local("n", id), local("m", id));
-    let known: Option<usize> = buffer.axes.iter().map(|axis| kernel.axes[*axis].extent.known()).product();
-    match (&buffer.role, known) {
+    match (&buffer.role, kernel.known_cells(&buffer.axes)) {
         (Role::Output, _) => {
             text.line(format!("let {name}: &mut [T] = &mut outputs.{}[..];", snake(&buffer.name)))
         }
         (_, Some(known)) if known <= 1024 => text.line(format!("let mut {name} = [T::ZERO; {known}];")),
-        _ => text.line(format!("let mut {name} = vec![T::ZERO; {len}];")),
+        _ => {
+            text.line(format!("let mut {name}: Vec<T> = Vec::new();"));
+            text.line(format!("make_room({:?}, {len}, &mut {name})?;", buffer.name));
+        }
     }
 }
 
-fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, text: &mut Text) {
+/// A pass over a plate. One that is computed once, along axes of its own, is so in f64 as all that is computed once.
+fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, in_f64: bool, text: &mut Text) {
     let mut shared: Vec<BufferId> = Vec::new();
     for nest in &group.nests {
         let out = kernel.nests[nest.nest].out;
@@ -270,14 +276,22 @@ fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, text: &mut Text
     text.line(body);
     text.close();
     text.close();
-    let given: String = (fields.iter())
-        .map(|(name, kind)| match *kind {
+    let mut given = String::new();
+    for (name, kind) in &fields {
+        given.push_str(&match *kind {
             "usize" => format!("{name}, "),
+            "&'g [T]" if in_f64 => {
+                text.line(format!("let wide_{name} = T::widen(&{name}[..]);"));
+                format!("{name}: &wide_{name}[..], ")
+            }
             _ => format!("{name}: &{name}[..], "),
-        })
-        .collect();
-    text.line(format!("let group = Group {{ {given}number: ::std::marker::PhantomData }};"));
-    text.line(format!("each_piece({units}, {unit}, vec![{}], &group);", slices.join(", ")));
+        });
+    }
+    let (precision, each) = if in_f64 { ("f64", "each_piece_in_f64") } else { ("T", "each_piece") };
+    text.line(format!(
+        "let group: Group<'_, {precision}> = Group {{ {given}number: ::std::marker::PhantomData }};"
+    ));
+    text.line(format!("{each}({units}, {unit}, vec![{}], &group);", slices.join(", ")));
     text.close();
 }
 

@@ -65,9 +65,8 @@ impl Nests<'_> {
         text.line("let at = if tile + TILE <= width { tile } else { width - count };");
         text.line("let start = start + at;");
         for kept in self.kept(run) {
-            let cells = self.serial_axes(kept).into_iter().map(|axis| self.kernel.axes[axis].extent.known());
             let name = local("k", kept);
-            match cells.product::<Option<usize>>() {
+            match self.kernel.known_cells(&self.serial_axes(kept)) {
                 // Few enough for registers.
                 Some(cells) if cells <= MOST_TILES => {
                     text.line(format!("let mut {name} = [Aligned([T::ZERO; TILE]); {cells}];"))

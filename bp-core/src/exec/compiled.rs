@@ -85,6 +85,39 @@ pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pas
     }
 }
 
+/// Cells of a plane that are rounded at a time: they stay in the caches of one core.
+const ROUNDED_CELLS: usize = 4096;
+
+/// A pass in f64 whose numbers are rounded when they are made.
+struct Rounded<'p, P>(&'p P);
+
+impl<T: Scalar, P: Pass<f64>> Pass<T> for Rounded<'_, P> {
+    #[inline(always)]
+    fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) {
+        let unit = planes.iter().flatten().next().map_or(1, |plane| plane.len() / count.max(1)).max(1);
+        let at_once = (ROUNDED_CELLS / unit).clamp(1, count.max(1));
+        let mut exact: Vec<Vec<Vec<f64>>> =
+            planes.iter().map(|planes| vec![vec![0.0; at_once * unit]; planes.len()]).collect();
+        for begin in (0..count).step_by(at_once) {
+            let (units, cells) = (at_once.min(count - begin), at_once.min(count - begin) * unit);
+            let mut made: Vec<Planes<'_, f64>> = (exact.iter_mut())
+                .map(|planes| planes.iter_mut().map(|plane| &mut plane[..cells]).collect())
+                .collect();
+            self.0.piece(first + begin, units, &mut made);
+            for (plane, exact) in planes.iter_mut().flatten().zip(made.iter().flatten()) {
+                for (number, exact) in plane[begin * unit..][..cells].iter_mut().zip(exact.iter()) {
+                    *number = T::from_f64(*exact);
+                }
+            }
+        }
+    }
+}
+
+/// [`each_piece`] of a pass that computes in f64, whatever the precision of what is made.
+pub fn each_piece_in_f64<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<f64>) {
+    each_piece(units, unit, made, &Rounded(pass));
+}
+
 /// Makes an array as long as it has to be.
 ///
 /// # Errors

@@ -6,6 +6,7 @@
 mod double;
 mod single;
 
+use std::borrow::Cow;
 use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -35,6 +36,8 @@ pub trait Scalar:
     fn from_f64(number: f64) -> Self;
     /// The number.
     fn to_f64(self) -> f64;
+    /// Numbers in f64; those that are need no copy.
+    fn widen(numbers: &[Self]) -> Cow<'_, [f64]>;
     /// |x|
     fn absolute(self) -> Self;
     /// √x

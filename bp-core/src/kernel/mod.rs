@@ -223,6 +223,24 @@ impl Kernel {
         names
     }
 
+    /// How many cells these axes span, where that is known and can be counted.
+    pub(crate) fn known_cells<'a>(&self, axes: impl IntoIterator<Item = &'a AxisId>) -> Option<usize> {
+        axes.into_iter().try_fold(1usize, |cells, axis| cells.checked_mul(self.axes[*axis].extent.known()?))
+    }
+
+    /// The same kernel for given sizes: extents that they settle are known.
+    pub fn with_sizes(&self, size: impl Fn(&str) -> Option<usize>) -> Self {
+        let mut kernel = self.clone();
+        for axis in kernel.axes.ids() {
+            let extent = &self.axes[axis].extent;
+            if let Some(size) = extent.size.as_deref().and_then(&size) {
+                let offset = extent.offset + size as i64;
+                kernel.axes[axis].extent = Extent { size: None, offset };
+            }
+        }
+        kernel
+    }
+
     /// What a size is where the host does not give it.
     pub fn size_default(&self, name: &str) -> Option<usize> {
         self.size_defaults.iter().find(|(known, _)| known == name).map(|(_, size)| *size)

@@ -1,12 +1,12 @@
 //! A nest without a plate, along the axes of what it makes: its cells are as independent as those of a plate.
 //!
-//! In: a nest. Out: the axes that may be its plate, and a kernel of that nest alone which has it. Invariant: no answer
-//! changes; a plate has enough cells to pay for blocks of lanes.
+//! In: a nest. Out: the axes that may be its plate, and a kernel of that nest alone which has it. Invariant: each cell is
+//! computed as before; a plate has enough cells to pay for blocks of lanes.
 //!
 //! Before: `total[x, y] = Σ_b f(x, y, b)`, cell by cell. After: x are rows, shared out among threads, and y lanes.
 
-use super::schedule::Schedule;
-use super::{Kernel, Reduce};
+use super::schedule::{Schedule, reachable};
+use super::{Kernel, Node, Reduce, Role};
 use crate::ids::AxisId;
 
 /// Fewer cells are made one by one.
@@ -19,10 +19,18 @@ const LEAST_LANES: usize = 32;
 pub(super) fn own_plate(kernel: &Kernel, nest: usize) -> Option<&[AxisId]> {
     let nest = &kernel.nests[nest];
     let axes = kernel.buffers[nest.out].axes.as_slice();
-    let extents = axes.iter().map(|axis| kernel.axes[*axis].extent.known());
-    let extents: Vec<usize> = extents.collect::<Option<_>>()?;
-    let pays = extents.iter().product::<usize>() >= LEAST_CELLS && *extents.last()? >= LEAST_LANES;
-    (pays && !matches!(nest.reduce, Reduce::Scan { .. })).then_some(axes)
+    let lanes = kernel.axes[*axes.last()?].extent.known()?;
+    let pays = kernel.known_cells(axes)? >= LEAST_CELLS && lanes >= LEAST_LANES;
+    // What may be given once for the kernel's own plate is read along no other.
+    let is_given_once = |node: &Node| match node {
+        Node::Load { buffer, .. } => {
+            matches!(kernel.buffers[*buffer].role, Role::Input { broadcast: true, .. })
+        }
+        _ => false,
+    };
+    let reads_such =
+        || reachable(kernel, nest.value).into_iter().any(|value| is_given_once(&kernel.nodes[value]));
+    (pays && !matches!(nest.reduce, Reduce::Scan { .. }) && !reads_such()).then_some(axes)
 }
 
 /// A nest alone, with a plate of its own and its schedule, if that pays.

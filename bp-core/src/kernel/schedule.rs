@@ -105,7 +105,8 @@ fn is_parallel(kernel: &Kernel, position: usize) -> bool {
     !kernel.parallel.is_empty() && kernel.parallel.iter().all(|axis| axes.contains(axis))
 }
 
-fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
+/// The values that a value is made of, itself among them.
+pub(super) fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
     let (mut seen, mut rest) = (BTreeSet::new(), vec![root]);
     while let Some(value) = rest.pop() {
         if seen.insert(value) {

@@ -10,8 +10,17 @@ use crate::ids::{AxisId, BufferId, Id};
 /// The passes of a kernel, and its memory, a line each.
 pub fn in_words(kernel: &Kernel) -> Vec<String> {
     let schedule = Schedule::of(kernel);
-    let mut lines: Vec<String> =
-        schedule.groups.iter().enumerate().map(|(number, group)| pass(kernel, number, group)).collect();
+    let passes: Vec<String> = schedule.groups.iter().map(|group| pass(kernel, group)).collect();
+    let mut number = 1;
+    let mut lines = Vec::new();
+    // Those that are alike are told together.
+    for alike in passes.chunk_by(|one, other| one == other) {
+        lines.push(match alike.len() {
+            1 => format!("pass {number}: {}", alike[0]),
+            more => format!("passes {number} to {}: each {}", number + more - 1, alike[0]),
+        });
+        number += alike.len();
+    }
     let is_made = |id: BufferId| kernel.nests.iter().any(|nest| nest.out == id);
     let local = kernel.buffers.iter().filter(|(id, _)| schedule.local[id.position()] && is_made(*id));
     let local: Vec<String> = local.map(|(id, _)| buffer(kernel, id, true)).collect();
@@ -30,7 +39,7 @@ pub fn in_words(kernel: &Kernel) -> Vec<String> {
 }
 
 /// One pass: its cells, and the nests that share it.
-fn pass(kernel: &Kernel, number: usize, group: &Group) -> String {
+fn pass(kernel: &Kernel, group: &Group) -> String {
     let scans =
         group.nests.iter().filter(|nest| matches!(kernel.nests[nest.nest].reduce, Reduce::Scan { .. }));
     let scans = match scans.count() {
@@ -42,18 +51,14 @@ fn pass(kernel: &Kernel, number: usize, group: &Group) -> String {
         1 => format!("1 nest{}", scans.replace("one of them", "which is")),
         more => format!("{more} nests{scans}"),
     };
-    let number = number + 1;
-    let plate = match group.parallel {
-        true => Some(kernel.parallel.as_slice()),
-        false => own_plate(kernel, group.nests[0].nest),
+    let over = |plate: &[AxisId]| {
+        let lane = plate.last().map_or("", |lane| kernel.axes[*lane].name.as_str());
+        format!("over {}; neighbours in memory along {lane}", axes(kernel, plate))
     };
-    match plate.and_then(|plate| Some((plate, plate.last()?))) {
-        Some((plate, lane)) => format!(
-            "pass {number}: {nests}, over {}; neighbours in memory along {}",
-            axes(kernel, plate),
-            kernel.axes[*lane].name
-        ),
-        None => format!("pass {number}: {nests}, done once"),
+    match (group.parallel, own_plate(kernel, group.nests[0].nest)) {
+        (true, _) => format!("{nests}, {}", over(&kernel.parallel)),
+        (false, Some(own)) => format!("{nests}, done once; as emitted Rust {}", over(own)),
+        (false, None) => format!("{nests}, done once"),
     }
 }
 

@@ -183,7 +183,9 @@ mod tests {
     fn every_grain_of_a_turned_row_is_what_it_should_be() {
         const SLOT: usize = 3;
         let before = 5;
-        for (extent, width) in [(360, 360), (130, 130), (64, 64), (200, 100), (40, 40), (1, 1), (70, 70)] {
+        let whole = [(360, 360), (130, 130), (64, 64), (40, 40), (1, 1), (70, 70)];
+        let (parts, more) = ([(200, 100), (600, 512), (1000, 512)], [(40, 100)]);
+        for (extent, width) in whole.into_iter().chain(parts).chain(more) {
             let source: Vec<f32> = (0..before + extent + 9).map(|at| at as f32).collect();
             let row = &source[before..before + extent];
             let numbers: Vec<f32> = (0..width).map(|lane| -1.0 - lane as f32).collect();

@@ -8,6 +8,7 @@
 //! Logarithm: reduction to [√½, √2), and the series of artanh up to s²¹, of which the rest is 10⁻¹⁸ of the sum.
 
 use super::Scalar;
+use std::borrow::Cow;
 
 /// ln 2, in two parts: the first has so few bits that a whole multiple of it is exact.
 const LN_2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
@@ -62,6 +63,9 @@ impl Scalar for f64 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
+    }
+    fn widen(numbers: &[f64]) -> Cow<'_, [f64]> {
+        Cow::Borrowed(numbers)
     }
     #[inline(always)]
     fn absolute(self) -> f64 {

@@ -7,6 +7,7 @@
 //! 2nd ed., section 6.2.
 
 use super::Scalar;
+use std::borrow::Cow;
 
 /// ln 2, in two parts: the first is exact in few bits, so that n · LN_2_HIGH is exact.
 const LN_2_HIGH: f32 = 0.693_359_4;
@@ -61,6 +62,9 @@ impl Scalar for f32 {
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
+    fn widen(numbers: &[f32]) -> Cow<'_, [f64]> {
+        numbers.iter().copied().map(f64::from).collect()
+    }
     #[inline(always)]
     fn absolute(self) -> f32 {
         self.abs()
@@ -76,16 +80,21 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn exponential(self) -> f32 {
-        let x = Scalar::minimum(Scalar::maximum(self, -87.3), 88.3);
+        // e⁸⁹ is infinite; below e⁻⁸⁷·³ numbers are subnormal, and made 0; what is not a number stays so.
+        let x = if self < -87.3 { -87.3 } else { self };
+        let x = if x > 89.0 { 89.0 } else { x };
         // The whole number n is read from the low bits: a conversion would be done lane by lane.
         let rounded = x * std::f32::consts::LOG2_E + ROUND;
-        let (n, whole) = (rounded - ROUND, rounded.to_bits().wrapping_sub(ROUND.to_bits()));
+        let (n, whole) = (rounded - ROUND, rounded.to_bits().wrapping_sub(ROUND.to_bits()) as i32);
         let x = (x - n * LN_2_HIGH) - n * LN_2_LOW;
         let coefficients =
             [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
         let value = polynomial(x, coefficients) * x * x + x + 1.0;
-        let power = f32::from_bits(whole.wrapping_add(127) << 23);
-        if self < -87.3 { 0.0 } else { value * power }
+        // Twice, so that what is infinite becomes so by the last multiplication.
+        let half = whole >> 1;
+        let power = |n: i32| f32::from_bits((n.wrapping_add(127) as u32) << 23);
+        let value = value * power(half) * power(whole.wrapping_sub(half));
+        if self < -87.3 { 0.0 } else { value }
     }
 
     #[inline(always)]
@@ -94,7 +103,14 @@ impl Scalar for f32 {
         let subnormal = self < f32::MIN_POSITIVE;
         let (x, more) = if subnormal { (self * 33_554_432.0, -25.0) } else { (self, 0.0) };
         let value = logarithm_of_normal(x, more);
-        if self > 0.0 { value } else { f32::NEG_INFINITY }
+        let value = if self == f32::INFINITY { self } else { value };
+        if self > 0.0 {
+            value
+        } else if self == 0.0 {
+            f32::NEG_INFINITY
+        } else {
+            f32::NAN
+        }
     }
 
     #[inline(always)]
@@ -159,5 +175,34 @@ mod tests {
             let exact = crate::operators::normal_cumulative(f64::from(x));
             assert!((x.normal_cumulative().to_f64() - exact).abs() <= 4e-7, "Φ({x})");
         }
+    }
+
+    #[test]
+    fn the_ends_are_those_of_the_c_library() {
+        for x in [
+            0.0f32,
+            -0.0,
+            1e-30,
+            88.3,
+            88.4,
+            88.72,
+            88.73,
+            1e4,
+            -87.2,
+            -104.0,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+        ] {
+            let (found, exact) = (Scalar::exponential(x), x.exp());
+            assert!(found == exact || (found / exact - 1.0).abs() < 1.2e-5, "exp {x}: {found}, not {exact}");
+        }
+        for x in [0.0f32, -0.0, 1.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY] {
+            let (found, exact) = (x.natural_logarithm(), x.ln());
+            assert!(found == exact || (found / exact - 1.0).abs() < 4e-7, "ln {x}: {found}, not {exact}");
+        }
+        let functions = [Scalar::exponential, Scalar::natural_logarithm, Scalar::normal_cumulative];
+        assert!(functions.iter().all(|function: &fn(f32) -> f32| function(f32::NAN).is_nan()));
+        assert!((-1.0f32).natural_logarithm().is_nan());
+        assert_eq!([f32::NEG_INFINITY, f32::INFINITY].map(Scalar::normal_cumulative), [0.0, 1.0]);
     }
 }
