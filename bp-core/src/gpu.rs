@@ -5,10 +5,12 @@
 //!
 //! Needs the feature `gpu`. A software adapter, such as that of Mesa, will do.
 
-use crate::emit::wgsl::{Layout, MOST_WORKGROUPS, Shader, WORKGROUP, emit_wgsl};
+use crate::emit::wgsl::{MOST_WORKGROUPS, Shader, WORKGROUP, emit_wgsl};
 use crate::error::Error;
 use crate::exec::{Array, Bound, Inputs, Outputs};
-use crate::kernel::Kernel;
+use crate::ids::BufferId;
+use crate::kernel::{Kernel, Role};
+use std::sync::{Arc, Mutex};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, ShaderStages};
 
@@ -22,25 +24,42 @@ pub struct Gpu {
     most: u64,
 }
 
-/// A kernel that is ready to be run on a device.
+/// A kernel that is ready to be run on a device, again and again.
 #[derive(Debug)]
 pub struct GpuKernel<'g> {
     gpu: &'g Gpu,
     kernel: Kernel,
+    /// The pipelines of the last run: they are written for its extents.
+    ready: Mutex<Option<Arc<Pipelines>>>,
+}
+
+/// A shader for given extents, compiled.
+#[derive(Debug)]
+struct Pipelines {
+    extents: Vec<usize>,
     shader: Shader,
-    layout: Layout,
     bindings: wgpu::BindGroupLayout,
     pipelines: Vec<wgpu::ComputePipeline>,
 }
 
 /// A kernel whose inputs are on the device.
 #[derive(Debug)]
-pub struct GpuRun<'k> {
-    ready: &'k GpuKernel<'k>,
+pub struct GpuRun<'g> {
+    gpu: &'g Gpu,
+    ready: Arc<Pipelines>,
     numbers: wgpu::Buffer,
     bindings: wgpu::BindGroup,
     /// Workgroups of each pass.
     groups: Vec<(u32, u32)>,
+    /// Name, first number and count of each output.
+    outputs: Vec<(String, u64, u64)>,
+}
+
+/// What goes to the device.
+#[derive(Default)]
+struct Upload {
+    numbers: Vec<f32>,
+    positions: Vec<i32>,
     /// Name, first number and count of each output.
     outputs: Vec<(String, u64, u64)>,
 }
@@ -66,9 +85,13 @@ impl Gpu {
         &self.name
     }
 
-    /// Compiles a kernel for the device.
-    pub fn compile(&self, kernel: Kernel) -> GpuKernel<'_> {
-        let shader = emit_wgsl(&kernel);
+    /// A kernel for this device; it is compiled when its extents are known.
+    pub fn prepare(&self, kernel: Kernel) -> GpuKernel<'_> {
+        GpuKernel { gpu: self, kernel, ready: Mutex::default() }
+    }
+
+    fn compile(&self, kernel: &Kernel, extents: Vec<usize>) -> Pipelines {
+        let shader = emit_wgsl(kernel);
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(&kernel.name),
             source: wgpu::ShaderSource::Wgsl(shader.text.as_str().into()),
@@ -102,11 +125,11 @@ impl Gpu {
             })
         });
         let pipelines = pipelines.collect();
-        GpuKernel { gpu: self, layout: Layout::of(&kernel), kernel, shader, bindings, pipelines }
+        Pipelines { extents, shader, bindings, pipelines }
     }
 }
 
-impl GpuKernel<'_> {
+impl<'g> GpuKernel<'g> {
     /// Runs the kernel once.
     ///
     /// # Errors
@@ -117,13 +140,14 @@ impl GpuKernel<'_> {
         Ok(run.outputs())
     }
 
-    /// Brings the inputs to the device.
+    /// Brings the inputs to the device, and compiles the kernel for their extents unless the last ones were the same.
     ///
     /// # Errors
     /// As [`GpuKernel::run`].
-    pub fn load(&self, inputs: &Inputs<'_, f32>) -> Result<GpuRun<'_>, Error> {
+    pub fn load(&self, inputs: &Inputs<'_, f32>) -> Result<GpuRun<'g>, Error> {
         let bound = inputs.bind(&self.kernel)?;
-        let (numbers, positions, shape, outputs) = self.arrange(&bound);
+        let ready = self.ready(inputs, &bound);
+        let Upload { numbers, positions, outputs } = upload(&ready.shader, &bound);
         let cells = numbers.len() as f64;
         if 4.0 * cells > self.gpu.most as f64 {
             let help = format!("`{}` takes no larger arrays; ask a smaller question", self.gpu.name);
@@ -136,10 +160,10 @@ impl GpuKernel<'_> {
         };
         let numbers = buffer(numbers.into_iter().flat_map(f32::to_le_bytes).collect());
         let positions = buffer(positions.into_iter().flat_map(i32::to_le_bytes).collect());
-        let shape = buffer(shape.into_iter().flat_map(u32::to_le_bytes).collect());
+        let shape = buffer(f32::INFINITY.to_le_bytes().into());
         let bindings = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout: &self.bindings,
+            layout: &ready.bindings,
             entries: &[&numbers, &positions, &shape]
                 .map(wgpu::Buffer::as_entire_binding)
                 .into_iter()
@@ -147,54 +171,72 @@ impl GpuKernel<'_> {
                 .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
                 .collect::<Vec<_>>(),
         });
-        let groups = self.shader.passes.iter().map(|pass| {
+        let groups = ready.shader.passes.iter().map(|pass| {
             let cells: usize = pass.axes.iter().map(|axis| bound.extent(*axis)).product();
             let groups = (cells as u32).div_ceil(WORKGROUP);
             (groups.min(MOST_WORKGROUPS), groups.div_ceil(MOST_WORKGROUPS))
         });
-        Ok(GpuRun { ready: self, numbers, bindings, groups: groups.collect(), outputs })
+        let groups = groups.collect();
+        Ok(GpuRun { gpu: self.gpu, ready, numbers, bindings, groups, outputs })
     }
 
-    /// All numbers in one array, all positions in another, and where everything is.
-    #[allow(clippy::type_complexity)] // four arrays, named where they are taken apart
-    fn arrange(&self, bound: &Bound<'_, f32>) -> (Vec<f32>, Vec<i32>, Vec<u32>, Vec<(String, u64, u64)>) {
-        let (mut numbers, mut positions, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
-        let mut shape = vec![0; self.layout.length];
-        shape[0] = f32::INFINITY.to_bits();
-        for axis in self.kernel.axes.ids() {
-            shape[self.layout.extent(axis)] = bound.extent(axis) as u32;
-        }
-        for id in self.kernel.buffers.ids() {
-            let place = self.layout.buffer(id);
-            shape[place] = numbers.len() as u32;
-            for (position, stride) in bound.strides(id).into_iter().enumerate() {
-                shape[place + 1 + position] = stride as u32;
-            }
-            match &bound.arrays[id] {
-                Array::Given(cells) | Array::Broadcast(cells) => numbers.extend_from_slice(cells),
-                Array::Owned(cells) => numbers.extend_from_slice(cells),
-                Array::Default => numbers.push(bound.default(id) as f32),
-                Array::Positions(cells) => {
-                    shape[place] = positions.len() as u32;
-                    positions.extend_from_slice(cells);
-                }
-                Array::Made => numbers.resize(numbers.len() + bound.length(id), 0.0),
+    /// The pipelines for these extents.
+    fn ready(&self, inputs: &Inputs<'_, f32>, bound: &Bound<'_, f32>) -> Arc<Pipelines> {
+        let extents: Vec<usize> = self.kernel.axes.ids().map(|axis| bound.extent(axis)).collect();
+        let mut last = self.ready.lock().expect("internal: no thread fails while it compiles");
+        match &*last {
+            Some(ready) if ready.extents == extents => ready.clone(),
+            _ => {
+                let size = |name: &str| inputs.find_size(name).or_else(|| self.kernel.size_default(name));
+                let ready = Arc::new(self.gpu.compile(&self.kernel.with_sizes(size), extents));
+                *last = Some(ready.clone());
+                ready
             }
         }
-        for (id, buffer) in self.kernel.outputs() {
-            let first = u64::from(shape[self.layout.buffer(id)]);
-            outputs.push((buffer.name.clone(), first, bound.length(id) as u64));
-        }
-        // A binding of nothing is not allowed.
-        positions.push(0);
-        (numbers, positions, shape, outputs)
     }
+}
+
+/// The arrays that a shader reads, each whole, one after the other.
+fn upload(shader: &Shader, bound: &Bound<'_, f32>) -> Upload {
+    let mut upload = Upload::default();
+    for (id, buffer) in bound.kernel.buffers.iter().filter(|(id, _)| shader.layout.is_stored(*id)) {
+        let (numbers, count) = (&mut upload.numbers, bound.length(id));
+        let first = numbers.len();
+        match &bound.arrays[id] {
+            Array::Given(cells) => numbers.extend_from_slice(cells),
+            Array::Owned(cells) => numbers.extend_from_slice(cells),
+            Array::Default => numbers.resize(first + count, bound.default(id) as f32),
+            Array::Broadcast(cells) => numbers.extend(spread(bound, id, cells)),
+            Array::Positions(cells) => upload.positions.extend_from_slice(cells),
+            Array::Made => numbers.resize(first + count, 0.0),
+        }
+        if buffer.role == Role::Output {
+            upload.outputs.push((buffer.name.clone(), first as u64, count as u64));
+        }
+    }
+    // A binding of nothing is not allowed.
+    upload.positions.push(0);
+    upload
+}
+
+/// One value for all cells of the plate, at each of them.
+fn spread(bound: &Bound<'_, f32>, buffer: BufferId, cells: &[f32]) -> impl Iterator<Item = f32> {
+    let extents = bound.kernel.buffers[buffer].axes.iter().map(|axis| bound.extent(*axis));
+    let axes: Vec<(usize, usize)> = extents.zip(bound.strides(buffer)).rev().collect();
+    (0..bound.length(buffer)).map(move |mut at| {
+        let mut place = 0;
+        for (extent, stride) in &axes {
+            place += at % extent * stride;
+            at /= extent;
+        }
+        cells[place]
+    })
 }
 
 impl GpuRun<'_> {
     /// Computes the outputs, and waits for them.
     pub fn dispatch(&self) {
-        let gpu = self.ready.gpu;
+        let gpu = self.gpu;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -210,7 +252,7 @@ impl GpuRun<'_> {
 
     /// Brings the outputs back.
     pub fn outputs(&self) -> Outputs<f32> {
-        let gpu = self.ready.gpu;
+        let gpu = self.gpu;
         let read = |(name, first, count): &(String, u64, u64)| {
             let size = 4 * count;
             let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -322,6 +322,15 @@ fn emit_writes_code() {
     let file = path.to_str().unwrap();
     let shader = well(&["emit", file, "state", "--to", "wgsl"]);
     assert!(shader.contains("@compute @workgroup_size(64)"), "{shader}");
+    let sized = well(&["emit", file, "state", "--to", "wgsl", "--size", "Velocity=7"]);
+    assert!(
+        shader.contains("how many values `V` has") && !sized.contains("how many values `V` has"),
+        "{sized}"
+    );
+    let told = ill(1, &["emit", file, "state", "--to", "wgsl", "--size", "Speed=7"]);
+    assert!(told.contains("no size `Speed`; there are `") && told.contains("`Velocity`"), "{told}");
+    assert!(ill(1, &["emit", file, "state", "--size", "Velocity=7"]).contains("`--to wgsl`"));
+    assert!(ill(2, &["emit", file, "state", "--to", "wgsl", "--size", "Velocity=0"]).contains("N from 1 to"));
     let rust = well(&["emit", program("wet_grass.bp").to_str().unwrap(), "rain"]);
     assert!(rust.contains("pub mod rain {") && rust.contains("pub fn run<T: Scalar>"), "{rust}");
     let normal = program("vestibular.bp");

@@ -57,7 +57,7 @@ fn agree(
         (exactly, nearly) = (exactly.array(name, values), nearly.array(name, single));
     }
     let truth = interpret(&kernel, &exactly).unwrap();
-    let found = gpu.compile(kernel).run(&nearly).unwrap();
+    let found = gpu.prepare(kernel).run(&nearly).unwrap();
     for ((name, truth), (other, found)) in truth.arrays.iter().zip(&found.arrays) {
         assert_eq!((name, truth.len()), (other, found.len()), "{path}");
         for (cell, (truth, found)) in truth.iter().zip(found).enumerate() {
@@ -104,7 +104,15 @@ fn the_device_agrees_with_the_interpreter() {
         ("sigma_min", vec![0.05]),
         ("ln_b", vec![0.2]),
     ];
-    agree(&gpu, "bvm/models/line_of_sight.bp", "reading", &[("Rays", rays), ("N", 10)], &line, None);
+    // Cells of a ray that are written out, looped through, and too many to be kept by an invocation.
+    for cells in [10, 100, 300] {
+        let sizes = [("Rays", rays), ("N", cells)];
+        agree(&gpu, "bvm/models/line_of_sight.bp", "reading", &sizes, &line, None);
+    }
+    // One reading for all rays.
+    let mut once = line.clone();
+    once[0].1 = vec![3.0];
+    agree(&gpu, "bvm/models/line_of_sight.bp", "reading", &[("Rays", rays), ("N", 10)], &once, None);
     for (program, question) in
         [("water_unit", "output"), ("asia", "before"), ("sum_of_dice", "last"), ("spam", "spam")]
     {

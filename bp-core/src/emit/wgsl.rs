@@ -5,22 +5,29 @@
 //! passes have finished, or what it has made itself.
 //!
 //! All numbers, given and made, stand in one array, so that a kernel needs three bindings whatever it reads: `numbers`,
-//! `positions` and `shape`. [`Layout`] says where in `shape` an extent, an offset or a stride is.
+//! `positions` and `shape`. [`Layout`] says where. What only its own invocation reads never goes there, and short loops
+//! over it are written out: so it can stay in registers.
 //! Language: W3C, *WebGPU Shading Language*, 2026.
 
 mod functions;
+mod layout;
 mod value;
 
 use super::text::Text;
 use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Fold, Kernel, Reduce, Role};
+pub use layout::Layout;
+use layout::{Place, Term};
 
 /// Invocations in a workgroup.
 pub const WORKGROUP: u32 = 64;
 
 /// Workgroups along the first direction of a dispatch, at most; the second direction takes the rest.
 pub const MOST_WORKGROUPS: u32 = 65_535;
+
+/// Turns of a nest's loops that are written out, at most.
+const MOST_TURNS: usize = 64;
 
 /// A kernel as a compute shader.
 #[derive(Clone, PartialEq, Debug)]
@@ -29,6 +36,8 @@ pub struct Shader {
     pub text: String,
     /// Its entry points, in the order in which they are dispatched.
     pub passes: Vec<ShaderPass>,
+    /// Where its numbers stand.
+    pub layout: Layout,
 }
 
 /// One entry point.
@@ -40,63 +49,18 @@ pub struct ShaderPass {
     pub axes: Vec<AxisId>,
 }
 
-/// Where things are in `shape`, an array of `u32`: the bits of ∞, then the extents of the axes, then for each buffer where
-/// it begins and how far apart neighbours along each of its axes are.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Layout {
-    axes: usize,
-    buffers: Vec<usize>,
-    /// How many numbers `shape` has.
-    pub length: usize,
-}
-
-impl Layout {
-    /// The layout of a kernel.
-    pub fn of(kernel: &Kernel) -> Self {
-        let mut length = 1 + kernel.axes.len();
-        let place = |buffer: &crate::kernel::Buffer| {
-            let place = length;
-            length += 1 + buffer.axes.len();
-            place
-        };
-        let buffers = kernel.buffers.values().map(place).collect();
-        Self { axes: kernel.axes.len(), buffers, length }
-    }
-
-    /// Where the extent of an axis is.
-    pub fn extent(&self, axis: AxisId) -> usize {
-        assert!(axis.position() < self.axes, "internal: an axis of another kernel");
-        1 + axis.position()
-    }
-
-    /// Where it says at which number a buffer begins; its strides follow.
-    pub fn buffer(&self, buffer: BufferId) -> usize {
-        self.buffers[buffer.position()]
-    }
-}
-
-/// Writes a kernel as WGSL.
+/// Writes a kernel as WGSL. The more of its extents are known ([`Kernel::with_sizes`]), the less is looked up.
 pub fn emit_wgsl(kernel: &Kernel) -> Shader {
     let schedule = Schedule::of(kernel);
-    let layout = Layout::of(kernel);
+    let layout = Layout::of(kernel, &schedule);
     let mut text = Text::default();
     text.line(format!("// {}: made from a Bayesian Program.", kernel.name));
-    for (id, buffer) in kernel.buffers.iter() {
-        let axes: Vec<&str> = buffer.axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();
-        let what = match buffer.role {
-            Role::Input { .. } => "given",
-            Role::Table(_) => "a table",
-            Role::Positions => "positions",
-            Role::Scratch => "made on the way",
-            Role::Output => "the answer",
-        };
-        text.line(format!(
-            "// shape[{}]: `{}` [{}], {what}",
-            layout.buffer(id),
-            buffer.name,
-            axes.join("][")
-        ));
+    for (id, axis) in kernel.axes.iter() {
+        if let Term::Shape(place) = layout.extent(id) {
+            text.line(format!("// shape[{place}]: how many values `{}` has", axis.name));
+        }
     }
+    kernel.buffers.ids().for_each(|id| describe(kernel, &layout, id, &mut text));
     text.line("@group(0) @binding(0) var<storage, read_write> numbers: array<f32>;");
     text.line("@group(0) @binding(1) var<storage, read> positions: array<i32>;");
     text.line("@group(0) @binding(2) var<storage, read> shape: array<u32>;");
@@ -110,7 +74,30 @@ pub fn emit_wgsl(kernel: &Kernel) -> Shader {
     let bodies = bodies.finish();
     text.line(functions::needed(&bodies));
     text.line(bodies);
-    Shader { text: text.finish(), passes }
+    Shader { text: text.finish(), passes, layout }
+}
+
+/// Says where a buffer stands.
+fn describe(kernel: &Kernel, layout: &Layout, id: BufferId, text: &mut Text) {
+    let Place::Stored { first, strides } = layout.place(id) else { return };
+    let buffer = &kernel.buffers[id];
+    let (array, what) = match buffer.role {
+        Role::Input { .. } => ("numbers", "given"),
+        Role::Table(_) => ("numbers", "a table"),
+        Role::Positions => ("positions", "given"),
+        Role::Scratch => ("numbers", "made on the way"),
+        Role::Output => ("numbers", "the answer"),
+    };
+    let axes = buffer.axes.iter().zip(strides).map(|(axis, stride)| {
+        let name = &kernel.axes[*axis].name;
+        match stride {
+            Term::Known(1) => format!("`{name}`"),
+            stride => format!("{} `{name}`", stride.told()),
+        }
+    });
+    let first = (*first != Term::Known(0) || buffer.axes.is_empty()).then(|| first.told());
+    let place: Vec<String> = first.into_iter().chain(axes).collect();
+    text.line(format!("// {array}[{}]: `{}`, {what}", place.join(" + "), buffer.name));
 }
 
 /// The axes of which each cell is an invocation: those of the plate, or of the one buffer that is made.
@@ -133,10 +120,7 @@ struct Pass<'k> {
 
 impl Pass<'_> {
     fn extent(&self, axis: AxisId) -> String {
-        match self.kernel.axes[axis].extent.known() {
-            Some(known) => format!("{known}"),
-            None => format!("i32(shape[{}])", self.layout.extent(axis)),
-        }
+        self.layout.extent(axis).signed()
     }
 
     fn write(&self, entry: &str, text: &mut Text) {
@@ -151,45 +135,55 @@ impl Pass<'_> {
         text.line("return;");
         text.close();
         for loops in &self.group.nests {
+            let out = self.kernel.nests[loops.nest].out;
+            if let Place::Private(count) = self.layout.place(out) {
+                text.line(format!("var b{}: array<f32, {count}>;", out.position()));
+            }
+        }
+        for loops in &self.group.nests {
             text.open("");
-            self.nest(loops, 0, text);
+            self.nest(loops, 0, self.is_written_out(loops), text);
             text.close();
         }
         text.close();
+    }
+
+    /// Whether the loops of known extent are written out, turn by turn: over a plate each has few, and what is kept between
+    /// them is then no array.
+    fn is_written_out(&self, loops: &Loops) -> bool {
+        let axes = loops.outer.iter().chain(&loops.inner).filter(|axis| !self.axes.contains(axis));
+        let known = axes.filter_map(|axis| self.kernel.axes[*axis].extent.known());
+        self.group.parallel && known.fold(1, usize::saturating_mul) <= MOST_TURNS
     }
 
     fn level(&self, loops: &Loops, depth: usize, text: &mut Text) {
         loops.levels[depth].iter().for_each(|value| self.value(*value, text));
     }
 
-    fn nest(&self, loops: &Loops, depth: usize, text: &mut Text) {
+    fn nest(&self, loops: &Loops, depth: usize, written_out: bool, text: &mut Text) {
         let nest = &self.kernel.nests[loops.nest];
         self.level(loops, depth, text);
         let (outer, last) = (loops.outer.len(), loops.outer.len() + loops.inner.len());
+        let within = |text: &mut Text| self.nest(loops, depth + 1, written_out, text);
         if depth < outer {
             let axis = loops.outer[depth];
             // Axes of the pass run already.
             match self.axes.contains(&axis) {
-                true => self.nest(loops, depth + 1, text),
-                false => self.through(loops, axis, depth, text),
+                true => within(text),
+                false => self.through(axis, false, written_out, text, within),
             }
             return;
         }
         let value = format!("v{}", nest.value.position());
         match &nest.reduce {
-            Reduce::None => text.line(format!("{} = {value};", self.place(nest.out))),
+            Reduce::None => text.line(format!("{} = {value};", self.cell(nest.out))),
             Reduce::Scan { axis, backward, keep, initial } => {
                 text.line(format!("var state = v{};", initial.position()));
-                let (extent, running) = (self.extent(*axis), axis.position());
-                text.open(format!("for (var step = 0; step < {extent}; step++)"));
-                text.line(match backward {
-                    true => format!("let i{running} = {extent} - 1 - step;"),
-                    false => format!("let i{running} = step;"),
+                self.through(*axis, *backward, written_out, text, |text| {
+                    self.level(loops, depth + 1, text);
+                    text.line(format!("{} = state;", self.cell(nest.out)));
+                    text.line(format!("state = v{} * state + {value};", keep.position()));
                 });
-                self.level(loops, depth + 1, text);
-                text.line(format!("{} = state;", self.place(nest.out)));
-                text.line(format!("state = v{} * state + {value};", keep.position()));
-                text.close();
             }
             Reduce::Fold(fold, _) => {
                 if depth == outer {
@@ -201,7 +195,7 @@ impl Pass<'_> {
                     text.line(format!("var folded = f32({start});"));
                 }
                 match depth < last {
-                    true => self.through(loops, loops.inner[depth - outer], depth, text),
+                    true => self.through(loops.inner[depth - outer], false, written_out, text, within),
                     false => text.line(match fold {
                         Fold::Sum => format!("folded += {value};"),
                         Fold::Product => format!("folded *= {value};"),
@@ -209,32 +203,74 @@ impl Pass<'_> {
                     }),
                 }
                 if depth == outer {
-                    text.line(format!("{} = folded;", self.place(nest.out)));
+                    text.line(format!("{} = folded;", self.cell(nest.out)));
                 }
             }
         }
     }
 
-    fn through(&self, loops: &Loops, axis: AxisId, depth: usize, text: &mut Text) {
+    /// Runs through an axis, or writes out its turns.
+    fn through(
+        &self,
+        axis: AxisId,
+        backward: bool,
+        written_out: bool,
+        text: &mut Text,
+        within: impl Fn(&mut Text),
+    ) {
         let running = axis.position();
-        text.open(format!("for (var i{running} = 0; i{running} < {}; i{running}++)", self.extent(axis)));
-        self.nest(loops, depth + 1, text);
+        match self.layout.extent(axis) {
+            Term::Known(extent) if written_out => {
+                for turn in 0..extent {
+                    let at = if backward { extent - 1 - turn } else { turn };
+                    text.open("");
+                    text.line(format!("const i{running}: i32 = {at};"));
+                    within(text);
+                    text.close();
+                }
+                return;
+            }
+            extent => {
+                let extent = extent.signed();
+                text.open(match backward {
+                    true => format!("for (var i{running} = {extent} - 1; i{running} >= 0; i{running}--)"),
+                    false => format!("for (var i{running} = 0; i{running} < {extent}; i{running}++)"),
+                });
+            }
+        }
+        within(text);
         text.close();
     }
 
     /// The running cell of a buffer that is made.
-    fn place(&self, out: BufferId) -> String {
+    fn cell(&self, out: BufferId) -> String {
         let axes = &self.kernel.buffers[out].axes;
-        let running = axes.iter().map(|axis| format!("i{}", axis.position()));
-        format!("numbers[{}]", self.offset(out, running))
+        self.element(out, axes.iter().map(|axis| format!("i{}", axis.position())))
     }
 
-    /// An offset into the array of all numbers.
-    fn offset(&self, buffer: BufferId, indices: impl Iterator<Item = String>) -> String {
-        let begin = self.layout.buffer(buffer);
-        let terms = indices
-            .enumerate()
-            .map(|(position, index)| format!(" + u32({index}) * shape[{}]", begin + 1 + position));
-        format!("shape[{begin}]{}", terms.collect::<String>())
+    /// An element of a buffer.
+    fn element(&self, buffer: BufferId, indices: impl Iterator<Item = String>) -> String {
+        let made = &self.kernel.buffers[buffer];
+        match self.layout.place(buffer) {
+            Place::Private(_) => {
+                // Its plate is the invocation's own cell.
+                let own =
+                    made.axes.iter().zip(indices).filter(|(axis, _)| !self.kernel.parallel.contains(axis));
+                let offset = own.fold(String::new(), |offset, (axis, index)| match offset.is_empty() {
+                    true => index,
+                    false => format!("({offset}) * {} + {index}", self.extent(*axis)),
+                });
+                let offset = if offset.is_empty() { "0" } else { &offset };
+                format!("b{}[{offset}]", buffer.position())
+            }
+            Place::Stored { first, strides } => {
+                let terms = indices.zip(strides).map(|(index, stride)| match stride {
+                    Term::Known(1) => format!(" + u32({index})"),
+                    stride => format!(" + u32({index}) * {}", stride.unsigned()),
+                });
+                let array = if made.role == Role::Positions { "positions" } else { "numbers" };
+                format!("{array}[{}{}]", first.unsigned(), terms.collect::<String>())
+            }
+        }
     }
 }

@@ -207,7 +207,7 @@ fn on_a_device(kernels: &[bp_core::kernel::Kernel], inputs: &Inputs<'_, f32>, se
         return;
     };
     for kernel in kernels {
-        let ready = gpu.compile(kernel.clone());
+        let ready = gpu.prepare(kernel.clone());
         let run = ready.load(inputs).expect("it fits");
         let mut tasks: Vec<Task<'_>> = vec![("WGSL", Box::new(|| run.dispatch()))];
         let time = crate::clock::race(seconds, &mut tasks)[0];

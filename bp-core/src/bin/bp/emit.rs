@@ -12,15 +12,24 @@ use bp_core::kernel::Kernel;
 use bp_core::lower::lower;
 use bp_core::model::Model;
 use bp_core::plan::{Options, Route, plan};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
+
+/// The largest size: as many cells as an answer may have.
+const MOST: usize = 1_000_000_000;
 
 /// Writes the code that answers, in Rust or WGSL.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   bp emit wet_grass.bp
-  bp emit cell.bp step --to wgsl --out step.wgsl")]
+  bp emit cell.bp step --to wgsl --out step.wgsl
+  bp emit cell.bp step --to wgsl --size Grid.depth=10 --size Grid.rows=90 \\
+      --size Grid.lanes=360 --size Velocity=7 --size Sensors=1
+
+A shader reads from a buffer what its text does not know. With all sizes known, its
+places are numbers, and what a cell needs on the way stays in registers.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
@@ -29,6 +38,9 @@ pub(crate) struct Arguments {
     /// What to write.
     #[arg(long, value_enum, default_value = "rust")]
     to: Language,
+    /// A size that the shader is written for; the others it reads when it is run.
+    #[arg(long = "size", value_name = "NAME=N", value_parser = size)]
+    sizes: Vec<(String, usize)>,
     /// Write to this file instead of stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -47,6 +59,10 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions = program::questions(&network, arguments.question.as_deref())?;
     let mut model = link(&network.model)?.into_owned();
     let mut page = Vec::new();
+    if arguments.to == Language::Rust && !arguments.sizes.is_empty() {
+        let words = "`--size` is for `--to wgsl`: Rust is written for any sizes";
+        return Err(Failure::Words(words.to_owned()));
+    }
     if arguments.to == Language::Rust {
         model.questions = Default::default();
         questions.into_iter().for_each(|question| {
@@ -59,12 +75,41 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         write!(page, "{}", emit_rust(&model, &source).map_err(told)?)?;
         return output::write(arguments.out.as_deref(), &page, out);
     }
+    let mut written = Vec::new();
     for question in &questions {
-        for kernel in kernels(&model, question)? {
-            write!(page, "{}", emit_wgsl(&kernel).text)?;
-        }
+        written.extend(kernels(&model, question)?);
+    }
+    has_sizes(&written, &arguments.sizes)?;
+    for kernel in written {
+        let size =
+            |name: &str| arguments.sizes.iter().find(|(known, _)| known == name).map(|(_, size)| *size);
+        write!(page, "{}", emit_wgsl(&kernel.with_sizes(size)).text)?;
     }
     output::write(arguments.out.as_deref(), &page, out)
+}
+
+/// Refuses sizes that no kernel has.
+fn has_sizes(kernels: &[Kernel], sizes: &[(String, usize)]) -> Result<(), Failure> {
+    let known: BTreeSet<&str> = kernels.iter().flat_map(Kernel::sizes).collect();
+    match sizes.iter().find(|(name, _)| !known.contains(name.as_str())) {
+        None => Ok(()),
+        Some((name, _)) if known.is_empty() => {
+            Err(Failure::Words(format!("there is no size `{name}`: all are known")))
+        }
+        Some((name, _)) => {
+            let known: Vec<&str> = known.into_iter().collect();
+            let words = format!("there is no size `{name}`; there are `{}`", known.join("`, `"));
+            Err(Failure::Words(words))
+        }
+    }
+}
+
+fn size(text: &str) -> Result<(String, usize), String> {
+    let parts = text.split_once('=').and_then(|(name, size)| Some((name.trim(), size.trim().parse().ok()?)));
+    match parts {
+        Some((name, size)) if !name.is_empty() && (1..=MOST).contains(&size) => Ok((name.to_owned(), size)),
+        _ => Err(format!("expected NAME=N, such as `Velocity=7`, with N from 1 to {MOST}")),
+    }
 }
 
 /// The kernels of a question, as far as kernels answer it.

@@ -22,47 +22,65 @@ impl Pass<'_> {
                 format!("select({}, {}, {} != 0.0)", v(otherwise), v(then), v(condition))
             }
             Node::Load { buffer, indices, otherwise } => {
-                let (inside, cell) = self.read(*buffer, indices);
+                let (inside, element) = self.load(&name, *buffer, indices, text);
                 match (otherwise, inside.is_empty()) {
                     (Some(otherwise), false) => {
                         text.line(format!("var {name} = {};", v(otherwise)));
                         text.open(format!("if {}", inside.join(" && ")));
-                        text.line(format!("{name} = {cell};"));
+                        text.line(format!("{name} = {element};"));
                         text.close();
                         return;
                     }
-                    _ => cell,
+                    _ => element,
                 }
             }
         };
         text.line(format!("let {name}: f32 = {expression};"));
     }
 
-    /// What must hold for an element to be there, and the element.
-    fn read(&self, buffer: BufferId, indices: &[Index]) -> (Vec<String>, String) {
+    /// What must hold for an element to be there, and the element. Places that are computed get names of their own.
+    fn load(
+        &self,
+        name: &str,
+        buffer: BufferId,
+        indices: &[Index],
+        text: &mut Text,
+    ) -> (Vec<String>, String) {
         let mut inside = Vec::new();
         let axes = &self.kernel.buffers[buffer].axes;
-        let places: Vec<String> = (indices.iter().zip(axes))
-            .map(|(index, axis)| {
-                let extent = self.extent(*axis);
-                let at = match index {
-                    Index::Axis(axis) => return format!("i{}", axis.position()),
-                    Index::At(at) => format!("i32(v{})", at.position()),
-                    Index::Turned { axis, by, wraps } => format!(
-                        "turned(i{} + i32(v{}), {extent}, v{})",
-                        axis.position(),
-                        by.position(),
-                        wraps.position()
-                    ),
-                };
-                inside.push(format!("{at} >= 0 && {at} < {extent}"));
-                at
-            })
-            .collect();
-        let offset = self.offset(buffer, places.into_iter());
+        let mut places = Vec::new();
+        for (position, (index, axis)) in indices.iter().zip(axes).enumerate() {
+            let extent = self.extent(*axis);
+            let place = match index {
+                Index::Axis(axis) => {
+                    places.push(format!("i{}", axis.position()));
+                    continue;
+                }
+                Index::At(at) => match (&self.kernel.nodes[*at], self.kernel.axes[*axis].extent.known()) {
+                    (Node::Constant(bits), Some(known))
+                        if (0.0..known as f64).contains(&f64::from_bits(*bits)) =>
+                    {
+                        places.push(format!("{}", f64::from_bits(*bits) as usize));
+                        continue;
+                    }
+                    _ => format!("i32(v{})", at.position()),
+                },
+                Index::Turned { axis, by, wraps } => format!(
+                    "turned(i{} + i32(v{}), {extent}, v{})",
+                    axis.position(),
+                    by.position(),
+                    wraps.position()
+                ),
+            };
+            let at = format!("{name}_{position}");
+            text.line(format!("let {at} = {place};"));
+            inside.push(format!("{at} >= 0 && {at} < {extent}"));
+            places.push(at);
+        }
+        let element = self.element(buffer, places.into_iter());
         match self.kernel.buffers[buffer].role {
-            Role::Positions => (inside, format!("f32(positions[{offset}])")),
-            _ => (inside, format!("numbers[{offset}]")),
+            Role::Positions => (inside, format!("f32({element})")),
+            _ => (inside, element),
         }
     }
 }
