@@ -317,27 +317,6 @@ fn explain_tells_how_the_loops_go_through_memory() {
 }
 
 #[test]
-fn emit_writes_code() {
-    let path = program("cell.bp");
-    let file = path.to_str().unwrap();
-    let shader = well(&["emit", file, "state", "--to", "wgsl"]);
-    assert!(shader.contains("@compute @workgroup_size(64)"), "{shader}");
-    let sized = well(&["emit", file, "state", "--to", "wgsl", "--size", "Velocity=7"]);
-    assert!(
-        shader.contains("how many values `V` has") && !sized.contains("how many values `V` has"),
-        "{sized}"
-    );
-    let told = ill(1, &["emit", file, "state", "--to", "wgsl", "--size", "Speed=7"]);
-    assert!(told.contains("no size `Speed`; there are `") && told.contains("`Velocity`"), "{told}");
-    assert!(ill(1, &["emit", file, "state", "--size", "Velocity=7"]).contains("`--to wgsl`"));
-    assert!(ill(2, &["emit", file, "state", "--to", "wgsl", "--size", "Velocity=0"]).contains("N from 1 to"));
-    let rust = well(&["emit", program("wet_grass.bp").to_str().unwrap(), "rain"]);
-    assert!(rust.contains("pub mod rain {") && rust.contains("pub fn run<T: Scalar>"), "{rust}");
-    let normal = program("vestibular.bp");
-    assert!(ill(1, &["emit", normal.to_str().unwrap(), "--to", "wgsl"]).contains("is not answered by loops"));
-}
-
-#[test]
 fn every_line_of_a_derivation_is_true() {
     let text = well(&["explain", program("cell.bp").to_str().unwrap()]);
     // The plate's index is known like any other variable where a factor distributes it.

@@ -1,0 +1,42 @@
+//! `bp emit`, as a shell sees it.
+//!
+//! In: the built binary, programs of `tests/programs`. Out: Rust and WGSL, exit codes, messages. Invariant: what is written
+//! for known sizes does not read them.
+
+use std::path::Path;
+use std::process::Command;
+
+/// What is written by, or said of, `bp emit` of a program.
+fn emit(code: i32, program: &str, arguments: &[&str]) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/programs").join(program);
+    let command = Command::new(env!("CARGO_BIN_EXE_bp")).arg("emit").arg(path).args(arguments).output();
+    let output = command.unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{program} {arguments:?}: {said}");
+    if code == 0 { String::from_utf8(output.stdout).unwrap() } else { said }
+}
+
+#[test]
+fn rust_and_shaders_are_written() {
+    let shader = emit(0, "cell.bp", &["state", "--to", "wgsl"]);
+    assert!(shader.contains("@compute @workgroup_size(64)"), "{shader}");
+    let rust = emit(0, "wet_grass.bp", &["rain"]);
+    assert!(rust.contains("pub mod rain {") && rust.contains("pub fn run<T: Scalar>"), "{rust}");
+    let told = emit(1, "vestibular.bp", &["--to", "wgsl"]);
+    assert!(told.contains("is not answered by loops"), "{told}");
+}
+
+#[test]
+fn a_shader_for_known_sizes_does_not_read_them() {
+    let read = "how many values `V` has";
+    assert!(emit(0, "cell.bp", &["state", "--to", "wgsl"]).contains(read));
+    assert!(!emit(0, "cell.bp", &["state", "--to", "wgsl", "--size", "Velocity=7"]).contains(read));
+    let told = emit(1, "cell.bp", &["state", "--to", "wgsl", "--size", "Speed=7"]);
+    assert!(told.contains("no size `Speed`; there are `") && told.contains("`Velocity`"), "{told}");
+    let told = emit(1, "cell.bp", &["state", "--size", "Velocity=7"]);
+    assert!(told.contains("`--to wgsl`"), "{told}");
+    for size in ["Velocity=0", "Velocity", "=7", "Velocity=2000000000"] {
+        let told = emit(2, "cell.bp", &["state", "--to", "wgsl", "--size", size]);
+        assert!(told.contains("N from 1 to"), "{size}: {told}");
+    }
+}
