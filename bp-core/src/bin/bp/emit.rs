@@ -28,8 +28,8 @@ Examples:
   bp emit cell.bp step --to wgsl --size Grid.depth=10 --size Grid.rows=90 \\
       --size Grid.lanes=360 --size Velocity=7 --size Sensors=1
 
-A shader reads from a buffer what its text does not know. With all sizes known, its
-places are numbers, and what a cell needs on the way stays in registers.")]
+A shader reads from a buffer what its text does not know. With all sizes known,
+its places are numbers, and what a cell needs on the way stays in registers.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
