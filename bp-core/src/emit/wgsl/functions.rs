@@ -63,7 +63,7 @@ const FUNCTIONS: [(&str, &str); 7] = [
 }",
     ),
     // A constant expression must be finite, so that the bits are read from the buffer.
-    ("infinity", "fn infinity() -> f32 {\n    return bitcast<f32>(shape[0]);\n}"),
+    ("infinity", "// shape[0] holds its bits.\nfn infinity() -> f32 {\n    return bitcast<f32>(shape[0]);\n}"),
 ];
 
 /// The functions that a text needs.
