@@ -146,7 +146,7 @@ impl<'g> GpuKernel<'g> {
     /// As [`GpuKernel::run`].
     pub fn load(&self, inputs: &Inputs<'_, f32>) -> Result<GpuRun<'g>, Error> {
         let bound = inputs.bind(&self.kernel)?;
-        let ready = self.ready(inputs, &bound);
+        let ready = self.ready(inputs, &bound)?;
         let Upload { numbers, positions, outputs } = upload(&ready.shader, &bound);
         let cells = numbers.len() as f64;
         if 4.0 * cells > self.gpu.most as f64 {
@@ -181,16 +181,16 @@ impl<'g> GpuKernel<'g> {
     }
 
     /// The pipelines for these extents.
-    fn ready(&self, inputs: &Inputs<'_, f32>, bound: &Bound<'_, f32>) -> Arc<Pipelines> {
+    fn ready(&self, inputs: &Inputs<'_, f32>, bound: &Bound<'_, f32>) -> Result<Arc<Pipelines>, Error> {
         let extents: Vec<usize> = self.kernel.axes.ids().map(|axis| bound.extent(axis)).collect();
         let mut last = self.ready.lock().expect("internal: no thread fails while it compiles");
         match &*last {
-            Some(ready) if ready.extents == extents => ready.clone(),
+            Some(ready) if ready.extents == extents => Ok(ready.clone()),
             _ => {
                 let size = |name: &str| inputs.find_size(name).or_else(|| self.kernel.size_default(name));
-                let ready = Arc::new(self.gpu.compile(&self.kernel.with_sizes(size), extents));
+                let ready = Arc::new(self.gpu.compile(&self.kernel.with_sizes(size)?, extents));
                 *last = Some(ready.clone());
-                ready
+                Ok(ready)
             }
         }
     }

@@ -35,8 +35,23 @@ fn a_shader_for_known_sizes_does_not_read_them() {
     assert!(told.contains("no size `Speed`; there are `") && told.contains("`Velocity`"), "{told}");
     let told = emit(1, "cell.bp", &["state", "--size", "Velocity=7"]);
     assert!(told.contains("`--to wgsl`"), "{told}");
+    let twice = ["state", "--to", "wgsl", "--size", "Velocity=7", "--size", "Velocity=8"];
+    assert!(emit(1, "cell.bp", &twice).contains("`Velocity` is given twice"));
     for size in ["Velocity=0", "Velocity", "=7", "Velocity=2000000000"] {
         let told = emit(2, "cell.bp", &["state", "--to", "wgsl", "--size", size]);
         assert!(told.contains("N from 1 to"), "{size}: {told}");
     }
+}
+
+#[test]
+fn a_size_that_leaves_no_values_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("few.bp");
+    let text = "program Few { parameters { N : size; } variables { X : 1..=N - 3; } decomposition { P(X) }
+        forms { P(X) = uniform; } question x { P(X) } }";
+    std::fs::write(&path, text).unwrap();
+    let few = path.to_str().unwrap();
+    assert!(emit(0, few, &["--to", "wgsl", "--size", "N=5"]).contains("cell % 2"));
+    let told = emit(1, few, &["--to", "wgsl", "--size", "N=3"]);
+    assert!(told.contains("`X`") && told.contains("it would have 0 values; at least 1 is needed"), "{told}");
 }

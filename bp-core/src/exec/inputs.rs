@@ -119,14 +119,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
                     })?
                 }
             };
-            let extent = size as i64 + axis.extent.offset;
-            if extent < 1 {
-                return Err(Error::input(
-                    &axis.name,
-                    format!("it would have {extent} values; at least 1 is needed"),
-                ));
-            }
-            extents.push(extent as usize);
+            extents.push(axis.count(size)?);
         }
         let mut bound = Bound { kernel, extents, arrays: Arena::default() };
         for (id, buffer) in kernel.buffers.iter() {

@@ -21,6 +21,7 @@ pub(crate) use rewrite::{rewritten, without_copies};
 pub(crate) use shift::share_between_neighbours;
 pub use words::in_words;
 
+use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, ValueId};
 use crate::operators::{Binary, Unary};
 
@@ -57,6 +58,19 @@ pub struct Axis {
     pub name: String,
     /// How many values.
     pub extent: Extent,
+}
+
+impl Axis {
+    /// How many values it has where its size is this one.
+    ///
+    /// # Errors
+    /// It would have none.
+    pub(crate) fn count(&self, size: usize) -> Result<usize, Error> {
+        let extent = size as i64 + self.extent.offset;
+        let none =
+            || Error::input(&self.name, format!("it would have {extent} values; at least 1 is needed"));
+        usize::try_from(extent).ok().filter(|count| *count > 0).ok_or_else(none)
+    }
 }
 
 /// What a buffer is for.
@@ -229,16 +243,17 @@ impl Kernel {
     }
 
     /// The same kernel for given sizes: extents that they settle are known.
-    pub fn with_sizes(&self, size: impl Fn(&str) -> Option<usize>) -> Self {
+    ///
+    /// # Errors
+    /// An axis that would have no values.
+    pub fn with_sizes(&self, size: impl Fn(&str) -> Option<usize>) -> Result<Self, Error> {
         let mut kernel = self.clone();
         for axis in kernel.axes.ids() {
-            let extent = &self.axes[axis].extent;
-            if let Some(size) = extent.size.as_deref().and_then(&size) {
-                let offset = extent.offset + size as i64;
-                kernel.axes[axis].extent = Extent { size: None, offset };
+            if let Some(size) = self.axes[axis].extent.size.as_deref().and_then(&size) {
+                kernel.axes[axis].extent = Extent::constant(self.axes[axis].count(size)?);
             }
         }
-        kernel
+        Ok(kernel)
     }
 
     /// What a size is where the host does not give it.

@@ -83,13 +83,19 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     for kernel in written {
         let size =
             |name: &str| arguments.sizes.iter().find(|(known, _)| known == name).map(|(_, size)| *size);
-        write!(page, "{}", emit_wgsl(&kernel.with_sizes(size)).text)?;
+        write!(page, "{}", emit_wgsl(&kernel.with_sizes(size)?).text)?;
     }
     output::write(arguments.out.as_deref(), &page, out)
 }
 
-/// Refuses sizes that no kernel has.
+/// Refuses sizes that no kernel has, or that are given twice.
 fn has_sizes(kernels: &[Kernel], sizes: &[(String, usize)]) -> Result<(), Failure> {
+    let twice = |(place, (name, _)): &(usize, &(String, usize))| {
+        sizes[..*place].iter().any(|(before, _)| before == name)
+    };
+    if let Some((_, (name, _))) = sizes.iter().enumerate().find(twice) {
+        return Err(Failure::Words(format!("size `{name}` is given twice; give it once")));
+    }
     let known: BTreeSet<&str> = kernels.iter().flat_map(Kernel::sizes).collect();
     match sizes.iter().find(|(name, _)| !known.contains(name.as_str())) {
         None => Ok(()),
