@@ -74,7 +74,7 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
     ("sample", &["syntax", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("tree", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
     ("time", &["syntax", "emit", "learn", "answer", "io"]),
-    ("data", &["model", "syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("data", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("answer", &["syntax", "emit", "learn", "io"]),
     ("learn", &["syntax", "emit"]),
     ("io", &["plan", "kernel", "lower", "emit", "learn"]),

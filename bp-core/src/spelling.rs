@@ -1,4 +1,4 @@
-//! Names as the language writes them: bare where they are words of it, else in quotes.
+//! Names as the language writes them: bare where they are words of it, else in quotes. And numbers in messages.
 //!
 //! In: any name: `Rain`, `Asy/Patch`, `<5`. Out: its spelling: `Rain`, `"Asy/Patch"`, `"<5"`. Invariant: [`unquoted`] of
 //! [`quoted`] is the name, and the spelling is one token of Rust, so that it passes through a macro.
@@ -30,6 +30,19 @@ pub fn quoted(name: &str) -> Cow<'_, str> {
     }
     text.push('"');
     Cow::Owned(text)
+}
+
+/// A number as a person writes it: 0.3 for 0.1 + 0.2, 1e-9, 123456. Fifteen digits, without zeros at the end.
+pub fn number(number: f64) -> String {
+    if number == 0.0 {
+        return "0".to_owned();
+    }
+    let rounded: f64 = format!("{number:.14e}").parse().unwrap_or(number);
+    match rounded.abs() {
+        1e-4..1e15 => rounded.to_string(),
+        _ if rounded.is_finite() => format!("{rounded:e}"),
+        _ => number.to_string(),
+    }
 }
 
 /// The name that a spelling stands for.
@@ -72,6 +85,15 @@ pub fn quoted_length(text: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_written_as_people_write_them() {
+        let numbers = [0.1 + 0.2, 1e-9, -0.0, 123456.0, 1e22, -2.5, 1.0 / 3.0, 1.0 - 1e-16, f64::MAX];
+        let texts =
+            ["0.3", "1e-9", "0", "123456", "1e22", "-2.5", "0.333333333333333", "1", "1.79769313486232e308"];
+        assert_eq!(numbers.map(number), texts);
+        assert_eq!([f64::NAN, f64::NEG_INFINITY].map(number), ["NaN", "-inf"]);
+    }
 
     #[test]
     fn any_name_comes_back() {

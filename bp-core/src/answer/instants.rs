@@ -1,16 +1,17 @@
 //! Observations over time, from a table.
 //!
 //! In: a question over time, and a table with a row for each instant. Out: what was observed at each, by name. Invariant:
-//! an empty cell was not observed; columns of what the question does not know are left out; a wrong cell is told with
-//! its file, row and column.
+//! a missing cell was not observed; columns of what the question does not know are left out.
 
-use crate::data::Table;
+use crate::data::{Table, Values};
 use crate::error::Error;
+use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Domain, Model, Question};
+use crate::model::{Model, Question};
 use std::io::{Error as Wrong, ErrorKind};
 
-/// What was observed at each instant: names of the question's known variables (of a family `Z[2]`), and values.
+/// What was observed at each instant: names of the question's known variables (of a family `Z[2]`), and values. `inputs`
+/// gives the sizes on which domains depend.
 ///
 /// # Errors
 /// No column is known to the question, or a cell is no value of its variable.
@@ -18,6 +19,7 @@ pub fn read_instants(
     model: &Model,
     question: &Question,
     table: &Table,
+    inputs: &Inputs<'_, f64>,
 ) -> Result<Vec<Vec<(String, f64)>>, Error> {
     let wrong = |message: String| Error::file(&table.path, Wrong::new(ErrorKind::InvalidData, message));
     let known: Vec<VariableId> =
@@ -26,8 +28,11 @@ pub fn read_instants(
         let name = column.split('[').next().unwrap_or(column).trim();
         known.iter().copied().find(|variable| model.variable_name(*variable) == name)
     };
-    let columns: Vec<(usize, &String, VariableId)> = (table.columns.iter().enumerate())
-        .filter_map(|(position, column)| Some((position, column, variable_of(column)?)))
+    let columns: Vec<(usize, &String, Values<'_>)> = (table.columns.iter().enumerate())
+        .filter_map(|(position, column)| {
+            let values = Values::new(model, variable_of(column)?, &|name| inputs.find_size(name));
+            Some((position, column, values))
+        })
         .collect();
     if columns.is_empty() && !known.is_empty() {
         let names: Vec<String> =
@@ -40,25 +45,13 @@ pub fn read_instants(
         );
         return Err(wrong(message));
     }
-    let mut instants = Vec::with_capacity(table.rows.len());
-    for (row, cells) in table.rows.iter().enumerate() {
+    let mut instants = Vec::with_capacity(table.len());
+    for row in 0..table.len() {
         let mut instant = Vec::new();
-        for (position, column, variable) in &columns {
-            let Some(text) = &cells[*position] else { continue };
-            let domain = &model.variables[*variable].domain;
-            let value = match domain {
-                Domain::Real | Domain::Vector(_) => {
-                    text.parse().ok().filter(|number: &f64| number.is_finite())
-                }
-                Domain::Boolean if text == "0" || text == "1" => text.parse().ok(),
-                Domain::Set(_) => text.parse::<usize>().ok().map(|element| element as f64),
-                _ => domain.ordinal_of(text).map(|ordinal| ordinal as f64),
-            };
-            let value = value.ok_or_else(|| {
-                let (line, domain) = (table.line(row), model.domain_text(domain));
-                wrong(format!("row {line}: `{text}` is not a value of `{column}`, which is `{domain}`"))
-            })?;
-            instant.push(((*column).clone(), value));
+        for (position, column, values) in &columns {
+            if let Some(value) = table.cell(row, *position, values)? {
+                instant.push(((*column).clone(), value.input()));
+            }
         }
         instants.push(instant);
     }

@@ -3,7 +3,7 @@
 //! In: numbers, or values by their names. Out: a [`Case`]. Invariant: every number in it is one that its variable's domain
 //! has; what is not said is missing.
 
-use crate::data::MISSING;
+use crate::data::Values;
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::{Domain, Model};
@@ -28,15 +28,15 @@ impl Case {
         self
     }
 
-    /// With the value of this name; an empty name, `NA` and `?` are missing.
+    /// With the value that is written so, as in a table: an empty text, `NA` and `?` are missing.
     ///
     /// # Errors
     /// The model has no such variable, or the variable no such value.
     pub fn with_value(self, model: &Model, variable: &str, value: &str) -> Result<Self, Error> {
         let id = model.variable(variable);
         let id = id.ok_or_else(|| Error::input(variable, "the program has no variable of this name"))?;
-        match read(model, id, value) {
-            Ok(Some(number)) => Ok(self.with(id, number)),
+        match Values::new(model, id, &|_| None).read(value) {
+            Ok(Some(value)) => Ok(self.with(id, value.number)),
             Ok(None) => Ok(self),
             Err(expected) => Err(Error::input(variable, format!("`{value}` is {expected}"))),
         }
@@ -59,26 +59,6 @@ impl Case {
 
     pub(super) fn from_key(key: &[Option<u64>]) -> Self {
         Self { numbers: key.iter().map(|bits| bits.map(f64::from_bits)).collect() }
-    }
-}
-
-/// The number of a value by its name; `None` where it is missing, what was expected where there is no such value.
-pub(super) fn read(model: &Model, variable: VariableId, text: &str) -> Result<Option<f64>, String> {
-    let domain = &model.variables[variable].domain;
-    let text = text.trim();
-    let is_label =
-        matches!(domain, Domain::Finite { labels, .. } if labels.iter().any(|label| label == text));
-    if text.is_empty() || (MISSING.contains(&text) && !is_label) {
-        return Ok(None);
-    }
-    let number = match domain {
-        Domain::Boolean if text == "0" || text == "1" => text.parse().ok(),
-        Domain::Bins(_) | Domain::Real => text.parse().ok().filter(|number: &f64| number.is_finite()),
-        _ => domain.ordinal_of(text).map(|ordinal| domain.number(ordinal)),
-    };
-    match number.filter(|number| is_value(domain, *number)) {
-        Some(number) => Ok(Some(number)),
-        None => Err(no_value(model, variable)),
     }
 }
 

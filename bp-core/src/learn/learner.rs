@@ -3,14 +3,14 @@
 //! In: a model, then cases. Out: a [`Learned`] model and a [`Report`](super::Report), whenever they are wanted. Invariant:
 //! what is learned depends on the cases and how often each came, not on their order: a stream and a batch are the same.
 
-use super::case::{Case, no_value, read};
+use super::case::Case;
 use super::distribution::{Cell, Learnable, Seen, cells_of};
 use super::estimate::estimate;
 use super::hidden::{Incomplete, maximise};
 use super::report::report;
 use super::statistics::Statistic;
 use super::{Learned, Settings};
-use crate::data::Table;
+use crate::data::{Table, Values};
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::Model;
@@ -73,9 +73,11 @@ impl Learner {
     /// A cell is no value of its variable: the error names file, row, column and value. No column names a variable.
     pub fn observe_table(&mut self, table: &Table) -> Result<(), Error> {
         let model = self.learnable.model.clone();
-        let variables: Vec<Option<VariableId>> =
-            table.columns.iter().map(|column| model.variable(column.trim())).collect();
-        if variables.iter().all(Option::is_none) {
+        let columns: Vec<(usize, VariableId, Values<'_>)> = (table.columns.iter().enumerate())
+            .filter_map(|(position, column)| Some((position, model.variable(column)?)))
+            .map(|(position, variable)| (position, variable, Values::new(&model, variable, &|_| None)))
+            .collect();
+        if columns.is_empty() {
             let message = format!(
                 "no column names a variable of `{}`; the columns are {}",
                 model.name,
@@ -83,22 +85,11 @@ impl Learner {
             );
             return Err(Error::input(table.path.display().to_string(), message));
         }
-        for (row, cells) in table.rows.iter().enumerate() {
+        for row in 0..table.len() {
             let mut case = Case::new(&model);
-            for ((cell, variable), column) in cells.iter().zip(&variables).zip(&table.columns) {
-                let (Some(text), Some(variable)) = (cell, variable) else { continue };
-                match read(&model, *variable, text) {
-                    Ok(Some(number)) => case = case.with(*variable, number),
-                    Ok(None) => {}
-                    Err(_) => {
-                        return Err(Error::Cell {
-                            path: table.path.clone(),
-                            row: table.line(row),
-                            column: column.clone(),
-                            value: text.clone(),
-                            message: no_value(&model, *variable),
-                        });
-                    }
+            for (position, variable, values) in &columns {
+                if let Some(value) = table.cell(row, *position, values)? {
+                    case = case.with(*variable, value.number);
                 }
             }
             self.observe(&case)?;

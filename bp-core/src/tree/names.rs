@@ -5,6 +5,7 @@
 
 use super::evidence::Evidence;
 use super::network::Network;
+use crate::data::Values;
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -81,19 +82,20 @@ impl Named {
         })
     }
 
-    /// The number of a variable's value.
+    /// The values of a variable, as they are written.
+    pub fn values(&self, variable: usize) -> Values<'_> {
+        Values::new(&self.model, self.names[variable].1, &|_| None)
+    }
+
+    /// The number of a variable's value; `None` where the text says that it was not observed, as `NA` does.
     ///
     /// # Errors
-    /// The variable has none of this name.
-    pub fn value_of(&self, variable: usize, value: &str) -> Result<usize, Error> {
-        let domain = &self.model.variables[self.names[variable].1].domain;
-        domain.ordinal_of(value).ok_or_else(|| {
-            let text = self.model.domain_text(domain);
-            Error::input(
-                self.variable(variable),
-                format!("`{value}` is not one of its values, which are `{text}`"),
-            )
-        })
+    /// The variable has none that is written so.
+    pub fn value_of(&self, variable: usize, value: &str) -> Result<Option<usize>, Error> {
+        match self.values(variable).read(value) {
+            Ok(read) => Ok(read.and_then(|value| value.ordinal)),
+            Err(expected) => Err(Error::input(self.variable(variable), format!("`{value}` is {expected}"))),
+        }
     }
 
     /// Evidence by names: values, and likelihoods.
@@ -108,7 +110,9 @@ impl Named {
         let mut evidence = Evidence { hard: self.known.clone(), ..Evidence::default() };
         for (name, value) in values {
             let variable = self.number_of(name)?;
-            evidence.hard.push((variable, self.value_of(variable, value)?));
+            if let Some(value) = self.value_of(variable, value)? {
+                evidence.hard.push((variable, value));
+            }
         }
         for (name, weights) in likelihoods {
             let variable = self.number_of(name)?;

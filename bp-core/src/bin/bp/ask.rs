@@ -3,11 +3,11 @@
 //! In: a program, a question, settings. Out: a table with bars, or JSON. Invariant: all answers are known before the
 //! first is written.
 
+use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::settings::{Meaning, Settings};
 use crate::{cases, program, table};
 use bp_core::answer::{Answer, CompiledQuestion, Table, ask_over_time, compile, read_instants};
-use bp_core::data::read_table;
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::Role;
@@ -43,8 +43,9 @@ displacements on it takes `--set V=0,1` or `--set V=0:0:0,1:0:-1`.
 variables fastest; contexts in the order of the known variables, the last one
 fastest. An impossible context is all zeros.
 
---data reads a table with commas. Its first row names the columns; a row gives the
-variables that the question leaves open. An empty cell, `NA` and `?` are not known.")]
+--data reads a table, with commas, semicolons or tabs. Its first row names the
+columns; a row gives the variables that the question leaves open. An empty cell,
+`NA`, `NaN` and `?` are not known.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
@@ -65,6 +66,8 @@ pub(crate) struct Arguments {
     /// Ask for each row of a table of cases (CSV); of a question over time the rows are instants.
     #[arg(long, value_name = "FILE", conflicts_with = "table")]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    separator: Separator,
     /// Write the whole conditional table, as numbers alone.
     #[arg(long, requires = "question", conflicts_with = "all")]
     table: bool,
@@ -109,11 +112,10 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Sampling { particles: arguments.particles, seed: arguments.seed, method: arguments.method };
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.reduction.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
-        let file = std::fs::File::open(path).map_err(|error| Error::file(path, error))?;
-        let table = read_table(path, file)?;
+        let table = data::open(path, &arguments.separator)?;
         let mut answers: Vec<Answer> = Vec::new();
         for question in &questions {
-            let instants = read_instants(&model, question, &table)?;
+            let instants = read_instants(&model, question, &table, &settings.inputs())?;
             answers.extend(ask_over_time(&model, question, &instants, &settings.inputs(), sampling)?);
         }
         return match arguments.json {
@@ -122,7 +124,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         };
     }
     if let Some(path) = &arguments.data {
-        let cases = cases::answers(&model, &questions, path, &settings, sampling)?;
+        let table = data::open(path, &arguments.separator)?;
+        let cases = cases::answers(&model, &questions, &table, &settings, sampling)?;
         return write_cases(&cases, arguments, out);
     }
     let inputs = settings.inputs();

@@ -7,15 +7,13 @@
 use crate::failure::Failure;
 use crate::settings::Settings;
 use bp_core::answer::{Answer, CompiledQuestion, compile};
-use bp_core::data::{MISSING, Table, read_table};
+use bp_core::data::{Table, Values};
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::ids::VariableId;
 use bp_core::model::{Evidence, Known, Model, Question, Reduction, Value};
 use bp_core::sample::Sampling;
 use std::collections::{BTreeSet, HashMap};
-use std::fs::File;
-use std::path::Path;
 
 /// The variables whose values a question leaves open.
 pub(crate) fn open(question: &Question) -> BTreeSet<VariableId> {
@@ -120,40 +118,25 @@ fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&V
 pub(crate) fn answers(
     model: &Model,
     questions: &[Question],
-    path: &Path,
+    table: &Table,
     settings: &Settings,
     sampling: Sampling,
 ) -> Result<Vec<(usize, Vec<Answer>)>, Failure> {
-    let file = File::open(path).map_err(|error| Error::file(path, error))?;
-    let table = read_table(path, file)?;
-    let columns = columns(model, questions, &table, settings)?;
+    let columns = columns(model, questions, table, settings)?;
     let mut compiled: HashMap<BTreeSet<VariableId>, Vec<CompiledQuestion<'_>>> = HashMap::new();
-    let mut answers = Vec::with_capacity(table.rows.len());
-    for (row, cells) in table.rows.iter().enumerate() {
+    let mut answers = Vec::with_capacity(table.len());
+    for row in 0..table.len() {
         let mut inputs = settings.inputs();
         let mut missing = BTreeSet::new();
-        for (id, column) in &columns {
-            let Some(text) = cells[*column].as_deref().filter(|text| !MISSING.contains(text)) else {
-                missing.insert(*id);
-                continue;
-            };
-            let name = model.variable_name(*id);
-            let value = settings.value(model, *id, &name, text).map_err(|_| Error::Cell {
-                path: table.path.clone(),
-                row: table.line(row),
-                column: table.columns[*column].clone(),
-                value: text.to_owned(),
-                message: format!(
-                    "not a value of `{name}`, which is `{}`",
-                    model.domain_text(&model.variables[*id].domain)
-                ),
-            })?;
-            inputs = inputs.number(&name, value);
+        for (id, column, values) in &columns {
+            match table.cell(row, *column, values)? {
+                Some(value) => inputs = inputs.number(&model.variable_name(*id), value.input()),
+                None => drop(missing.insert(*id)),
+            }
         }
-        let in_row =
-            |error| Error::Row { path: table.path.clone(), row: table.line(row), error: Box::new(error) };
+        let in_row = |error| table.wrong_row(row, error);
         if !compiled.contains_key(&missing) {
-            let given: BTreeSet<VariableId> = columns.iter().map(|(id, _)| *id).collect();
+            let given: BTreeSet<VariableId> = columns.iter().map(|(id, ..)| *id).collect();
             let ready =
                 questions.iter().map(|question| compile(model, &filled(model, question, &given, &missing)));
             compiled.insert(missing.clone(), ready.collect::<Result<_, _>>().map_err(in_row)?);
@@ -170,28 +153,19 @@ pub(crate) fn answers(
 }
 
 /// The column of each open variable; one that is set needs none.
-fn columns(
-    model: &Model,
+fn columns<'m>(
+    model: &'m Model,
     questions: &[Question],
     table: &Table,
     settings: &Settings,
-) -> Result<Vec<(VariableId, usize)>, Failure> {
+) -> Result<Vec<(VariableId, usize, Values<'m>)>, Failure> {
     let open: BTreeSet<VariableId> = questions.iter().flat_map(open).collect();
     let mut columns = Vec::new();
     for id in open {
         let name = model.variable_name(id);
-        match table.columns.iter().position(|column| *column == name) {
-            Some(column) => columns.push((id, column)),
-            None if settings.has(&name) => {}
-            None => {
-                let known: Vec<_> = table.columns.iter().map(|column| format!("`{column}`")).collect();
-                let message = format!(
-                    "no column has its name, and it is not set; the columns of `{}` are {}",
-                    table.path.display(),
-                    known.join(", ")
-                );
-                return Err(Error::input(name, message).into());
-            }
+        if table.column(&name).is_some() || !settings.has(&name) {
+            let values = Values::new(model, id, &|size| settings.size(size));
+            columns.push((id, table.needed(&name)?, values));
         }
     }
     Ok(columns)

@@ -3,18 +3,17 @@
 //! In: a program with `unknown` forms or an `identification`, a table of cases. Out: the program with what was learned, and
 //! a report. Invariant: the file is written whole or not at all, and only when it has been read back and checked.
 
+use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
 use crate::format::write_whole;
 use crate::numbers::six_digits;
 use crate::program;
 use crate::wrap::{WIDTH, filled, wrapped};
-use bp_core::data::read_table;
 use bp_core::error::Error;
 use bp_core::learn::{Learned, Learner, Report, Settings};
 use bp_core::source::Source;
 use bp_core::syntax::{compile, graft, parse};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
@@ -27,14 +26,16 @@ Examples:
   bp learn asia.bp --data records.csv --json
 
 The first row of the data names the columns; those that name no variable are left
-out. An empty cell, `NA` and `?` are missing. A variable without a column is hidden:
+out. An empty cell, `NA`, `NaN` and `?` are missing. A variable without a column is hidden:
 its distribution is learned by expectation-maximisation.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
-    /// A table of cases, with commas between its columns.
+    /// A table of cases (CSV).
     #[arg(long, value_name = "FILE")]
     data: PathBuf,
+    #[command(flatten)]
+    separator: Separator,
     /// Where the learned program is written; without it, only the report is.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -63,9 +64,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Err(wrong) => return Err(Failure::Wrong(wrong, source)),
     };
     let mut learner = Learner::new(&model)?;
-    let path = &arguments.data;
-    let file = File::open(path).map_err(|error| Error::file(path, error))?;
-    learner.observe_table(&read_table(path, file)?)?;
+    learner.observe_table(&data::open(&arguments.data, &arguments.separator)?)?;
     let settings =
         Settings { seed: arguments.seed, iterations: arguments.iterations, threshold: arguments.threshold };
     let bar = progress(settings.iterations);

@@ -10,6 +10,7 @@ mod check;
 mod completions;
 mod convert;
 mod cost;
+mod data;
 mod draw;
 mod emit;
 mod explain;

@@ -4,10 +4,11 @@
 //! question knows, every value is one that its domain has; both are checked here, where the words are still known.
 
 use crate::failure::Failure;
+use bp_core::data::Values;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::ids::{ParameterId, SetId, VariableId};
-use bp_core::model::{Domain, Model, ParameterKind, SetKind};
+use bp_core::model::{Model, ParameterKind, SetKind};
 use bp_core::space::{Edge, Moves, Space};
 use std::collections::BTreeMap;
 
@@ -122,48 +123,17 @@ impl Settings {
     }
 
     /// A value of a variable by its name: the ordinal that a kernel reads, or a real.
-    pub(crate) fn value(
-        &self,
-        model: &Model,
-        variable: VariableId,
-        name: &str,
-        text: &str,
-    ) -> Result<f64, Error> {
-        let domain = &model.variables[variable].domain;
-        if !domain.is_finite() {
-            return number(name, text);
+    fn value(&self, model: &Model, variable: VariableId, name: &str, text: &str) -> Result<f64, Error> {
+        match Values::new(model, variable, &|size| self.size(size)).read(text) {
+            Ok(Some(value)) => Ok(value.input()),
+            Ok(None) => Err(Error::input(name, format!("`{text}` is no value: leave out what is not known"))),
+            Err(expected) => Err(Error::input(name, format!("`{text}` is {expected}"))),
         }
-        let found = match domain {
-            Domain::Set(set) => {
-                let count = self.sizes.get(&model.sets[*set].name);
-                text.parse().ok().filter(|element| count.is_none_or(|count| element < count))
-            }
-            _ => domain.ordinal_of(text).filter(|ordinal| self.within(model, domain, *ordinal)),
-        };
-        found.map(|ordinal| ordinal as f64).ok_or_else(|| {
-            let known = self.size_of(model, domain);
-            let (variable, domain) = (model.variable_name(variable), model.domain_text(domain));
-            Error::input(name, format!("`{text}` is not a value of `{variable}`, which is `{domain}`{known}"))
-        })
     }
 
-    /// Whether an ordinal lies within a domain whose size was set; one that was not is missed later.
-    fn within(&self, model: &Model, domain: &Domain, ordinal: usize) -> bool {
-        let Domain::Finite { labels, range: Some(range) } = domain else { return true };
-        let size = range.high.size.map(|id| self.sizes.get(&model.parameters[id].name));
-        let Some(Some(size)) = size else { return true };
-        (ordinal as i64) < labels.len() as i64 + *size as i64 + range.high.offset - range.low + 1
-    }
-
-    /// The size on which a domain depends, as a remark.
-    fn size_of(&self, model: &Model, domain: &Domain) -> String {
-        let name = match domain {
-            Domain::Set(set) => Some(&model.sets[*set].name),
-            Domain::Finite { range: Some(range), .. } => range.high.size.map(|id| &model.parameters[id].name),
-            _ => None,
-        };
-        let known = name.and_then(|name| Some((name, self.sizes.get(name)?)));
-        known.map_or_else(String::new, |(name, size)| format!(", with `{name}` = {size}"))
+    /// A size that was set, or has a default.
+    pub(crate) fn size(&self, name: &str) -> Option<usize> {
+        self.sizes.get(name).copied()
     }
 
     /// What the inputs of a kernel are.

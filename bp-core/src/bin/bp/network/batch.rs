@@ -4,9 +4,10 @@
 //! the file is whole or not there; a case that cannot be has its row too, with nothing but the reason in it.
 
 use super::network;
+use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::output;
-use bp_core::data::{Table, read_table};
+use bp_core::data::{Table, Values};
 use bp_core::error::Error;
 use bp_core::tree::{Evidence, Named, answer_cases};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -20,8 +21,8 @@ Examples:
   bp batch asia.bif --cases cases.csv --out posteriors.csv
   bp batch asia.bif --cases cases.csv --only lung,tub
 
-The first row of the cases names the observed variables; an empty cell is not
-observed. Columns that name no variable are refused.")]
+The first row of the cases names the observed variables; an empty cell, `NA`, `NaN`
+and `?` are not observed. Columns that name no variable are refused.")]
 pub(crate) struct Arguments {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
     #[arg(value_name = "NETWORK")]
@@ -29,6 +30,8 @@ pub(crate) struct Arguments {
     /// The cases (CSV).
     #[arg(long, value_name = "FILE")]
     cases: PathBuf,
+    #[command(flatten)]
+    separator: Separator,
     /// Where the answers go; without it, to stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -39,8 +42,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let named = network(&arguments.file)?;
-    let file = std::fs::File::open(&arguments.cases).map_err(|error| Error::file(&arguments.cases, error))?;
-    let table = read_table(&arguments.cases, file)?;
+    let table = data::open(&arguments.cases, &arguments.separator)?;
     let cases = cases(&named, &table)?;
     let wanted: Vec<usize> = match arguments.only.is_empty() {
         true => named.shown(),
@@ -92,25 +94,17 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
 
 /// The evidence of each row.
 fn cases(named: &Named, table: &Table) -> Result<Vec<Evidence>, Error> {
-    let columns: Vec<usize> =
-        table.columns.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?;
+    let columns: Vec<(usize, Values<'_>)> = (table.columns.iter())
+        .map(|name| named.number_of(name).map(|variable| (variable, named.values(variable))))
+        .collect::<Result<_, _>>()?;
     let always = named.evidence([], [])?;
-    (table.rows.iter().enumerate())
-        .map(|(row, cells)| {
+    (0..table.len())
+        .map(|row| {
             let mut evidence = always.clone();
-            for ((variable, cell), column) in columns.iter().zip(cells).zip(&table.columns) {
-                let Some(cell) = cell else { continue };
-                let value = named.value_of(*variable, cell).map_err(|error| Error::Cell {
-                    path: table.path.clone(),
-                    row: table.line(row),
-                    column: column.clone(),
-                    value: cell.clone(),
-                    message: match error {
-                        Error::Input { message, .. } => message,
-                        other => other.to_string(),
-                    },
-                })?;
-                evidence.hard.push((*variable, value));
+            for (column, (variable, values)) in columns.iter().enumerate() {
+                if let Some(value) = table.cell(row, column, values)?.and_then(|value| value.ordinal) {
+                    evidence.hard.push((*variable, value));
+                }
             }
             Ok(evidence)
         })

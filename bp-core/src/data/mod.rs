@@ -1,0 +1,148 @@
+//! Tables of data: the one reader that every command uses.
+//!
+//! In: a file of rows, separated by commas, semicolons or tabs. Out: a [`Table`], and each of its cells as a value of a
+//! variable. Invariant: every row has a cell for each column; an error names file, row, column and what stands there.
+//!
+//! `docs/formats.md`, section "Data files", says what is read.
+
+mod read;
+#[cfg(test)]
+mod tests;
+mod values;
+
+pub use read::{MOST_BYTES, bounded, open, read_table};
+pub use values::{MISSING, Value, Values, is_missing};
+
+use crate::error::Error;
+use crate::guess::{listed, nearest};
+use std::io::{Error as Wrong, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// A table of cells.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Table {
+    /// Where it comes from.
+    pub path: PathBuf,
+    /// The names of the columns, each once.
+    pub columns: Vec<String>,
+    /// What the reader decided and a user should know: another separator, a column left out.
+    pub notes: Vec<String>,
+    /// The cells as they stand in the file, one behind the other.
+    cells: String,
+    /// Where each cell ends.
+    ends: Vec<u32>,
+    /// How many cells a row of the file has.
+    width: usize,
+    /// Which of them each column is.
+    positions: Vec<usize>,
+    /// The line of the file in which each row begins, from 1.
+    lines: Vec<u32>,
+    /// Where decimal commas are written: a number with one, as an example.
+    decimal_comma: Option<String>,
+}
+
+impl Table {
+    /// How many rows there are, without the names of the columns.
+    pub fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Whether there are only names of columns.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    /// The line of the file in which a row begins: messages call it the row. The names of the columns are in row 1.
+    pub fn line(&self, row: usize) -> usize {
+        self.lines[row] as usize
+    }
+
+    /// What stands in a cell, as it is written.
+    pub fn text(&self, row: usize, column: usize) -> &str {
+        self.cell_text(row * self.width + self.positions[column])
+    }
+
+    fn cell_text(&self, cell: usize) -> &str {
+        let begin = cell.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.cells[begin as usize..self.ends[cell] as usize]
+    }
+
+    /// What a cell says; `None` where it is missing.
+    ///
+    /// # Errors
+    /// What stands there is not a value of the variable.
+    pub fn cell(&self, row: usize, column: usize, values: &Values<'_>) -> Result<Option<Value>, Error> {
+        let text = self.text(row, column);
+        values
+            .read_written(text, self.decimal_comma.as_deref())
+            .map_err(|message| self.wrong(row, column, message))
+    }
+
+    /// An error about a cell: "`data.csv`, row 3, column `X`: `7` is …".
+    pub fn wrong(&self, row: usize, column: usize, message: impl Into<String>) -> Error {
+        Error::Cell {
+            path: self.path.clone(),
+            row: self.line(row),
+            column: self.columns[column].clone(),
+            value: shown(self.text(row, column)),
+            message: message.into(),
+        }
+    }
+
+    /// An error about a row.
+    pub fn wrong_row(&self, row: usize, error: Error) -> Error {
+        Error::Row { path: self.path.clone(), row: self.line(row), error: Box::new(error) }
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+
+    /// The column of this name, which there must be.
+    ///
+    /// # Errors
+    /// There is none; the error guesses which one was meant.
+    pub fn needed(&self, name: &str) -> Result<usize, Error> {
+        self.column(name).ok_or_else(|| {
+            let columns = self.columns.iter().map(String::as_str);
+            let help = match nearest(name, columns.clone()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("the columns are {}", listed(columns, "and")),
+            };
+            wrong(&self.path, format!("there is no column `{}`; {help}", shown(name)))
+        })
+    }
+
+    /// An error about a column whose name none of these names is.
+    pub fn unknown<'n>(&self, column: usize, names: impl IntoIterator<Item = &'n str> + Clone) -> Error {
+        let help = match nearest(&self.columns[column], names.clone()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("the variables are {}", listed(names, "and")),
+        };
+        let name = shown(&self.columns[column]);
+        wrong(&self.path, format!("column `{name}` names no variable; {help}"))
+    }
+}
+
+/// An error about a whole file.
+fn wrong(path: &Path, message: String) -> Error {
+    Error::file(path, Wrong::new(ErrorKind::InvalidData, message))
+}
+
+/// What stands in a cell, for a message: on one line, and not too long.
+fn shown(text: &str) -> String {
+    const MOST: usize = 60;
+    let mut shown: String = text.chars().take(MOST).flat_map(printable).collect();
+    if text.chars().nth(MOST).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+fn printable(letter: char) -> Vec<char> {
+    match letter.is_control() {
+        true => letter.escape_default().collect(),
+        false => vec![letter],
+    }
+}

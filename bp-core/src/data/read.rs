@@ -1,0 +1,279 @@
+//! A file as a table of cells.
+//!
+//! In: bytes. Out: a [`Table`]. Invariant: what is not a table as RFC 4180 has it is refused with its row: text that is
+//! not UTF-8, a quotation mark that is never closed, a row too short or too long, a name of a column twice.
+
+use super::values::{is_missing, with_point};
+use super::{Table, shown, wrong};
+use crate::error::Error;
+use csv::{ReaderBuilder, StringRecord};
+use std::fs::File;
+use std::io::{Error as Wrong, ErrorKind, Read};
+use std::path::Path;
+
+/// The most bytes of a file that are read: what is longer, or never ends, is refused.
+pub const MOST_BYTES: u64 = 1 << 28;
+
+/// What separates columns where nothing is said, the likeliest first.
+const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
+
+/// Rows that are looked at to tell what separates columns.
+const LOOKED_AT: usize = 50;
+
+/// Stands behind the text while it is read, to tell whether the last quotation mark was closed.
+const END: &str = "\u{1}";
+
+/// Reads a table from a file. `separator` is what separates its columns, where that is said.
+///
+/// # Errors
+/// See [`read_table`].
+pub fn open(path: &Path, separator: Option<u8>) -> Result<Table, Error> {
+    let file = File::open(path).map_err(|error| Error::file(path, error))?;
+    read(path, file, separator)
+}
+
+/// Reads a table whose columns are separated by commas, semicolons or tabs: whichever divides the first row best.
+///
+/// # Errors
+/// The file cannot be read, is too long, is not UTF-8, names no column or one twice, has a row that is too short or too
+/// long, or a quotation mark that is not closed.
+pub fn read_table(path: &Path, from: impl Read) -> Result<Table, Error> {
+    read(path, from, None)
+}
+
+impl Table {
+    fn push<'c>(&mut self, line: usize, cells: impl IntoIterator<Item = &'c str>) {
+        for cell in cells {
+            self.cells.push_str(cell);
+            self.ends.push(self.cells.len() as u32);
+        }
+        self.lines.push(line as u32);
+    }
+}
+
+/// All bytes of an input, if there are no more than [`MOST_BYTES`].
+///
+/// # Errors
+/// There are more, or they cannot be read.
+pub fn bounded(from: impl Read) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > MOST_BYTES {
+        false => Ok(bytes),
+        true => {
+            let most = MOST_BYTES >> 20;
+            let message = format!("more than {most} MiB: too long to be read, or without an end");
+            Err(Wrong::new(ErrorKind::FileTooLarge, message))
+        }
+    }
+}
+
+fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Result<Table, Error> {
+    let bytes = bounded(from).map_err(|error| Error::file(path, error))?;
+    let mut text = text(bytes).map_err(|message| wrong(path, message))?;
+    let length = text.len();
+    if !text.ends_with(['\n', '\r']) {
+        text.push('\n');
+    }
+    text.push_str(END);
+    let found = separator.unwrap_or_else(|| separator_of(&text));
+    let mut rows = Rows::new(&text, found);
+    if rows.next(path)?.is_none_or(|row| row.begin >= length) {
+        return Err(wrong(path, "row 1 must name the columns, but the file is empty".to_owned()));
+    }
+    let names = rows.record.clone();
+    let width = names.len();
+    let mut table = Table { path: path.to_owned(), width, ..Table::default() };
+    while let Some(row) = rows.next(path)? {
+        // A row without anything is an instant where there is one column, and no row where there are several.
+        let blank_rows = if width == 1 { row.blanks } else { 0 };
+        for blank in 0..blank_rows {
+            table.push(row.line - row.blanks + blank, [""]);
+        }
+        if row.begin >= length {
+            break;
+        }
+        let record = &rows.record;
+        if width > 1 && record.len() == 1 && record[0].trim().is_empty() {
+            continue;
+        }
+        if record.len() != width {
+            return Err(wrong(path, ragged(&row, record.len(), width)));
+        }
+        table.push(row.line, record);
+    }
+    name_columns(&mut table, &names)?;
+    find_decimal_commas(&mut table, found);
+    if let (None, b';' | b'\t') = (separator, found) {
+        let what = if found == b';' { "semicolons" } else { "tabs" };
+        table.notes.insert(0, format!("its columns are separated by {what}"));
+    }
+    Ok(table)
+}
+
+/// The text that bytes are, without a byte order mark.
+fn text(bytes: Vec<u8>) -> Result<String, String> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err("UTF-16 text; save it as UTF-8".to_owned());
+    }
+    if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
+        let row = row_of(&bytes[..at]);
+        return Err(format!("row {row} holds a zero byte: this is no text, or not UTF-8"));
+    }
+    let mut text = String::from_utf8(bytes).map_err(|error| {
+        let row = row_of(&error.as_bytes()[..error.utf8_error().valid_up_to()]);
+        format!("row {row} is not UTF-8 text; save the file as UTF-8")
+    })?;
+    if text.starts_with('\u{feff}') {
+        text.drain(..'\u{feff}'.len_utf8());
+    }
+    Ok(text)
+}
+
+fn row_of(before: &[u8]) -> usize {
+    before.iter().filter(|byte| **byte == b'\n').count() + 1
+}
+
+/// What separates the columns: what divides the first row into most, and then what divides the next rows alike.
+fn separator_of(text: &str) -> u8 {
+    let score = |separator: u8| {
+        let mut rows = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(separator)
+            .from_reader(text.as_bytes());
+        let mut widths = rows.byte_records().take(LOOKED_AT).map_while(Result::ok).map(|row| row.len());
+        let width = widths.next().unwrap_or(0);
+        (width, widths.filter(|found| *found == width).count())
+    };
+    // The first of the best.
+    SEPARATORS.into_iter().rev().max_by_key(|separator| score(*separator)).unwrap_or(b',')
+}
+
+/// Where a row stands.
+struct Row {
+    /// Its first byte.
+    begin: usize,
+    /// Its first line, from 1.
+    line: usize,
+    /// The lines in which it stands.
+    lines: usize,
+    /// The empty lines before it.
+    blanks: usize,
+}
+
+/// The rows of a text, with their places; the last one is [`END`].
+struct Rows<'t> {
+    text: &'t str,
+    reader: csv::Reader<&'t [u8]>,
+    /// The cells of the row that was read last.
+    record: StringRecord,
+    line: usize,
+}
+
+impl<'t> Rows<'t> {
+    fn new(text: &'t str, separator: u8) -> Self {
+        let mut builder = ReaderBuilder::new();
+        builder.has_headers(false).flexible(true).delimiter(separator);
+        Self { text, reader: builder.from_reader(text.as_bytes()), record: StringRecord::new(), line: 1 }
+    }
+
+    fn next(&mut self, path: &Path) -> Result<Option<Row>, Error> {
+        let mut begin = self.reader.position().byte() as usize;
+        let read = self.reader.read_record(&mut self.record);
+        if !read.map_err(|error| Error::file(path, error.into()))? {
+            return Ok(None);
+        }
+        let end = self.reader.position().byte() as usize;
+        let text = self.text.as_bytes();
+        // The reader stops between `\r` and `\n`.
+        if begin > 0 && text[begin - 1] == b'\r' && text[begin] == b'\n' {
+            begin += 1;
+        }
+        let first = (begin..end).find(|at| !matches!(text[*at], b'\r' | b'\n')).unwrap_or(end);
+        let blanks = line_ends(&text[begin..first]);
+        let line = self.line + blanks;
+        let lines = line_ends(&text[first..end]);
+        self.line = line + lines;
+        if end == text.len() && first + END.len() < end {
+            return Err(wrong(path, format!("row {line} opens a quotation mark that is never closed")));
+        }
+        Ok(Some(Row { begin: first, line, lines, blanks }))
+    }
+}
+
+/// How many lines end in a text: at `\n`, `\r\n` or `\r`.
+fn line_ends(text: &[u8]) -> usize {
+    let ends = |(at, byte): (usize, &u8)| match byte {
+        b'\n' => true,
+        b'\r' => text.get(at + 1) != Some(&b'\n'),
+        _ => false,
+    };
+    text.iter().enumerate().filter(|pair| ends(*pair)).count()
+}
+
+fn ragged(row: &Row, found: usize, width: usize) -> String {
+    let cells = |count: usize| format!("{count} cell{}", if count == 1 { "" } else { "s" });
+    let columns = if width == 1 { "is 1 column".to_owned() } else { format!("are {width} columns") };
+    let mut message = format!("row {} has {}, but there {columns}", row.line, cells(found));
+    if row.lines > 1 {
+        let last = row.line + row.lines - 1;
+        message.push_str(&format!("; a quotation mark that it opens is closed in row {last} only"));
+    }
+    message
+}
+
+/// Names the columns. A first column without a name counts the rows, as pandas and R write it; others without a name must be
+/// empty.
+fn name_columns(table: &mut Table, names: &StringRecord) -> Result<(), Error> {
+    for (position, name) in names.iter().enumerate() {
+        let name = name.trim();
+        let counts = position == 0 && names.len() > 1 && (name.is_empty() || name == "Unnamed: 0");
+        if counts {
+            table.notes.push("its first column has no name and was left out".to_owned());
+            continue;
+        }
+        if name.is_empty() {
+            let filled =
+                (0..table.len()).find(|row| !table.cell_text(row * table.width + position).trim().is_empty());
+            let column = position + 1;
+            let message = match filled {
+                None if names.len() > 1 => continue,
+                None => "row 1 must name the columns, but it is empty".to_owned(),
+                Some(row) => {
+                    format!("column {column} has no name in row 1, but a cell in row {}", table.line(row))
+                }
+            };
+            return Err(wrong(&table.path, message));
+        }
+        if let Some(first) = table.column(name) {
+            let (name, first, second) = (shown(name), table.positions[first] + 1, position + 1);
+            let message =
+                format!("row 1 names the column `{name}` twice, as column {first} and as column {second}");
+            return Err(wrong(&table.path, message));
+        }
+        table.columns.push(name.to_owned());
+        table.positions.push(position);
+    }
+    match table.columns.is_empty() {
+        false => Ok(()),
+        true => Err(wrong(&table.path, "row 1 must name the columns, but it is empty".to_owned())),
+    }
+}
+
+/// Decimal commas are those of a column in which all cells are numbers, and one has a comma.
+fn find_decimal_commas(table: &mut Table, separator: u8) {
+    if separator == b',' {
+        return;
+    }
+    let example = (0..table.columns.len()).find_map(|column| {
+        let cells =
+            || (0..table.len()).map(|row| table.text(row, column).trim()).filter(|cell| !is_missing(cell));
+        let numbers = cells().all(|cell| with_point(cell).is_some() || cell.parse::<f64>().is_ok());
+        cells().find(|cell| cell.contains(',')).filter(|_| numbers).map(str::to_owned)
+    });
+    if let Some(example) = &example {
+        table.notes.push(format!("its numbers have decimal commas, such as `{example}`"));
+    }
+    table.decimal_comma = example;
+}
