@@ -240,6 +240,20 @@ fn a_compiled_question_is_asked_again() {
 }
 
 #[test]
+fn a_value_given_later_may_have_the_name_of_its_variable() {
+    // `fails` is near `false`, but it is the variable's own name.
+    let model = model(
+        "program Machine { variables { Old, Fails : bool; } decomposition { P(Old) P(Fails | Old) }
+            forms { P(Old) = bernoulli(0.2); P(Fails | Old) = bernoulli(if Old { 0.5 } else { 0.1 }); } }",
+    );
+    let question = parse_question(&Source::new("question", "P(Old | Fails = fails)"), &model).unwrap();
+    let answers = ask(&model, &question, &Inputs::new().number("fails", 1.0)).unwrap();
+    near(&[p(&answers[0], "Old", "true")], &[0.2 * 0.5 / (0.2 * 0.5 + 0.8 * 0.1)]);
+    // Another name that is near a value stays a slip.
+    assert!(parse_question(&Source::new("question", "P(Old | Fails = flase)"), &model).is_err());
+}
+
+#[test]
 fn derivations_say_what_is_made() {
     let computed = |question: &str| {
         let model = model(UMBRELLA);

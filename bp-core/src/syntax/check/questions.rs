@@ -235,7 +235,10 @@ fn value(
         return Some(Value::Ordinal(ordinal));
     }
     let slip = match &written.kind {
-        ValueKind::Name(name) if !is_family => slip(&name.text, domain),
+        // `Fails = fails` is how a value that is given later is written, however near `fails` is to `false`.
+        ValueKind::Name(name) if !is_family && !is_own_name(&name.text, &model.variable_name(variable)) => {
+            slip(&name.text, domain)
+        }
         _ => None,
     };
     match (&written.kind, domain) {
@@ -268,6 +271,12 @@ fn value(
     }
     wrong.push(diagnostic);
     None
+}
+
+/// Whether a name is that of the variable itself in small letters, with or without `_` between its words.
+fn is_own_name(name: &str, variable: &str) -> bool {
+    let plain = |text: &str| text.replace('_', "").to_lowercase();
+    name != variable && plain(name) == plain(variable)
 }
 
 /// The value that a name was probably meant to be. A name such as `w` is none: it stands for a value that is given.
