@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod compiled;
 mod gaussian;
+mod impossible;
 mod instants;
 mod link;
 mod moments;

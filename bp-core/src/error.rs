@@ -49,8 +49,8 @@ pub enum Error {
         error: Box<Error>,
     },
     /// Evidence of probability zero.
-    #[error("the evidence of `{0}` has probability zero: the program says that this cannot be observed")]
-    Impossible(String),
+    #[error("{0}")]
+    Impossible(Impossible),
     /// Evidence of probability zero, and where that was found first.
     #[error("the evidence has probability zero: {names} cannot have these values, given the rest")]
     Contradiction {
@@ -97,6 +97,29 @@ pub enum Error {
         /// The way out.
         help: String,
     },
+}
+
+/// Evidence of probability zero: the program says 0 of it, it is not merely small.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Impossible {
+    /// The question.
+    pub question: String,
+    /// What excludes it, where one observation or one factor does.
+    pub reason: Option<String>,
+}
+
+impl From<String> for Impossible {
+    fn from(question: String) -> Self {
+        Self { question, reason: None }
+    }
+}
+
+impl std::fmt::Display for Impossible {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { question, reason } = self;
+        let reason = reason.as_deref().unwrap_or("the program says that this cannot be observed");
+        write!(f, "the evidence of `{question}` has probability zero: {reason}")
+    }
 }
 
 impl Error {

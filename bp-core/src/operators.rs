@@ -105,6 +105,14 @@ impl Unary {
             Unary::EntropyTerm => 0.0,
         }
     }
+
+    /// The operator's value at a known `x`, unless f64 has no room for it: then it is left to whoever computes it, perhaps
+    /// in a wider range.
+    pub fn folded(self, x: f64) -> Option<f64> {
+        let value = self.apply(x);
+        let may_lose = matches!(self, Unary::Exponential | Unary::NormalCumulative) && x.is_finite();
+        (!may_lose || value.is_normal()).then_some(value)
+    }
 }
 
 impl Binary {
@@ -130,6 +138,18 @@ impl Binary {
             Binary::And => truth(x != 0.0 && y != 0.0),
             Binary::Or => truth(x != 0.0 || y != 0.0),
         }
+    }
+
+    /// The operator's value at known numbers, unless f64 has no room for it, as of [`Unary::folded`].
+    pub fn folded(self, x: f64, y: f64) -> Option<f64> {
+        let value = self.apply(x, y);
+        let exact = match self {
+            Binary::Multiply => x == 0.0 || y == 0.0,
+            Binary::Divide | Binary::Power => x == 0.0,
+            Binary::Add | Binary::Subtract => value.is_finite(),
+            _ => true,
+        };
+        (exact || value.is_normal() || !(x.is_finite() && y.is_finite())).then_some(value)
     }
 
     /// Whether it is written as a function, `min(x, y)`, rather than between its operands.

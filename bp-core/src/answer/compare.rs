@@ -7,6 +7,7 @@
 use super::rows::named;
 use super::table::{Column, Table};
 use super::{Figure, Row, moments};
+use crate::exec::scalar::{Extended, Scalar};
 
 /// The divergence of the first from the second, in each context.
 pub(super) fn divergences(first: &Table, second: &Table) -> Vec<Row> {
@@ -18,18 +19,19 @@ pub(super) fn divergences(first: &Table, second: &Table) -> Vec<Row> {
     }
     let contexts: usize = right.iter().map(|column| column.values.len()).product();
     let width = first.width();
+    let (first, second) = ((first, first.extended()), (second, second.extended()));
     let mut rows = Vec::new();
     for context in 0..contexts {
         let ordinals = Column::ordinals(&right, context);
-        let numbers = |table: &'_ Table| -> Vec<f64> {
+        let numbers = |(table, all): &(&Table, Vec<Extended>)| -> Vec<Extended> {
             let at = table.right.iter().fold(0, |at, column| {
                 let position = right.iter().position(|known| known.name == column.name);
                 at * column.values.len() + ordinals[position.expect("internal: every column is there")]
             });
-            table.numbers[at * width..(at + 1) * width].to_vec()
+            all[at * width..(at + 1) * width].to_vec()
         };
-        let (p, q) = (numbers(first), numbers(second));
-        let possible = |numbers: &[f64]| numbers.iter().any(|p| *p > 0.0);
+        let (p, q) = (numbers(&first), numbers(&second));
+        let possible = |numbers: &[Extended]| numbers.iter().any(|p| *p > Extended::ZERO);
         if possible(&p) && possible(&q) {
             let divergence = moments::divergence(&p, &q);
             let figure = Figure::Divergence { divergence, infinite: divergence.is_infinite() };

@@ -5,14 +5,14 @@
 
 use super::rows::Reader;
 use super::table::Table;
-use super::{Answer, check, compare, gaussian, link, sampled, soft};
+use super::{Answer, check, compare, gaussian, impossible, link, sampled, soft};
 use crate::error::Error;
-use crate::exec::{Inputs, Lanes};
+use crate::exec::{Guarded, Inputs, LN_EVIDENCE, Lanes};
 use crate::ids::VariableId;
 use crate::kernel::Kernel;
-use crate::lower::{Output, lower};
+use crate::lower::{Output, lower_guarded};
 use crate::model::{Ask, Evidence, Model, Question, Reduction};
-use crate::plan::{self, Gaussian, Options, Plan, Route, Sampled, parts};
+use crate::plan::{self, Gaussian, Mark, Options, Plan, Route, Sampled, parts};
 use crate::sample::Sampling;
 use std::borrow::Cow;
 
@@ -36,10 +36,20 @@ struct Part {
 
 #[derive(Clone, Debug)]
 enum Compiled {
-    Exact { ln_evidence: bool, lanes: Lanes, outputs: Vec<Output> },
+    Exact(Exact),
     Gaussian(Gaussian),
     Sampled(Sampled),
     OverTime(Ask),
+}
+
+/// Sums and products, ready to run.
+#[derive(Clone, Debug)]
+struct Exact {
+    ln_evidence: bool,
+    /// Whether exponents are kept apart from the start.
+    log: bool,
+    lanes: Lanes,
+    outputs: Vec<Output>,
 }
 
 /// What a route says of one of its asks.
@@ -80,9 +90,13 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
     for route in plan_for_answer(&model, question)?.routes {
         routes.push(match route {
             Route::Exact(exact) => {
-                let lowered = lower(&model, &exact, &question.name)?;
-                let ln_evidence = exact.ln_evidence;
-                Compiled::Exact { ln_evidence, lanes: Lanes::new(lowered.kernel), outputs: lowered.outputs }
+                let lowered = lower_guarded(&model, &exact, &question.name)?;
+                Compiled::Exact(Exact {
+                    ln_evidence: exact.ln_evidence,
+                    log: exact.mark(&model) == Mark::Log || question.asks.iter().any(compares),
+                    lanes: Lanes::new(lowered.kernel),
+                    outputs: lowered.outputs,
+                })
             }
             Route::Gaussian(gaussian) => Compiled::Gaussian(gaussian),
             Route::Sampled(sampled) => Compiled::Sampled(sampled),
@@ -96,6 +110,12 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
     Ok(CompiledQuestion { model, question: question.clone(), routes, parts })
 }
 
+/// Whether the host divides by probabilities that may be tiny: they are then wanted with exponents apart.
+fn compares(ask: &Ask) -> bool {
+    matches!(ask.reduction, Reduction::Divergence { .. })
+        || ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
+}
+
 impl CompiledQuestion<'_> {
     /// The question.
     pub fn question(&self) -> &Question {
@@ -105,7 +125,7 @@ impl CompiledQuestion<'_> {
     /// The kernels that answer it, as far as kernels do: their inputs can be given.
     pub fn kernels(&self) -> impl Iterator<Item = &Kernel> {
         self.routes.iter().filter_map(|route| match route {
-            Compiled::Exact { lanes, .. } => Some(lanes.kernel()),
+            Compiled::Exact(exact) => Some(exact.lanes.kernel()),
             _ => None,
         })
     }
@@ -167,8 +187,8 @@ impl CompiledQuestion<'_> {
                         reason: reason.to_owned(),
                     });
                 }
-                Compiled::Exact { ln_evidence, lanes, outputs } => {
-                    said.extend(self.run_exact(*ln_evidence, lanes, outputs, inputs)?);
+                Compiled::Exact(exact) => {
+                    said.extend(self.run_exact(exact, inputs)?);
                     continue;
                 }
             };
@@ -177,29 +197,24 @@ impl CompiledQuestion<'_> {
         Ok(said)
     }
 
-    fn run_exact(
-        &self,
-        ln_evidence: bool,
-        lanes: &Lanes,
-        outputs: &[Output],
-        inputs: &Inputs<'_, f64>,
-    ) -> Result<Vec<(String, Said)>, Error> {
-        let (mut found, extents) = lanes.run_shaped(inputs)?;
-        let ln_evidence = ln_evidence.then(|| found.get("ln_evidence")[0]);
+    fn run_exact(&self, exact: &Exact, inputs: &Inputs<'_, f64>) -> Result<Vec<(String, Said)>, Error> {
+        let Guarded { mut outputs, mut extended, extents } = exact.lanes.run_guarded(inputs, exact.log)?;
+        let ln_evidence = exact.ln_evidence.then(|| outputs.get(LN_EVIDENCE)[0]);
         let mut said = Vec::new();
-        for output in outputs {
+        for output in &exact.outputs {
             let Some(ask) = &output.ask else { continue };
-            let own = found.arrays.iter().position(|(name, _)| *name == output.name);
+            let own = outputs.arrays.iter().position(|(name, _)| *name == output.name);
             let own = own.expect("internal: the output exists");
-            let cells = std::mem::take(&mut found.arrays[own].1);
+            let cells = std::mem::take(&mut outputs.arrays[own].1);
             if cells.iter().any(|cell| cell.is_nan()) {
                 let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
                 return Err(Error::input(&output.name, reason));
             }
             if ln_evidence == Some(f64::NEG_INFINITY) {
-                return Err(Error::Impossible(self.model.ask_text(ask)));
+                return Err(impossible::error(&self.model, ask, inputs));
             }
-            let table = Table::read(&self.model, ask, output, cells, &extents[own]);
+            let extended = extended.as_mut().map(|all| std::mem::take(&mut all.arrays[own].1));
+            let table = Table::read(&self.model, ask, output, cells, extended, &extents[own]);
             said.push((output.name.clone(), Said::Table(table, ln_evidence)));
         }
         Ok(said)

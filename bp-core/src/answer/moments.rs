@@ -3,6 +3,8 @@
 //! In: the probabilities of one context. Out: moments, entropies and their kin, in nats. Invariant: 0 ln 0 is 0, and what
 //! cannot be negative is not.
 
+use crate::exec::scalar::{Extended, Scalar};
+
 /// −p ln p.
 pub(super) fn minus_p_ln_p(p: f64) -> f64 {
     if p > 0.0 { -p * p.ln() } else { 0.0 }
@@ -23,19 +25,23 @@ pub(super) fn information(numbers: &[f64], second: usize) -> f64 {
     for row in numbers.chunks(second) {
         columns.iter_mut().zip(row).for_each(|(sum, p)| *sum += p);
     }
-    let term = |(at, p): (usize, &f64)| match *p > 0.0 {
-        true => p * (p / (rows[at / second] * columns[at % second])).ln(),
-        false => 0.0,
+    let term = |(at, p): (usize, &f64)| {
+        let (row, column) = (rows[at / second], columns[at % second]);
+        match (*p > 0.0, (row * column).is_normal()) {
+            (false, _) => 0.0,
+            (true, true) => p * (p / (row * column)).ln(),
+            (true, false) => p * (p.ln() - row.ln() - column.ln()),
+        }
     };
     numbers.iter().enumerate().map(term).sum::<f64>().max(0.0)
 }
 
 /// Σ p ln (p / q): infinite where q is 0 and p is not (Kullback and Leibler 1951).
-pub(super) fn divergence(first: &[f64], second: &[f64]) -> f64 {
-    let term = |(p, q): (&f64, &f64)| match (*p > 0.0, *q > 0.0) {
+pub(super) fn divergence(first: &[Extended], second: &[Extended]) -> f64 {
+    let term = |(p, q): (&Extended, &Extended)| match (*p > Extended::ZERO, *q > Extended::ZERO) {
         (false, _) => 0.0,
         (true, false) => f64::INFINITY,
-        (true, true) => p * (p / q).ln(),
+        (true, true) => (*p * (*p / *q).natural_logarithm()).to_f64(),
     };
     first.iter().zip(second).map(term).sum::<f64>().max(0.0)
 }

@@ -40,7 +40,7 @@ pub(super) fn answers(
     };
     let draws = by(&setting, &route.steps, &observations, &kept, sampling)?;
     if draws.is_impossible() {
-        return Err(Error::Impossible(model.ask_text(ask)));
+        return Err(Error::Impossible(model.ask_text(ask).into()));
     }
     let known = ask
         .known

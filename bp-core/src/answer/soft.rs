@@ -8,6 +8,7 @@
 
 use super::table::{Column, Table};
 use crate::error::Error;
+use crate::exec::scalar::{Extended, Scalar};
 use crate::model::{Ask, Evidence, Known, Model};
 
 /// The table that an ask means, of its part's.
@@ -30,20 +31,23 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
         .map(|position| position.expect("internal: what is known softly is searched"))
         .collect();
     let ordinals: Vec<Vec<usize>> = (0..width).map(|at| Column::ordinals(&table.left, at)).collect();
-    for numbers in table.numbers.chunks_mut(width) {
-        if numbers.iter().all(|p| *p == 0.0) {
+    let mut all = table.extended();
+    for numbers in all.chunks_mut(width) {
+        if numbers.iter().all(|p| *p == Extended::ZERO) {
             continue;
         }
         for ((id, weights), column) in softly.iter().zip(&columns) {
-            let mut believed = vec![0.0; weights.len()];
+            let mut believed = vec![Extended::ZERO; weights.len()];
             for (p, ordinals) in numbers.iter().zip(&ordinals) {
-                believed[ordinals[*column]] += p;
+                let sum = &mut believed[ordinals[*column]];
+                *sum = *sum + *p;
             }
-            let excluded = (0..weights.len()).find(|value| weights[*value] > 0.0 && believed[*value] == 0.0);
+            let excluded =
+                (0..weights.len()).find(|value| weights[*value] > 0.0 && believed[*value] == Extended::ZERO);
             if let Some(value) = excluded {
                 // In a table it is that context which is impossible.
                 if !table.right.is_empty() {
-                    numbers.fill(0.0);
+                    numbers.fill(Extended::ZERO);
                     break;
                 }
                 let (value, q) = (model.value_name(*id, value), weights[value]);
@@ -55,15 +59,17 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
             }
             for (p, ordinals) in numbers.iter_mut().zip(&ordinals) {
                 let value = ordinals[*column];
-                if believed[value] > 0.0 {
-                    *p *= weights[value] / believed[value];
+                if believed[value] > Extended::ZERO {
+                    *p = *p * (Extended::from_f64(weights[value]) / believed[value]);
                 }
             }
         }
     }
     // The soft variables are the last: what is left of a context is the sum over runs of them.
     let run: usize = columns.iter().map(|column| table.left[*column].values.len()).product();
-    table.numbers = table.numbers.chunks(run).map(|run| run.iter().sum()).collect();
+    let all: Vec<Extended> = all.chunks(run).map(|run| run.iter().copied().sum()).collect();
+    table.numbers = all.iter().map(|p| p.to_f64()).collect();
+    table.extended = Some(all);
     table.left.truncate(table.left.len() - softly.len());
     Ok(table)
 }

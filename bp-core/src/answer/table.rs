@@ -4,6 +4,7 @@
 //! contexts go through the known variables as the question names them, the last fastest (the plate's index is the very
 //! last), and within a context the searched ones do, the last fastest. An impossible context is a row of zeros.
 
+use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
 use crate::lower::Output;
 use crate::model::{Ask, Domain, IndexSpace, Model, SetKind};
@@ -22,6 +23,9 @@ pub struct Table {
     /// The numbers, those of a context together.
     #[serde(rename = "table")]
     pub numbers: Vec<f64>,
+    /// The same with exponents apart, where they were computed so.
+    #[serde(skip)]
+    pub(super) extended: Option<Vec<Extended>>,
 }
 
 /// One variable of a table, or one element of a family.
@@ -43,6 +47,7 @@ impl Table {
         ask: &Ask,
         output: &Output,
         cells: Vec<f64>,
+        extended: Option<Vec<Extended>>,
         extents: &[usize],
     ) -> Self {
         let searched = |id: VariableId| ask.searched.iter().position(|item| item.variable == id);
@@ -73,12 +78,19 @@ impl Table {
             right: columns(&right),
             left: columns(&left),
             numbers: transposed(cells, extents, &order),
+            extended: extended.map(|cells| transposed(cells, extents, &order)),
         }
     }
 
     /// How many numbers a context has.
     pub(super) fn width(&self) -> usize {
         self.left.iter().map(|column| column.values.len()).product()
+    }
+
+    /// The numbers with exponents apart.
+    pub(super) fn extended(&self) -> Vec<Extended> {
+        let widened = || self.numbers.iter().map(|number| Extended::from_f64(*number)).collect();
+        self.extended.clone().unwrap_or_else(widened)
     }
 
     /// The numbers of each context.
@@ -128,7 +140,7 @@ fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
 }
 
 /// Cells whose axes are put in another order; the last is contiguous before and after.
-fn transposed(cells: Vec<f64>, extents: &[usize], order: &[usize]) -> Vec<f64> {
+fn transposed<T: Copy>(cells: Vec<T>, extents: &[usize], order: &[usize]) -> Vec<T> {
     if order.is_sorted() {
         return cells;
     }

@@ -3,7 +3,7 @@
 //! In: sizes, numbers and arrays by name. Out: a [`Bound`] kernel: every extent known, every array of the right
 //! length. Invariant: errors name the input, what was found and what was expected.
 
-use super::scalar::Scalar;
+use super::scalar::{Extended, Scalar};
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
 use crate::kernel::{Kernel, Role};
@@ -101,6 +101,22 @@ impl<'a, T: Clone> Inputs<'a, T> {
     /// The size that was given under a name.
     pub fn find_size(&self, name: &str) -> Option<usize> {
         self.sizes.get(name).copied()
+    }
+
+    /// The same, of numbers whose exponent has no end.
+    pub(crate) fn extended(&self) -> Inputs<'_, Extended>
+    where
+        T: Scalar,
+    {
+        let extended =
+            |values: &Cow<'_, [T]>| values.iter().map(|x| Extended::from_f64(x.to_f64())).collect();
+        Inputs {
+            sizes: self.sizes.clone(),
+            arrays: self.arrays.iter().map(|(name, values)| (name.clone(), extended(values))).collect(),
+            positions: (self.positions.iter())
+                .map(|(name, table)| (name.clone(), Cow::Borrowed(table.as_ref())))
+                .collect(),
+        }
     }
 
     /// Checks everything against a kernel.

@@ -64,7 +64,7 @@ enum Given {
 
 /// A program for extents and ways to give inputs, and what it computes in.
 #[derive(Debug)]
-struct Ready<T> {
+struct Ready<T: Scalar> {
     extents: Vec<usize>,
     given: Vec<Given>,
     defaults: Vec<T>,

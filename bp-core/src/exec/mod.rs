@@ -5,13 +5,14 @@
 
 pub mod compiled;
 mod gaussian;
+mod guarded;
 mod inputs;
 mod interpreter;
-
 mod lanes;
 pub mod scalar;
 
 pub use gaussian::{Belief, Filter};
+pub use guarded::{Guarded, LN_EVIDENCE, TOTAL};
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};
 pub use inputs::{Inputs, Outputs};

@@ -1,11 +1,15 @@
-//! Numbers that kernels compute with: f32 and f64.
+//! Numbers that kernels compute with: f32, f64, and f64's digits with an exponent without end.
 //!
-//! In: a number. Out: a number. Invariant: exponential and logarithm have no branches and no calls, so that loops over lanes
-//! of them become SIMD.
+//! In: a number. Out: a number. Invariant: exponential and logarithm of f32 and f64 have no branches and no calls, so that
+//! loops over lanes of them become SIMD.
 
 mod double;
+mod extended;
 mod single;
 
+pub use extended::Extended;
+
+use crate::operators::{Binary, Unary};
 use std::borrow::Cow;
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -28,6 +32,8 @@ pub trait Scalar:
     + From<f32>
     + 'static
 {
+    /// What a value that is the same in all lanes is computed in.
+    type Number: Number;
     /// 0
     const ZERO: Self;
     /// 1
@@ -38,6 +44,10 @@ pub trait Scalar:
     fn to_f64(self) -> f64;
     /// Numbers in f64; those that are need no copy.
     fn widen(numbers: &[Self]) -> Cow<'_, [f64]>;
+    /// The number, for a value that is the same in all lanes.
+    fn to_number(self) -> Self::Number;
+    /// The nearest number to such a value.
+    fn from_number(number: Self::Number) -> Self;
     /// |x|
     fn absolute(self) -> Self;
     /// √x
@@ -124,5 +134,87 @@ pub trait Scalar:
     #[inline(always)]
     fn truth(condition: bool) -> Self {
         if condition { Self::ONE } else { Self::ZERO }
+    }
+}
+
+/// What a value that is the same in all lanes is computed in: at least as wide as the lanes.
+pub trait Number: Copy + Debug + Default + Send + Sync + 'static {
+    /// The nearest number.
+    fn known(number: f64) -> Self;
+    /// The nearest f64.
+    fn rounded(self) -> f64;
+    /// Whether it is 0: a condition that does not hold.
+    fn is_zero(self) -> bool;
+    /// The operator's value at `x`.
+    fn unary(operator: Unary, x: Self) -> Self;
+    /// The operator's value at `x`, `y`.
+    fn binary(operator: Binary, x: Self, y: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn known(number: f64) -> f64 {
+        number
+    }
+    #[inline(always)]
+    fn rounded(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self == 0.0
+    }
+    #[inline(always)]
+    fn unary(operator: Unary, x: f64) -> f64 {
+        operator.apply(x)
+    }
+    #[inline(always)]
+    fn binary(operator: Binary, x: f64, y: f64) -> f64 {
+        operator.apply(x, y)
+    }
+}
+
+/// The operator's value at `x`.
+pub(crate) fn unary<T: Scalar>(operator: Unary, x: T) -> T {
+    match operator {
+        Unary::Negate => -x,
+        Unary::Not => T::ONE - x,
+        Unary::Absolute => x.absolute(),
+        Unary::Exponential => x.exponential(),
+        Unary::NaturalLogarithm => x.natural_logarithm(),
+        Unary::EntropyTerm => x.entropy_term(),
+        Unary::SquareRoot => x.square_root(),
+        Unary::Floor => x.round_down(),
+        Unary::Ceiling => x.round_up(),
+        Unary::Round => x.round(),
+        Unary::Sine => x.sine(),
+        Unary::Cosine => x.cosine(),
+        Unary::BinaryLogarithm => x.binary_logarithm(),
+        Unary::LnGamma => x.ln_gamma(),
+        Unary::LnBessel => x.ln_bessel(),
+        Unary::NormalCumulative => x.normal_cumulative(),
+    }
+}
+
+/// The operator's value at `x`, `y`.
+pub(crate) fn binary<T: Scalar>(operator: Binary, x: T, y: T) -> T {
+    match operator {
+        Binary::Add => x + y,
+        Binary::Subtract => x - y,
+        Binary::Multiply => x * y,
+        Binary::Divide => x / y,
+        Binary::Minimum => x.minimum(y),
+        Binary::Maximum => x.maximum(y),
+        Binary::Power => x.power(y),
+        Binary::Remainder => x.remainder(y),
+        Binary::ArcTangent => x.arc_tangent(y),
+        Binary::Equal => T::truth(x == y),
+        Binary::NotEqual => T::truth(x != y),
+        Binary::Less => T::truth(x < y),
+        Binary::LessOrEqual => T::truth(x <= y),
+        Binary::Greater => T::truth(x > y),
+        Binary::GreaterOrEqual => T::truth(x >= y),
+        Binary::And => T::truth(x != T::ZERO && y != T::ZERO),
+        Binary::Or => T::truth(x != T::ZERO || y != T::ZERO),
     }
 }

@@ -1,7 +1,7 @@
 //! Making kernels: nodes are shared and simplified as they are made.
 //!
-//! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and no operator has
-//! only constants under it.
+//! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and an operator that
+//! has only constants under it is one whose value f64 cannot hold.
 
 use super::{Axis, Buffer, Extent, Fold, Index, Kernel, Nest, Node, Reduce, Role};
 use crate::ids::{Arena, AxisId, BufferId, ValueId};
@@ -138,16 +138,19 @@ impl KernelBuilder {
 
     /// An operator on one value.
     pub fn unary(&mut self, operator: Unary, operand: ValueId) -> ValueId {
-        match self.as_constant(operand) {
-            Some(number) => self.constant(operator.apply(number)),
+        match self.as_constant(operand).and_then(|number| operator.folded(number)) {
+            Some(value) => self.constant(value),
             None => self.node(Node::Unary(operator, operand)),
         }
     }
 
     /// An operator on two values.
     pub fn binary(&mut self, operator: Binary, left: ValueId, right: ValueId) -> ValueId {
-        match (operator, self.as_constant(left), self.as_constant(right)) {
-            (_, Some(x), Some(y)) => self.constant(operator.apply(x, y)),
+        let (x, y) = (self.as_constant(left), self.as_constant(right));
+        if let Some(value) = x.zip(y).and_then(|(x, y)| operator.folded(x, y)) {
+            return self.constant(value);
+        }
+        match (operator, x, y) {
             (Binary::Add, Some(0.0), _) | (Binary::Multiply | Binary::And, Some(1.0), _) => right,
             (Binary::Add | Binary::Subtract, _, Some(0.0))
             | (Binary::Multiply | Binary::Divide | Binary::And, _, Some(1.0)) => left,

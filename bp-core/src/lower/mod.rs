@@ -30,7 +30,21 @@ use std::collections::{BTreeSet, HashMap};
 /// # Errors
 /// A form or an expression that has no kernel.
 pub fn lower(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
-    let mut lowering = Lowering::new(model, exact, name);
+    lowered(Lowering::new(model, exact, name))
+}
+
+/// Lowers a route to a kernel that has one output more where ln P(evidence) is not asked: the totals that its answers are
+/// divided by, named [`TOTAL`](crate::exec::TOTAL), by which [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) sees
+/// whether f64 has lost something.
+///
+/// # Errors
+/// As [`lower`].
+pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
+    let guarded = !exact.ln_evidence;
+    lowered(Lowering { guarded, ..Lowering::new(model, exact, name) })
+}
+
+fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
     let outputs = lowering.read_out()?;
     Ok(Lowered { kernel: share_between_neighbours(without_copies(lowering.finish())), outputs })
 }
@@ -64,6 +78,8 @@ struct Lowering<'m> {
     axes_of: HashMap<ValueId, BTreeSet<AxisId>>,
     /// How many nests have been named.
     named: usize,
+    /// Whether totals are an output.
+    guarded: bool,
 }
 
 impl<'m> Lowering<'m> {
@@ -79,6 +95,7 @@ impl<'m> Lowering<'m> {
             first: None,
             axes_of: HashMap::new(),
             named: 0,
+            guarded: false,
         };
         if let Some(index) = model.plate_index() {
             lowering.plate = lowering.run_through(index);

@@ -5,6 +5,7 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
+use crate::exec::{LN_EVIDENCE, TOTAL};
 use crate::ids::{AxisId, ValueId, VariableId};
 use crate::kernel::{Fold, Index, Kernel, Reduce, Role};
 use crate::model::{Ask, Reduction, Value};
@@ -79,9 +80,9 @@ impl Lowering<'_> {
             let name = self.name("evidence");
             let total = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
             let ln = self.builder.unary(Unary::NaturalLogarithm, total);
-            let out = self.builder.buffer("ln_evidence", Role::Output, &axes);
+            let out = self.builder.buffer(LN_EVIDENCE, Role::Output, &axes);
             self.builder.nest(out, Reduce::None, ln);
-            outputs.push(Output { name: "ln_evidence".to_owned(), ask: None, variables: exact.each.clone() });
+            outputs.push(Output { name: LN_EVIDENCE.to_owned(), ask: None, variables: exact.each.clone() });
         }
         Ok(outputs)
     }
@@ -185,6 +186,10 @@ impl Lowering<'_> {
     fn total(&mut self, totals: &[AxisId], over: &[AxisId], value: ValueId) -> Total {
         let name = self.name("total");
         let total = self.builder.fold(&name, totals, Fold::Sum, over, value);
+        if self.guarded {
+            let out = self.builder.buffer(TOTAL, Role::Output, totals);
+            self.builder.nest(out, Reduce::None, total);
+        }
         let divisor = self.builder.or_one(total);
         if self.plate.is_empty() {
             let name = self.name("divisor");

@@ -20,6 +20,7 @@ mod order;
 mod over_time;
 mod parts;
 mod print;
+mod range;
 mod sampled;
 mod scan;
 mod scope;
@@ -31,6 +32,7 @@ pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;
 pub use over_time::{By, OverTime};
 pub use parts::parts;
+pub use range::{Mark, Marked};
 pub(crate) use sampled::has_point;
 pub use sampled::{Sampled, Treatment};
 

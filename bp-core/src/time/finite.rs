@@ -114,7 +114,7 @@ impl<'s> Finite<'s> {
         }
         let total: f64 = prior.iter().sum();
         if total.is_nan() || total <= 0.0 {
-            return Err(Error::Impossible(format!("the first instant of {}", setting.model.name)));
+            return Err(Error::Impossible(format!("the first instant of {}", setting.model.name).into()));
         }
         prior.iter_mut().for_each(|p| *p /= total);
         let beyond: usize = self.outcome[before.len()..].iter().map(|slot| self.count(*slot)).product();

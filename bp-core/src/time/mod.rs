@@ -190,7 +190,7 @@ fn answer_gaussian(
 
 /// The error that an observation is impossible.
 fn impossible(setting: &Setting<'_>, route: &OverTime, instant: usize) -> Error {
-    Error::Impossible(format!("{}, instant {}", setting.model.ask_text(&route.ask), instant + 1))
+    Error::Impossible(format!("{}, instant {}", setting.model.ask_text(&route.ask), instant + 1).into())
 }
 
 fn answer_chain(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {

@@ -4,23 +4,25 @@
 //! products up and down, and where marginals are read. Invariant: what does not depend on the evidence is computed here;
 //! asking allocates nothing that a [`Session`](super::Session) does not keep.
 
+use super::cell::Cell;
 use super::contraction::{Contraction, Pool};
 use super::cost::Cost;
 use super::layout::{Layout, lay_out};
 use super::network::Network;
 use super::pair::{Pairing, pair};
 use super::problem::Problem;
-use super::propagate::rescale;
 use super::reading::{Reading, Readings, place};
 use super::table::{Builder, CONSTANT, Tables};
 use super::triangulate::{Effort, HOPELESS, triangulate};
 use crate::error::Error;
+use crate::exec::scalar::Extended;
+use std::sync::OnceLock;
 
 /// Where the cells of a node are.
 #[derive(Clone, Debug)]
 pub(super) enum Source {
-    /// In the tree's tables: where they begin, and what says which slice of them.
-    Table { start: usize, slice: usize },
+    /// In the tree's tables: where they and the exponents of their slices begin, and what says which slice of them.
+    Table { start: usize, exponents: usize, slice: usize },
     /// In the asker's memory.
     Own,
 }
@@ -61,6 +63,8 @@ pub struct Tree {
     pub(super) offsets: Vec<Offsets>,
     pub(super) readings: Vec<Reading>,
     pub(super) tables: Tables,
+    /// The numbers of the tables with exponents apart, once they have been needed.
+    pub(super) extended: OnceLock<Vec<Extended>>,
     pub(super) pool: Pool,
     /// Where each variable's marginal lies, one that has none nowhere.
     pub(super) places: Vec<std::ops::Range<usize>>,
@@ -201,8 +205,8 @@ impl Tree {
             let leaf = node.leaf.as_ref().map(|(leaf, alone)| (leaves[*leaf], alone));
             let (source, constant) = match (leaf, node.children) {
                 (Some((Leaf::Table(table), alone)), _) => {
-                    let (start, slice) = tables.keep(&builder, table, &axes[number], alone);
-                    (Source::Table { start, slice }, slice == CONSTANT)
+                    let (start, exponents, slice) = tables.keep(&builder, table, &axes[number], alone);
+                    (Source::Table { start, exponents, slice }, slice == CONSTANT)
                 }
                 (Some((Leaf::Likelihood(own), _)), _) => {
                     likelihoods[problem.variables[own as usize]] = number;
@@ -272,6 +276,7 @@ impl Tree {
             offsets,
             readings,
             tables,
+            extended: OnceLock::new(),
             pool,
             places,
             scopes,
@@ -280,7 +285,8 @@ impl Tree {
     }
 }
 
-/// Computes what no evidence changes: such nodes are tables like those of the network.
+/// Computes what no evidence changes: such nodes are tables like those of the network. Where f64 might lose a cell, the node
+/// is computed with each question.
 fn keep_constants(parts: &mut [Part], tables: &mut Tables, pool: &Pool, purpose: Purpose) {
     for number in 0..parts.len() {
         let (Some(up), Some((first, second)), true) =
@@ -289,16 +295,23 @@ fn keep_constants(parts: &mut [Part], tables: &mut Tables, pool: &Pool, purpose:
             continue;
         };
         let cells = |child: usize| match parts[child].source {
-            Source::Table { start, .. } => &tables.values[start..start + parts[child].cells],
-            Source::Own => unreachable!("internal: what is constant is a table"),
+            Source::Table { start, .. } => Some(&tables.values[start..start + parts[child].cells]),
+            Source::Own => None,
+        };
+        let both = cells(first).zip(cells(second));
+        let Some((one, other)) = both.filter(|(one, other)| !f64::may_lose(one, other)) else {
+            parts[number].constant = false;
+            continue;
         };
         let mut own = vec![0.0; parts[number].cells];
         match purpose {
-            Purpose::Sum => up.run::<false>(pool, cells(first), cells(second), &mut own, None),
-            Purpose::Maximum => up.run::<true>(pool, cells(first), cells(second), &mut own, None),
+            Purpose::Sum => up.run::<f64, false>(pool, one, other, &mut own, None),
+            Purpose::Maximum => up.run::<f64, true>(pool, one, other, &mut own, None),
         }
-        tables.exponent += rescale(&mut own).unwrap_or(0);
-        parts[number].source = Source::Table { start: tables.values.len(), slice: CONSTANT };
+        tables.exponent += f64::rescale(&mut own).unwrap_or(0);
+        let exponents = tables.exponents.len();
+        tables.exponents.push(0);
+        parts[number].source = Source::Table { start: tables.values.len(), exponents, slice: CONSTANT };
         tables.values.extend_from_slice(&own);
     }
 }

@@ -7,6 +7,7 @@
 //! and Y. Where a kind of axes lies, is a list of offsets for each table. The row is what remains: cells that lie side by
 //! side in each table that has them. Going up, Z is the product of two children; going down, the derivative by one of them.
 
+use crate::exec::scalar::Scalar;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -143,17 +144,17 @@ impl Contraction {
     }
 
     /// Z becomes the product of X and Y. Cells of Z may stay zero where `mask` is.
-    pub(super) fn run<const MAXIMUM: bool>(
+    pub(super) fn run<T: Scalar, const MAXIMUM: bool>(
         &self,
         pool: &Pool,
-        x: &[f64],
-        y: &[f64],
-        z: &mut [f64],
-        mask: Option<&[f64]>,
+        x: &[T],
+        y: &[T],
+        z: &mut [T],
+        mask: Option<&[T]>,
     ) {
         let (x, y) = if self.swapped { (y, x) } else { (x, y) };
         if self.cells < WORTH_SHARING || self.parts.1 < 2 {
-            return self.part::<MAXIMUM>(pool, x, y, z, mask, 0);
+            return self.part::<T, MAXIMUM>(pool, x, y, z, mask, 0);
         }
         let size = z.len() / self.parts.1 as usize;
         z.par_chunks_mut(size).enumerate().for_each(|(part, z)| {
@@ -167,28 +168,28 @@ impl Contraction {
             let has = |start: u32| if start == 0 { 0 } else { start + skip };
             (kind.x, kind.y, kind.z) = (has(kind.x), has(kind.y), has(kind.z));
             let mask = mask.map(|mask| &mask[base..base + size]);
-            own.part::<MAXIMUM>(pool, x, y, z, mask, base as u32);
+            own.part::<T, MAXIMUM>(pool, x, y, z, mask, base as u32);
         });
     }
 
     /// The cells of Z from `base` on.
-    fn part<const MAXIMUM: bool>(
+    fn part<T: Scalar, const MAXIMUM: bool>(
         &self,
         pool: &Pool,
-        x: &[f64],
-        y: &[f64],
-        z: &mut [f64],
-        mask: Option<&[f64]>,
+        x: &[T],
+        y: &[T],
+        z: &mut [T],
+        mask: Option<&[T]>,
         base: u32,
     ) {
         match self.length {
-            1 => self.nest::<1, MAXIMUM>(pool, x, y, z, mask, base),
-            2 => self.nest::<2, MAXIMUM>(pool, x, y, z, mask, base),
-            3 => self.nest::<3, MAXIMUM>(pool, x, y, z, mask, base),
-            4 => self.nest::<4, MAXIMUM>(pool, x, y, z, mask, base),
+            1 => self.nest::<T, 1, MAXIMUM>(pool, x, y, z, mask, base),
+            2 => self.nest::<T, 2, MAXIMUM>(pool, x, y, z, mask, base),
+            3 => self.nest::<T, 3, MAXIMUM>(pool, x, y, z, mask, base),
+            4 => self.nest::<T, 4, MAXIMUM>(pool, x, y, z, mask, base),
             // By the widest instructions that the processor has. Sums are made in one order by all of them.
             _ => {
-                let rows = Rows::<MAXIMUM> { contraction: self, pool, x, y, z, mask, base };
+                let rows = Rows::<T, MAXIMUM> { contraction: self, pool, x, y, z, mask, base };
                 pulp::Arch::new().dispatch(rows);
             }
         }
@@ -196,13 +197,13 @@ impl Contraction {
 
     /// The loops; the length of a row is known to the compiler, or 0.
     #[inline(always)]
-    fn nest<const LENGTH: usize, const MAXIMUM: bool>(
+    fn nest<T: Scalar, const LENGTH: usize, const MAXIMUM: bool>(
         &self,
         pool: &Pool,
-        x: &[f64],
-        y: &[f64],
-        z: &mut [f64],
-        mask: Option<&[f64]>,
+        x: &[T],
+        y: &[T],
+        z: &mut [T],
+        mask: Option<&[T]>,
         base: u32,
     ) {
         let length = if LENGTH == 0 { self.length as usize } else { LENGTH };
@@ -220,37 +221,37 @@ impl Contraction {
                     let summed = summed_x.iter().zip(summed_y);
                     match self.row {
                         Row::Dot => {
-                            let mut total = 0.0;
-                            if mask.is_none_or(|mask| mask[place] != 0.0) {
+                            let mut total = T::ZERO;
+                            if mask.is_none_or(|mask| mask[place] != T::ZERO) {
                                 for (at_x, at_y) in summed {
                                     let one = &x[*at_x as usize..][..length];
                                     let other = &y[*at_y as usize..][..length];
-                                    total = fold::<MAXIMUM>(total, dot::<LENGTH, MAXIMUM>(one, other));
+                                    total = fold::<T, MAXIMUM>(total, dot::<T, LENGTH, MAXIMUM>(one, other));
                                 }
                             }
                             z[place] = total;
                         }
                         Row::Scaled => {
                             let row = &mut z[place..][..length];
-                            row.fill(0.0);
+                            row.fill(T::ZERO);
                             for (at_x, at_y) in summed {
                                 let factor = y[*at_y as usize];
-                                if factor != 0.0 {
+                                if factor != T::ZERO {
                                     let from = &x[*at_x as usize..][..length];
                                     for (cell, one) in row.iter_mut().zip(from) {
-                                        *cell = fold::<MAXIMUM>(*cell, one * factor);
+                                        *cell = fold::<T, MAXIMUM>(*cell, *one * factor);
                                     }
                                 }
                             }
                         }
                         Row::Each => {
                             let row = &mut z[place..][..length];
-                            row.fill(0.0);
+                            row.fill(T::ZERO);
                             for (at_x, at_y) in summed {
                                 let one = &x[*at_x as usize..][..length];
                                 let other = &y[*at_y as usize..][..length];
                                 for ((cell, one), other) in row.iter_mut().zip(one).zip(other) {
-                                    *cell = fold::<MAXIMUM>(*cell, one * other);
+                                    *cell = fold::<T, MAXIMUM>(*cell, *one * *other);
                                 }
                             }
                         }
@@ -262,22 +263,22 @@ impl Contraction {
 }
 
 /// Long rows.
-struct Rows<'r, const MAXIMUM: bool> {
+struct Rows<'r, T, const MAXIMUM: bool> {
     contraction: &'r Contraction,
     pool: &'r Pool,
-    x: &'r [f64],
-    y: &'r [f64],
-    z: &'r mut [f64],
-    mask: Option<&'r [f64]>,
+    x: &'r [T],
+    y: &'r [T],
+    z: &'r mut [T],
+    mask: Option<&'r [T]>,
     base: u32,
 }
 
-impl<const MAXIMUM: bool> NullaryFnOnce for Rows<'_, MAXIMUM> {
+impl<T: Scalar, const MAXIMUM: bool> NullaryFnOnce for Rows<'_, T, MAXIMUM> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        self.contraction.nest::<0, MAXIMUM>(self.pool, self.x, self.y, self.z, self.mask, self.base);
+        self.contraction.nest::<T, 0, MAXIMUM>(self.pool, self.x, self.y, self.z, self.mask, self.base);
     }
 }
 
@@ -288,25 +289,26 @@ const PARTS: u32 = 16;
 pub(super) const WORTH_SHARING: f64 = 1e5;
 
 #[inline(always)]
-fn fold<const MAXIMUM: bool>(total: f64, term: f64) -> f64 {
+fn fold<T: Scalar, const MAXIMUM: bool>(total: T, term: T) -> T {
     if MAXIMUM { if term > total { term } else { total } } else { total + term }
 }
 
 /// Σ one · other, in eight partial sums where rows are long.
 #[inline(always)]
-fn dot<const LENGTH: usize, const MAXIMUM: bool>(one: &[f64], other: &[f64]) -> f64 {
+fn dot<T: Scalar, const LENGTH: usize, const MAXIMUM: bool>(one: &[T], other: &[T]) -> T {
+    let add = |total: T, (one, other): (&T, &T)| fold::<T, MAXIMUM>(total, *one * *other);
     if LENGTH != 0 || one.len() < 8 {
-        return one.iter().zip(other).fold(0.0, |total, (one, other)| fold::<MAXIMUM>(total, one * other));
+        return one.iter().zip(other).fold(T::ZERO, add);
     }
     let (ones, others) = (one.chunks_exact(8), other.chunks_exact(8));
     let rest = ones.remainder().iter().zip(others.remainder());
-    let mut total = rest.fold(0.0, |total, (one, other)| fold::<MAXIMUM>(total, one * other));
-    let mut lanes = [0.0; 8];
+    let mut total = rest.fold(T::ZERO, add);
+    let mut lanes = [T::ZERO; 8];
     for (one, other) in ones.zip(others) {
         for ((lane, one), other) in lanes.iter_mut().zip(one).zip(other) {
-            *lane = fold::<MAXIMUM>(*lane, one * other);
+            *lane = fold::<T, MAXIMUM>(*lane, *one * *other);
         }
     }
-    lanes.iter().for_each(|lane| total = fold::<MAXIMUM>(total, *lane));
+    lanes.iter().for_each(|lane| total = fold::<T, MAXIMUM>(total, *lane));
     total
 }

@@ -3,9 +3,10 @@
 //! In: values and likelihoods. Out: them, ready for a tree. Invariant: a given variable's value slices its tables; a
 //! weighed one's is a likelihood of 0 and 1; of any other nothing may be known.
 
+use super::cell::Cell;
 use super::compile::Tree;
-use super::propagate::rescale;
 use crate::error::Error;
+use crate::exec::scalar::{Extended, Scalar};
 
 /// What is known: values, and likelihoods.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,9 +26,12 @@ pub(super) struct Known {
     pub(super) weighed: Vec<bool>,
     /// For each slicing of the tree's tables which slice.
     pub(super) slices: Vec<usize>,
-    /// What is certain, tables and likelihoods of given variables only, without a power of two.
-    pub(super) certain: f64,
+    /// What is certain: tables and likelihoods of given variables only.
+    pub(super) certain: Extended,
+    /// The power of two that was taken out of likelihoods.
     pub(super) exponent: i64,
+    /// Whether a product of likelihoods was too small for the numbers computed in.
+    pub(super) lost: bool,
 }
 
 impl Known {
@@ -37,18 +41,24 @@ impl Known {
             values: vec![usize::MAX; count],
             weighed: vec![false; count],
             slices: vec![0; tree.tables.slicings.len()],
-            certain: 1.0,
+            certain: Extended::ONE,
             exponent: 0,
+            lost: false,
         }
     }
 
     /// Reads evidence for a tree; the likelihoods go into `cells`.
-    pub(super) fn read(&mut self, tree: &Tree, evidence: &Evidence, cells: &mut [f64]) -> Result<(), Error> {
+    pub(super) fn read<T: Cell>(
+        &mut self,
+        tree: &Tree,
+        evidence: &Evidence,
+        cells: &mut [T],
+    ) -> Result<(), Error> {
         self.values.fill(usize::MAX);
         self.weighed.fill(false);
-        (self.certain, self.exponent) = (1.0, 0);
+        (self.certain, self.exponent, self.lost) = (Extended::ONE, 0, false);
         for variable in &tree.weighed {
-            cells[tree.likelihood(*variable)].fill(1.0);
+            cells[tree.likelihood(*variable)].fill(T::ONE);
         }
         for (variable, value) in &evidence.hard {
             let count = tree.cardinalities[*variable];
@@ -94,18 +104,18 @@ impl Known {
 
     /// A factor of what is certain.
     fn include(&mut self, value: f64, variables: impl Fn() -> Vec<usize>) -> Result<(), Error> {
-        self.certain *= value;
-        let mut certain = [self.certain];
-        self.exponent += rescale(&mut certain).ok_or_else(|| contradiction(variables()))?;
-        self.certain = certain[0];
-        Ok(())
+        self.certain = self.certain * Extended::from_f64(value);
+        match self.certain > Extended::ZERO {
+            true => Ok(()),
+            false => Err(contradiction(variables())),
+        }
     }
 
-    fn weigh(
+    fn weigh<T: Cell>(
         &mut self,
         tree: &Tree,
         variable: usize,
-        cells: &mut [f64],
+        cells: &mut [T],
         weight: impl Fn(usize) -> f64,
     ) -> Result<(), Error> {
         if tree.likelihoods[variable] == usize::MAX {
@@ -115,7 +125,12 @@ impl Known {
         }
         self.weighed[variable] = true;
         let own = &mut cells[tree.likelihood(variable)];
-        own.iter_mut().enumerate().for_each(|(value, cell)| *cell *= weight(value));
+        for (value, cell) in own.iter_mut().enumerate() {
+            let weight = [T::from_f64(weight(value))];
+            self.lost |= T::may_lose(&[*cell], &weight);
+            *cell = *cell * weight[0];
+        }
+        self.exponent += T::rescale(own).ok_or_else(|| contradiction(vec![variable]))?;
         Ok(())
     }
 }

@@ -2,11 +2,12 @@
 //!
 //! In: a model whose variables are finite. Out: the posterior of every variable, ln P(evidence), the most probable
 //! assignment, joint posteriors, what an observation would tell. Invariant: exact up to rounding; powers of two are kept
-//! apart, so that no evidence is too improbable.
+//! apart, so that no evidence is too improbable; where f64 may lose a cell, all are computed anew with exponents apart.
 //!
 //! Lauritzen and Spiegelhalter 1988; Shenoy 1997 (binary join trees); Darwiche 2003 (derivatives). docs/networks.md tells how.
 
 mod batch;
+mod cell;
 mod compile;
 mod contraction;
 mod cost;
@@ -22,6 +23,7 @@ mod problem;
 mod propagate;
 mod reading;
 mod scores;
+mod session;
 mod table;
 mod triangulate;
 
@@ -34,4 +36,4 @@ pub use most_probable::most_probable;
 pub use names::Named;
 pub use network::{Network, Table};
 pub use plan::{Marginals, MarginalsSession};
-pub use propagate::Session;
+pub use session::Session;

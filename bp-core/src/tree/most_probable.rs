@@ -6,10 +6,11 @@
 //! Largest values instead of sums go up; then, from the root down, each product chooses the best of what was maximised in it,
 //! given what is chosen above (Dawid 1992).
 
+use super::cell::Cell;
 use super::compile::{Purpose, Tree};
 use super::evidence::Evidence;
 use super::network::Network;
-use super::propagate::Session;
+use super::session::Session;
 use crate::error::Error;
 
 /// A most probable value for each variable, and ln P(values, evidence).
@@ -22,22 +23,22 @@ pub fn most_probable(network: &Network, evidence: &Evidence) -> Result<(Vec<usiz
     let every: Vec<usize> = (0..network.cardinalities.len()).collect();
     let tree = Tree::whole(network, &given, &every, &[], Purpose::Maximum)?;
     let mut session = tree.session();
-    session.collect::<true>(evidence)?;
-    Ok((session.assignment(), session.ln_evidence))
+    let values = session.most_probable(evidence)?;
+    Ok((values, session.ln_evidence))
 }
 
 impl Session<'_> {
     /// The best values, after largest values went up.
-    fn assignment(&self) -> Vec<usize> {
+    pub(super) fn assignment<T: Cell>(&self, own: &[T]) -> Vec<usize> {
         let (tree, mut values) = (self.tree, self.known.values.clone());
         for part in tree.parts.iter().rev() {
             let Some((one, other)) = part.children else { continue };
             let open = tree.scopes[one].iter().copied().filter(|variable| values[*variable] == usize::MAX);
             let open: Vec<usize> = open.collect();
-            let cells = |child: usize| tree.value(&self.known, &self.cells, 0, child);
+            let cells = |child: usize| tree.value(&self.known, own, 0, child);
             let (first, second) = (cells(one), cells(other));
             let count: usize = open.iter().map(|variable| tree.cardinalities[*variable]).product();
-            let (mut best, mut most) = (0, -1.0);
+            let (mut best, mut most) = (0, -T::ONE);
             for row in 0..count {
                 self.choose(&open, row, &mut values);
                 let product = first[self.place(one, &values)] * second[self.place(other, &values)];

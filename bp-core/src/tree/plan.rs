@@ -13,7 +13,7 @@ use super::cost::Cost;
 use super::evidence::Evidence;
 use super::network::Network;
 use super::problem::Problem;
-use super::propagate::Session;
+use super::session::Session;
 use super::triangulate::{Effort, triangulate};
 use crate::error::Error;
 

@@ -93,7 +93,7 @@ pub(super) fn place(
                     pairing.nodes[node].leaf.as_ref().expect("internal: only a leaf sums alone");
                 let Leaf::Table(table) = leaves[*leaf] else { unreachable!("internal: only tables do") };
                 let others: Vec<u32> = alone.iter().copied().filter(|one| *one != axis).collect();
-                let (start, slicing) =
+                let (start, _, slicing) =
                     tables.keep(builder, table, &[axes[node].as_slice(), &[axis]].concat(), &others);
                 Kind::Beyond { start, slicing }
             }

@@ -3,6 +3,7 @@
 //! In: a table, which of its variables are given, in which order the others are wanted. Out: its cells, a slice for each way
 //! in which the given ones may be. Invariant: a slice is a stretch.
 
+use super::cell::normalise;
 use super::network::Network;
 use super::problem::Problem;
 
@@ -14,8 +15,10 @@ pub(super) struct Tables {
     pub(super) slicings: Vec<Vec<(usize, usize)>>,
     /// Tables all of whose variables are given: (start, slicing).
     pub(super) known: Vec<(usize, usize)>,
-    /// The power of two that was taken out of them.
+    /// The power of two that was taken out of what no evidence changes.
     pub(super) exponent: i64,
+    /// The powers of two that were taken out of slices: the largest cell of each is in [1, 2).
+    pub(super) exponents: Vec<i64>,
 }
 
 /// The slicing of what has one slice.
@@ -52,8 +55,13 @@ impl<'n> Builder<'n> {
 
 impl Tables {
     pub(super) fn new(builder: &Builder<'_>) -> Self {
-        let mut tables =
-            Self { values: Vec::new(), slicings: vec![Vec::new()], known: Vec::new(), exponent: 0 };
+        let mut tables = Self {
+            values: Vec::new(),
+            slicings: vec![Vec::new()],
+            known: Vec::new(),
+            exponent: 0,
+            exponents: Vec::new(),
+        };
         for table in &builder.problem.known {
             let start = tables.values.len();
             let slicing = tables.slicing(builder, *table);
@@ -78,15 +86,16 @@ impl Tables {
         self.slicings.len() - 1
     }
 
-    /// Keeps a table of the problem with these axes, summed over those that stand `alone`. Gives where, and the slicing.
+    /// Keeps a table of the problem with these axes, summed over those that stand `alone`. Gives where it and the exponents of
+    /// its slices begin, and the slicing.
     pub(super) fn keep(
         &mut self,
         builder: &Builder<'_>,
         table: usize,
         axes: &[u32],
         alone: &[u32],
-    ) -> (usize, usize) {
-        let start = self.values.len();
+    ) -> (usize, usize, usize) {
+        let (start, exponents) = (self.values.len(), self.exponents.len());
         let number = builder.problem.tables[table];
         let slicing = self.slicing(builder, number);
         let values = &builder.network.tables[number].values;
@@ -97,8 +106,10 @@ impl Tables {
         let all = &builder.network.tables[number].variables;
         for slice in builder.offsets(number, all.iter().copied().filter(|one| builder.given[*one])) {
             let sum = |cell: &usize| rest.iter().map(|place| values[slice + cell + place]).sum::<f64>();
+            let own = self.values.len();
             self.values.extend(cells.iter().map(sum));
+            self.exponents.push(normalise(&mut self.values[own..]));
         }
-        (start, slicing)
+        (start, exponents, slicing)
     }
 }

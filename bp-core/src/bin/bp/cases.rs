@@ -63,9 +63,12 @@ pub(crate) fn ask(
     });
     let texts: Vec<String> = said.asks.iter().map(|ask| model.ask_text(ask)).collect();
     let mut answers = question.ask_with(inputs, sampling).map_err(|error| match error {
-        Error::Impossible(asked) => {
-            let at = question.question().asks.iter().position(|ask| model.ask_text(ask) == asked);
-            Error::Impossible(at.map_or(asked, |at| texts[at].clone()))
+        Error::Impossible(mut impossible) => {
+            let mut asks = question.question().asks.iter();
+            if let Some(at) = asks.position(|ask| model.ask_text(ask) == impossible.question) {
+                impossible.question.clone_from(&texts[at]);
+            }
+            Error::Impossible(impossible)
         }
         other => other,
     })?;

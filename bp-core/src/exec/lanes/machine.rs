@@ -6,7 +6,7 @@
 use super::arithmetic;
 use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Source, Stage, Target, Work};
 use super::reads::{Arrays, Found, Slot};
-use crate::exec::scalar::Scalar;
+use crate::exec::scalar::{Number, Scalar};
 use pulp::{Arch, NullaryFnOnce};
 
 /// Consecutive rows (or lanes, where there is one row), and their part of each plane that is made.
@@ -31,7 +31,7 @@ impl<T> Piece<'_, T> {
 }
 
 /// Some instructions, to be compiled for each set that processors have.
-struct Walk<'w, 'a, 'p, T> {
+struct Walk<'w, 'a, 'p, T: Scalar> {
     machine: &'w mut Machine<T>,
     pass: &'w Pass,
     arrays: &'w Arrays<'a, T>,
@@ -52,8 +52,8 @@ impl<T: Scalar> NullaryFnOnce for Walk<'_, '_, '_, T> {
 
 /// What one thread computes with.
 #[derive(Debug)]
-pub(super) struct Machine<T> {
-    pub(super) numbers: Vec<f64>,
+pub(super) struct Machine<T: Scalar> {
+    pub(super) numbers: Vec<T::Number>,
     pub(super) narrow: Vec<T>,
     pub(super) counters: Vec<usize>,
     pub(super) slots: Vec<Slot<T>>,
@@ -70,7 +70,7 @@ pub(super) struct Machine<T> {
 impl<T: Scalar> Machine<T> {
     pub(super) fn new(pass: &Pass, axes: usize) -> Self {
         let mut machine = Self {
-            numbers: vec![0.0; pass.numbers],
+            numbers: vec![T::Number::default(); pass.numbers],
             narrow: vec![T::ZERO; pass.numbers],
             counters: vec![0; axes],
             slots: (0..pass.slots).map(|_| Slot::new(pass.block)).collect(),
@@ -82,7 +82,7 @@ impl<T: Scalar> Machine<T> {
             offset: 0,
             set_of_instructions: Arch::new(),
         };
-        pass.constants.iter().for_each(|(number, value)| machine.set(*number, *value));
+        pass.constants.iter().for_each(|(number, value)| machine.set(*number, T::Number::known(*value)));
         machine
     }
 
@@ -169,25 +169,25 @@ impl<T: Scalar> Machine<T> {
         self.instructions(pass, arrays, &code.instructions, piece);
     }
 
-    fn set(&mut self, number: usize, value: f64) {
+    fn set(&mut self, number: usize, value: T::Number) {
         self.numbers[number] = value;
-        self.narrow[number] = T::from_f64(value);
+        self.narrow[number] = T::from_number(value);
     }
 
-    fn number(&self, arrays: &Arrays<'_, T>, how: &Numeric) -> f64 {
+    fn number(&self, arrays: &Arrays<'_, T>, how: &Numeric) -> T::Number {
         let number = |number: &usize| self.numbers[*number];
         match how {
-            Numeric::Constant(bits) => f64::from_bits(*bits),
-            Numeric::Counter(axis) => self.counters[*axis] as f64,
-            Numeric::Unary(operator, a) => operator.apply(number(a)),
-            Numeric::Binary(operator, a, b) => operator.apply(number(a), number(b)),
-            Numeric::Select(a, b, c) => number(if number(a) != 0.0 { b } else { c }),
-            Numeric::Stored(a) => self.narrow[*a].to_f64(),
+            Numeric::Constant(bits) => T::Number::known(f64::from_bits(*bits)),
+            Numeric::Counter(axis) => T::Number::known(self.counters[*axis] as f64),
+            Numeric::Unary(operator, a) => T::Number::unary(*operator, number(a)),
+            Numeric::Binary(operator, a, b) => T::Number::binary(*operator, number(a), number(b)),
+            Numeric::Select(a, b, c) => number(if number(a).is_zero() { c } else { b }),
+            Numeric::Stored(a) => self.narrow[*a].to_number(),
             Numeric::Load(address, otherwise) => {
                 match (self.find(&address.terms, address.base), address.source) {
                     (Some(at), Source::Whole(buffer)) => arrays.cell(buffer, at),
                     (Some(_), Source::Block(_)) => unreachable!("internal: what lives for a block has lanes"),
-                    (None, _) => otherwise.as_ref().map_or(0.0, number),
+                    (None, _) => otherwise.as_ref().map_or_else(T::Number::default, number),
                 }
             }
         }

@@ -6,7 +6,7 @@
 use super::arithmetic::Lane;
 use super::code::{Address, Along, Operand, Pass, Place, Source, Term, Work};
 use super::machine::Machine;
-use crate::exec::scalar::Scalar;
+use crate::exec::scalar::{Number, Scalar};
 use crate::ids::{BufferId, Id};
 
 /// What a pass may read, by buffer; nothing of what it makes.
@@ -16,11 +16,11 @@ pub(super) struct Arrays<'a, T> {
 }
 
 impl<T: Scalar> Arrays<'_, T> {
-    pub(super) fn cell(&self, buffer: BufferId, at: usize) -> f64 {
+    pub(super) fn cell(&self, buffer: BufferId, at: usize) -> T::Number {
         let positions = self.positions[buffer.position()];
         match positions.is_empty() {
-            true => self.numbers[buffer.position()][at].to_f64(),
-            false => f64::from(positions[at]),
+            true => self.numbers[buffer.position()][at].to_number(),
+            false => T::Number::known(f64::from(positions[at])),
         }
     }
 }
@@ -66,7 +66,7 @@ impl<T: Scalar> Machine<T> {
     /// The base and the terms; nothing outside.
     pub(super) fn find(&self, terms: &[Term], base: usize) -> Option<usize> {
         terms.iter().try_fold(base, |at, term| {
-            let index = self.numbers[term.number] as i64;
+            let index = self.numbers[term.number].rounded() as i64;
             (0..term.extent as i64).contains(&index).then(|| at + index as usize * term.stride)
         })
     }
@@ -117,8 +117,8 @@ impl<T: Scalar> Machine<T> {
     }
 
     fn turned(&self, by: usize, wraps: usize, extent: usize) -> i64 {
-        let from = self.start as i64 + self.numbers[by] as i64;
-        if self.numbers[wraps] != 0.0 { from.rem_euclid(extent as i64) } else { from }
+        let from = self.start as i64 + self.numbers[by].rounded() as i64;
+        if self.numbers[wraps].is_zero() { from } else { from.rem_euclid(extent as i64) }
     }
 
     /// Copies a place, stretch by stretch; the other lanes where it lies outside.
@@ -156,7 +156,7 @@ impl<T: Scalar> Machine<T> {
                         false => other.copy(lane, stretch),
                     }
                     (from, lane) = (from + count as i64, lane + count);
-                    if self.numbers[*wraps] != 0.0 {
+                    if !self.numbers[*wraps].is_zero() {
                         from = from.rem_euclid(*extent as i64);
                     }
                 }
@@ -211,7 +211,7 @@ impl<T: Scalar> Machine<T> {
                         (Some(at), Source::Whole(buffer))
                             if !arrays.positions[buffer.position()].is_empty() =>
                         {
-                            T::from_f64(arrays.cell(buffer, at))
+                            T::from_number(arrays.cell(buffer, at))
                         }
                         (Some(at), Source::Whole(buffer)) => arrays.numbers[buffer.position()][at],
                         (Some(at), Source::Block(number)) => self.blocks[number][at * pass.block + lane],

@@ -154,16 +154,19 @@ impl Values {
     }
 
     pub(super) fn unary(&mut self, operator: Unary, a: Value) -> Value {
-        match (a, self.known(a)) {
-            (_, Some(x)) => self.constant(operator.apply(x)),
+        match (a, self.known(a).and_then(|x| operator.folded(x))) {
+            (_, Some(value)) => self.constant(value),
             (Value::Number(a), _) => self.number(Numeric::Unary(operator, a)),
             _ => self.lanes(Work::Unary(operator, a)),
         }
     }
 
     pub(super) fn binary(&mut self, operator: Binary, a: Value, b: Value) -> Value {
-        match (operator, self.known(a), self.known(b)) {
-            (_, Some(x), Some(y)) => return self.constant(operator.apply(x, y)),
+        let (x, y) = (self.known(a), self.known(b));
+        if let Some(value) = x.zip(y).and_then(|(x, y)| operator.folded(x, y)) {
+            return self.constant(value);
+        }
+        match (operator, x, y) {
             (Binary::Add, Some(0.0), _) | (Binary::Multiply, Some(1.0), _) => return b,
             (Binary::Add | Binary::Subtract, _, Some(0.0))
             | (Binary::Multiply | Binary::Divide, _, Some(1.0)) => return a,

@@ -11,8 +11,8 @@ use super::Scalar;
 use std::borrow::Cow;
 
 /// ln 2, in two parts: the first has so few bits that a whole multiple of it is exact.
-const LN_2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
-const LN_2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
+pub(super) const LN_2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
+pub(super) const LN_2_LOW: f64 = f64::from_bits(0x3DEA_39EF_3579_3C76);
 
 /// Adding and subtracting this, 1.5 · 2⁵², rounds to a whole number.
 const ROUND: f64 = 6_755_399_441_055_744.0;
@@ -54,6 +54,7 @@ fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
 }
 
 impl Scalar for f64 {
+    type Number = f64;
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
     #[inline(always)]
@@ -66,6 +67,14 @@ impl Scalar for f64 {
     }
     fn widen(numbers: &[f64]) -> Cow<'_, [f64]> {
         Cow::Borrowed(numbers)
+    }
+    #[inline(always)]
+    fn to_number(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn from_number(number: f64) -> f64 {
+        number
     }
     #[inline(always)]
     fn absolute(self) -> f64 {

@@ -52,6 +52,7 @@ fn logarithm_of_normal(x: f32, n: f32) -> f32 {
 }
 
 impl Scalar for f32 {
+    type Number = f64;
     const ZERO: f32 = 0.0;
     const ONE: f32 = 1.0;
     #[inline(always)]
@@ -64,6 +65,14 @@ impl Scalar for f32 {
     }
     fn widen(numbers: &[f32]) -> Cow<'_, [f64]> {
         numbers.iter().copied().map(f64::from).collect()
+    }
+    #[inline(always)]
+    fn to_number(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline(always)]
+    fn from_number(number: f64) -> f32 {
+        number as f32
     }
     #[inline(always)]
     fn absolute(self) -> f32 {

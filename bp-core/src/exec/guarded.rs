@@ -1,0 +1,58 @@
+//! Running a kernel so that f64 loses nothing: in f64 where that is enough, else with exponents apart.
+//!
+//! In: a kernel and its inputs in f64. Out: its outputs. Invariant: what is 0 is 0 by the program, not because a number was
+//! too small; whether a kernel runs anew depends on its outputs alone, not on the number of threads.
+
+use super::scalar::{Extended, Scalar};
+use super::{Inputs, Lanes, Outputs};
+use crate::error::Error;
+
+/// The output of ln P(evidence).
+pub const LN_EVIDENCE: &str = "ln_evidence";
+
+/// The output of the totals that answers are divided by.
+pub const TOTAL: &str = "total of each context";
+
+/// A total below this may have lost something: 2⁻⁵¹².
+const SMALLEST_TOTAL: f64 = f64::from_bits((1023 - 512) << 52);
+
+/// What a guarded run gives.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Guarded {
+    /// The outputs.
+    pub outputs: Outputs<f64>,
+    /// The same with exponents apart, where they were computed so.
+    pub extended: Option<Outputs<Extended>>,
+    /// How many values each axis of each output has.
+    pub extents: Vec<Vec<usize>>,
+}
+
+impl Lanes {
+    /// Runs the kernel in f64, and anew with exponents apart where a total is below 2⁻⁵¹² or a number is not finite; with
+    /// exponents apart from the start where `log` says so.
+    ///
+    /// # Errors
+    /// As [`Lanes::run`].
+    pub fn run_guarded(&self, inputs: &Inputs<'_, f64>, log: bool) -> Result<Guarded, Error> {
+        if !log {
+            let (outputs, extents) = self.run_shaped(inputs)?;
+            if outputs.arrays.iter().all(|(name, cells)| is_safe(name, cells)) {
+                return Ok(Guarded { outputs, extended: None, extents });
+            }
+        }
+        let (extended, extents) = self.run_shaped(&inputs.extended())?;
+        let rounded = |(name, cells): &(String, Vec<Extended>)| {
+            (name.clone(), cells.iter().map(|cell| cell.to_f64()).collect())
+        };
+        let outputs = Outputs { arrays: extended.arrays.iter().map(rounded).collect() };
+        Ok(Guarded { outputs, extended: Some(extended), extents })
+    }
+}
+
+fn is_safe(name: &str, cells: &[f64]) -> bool {
+    cells.iter().all(|cell| match name {
+        TOTAL => cell.is_finite() && *cell >= SMALLEST_TOTAL,
+        LN_EVIDENCE => cell.is_finite() && *cell >= SMALLEST_TOTAL.ln(),
+        _ => cell.is_finite(),
+    })
+}
