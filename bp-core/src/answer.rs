@@ -36,6 +36,7 @@ pub struct Answer {
     /// What was asked, as a user would type it.
     pub question: String,
     /// ln P(evidence), where the evidence is one event; a density where it is real.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub ln_evidence: Option<f64>,
     /// How it was estimated, where it is not exact.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,8 +55,10 @@ pub struct Estimate {
     /// Where the random numbers began.
     pub seed: u64,
     /// The standard error of ln P(evidence), where that is told.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub ln_evidence_error: Option<f64>,
-    /// What is to be minded.
+    /// A warning about the estimate, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
 }
 
@@ -119,7 +122,8 @@ pub enum Figure {
     },
     /// How far one distribution is from another.
     Divergence {
-        /// In nats. JSON has no infinity: there it is null.
+        /// In nats. JSON has no infinity: there it is the word `"infinite"`.
+        #[serde(serialize_with = "finite_or_word")]
         divergence: f64,
         /// Whether the second excludes what the first does not.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -151,6 +155,10 @@ impl Row {
             _ => None,
         }
     }
+}
+
+fn finite_or_word<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if number.is_finite() { serializer.serialize_f64(*number) } else { serializer.serialize_str("infinite") }
 }
 
 fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {

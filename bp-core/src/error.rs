@@ -24,6 +24,16 @@ pub enum Error {
         /// What was found, and what was expected.
         message: String,
     },
+    /// A number in a form that a distribution cannot have.
+    #[error("`{form}`{}: {message}", in_context(context))]
+    Number {
+        /// The factor and its form, `P(Y | X) = bernoulli(X / 2)`.
+        form: String,
+        /// The values of the right-hand variables, `X = 3`; empty where there are none.
+        context: String,
+        /// The number that was found, and what was expected.
+        message: String,
+    },
     /// A cell of a table that is no value of its variable.
     #[error("`{}`, row {row}, column `{column}`: `{value}` is {message}", path.display())]
     Cell {
@@ -131,5 +141,21 @@ impl Error {
     /// A file that cannot be read or written.
     pub fn file(path: &Path, source: std::io::Error) -> Self {
         Error::File { path: path.to_owned(), source }
+    }
+}
+
+/// The context of a number, as a part of a sentence.
+fn in_context(context: &str) -> String {
+    if context.is_empty() { String::new() } else { format!(", where {context}") }
+}
+
+/// A number as a person writes it: to twelve digits, without those that rounding leaves.
+pub fn written(number: f64) -> String {
+    let rounded: f64 = format!("{number:.11e}").parse().unwrap_or(number);
+    match rounded.abs() {
+        size if size == 0.0 || (1e-5..1e15).contains(&size) || !size.is_finite() => {
+            (rounded + 0.0).to_string()
+        }
+        _ => format!("{rounded:e}"),
     }
 }

@@ -38,7 +38,7 @@ pub enum Unary {
     LnBessel,
     /// Φ(x), the cumulative distribution of the standard normal law
     NormalCumulative,
-    /// −x ln x, and 0 at 0 and below: one value's part of an entropy
+    /// −x ln x, and 0 at 0 and below: one value's part of an entropy. NaN stays NaN
     EntropyTerm,
 }
 
@@ -101,8 +101,8 @@ impl Unary {
             Unary::LnGamma => ln_gamma(x),
             Unary::LnBessel => ln_bessel(x),
             Unary::NormalCumulative => normal_cumulative(x),
-            Unary::EntropyTerm if x > 0.0 => -x * x.ln(),
-            Unary::EntropyTerm => 0.0,
+            Unary::EntropyTerm if x <= 0.0 => 0.0,
+            Unary::EntropyTerm => -x * x.ln(),
         }
     }
 

@@ -144,7 +144,7 @@ fn every_figure_is_json() {
     assert_eq!(of("expectation P(Rain)"), json!([{ "values": { "Rain": "" }, "expectation": 0.3 }]));
     assert_eq!(
         of("divergence P(Rain) from P(Rain | Wet = false)"),
-        json!([{ "values": {}, "divergence": null, "infinite": true }])
+        json!([{ "values": {}, "divergence": "infinite", "infinite": true }])
     );
     assert_eq!(of("information P(Rain Wet)").as_array().unwrap().len(), 1);
     assert_eq!(of("best(1) P(Rain | Wet = false)"), json!([{ "values": { "Rain": "false" }, "p": 1.0 }]));

@@ -105,7 +105,8 @@ fn a_deviation_of_zero_is_told() {
     let text = "program Sharp { parameters { s : real; } variables { A : bool; X : real; } decomposition { P(A) P(X | A) }
         forms { P(A) = uniform; P(X | A) = normal(if A { 1 } else { 0 }, s); } }";
     let error = answers(text, "P(A | X = 1)", &Inputs::new().number("s", 0.0)).unwrap_err();
-    assert!(error.contains("not a number"), "{error}");
+    assert!(error.contains("normal(if A { 1 } else { 0 }, s)`, where A = false"), "{error}");
+    assert!(error.contains("the standard deviation is 0, but it must be greater than 0"), "{error}");
 }
 
 #[test]

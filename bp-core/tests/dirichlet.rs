@@ -58,5 +58,8 @@ fn a_parameter_that_is_not_positive_is_an_error() {
     );
     let asked = ask_with(&model, &question(&model, "P(Share)"), &Inputs::new(), Sampling::default());
     let error = asked.unwrap_err().to_string();
-    assert!(error.contains("parameter 2 of its `dirichlet` is -1"), "{error}");
+    assert!(
+        error.contains("`P(Share) = dirichlet(1, a)`: parameter 2 is -1, but it must be greater than 0"),
+        "{error}"
+    );
 }

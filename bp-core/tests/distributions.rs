@@ -236,7 +236,12 @@ fn parameters_that_cannot_be_are_told() {
     let mut values = vec![0.0; setting.slots()];
     values[setting.slots_of(variable(&model, "K")).start] = 1.0;
     let told = setting.distribution(&instance, &values).unwrap_err().to_string();
-    assert!(told.contains("`X`") && told.contains("-1.5") && told.contains("greater than 0"), "{told}");
+    assert!(
+        told.contains("`P(X | A B K) = normal(0, m[K])`, where")
+            && told.contains("-1.5")
+            && told.contains("greater than 0"),
+        "{told}"
+    );
     let missing = model_of(
         "program Q { parameters { q : probability; } variables { A : bool; } decomposition { P(A) } forms { P(A) = bernoulli(q); } }",
     );

@@ -179,7 +179,7 @@ fn what_is_wrong_with_the_data_is_told() {
     assert!(missing.contains("`sigma_2`") && missing.contains("not given"), "{missing}");
     for bad in [0.0, -1.0] {
         let text = asked(&two().number("sigma_1", bad), "P(X | Y = 2)");
-        assert!(text.contains("`Y`") && text.contains("standard deviation must be positive"), "{text}");
+        assert!(text.contains("`P(Y | X) = normal(") && text.contains("the standard deviation is"), "{text}");
     }
     let infinite = asked(&two().number("mean", f64::INFINITY), "P(X | Y = 2)");
     assert!(infinite.contains("`mean`") && infinite.contains("finite"), "{infinite}");
@@ -203,9 +203,9 @@ fn what_is_wrong_with_a_step_is_told() {
     let plan = closed_form(&model, "estimate");
     let made =
         |parameters: &[(&str, f64)]| Filter::new(&model, &plan, parameters).map(|_| ()).map_err(message);
-    assert!(made(&[("sigma_v", 0.0)]).unwrap_err().contains("positive"));
+    assert!(made(&[("sigma_v", 0.0)]).unwrap_err().contains("must be greater than 0"));
     assert!(made(&[("sigma", 1.0)]).unwrap_err().contains("no such parameter"));
-    assert!(made(&[("tau_c", -0.01), ("dt", 0.01)]).unwrap_err().contains("not a finite number"));
+    assert!(made(&[("tau_c", -0.01), ("dt", 0.01)]).unwrap_err().contains("must be a finite number"));
     assert!(made(&[]).is_ok());
     // An error leaves the filter where it was.
     let (mut fresh, mut used) = (yaw(&[]), yaw(&[]));

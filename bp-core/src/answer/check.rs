@@ -3,10 +3,12 @@
 //! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant:
 //! kernels know nothing of probability, so this is the one place where given numbers meet their domains.
 
+use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Domain, Evidence, Known, Model, Question, Reduction, Value};
+use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Value};
+use crate::sample::Observations;
 
 /// Checks parameters against their kinds, and given values against their domains.
 pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
@@ -68,4 +70,16 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
         }
     }
     Ok(())
+}
+
+/// Why an answer is not a number: the form of which a number cannot be, with its context.
+pub(super) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
+    let question = model.ask_text(ask);
+    match Setting::new(model, inputs) {
+        Err(error) => error,
+        Ok(setting) => {
+            let known = Observations::of(&setting, ask).unwrap_or_else(|_| Observations::none(&setting));
+            setting.not_a_number(&question, &known.values)
+        }
+    }
 }

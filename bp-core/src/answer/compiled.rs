@@ -89,7 +89,8 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
     let mut routes = Vec::new();
     for route in plan_for_answer(&model, question)?.routes {
         routes.push(match route {
-            Route::Exact(exact) => {
+            Route::Exact(mut exact) => {
+                as_tables(&mut exact.asks);
                 let lowered = lower_guarded(&model, &exact, &question.name)?;
                 Compiled::Exact(Exact {
                     ln_evidence: exact.ln_evidence,
@@ -103,7 +104,12 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
             Route::OverTime(over_time) => Compiled::OverTime(over_time.ask),
         });
     }
-    let part = |ask: &Ask, part: &Ask| Part { text: model.ask_text(part), whole: part == ask };
+    let exact = |route: &Compiled| matches!(route, Compiled::Exact(_));
+    let tables = routes.iter().all(exact);
+    let part = |ask: &Ask, part: &Ask| match part.reduction {
+        Reduction::Entropy if tables => Part { text: model.ask_text(&as_table(part)), whole: false },
+        _ => Part { text: model.ask_text(part), whole: part == ask },
+    };
     let parts = (question.asks.iter())
         .map(|ask| plan::parts(&model, ask).iter().map(|own| part(ask, own)).collect())
         .collect();
@@ -114,6 +120,20 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
 fn compares(ask: &Ask) -> bool {
     matches!(ask.reduction, Reduction::Divergence { .. })
         || ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
+}
+
+/// Entropies are made of whole tables, which say what context is impossible.
+fn as_tables(asks: &mut Vec<Ask>) {
+    for ask in std::mem::take(asks) {
+        let ask = if ask.reduction == Reduction::Entropy { as_table(&ask) } else { ask };
+        if !asks.contains(&ask) {
+            asks.push(ask);
+        }
+    }
+}
+
+fn as_table(ask: &Ask) -> Ask {
+    Ask { reduction: Reduction::Probability, ..ask.clone() }
 }
 
 impl CompiledQuestion<'_> {
@@ -206,9 +226,9 @@ impl CompiledQuestion<'_> {
             let own = outputs.arrays.iter().position(|(name, _)| *name == output.name);
             let own = own.expect("internal: the output exists");
             let cells = std::mem::take(&mut outputs.arrays[own].1);
-            if cells.iter().any(|cell| cell.is_nan()) {
-                let reason = "its answer is not a number: a divisor or a standard deviation may be 0";
-                return Err(Error::input(&output.name, reason));
+            let number = |cell: &f64| *cell >= 0.0 && cell.is_finite();
+            if !cells.iter().all(number) || ln_evidence.is_some_and(|ln| ln.is_nan() || ln == f64::INFINITY) {
+                return Err(check::not_a_number(&self.model, ask, inputs));
             }
             if ln_evidence == Some(f64::NEG_INFINITY) {
                 return Err(impossible::error(&self.model, ask, inputs));

@@ -39,6 +39,10 @@ pub(super) fn answers(
     let observations: Vec<(&str, f64)> =
         observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
     let belief = Filter::new(model, gaussian, &parameters)?.step(&observations)?;
+    let numbers = belief.mean.iter().chain(belief.covariance.iter()).chain([&belief.ln_evidence]);
+    if !numbers.copied().all(f64::is_finite) {
+        return Err(setting.not_a_number(&model.ask_text(&gaussian.asks[0]), &evidence.values));
+    }
     Ok((gaussian.asks.iter())
         .map(|ask| Answer {
             question: model.ask_text(ask),

@@ -1,7 +1,7 @@
 //! What is made of a table: all of it, its largest, draws from it, its moments.
 //!
 //! In: a table, the ask, what the host gave. Out: rows. Invariant: it is made in each context, never among contexts; an
-//! impossible context has rows of zeros where its probabilities are asked, an entropy of 0, and no row otherwise.
+//! impossible context has rows of zeros where its probabilities are asked, and no row otherwise.
 
 use super::table::{Column, Table};
 use super::{Figure, Row, argmax, moments};
@@ -49,16 +49,12 @@ impl Reader<'_> {
             let possible = numbers.iter().any(|p| *p > 0.0);
             let chosen: Vec<(usize, Figure)> = match &self.ask.reduction {
                 Reduction::Probability => wanted.into_iter().map(figure).collect(),
+                _ if !possible => continue,
                 Reduction::Entropy => {
-                    let entropy = match self.table.left.is_empty() {
-                        // The kernel has summed already.
-                        true => numbers[0],
-                        false => wanted.iter().map(|at| moments::minus_p_ln_p(numbers[*at])).sum(),
-                    };
+                    let entropy = wanted.iter().map(|at| moments::minus_p_ln_p(numbers[*at])).sum();
                     rows.push(self.context_row(context, Figure::Entropy { entropy }));
                     continue;
                 }
-                _ if !possible => continue,
                 Reduction::Maximum => {
                     self.largest(numbers, &wanted, None, context).into_iter().take(1).map(figure).collect()
                 }

@@ -8,7 +8,7 @@ use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::{Dirichlet, Law};
+use crate::law::Law;
 use crate::model::{Domain, Form};
 use crate::operators::normal_cumulative;
 
@@ -16,7 +16,7 @@ impl Setting<'_> {
     /// The distribution of an instance's left-hand side where variables have these values.
     ///
     /// # Errors
-    /// A parameter of a law that cannot be, a probability that is none, a form that has no numbers of its own.
+    /// A number that the form cannot have ([`Error::Number`]); a form that has no numbers of its own.
     pub fn distribution(&self, instance: &Instance, values: &[f64]) -> Result<Distribution, Error> {
         let scope = Scope {
             setting: self,
@@ -26,12 +26,13 @@ impl Setting<'_> {
             instead: None,
         };
         let form = &self.model.factors[instance.factor].form;
-        let distribution = Evaluation { scope, instance }.form(form)?;
+        let evaluation = Evaluation { scope, instance };
+        let distribution = evaluation.form(form)?;
         if let Distribution::Finite(probabilities) = &distribution
             && probabilities.iter().any(|probability| !(*probability >= 0.0 && probability.is_finite()))
         {
-            let reason = "its probabilities are not numbers: a divisor or a standard deviation may be 0";
-            return Err(Error::input(self.slot_name(instance.left[0]), reason));
+            let message = "its probabilities are beyond the range of numbers".to_owned();
+            return Err(evaluation.refused(form, message));
         }
         Ok(distribution)
     }
@@ -66,13 +67,13 @@ impl Setting<'_> {
 }
 
 /// A form that is being evaluated.
-struct Evaluation<'e> {
-    scope: Scope<'e>,
-    instance: &'e Instance,
+pub(super) struct Evaluation<'e> {
+    pub(super) scope: Scope<'e>,
+    pub(super) instance: &'e Instance,
 }
 
 impl Evaluation<'_> {
-    fn left(&self) -> VariableId {
+    pub(super) fn left(&self) -> VariableId {
         self.scope.setting.variable_of(self.instance.left[0])
     }
 
@@ -97,17 +98,17 @@ impl Evaluation<'_> {
         Ok(match form {
             Form::Uniform => Distribution::Finite(vec![1.0 / count as f64; count]),
             Form::Bernoulli(probability) => {
-                let probability = self.scope.number(*probability);
+                let probability = self.probability(form, self.scope.number(*probability))?;
                 Distribution::Finite(vec![1.0 - probability, probability])
             }
-            Form::Categorical(entries) => Distribution::Finite(self.numbers(entries)),
+            Form::Categorical(entries) => Distribution::Finite(self.row(form, self.numbers(entries))?),
             Form::Table(rows) => {
                 let row = (setting.model.factors[self.instance.factor].right.iter()).fold(0, |row, use_| {
                     row * setting.count(use_.variable) + self.scope.value(use_).max(0.0) as usize
                 });
                 let row =
                     rows.get(row).ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?;
-                Distribution::Finite(self.numbers(row))
+                Distribution::Finite(self.row(form, self.numbers(row))?)
             }
             Form::Constants(numbers) => {
                 let row = (setting.model.factors[self.instance.factor].right.iter()).fold(0, |row, use_| {
@@ -119,17 +120,17 @@ impl Evaluation<'_> {
                 )
             }
             Form::Law { law, arguments } => {
-                let parameters = self.parameters(*law, arguments)?;
+                let parameters = self.parameters(form, *law, arguments)?;
                 match domain.is_finite() {
                     true => Distribution::Finite(law::over(setting, left, *law, &parameters)),
                     false => Distribution::Law(*law, parameters),
                 }
             }
-            Form::Dirichlet(parameters) => self.share(parameters)?,
-            Form::Mixture(parts) => self.mixture(parts, domain)?,
-            Form::Truncated { form, low, high } => {
-                let bounds = [self.scope.number(*low), self.scope.number(*high)];
-                match (form.as_ref(), self.form(form)?) {
+            Form::Dirichlet(parameters) => self.share(form, parameters)?,
+            Form::Mixture(parts) => self.mixture(form, parts, domain)?,
+            Form::Truncated { form: inner, low, high } => {
+                let bounds = self.bounds(form, [self.scope.number(*low), self.scope.number(*high)])?;
+                match (inner.as_ref(), self.form(inner)?) {
                     (_, Distribution::Finite(probabilities)) => {
                         let inside = |(ordinal, probability): (usize, f64)| {
                             let number = setting.number_at(left, ordinal as f64);
@@ -148,28 +149,23 @@ impl Evaluation<'_> {
                 }
             }
             Form::NormalBins { mean, deviation } => {
-                let [mean, deviation] = self.parameters(Law::Normal, &[*mean, *deviation])?;
+                let [mean, deviation] = self.parameters(form, Law::Normal, &[*mean, *deviation])?;
                 Distribution::Finite(normal_bins(count - 1, mean, deviation))
             }
             Form::Dirac(value) => {
-                let value = setting.value_at(left, self.scope.number(*value));
-                match (domain.is_finite(), value) {
-                    (true, value) => {
-                        let is = |ordinal: usize| f64::from(u8::from(Some(ordinal as f64) == value));
-                        Distribution::Finite((0..count).map(is).collect())
-                    }
-                    (false, Some(value)) => Distribution::Point(value),
-                    (false, None) => {
-                        let name = setting.slot_name(self.instance.left[0]);
-                        return Err(Error::input(name, "what its `dirac` says is not a finite number"));
-                    }
+                let number = self.finite(form, self.scope.number(*value))?;
+                if !domain.is_finite() {
+                    return Ok(Distribution::Point(number));
                 }
+                let value = setting.value_at(left, number);
+                let is = |ordinal: usize| f64::from(u8::from(Some(ordinal as f64) == value));
+                Distribution::Finite((0..count).map(is).collect())
             }
             Form::Previous { of, at: None, otherwise } => {
                 let kept = format!("previous {}", setting.model.variable_name(*of));
                 match setting.inputs.find(&kept) {
                     Some(kept) if kept.len() == count && domain.is_finite() => {
-                        Distribution::Finite(kept.to_vec())
+                        Distribution::Finite(self.weights(form, kept.to_vec())?)
                     }
                     _ => self.form(otherwise)?,
                 }
@@ -179,7 +175,7 @@ impl Evaluation<'_> {
                 let at = |ordinal: usize| {
                     Scope { instead: Some((slot, ordinal as f64)), ..self.scope }.number(*weight)
                 };
-                Distribution::Finite(normalised((0..count).map(at).collect()))
+                Distribution::Finite(normalised(self.weights(form, (0..count).map(at).collect())?))
             }
             Form::If { condition, then, otherwise } => {
                 let condition = Scope { component: 0, ..self.scope }.number(*condition);
@@ -198,29 +194,22 @@ impl Evaluation<'_> {
     }
 
     /// The law of a component of a vector of proportions, given those before it.
-    fn share(&self, parameters: &[ExpressionId]) -> Result<Distribution, Error> {
-        let (parameters, slot) = (self.numbers(parameters), self.instance.left[0]);
+    fn share(&self, form: &Form, parameters: &[ExpressionId]) -> Result<Distribution, Error> {
+        let slot = self.instance.left[0];
         let before = &self.scope.values[slot - self.instance.component..slot];
-        match Dirichlet::new(parameters.clone()) {
-            Ok(law) => Ok(Distribution::Share(law.share(before))),
-            Err(position) => {
-                let (number, found) = (position + 1, parameters[position]);
-                let message = format!(
-                    "parameter {number} of its `dirichlet` is {found}, but it must be greater than 0"
-                );
-                Err(Error::input(self.scope.setting.slot_name(slot), message))
-            }
-        }
+        Ok(Distribution::Share(self.dirichlet(form, self.numbers(parameters))?.share(before)))
     }
 
-    fn mixture(&self, parts: &[(ExpressionId, Form)], domain: &Domain) -> Result<Distribution, Error> {
-        let parts: Vec<(f64, Distribution)> = (parts.iter())
-            .map(|(weight, part)| Ok((self.scope.number(*weight), self.form(part)?)))
+    fn mixture(
+        &self,
+        form: &Form,
+        parts: &[(ExpressionId, Form)],
+        domain: &Domain,
+    ) -> Result<Distribution, Error> {
+        let weights = self.row(form, parts.iter().map(|(weight, _)| self.scope.number(*weight)).collect())?;
+        let parts: Vec<(f64, Distribution)> = (weights.into_iter().zip(parts))
+            .map(|(weight, (_, part))| Ok((weight, self.form(part)?)))
             .collect::<Result<_, Error>>()?;
-        if let Some((weight, _)) = parts.iter().find(|(weight, _)| !(*weight >= 0.0 && weight.is_finite())) {
-            let name = self.scope.setting.slot_name(self.instance.left[0]);
-            return Err(Error::input(name, format!("a weight of its mixture is {weight}")));
-        }
         if !domain.is_finite() {
             return Ok(Distribution::Mixture(parts));
         }
@@ -231,26 +220,17 @@ impl Evaluation<'_> {
         }
         Ok(Distribution::Finite(sum))
     }
-
-    fn parameters(&self, law: Law, arguments: &[ExpressionId]) -> Result<[f64; 2], Error> {
-        let mut parameters = [0.0; 2];
-        parameters.iter_mut().zip(arguments).for_each(|(number, id)| *number = self.scope.number(*id));
-        match law.refuses(law::exactly(law, &parameters)) {
-            None => Ok(parameters),
-            Some((position, expected)) => {
-                let name = self.scope.setting.slot_name(self.instance.left[0]);
-                let (what, found) = (law.parameters()[position].0, parameters[position]);
-                let message =
-                    format!("the {what} of its `{}` is {found}, but it must be {expected}", law.name());
-                Err(Error::input(name, message))
-            }
-        }
-    }
 }
 
 /// Each part of the total; all 0 where the total is 0.
-pub(super) fn normalised(weights: Vec<f64>) -> Vec<f64> {
-    let total: f64 = weights.iter().sum();
+pub(super) fn normalised(mut weights: Vec<f64>) -> Vec<f64> {
+    let mut total: f64 = weights.iter().sum();
+    if total == f64::INFINITY {
+        // Each is finite: relative to the largest, so is their sum.
+        let most = weights.iter().copied().fold(0.0, f64::max);
+        weights.iter_mut().for_each(|weight| *weight /= most);
+        total = weights.iter().sum();
+    }
     if total > 0.0 {
         weights.into_iter().map(|weight| weight / total).collect()
     } else {

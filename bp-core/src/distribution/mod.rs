@@ -7,7 +7,9 @@
 //! A value is the ordinal of a finite domain's value, or a real. An assignment is one number for each slot: a variable
 //! has a slot, a family one for each element, a vector one for each component.
 
+mod check;
 mod form;
+mod invalid;
 mod law;
 mod number;
 mod reads;

@@ -64,7 +64,7 @@ impl Setting<'_> {
 
 impl Scope<'_> {
     /// The value in a slot.
-    fn at(&self, slot: usize) -> f64 {
+    pub(super) fn at(&self, slot: usize) -> f64 {
         match self.instead {
             Some((instead, value)) if instead == slot => value,
             _ => self.values.get(slot).copied().unwrap_or(f64::NAN),

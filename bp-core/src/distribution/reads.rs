@@ -28,27 +28,56 @@ impl Setting<'_> {
     }
 
     fn slots_read(&self, id: ExpressionId, indices: &[f64]) -> BTreeSet<usize> {
-        let (mut rest, mut seen, mut slots) = (vec![id], HashSet::new(), BTreeSet::new());
+        let mut slots = BTreeSet::new();
+        self.each_node(id, &mut |node| match node {
+            Expression::Variable(use_) => slots.extend(self.slots_used(use_, indices)),
+            Expression::First { family, .. } => slots.extend(self.slots_of(*family)),
+            _ => {}
+        });
+        slots
+    }
+
+    /// Whether a form reads what is not a number here: a field or an answer of another program, or what was kept at a
+    /// cell.
+    pub(super) fn reads_elsewhere(&self, instance: &Instance) -> bool {
+        let form = &self.model.factors[instance.factor].form;
+        let mut found = has(form, &|form| {
+            matches!(form, Form::Ask { .. } | Form::Unknown(_) | Form::Previous { at: Some(_), .. })
+        });
+        form.each_expression(&mut |id| {
+            self.each_node(id, &mut |node| {
+                found |= matches!(
+                    node,
+                    Expression::Foreign { .. }
+                        | Expression::GradientNorm { .. }
+                        | Expression::Frontier { .. }
+                );
+            });
+        });
+        found
+    }
+
+    /// Visits an expression and all that it is made of, each once.
+    fn each_node(&self, id: ExpressionId, visit: &mut dyn FnMut(&Expression)) {
+        let (mut rest, mut seen) = (vec![id], HashSet::new());
         while let Some(id) = rest.pop() {
             if !seen.insert(id) {
                 continue;
             }
-            match &self.model.expressions[id] {
+            let node = &self.model.expressions[id];
+            visit(node);
+            match node {
                 Expression::Number(_) | Expression::Index(_) => {}
                 Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => {
                     rest.extend(indices)
                 }
-                Expression::Variable(use_) => {
-                    slots.extend(self.slots_used(use_, indices));
-                    rest.extend(use_.element);
-                }
+                Expression::Variable(use_) => rest.extend(use_.element),
                 Expression::Unary(_, operand) => rest.push(*operand),
                 Expression::Binary(_, left, right) => rest.extend([*left, *right]),
                 Expression::If { condition, then, otherwise } => {
                     rest.extend([*condition, *then, *otherwise]);
                 }
-                Expression::First { family, with } => {
-                    slots.extend(self.slots_of(*family));
+                Expression::First { with, .. } => {
                     rest.extend(with.iter().flat_map(|(value, at)| [*value, *at]));
                 }
                 Expression::Foreign { at, .. } => rest.extend(at),
@@ -56,7 +85,6 @@ impl Setting<'_> {
                 Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
             }
         }
-        slots
     }
 
     /// The slots that a use may mean: all of a family, where the index depends on a variable.

@@ -6,7 +6,7 @@
 
 mod smooth;
 
-use crate::error::Error;
+use crate::error::{Error, written};
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::plan::{Gaussian, LinearForm, Source, components};
@@ -290,17 +290,28 @@ fn extension(
     }
     let deviation =
         source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, parameter).constant);
-    let name = model.variable_name(source.variable);
+    let refused = |message: String| {
+        let factor = model.factor_of(source.variable).map(|factor| &model.factors[factor]);
+        let name = || model.variable_name(source.variable);
+        let form = factor.map_or_else(name, |factor| model.form_text(factor, &factor.form));
+        Error::Number { form, context: String::new(), message }
+    };
+    let variance = deviation * deviation;
     if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
-        return Err(Error::input(
-            name,
-            format!("its standard deviation must be positive, but it is {deviation}"),
-        ));
+        let found = written(deviation);
+        return Err(refused(format!("the standard deviation is {found}, but it must be greater than 0")));
     }
-    if !form.constant.is_finite() || coefficients.iter().any(|coefficient| !coefficient.is_finite()) {
-        return Err(Error::input(name, "its mean is not a finite number; a divisor may be 0"));
+    if source.deviation.is_some() && !(variance > 0.0 && variance.is_finite()) {
+        let found = written(deviation);
+        return Err(refused(format!(
+            "the standard deviation is {found}, whose square is beyond the range of numbers"
+        )));
     }
-    Ok(Extension { coefficients, constant: form.constant, variance: deviation * deviation })
+    if let Some(number) = [form.constant].iter().chain(coefficients.iter()).find(|number| !number.is_finite())
+    {
+        return Err(refused(format!("the mean is {}, but it must be a finite number", written(*number))));
+    }
+    Ok(Extension { coefficients, constant: form.constant, variance })
 }
 
 /// K = Σ Hᵀ (H Σ Hᵀ)⁻¹, and H Σ Hᵀ.

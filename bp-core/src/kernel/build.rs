@@ -181,11 +181,11 @@ impl KernelBuilder {
         }
     }
 
-    /// `total`, or 1 where it is 0, so that dividing zeros by it leaves zeros: an impossible context.
+    /// `total`, or 1 where it is 0, so that dividing zeros by it leaves zeros: an impossible context. NaN stays NaN.
     pub fn or_one(&mut self, total: ValueId) -> ValueId {
         let (zero, one) = (self.constant(0.0), self.constant(1.0));
-        let positive = self.binary(Binary::Greater, total, zero);
-        self.select(positive, total, one)
+        let nothing = self.binary(Binary::Equal, total, zero);
+        self.select(nothing, one, total)
     }
 
     /// A fold over axes into a new scratch buffer over `axes`.

@@ -2,12 +2,13 @@
 //!
 //! In: a form, and what the left-hand variable stands for. Out: its probability, or its density. Invariant: the
 //! one place where forms become arithmetic; summed over a finite left-hand domain each gives one, but for a
-//! Dirac outside its domain and for weights.
+//! Dirac outside its domain and for weights. Where the form refuses one of its numbers, it is NaN.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{AxisId, FactorId, ValueId, VariableId};
+use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, Reduce};
+use crate::law::Law;
 use crate::model::{Domain, Factor, Form, VariableUse};
 use crate::operators::Binary;
 
@@ -116,7 +117,7 @@ impl Lowering<'_> {
                 let (Meaning::Ordinal(ordinal), one) = (at, self.builder.constant(1.0)) else {
                     return Err(self.unplanned("`bernoulli` distributes a bool"));
                 };
-                let probability = self.expression(*probability)?;
+                let probability = self.probability(*probability)?;
                 let complement = self.builder.binary(Binary::Subtract, one, probability);
                 Ok(self.builder.select(*ordinal, probability, complement))
             }
@@ -124,13 +125,14 @@ impl Lowering<'_> {
                 let Meaning::Ordinal(ordinal) = at else {
                     return Err(self.unplanned("`categorical` distributes a finite variable"));
                 };
-                self.choose(*ordinal, entries)
+                let row = self.row(entries)?;
+                Ok(self.choose(*ordinal, &row))
             }
             Form::Law { law, arguments } => self.law(*law, variable, at, arguments),
             Form::Mixture(parts) => {
                 let mut sum = self.builder.constant(0.0);
-                for (weight, part) in parts {
-                    let weight = self.expression(*weight)?;
+                let weights: Vec<ExpressionId> = parts.iter().map(|(weight, _)| *weight).collect();
+                for (weight, (_, part)) in self.row(&weights)?.into_iter().zip(parts) {
                     let density = self.density(factor, part, variable, at)?;
                     let share = self.builder.binary(Binary::Multiply, weight, density);
                     sum = self.builder.binary(Binary::Add, sum, share);
@@ -146,17 +148,24 @@ impl Lowering<'_> {
                 Err(self
                     .unplanned(format!("`{head}` is `unknown`: learn it from data first, with `bp learn`")))
             }
-            Form::NormalBins { mean, deviation } => self.normal_bins(&domain, at, *mean, *deviation),
+            Form::NormalBins { mean, deviation } => {
+                let density = self.normal_bins(&domain, at, *mean, *deviation)?;
+                let holds = self.law_holds(Law::Normal, &[*mean, *deviation])?;
+                Ok(self.only_if(holds, density))
+            }
             Form::Dirac(value) => {
+                let holds = self.is_finite(*value)?;
                 let value = self.expression(*value)?;
                 if let (Domain::Bins(_), Meaning::Ordinal(ordinal)) = (&domain, at) {
                     let Meaning::Ordinal(said) = self.meaning_of(variable, value) else {
                         unreachable!("internal: a bin has an ordinal")
                     };
-                    return Ok(self.builder.binary(Binary::Equal, *ordinal, said));
+                    let equal = self.builder.binary(Binary::Equal, *ordinal, said);
+                    return Ok(self.only_if(holds, equal));
                 }
                 let x = self.number_of(variable, at)?;
-                Ok(self.builder.binary(Binary::Equal, x, value))
+                let equal = self.builder.binary(Binary::Equal, x, value);
+                Ok(self.only_if(holds, equal))
             }
             Form::Previous { of, at: cell, otherwise } => {
                 let is_uniform = matches!(**otherwise, Form::Uniform);
@@ -164,8 +173,8 @@ impl Lowering<'_> {
                 self.previous(*of, *cell, at, (otherwise, is_uniform))
             }
             Form::Weights(weight) => match domain {
-                Domain::Set(_) => self.expression(*weight),
-                _ => self.normalised_over(variable, at, &mut |lowering, _| lowering.expression(*weight)),
+                Domain::Set(_) => self.weight(*weight),
+                _ => self.normalised_over(variable, at, &mut |lowering, _| lowering.weight(*weight)),
             },
             Form::If { condition, then, otherwise } => {
                 let condition = self.expression(*condition)?;

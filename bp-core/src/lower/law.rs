@@ -40,7 +40,20 @@ impl Arithmetic for KernelBuilder {
 }
 
 impl Lowering<'_> {
+    /// The density of a law; NaN where its parameters are such as it cannot have.
     pub(super) fn law(
+        &mut self,
+        law: Law,
+        variable: VariableId,
+        at: &Meaning,
+        arguments: &[ExpressionId],
+    ) -> Result<ValueId, Error> {
+        let density = self.law_density(law, variable, at, arguments)?;
+        let holds = self.law_holds(law, arguments)?;
+        Ok(self.only_if(holds, density))
+    }
+
+    fn law_density(
         &mut self,
         law: Law,
         variable: VariableId,
@@ -165,6 +178,11 @@ impl Lowering<'_> {
         at: &Meaning,
         (low, high): (ExpressionId, ExpressionId),
     ) -> Result<ValueId, Error> {
+        let mut holds = self.is_less(low, high)?;
+        if let Form::Law { law, arguments } = form {
+            let law = self.law_holds(*law, arguments)?;
+            holds = self.builder.binary(Binary::And, holds, law);
+        }
         let (low, high) = (self.expression(low)?, self.expression(high)?);
         let inside = |lowering: &mut Self, at: &Meaning| -> Result<ValueId, Error> {
             let x = lowering.number_of(variable, at)?;
@@ -174,11 +192,12 @@ impl Lowering<'_> {
         };
         let zero = self.builder.constant(0.0);
         if self.model.variables[variable].domain.is_finite() {
-            return self.normalised_over(variable, at, &mut |lowering, at| {
+            let share = self.normalised_over(variable, at, &mut |lowering, at| {
                 let density = lowering.density(factor, form, variable, at)?;
                 let inside = inside(lowering, at)?;
                 Ok(lowering.builder.select(inside, density, zero))
-            });
+            })?;
+            return Ok(self.only_if(holds, share));
         }
         let Form::Law { law, arguments } = form else {
             return Err(self.unplanned("only a law of a real can be truncated"));
@@ -194,7 +213,8 @@ impl Lowering<'_> {
         let density = self.density(factor, form, variable, at)?;
         let inside = inside(self, at)?;
         let density = self.builder.select(inside, density, zero);
-        Ok(self.share(density, total))
+        let share = self.share(density, total);
+        Ok(self.only_if(holds, share))
     }
 
     /// A weight at a value, divided by its sum over all values of the variable.
@@ -225,8 +245,8 @@ impl Lowering<'_> {
     /// A part of a total; 0 where the total is 0.
     fn share(&mut self, part: ValueId, total: ValueId) -> ValueId {
         let zero = self.builder.constant(0.0);
-        let positive = self.builder.binary(Binary::Greater, total, zero);
+        let nothing = self.builder.binary(Binary::Equal, total, zero);
         let share = self.builder.binary(Binary::Divide, part, total);
-        self.builder.select(positive, share, zero)
+        self.builder.select(nothing, zero, share)
     }
 }

@@ -15,6 +15,7 @@ mod normal;
 mod read_out;
 mod table;
 mod term;
+mod validity;
 
 pub use read_out::{Lowered, Output};
 

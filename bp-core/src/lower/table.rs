@@ -15,13 +15,7 @@ const WRITTEN_OUT: usize = 8;
 
 impl Lowering<'_> {
     /// The entry at an ordinal.
-    pub(super) fn choose(&mut self, ordinal: ValueId, entries: &[ExpressionId]) -> Result<ValueId, Error> {
-        let values: Vec<ValueId> =
-            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
-        Ok(self.choose_value(ordinal, &values))
-    }
-
-    fn choose_value(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
+    pub(super) fn choose(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
         if let Some(constant) = self.builder.as_constant(ordinal) {
             // A Dirac may say a value outside the domain: an indicator then stands beside this entry.
             let inside = constant >= 0.0 && constant < values.len() as f64;
@@ -40,18 +34,19 @@ impl Lowering<'_> {
     /// A table: its rows are a small array, filled once, from which the entry is read.
     pub(super) fn table(&mut self, factor: &Factor, rows: &[Vec<ExpressionId>]) -> Result<ValueId, Error> {
         let position = self.position(factor)?;
-        let entries: Vec<ExpressionId> = rows.iter().flatten().copied().collect();
-        if self.builder.as_constant(position).is_some() {
-            return self.choose(position, &entries);
+        let mut values: Vec<ValueId> = Vec::new();
+        for row in rows {
+            values.extend(self.row(row)?);
         }
-        let values: Vec<ValueId> =
-            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
+        if self.builder.as_constant(position).is_some() {
+            return Ok(self.choose(position, &values));
+        }
         let mut axes = std::collections::BTreeSet::new();
         for value in &values {
             axes.extend(self.axes(*value));
         }
         if !axes.is_empty() || values.len() <= WRITTEN_OUT {
-            return Ok(self.choose_value(position, &values));
+            return Ok(self.choose(position, &values));
         }
         let head = self.array_name(factor);
         let numbers: Option<Vec<f64>> = values.iter().map(|value| self.builder.as_constant(*value)).collect();
@@ -64,7 +59,7 @@ impl Lowering<'_> {
             (None, _) => {
                 let axis = self.builder.axis(&head, Extent::constant(values.len()));
                 let running = self.builder.running(axis);
-                let entry = self.choose_value(running, &values);
+                let entry = self.choose(running, &values);
                 let name = self.name("table");
                 self.builder.compute(&name, &[axis], Reduce::None, entry);
                 self.builder.so_far().buffer(&name).expect("internal: the table has just been made")
@@ -77,13 +72,13 @@ impl Lowering<'_> {
     pub(super) fn constants(&mut self, factor: &Factor, numbers: &[f64]) -> Result<ValueId, Error> {
         let position = self.position(factor)?;
         if let Some(known) = self.builder.as_constant(position) {
-            // As in `choose_value`: a Dirac may say a value outside the domain.
+            // As in `choose`: a Dirac may say a value outside the domain.
             let entry = numbers.get(known as usize).filter(|_| known >= 0.0);
             return Ok(self.builder.constant(entry.copied().unwrap_or(0.0)));
         }
         if numbers.len() <= WRITTEN_OUT {
             let values: Vec<ValueId> = numbers.iter().map(|number| self.builder.constant(*number)).collect();
-            return Ok(self.choose_value(position, &values));
+            return Ok(self.choose(position, &values));
         }
         let head = self.array_name(factor);
         let buffer = match self.builder.so_far().buffer(&head) {

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::ids::{AxisId, TermId, ValueId, VariableId};
 use crate::kernel::Fold;
 use crate::operators::Binary;
-use crate::plan::Term;
+use crate::plan::{Binding, Term};
 
 /// The longest sum that is written out.
 const WRITTEN_OUT: usize = 4;
@@ -31,10 +31,16 @@ impl Lowering<'_> {
                 }
                 Ok(chosen)
             }
-            Term::Inside(variable) => self.inside(variable),
+            Term::Inside(variable) => {
+                let (inside, holds) = self.inside(variable)?;
+                Ok(self.only_if(holds, inside))
+            }
             Term::Possible(factor) => {
+                // What is NaN stays so.
                 let (value, zero) = (self.factor(factor)?, self.builder.constant(0.0));
-                Ok(self.builder.binary(Binary::Greater, value, zero))
+                let (one, positive) =
+                    (self.builder.constant(1.0), self.builder.binary(Binary::Greater, value, zero));
+                Ok(self.builder.select(positive, one, value))
             }
             Term::Product(factors) => {
                 // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
@@ -47,8 +53,10 @@ impl Lowering<'_> {
                 }
                 let zero = self.builder.constant(0.0);
                 for guard in guards {
-                    let guard = self.term(guard)?;
-                    product = self.builder.select(guard, product, zero);
+                    let Term::Inside(variable) = self.exact.terms[guard] else { continue };
+                    let (inside, holds) = self.inside(variable)?;
+                    product = self.builder.select(inside, product, zero);
+                    product = self.only_if(holds, product);
                 }
                 Ok(product)
             }
@@ -98,10 +106,14 @@ impl Lowering<'_> {
         Ok(sum)
     }
 
-    /// 1 where the value that a variable is bound to lies in its domain.
-    fn inside(&mut self, variable: VariableId) -> Result<ValueId, Error> {
+    /// Whether the value that a variable is bound to lies in its domain, and whether it is a finite number.
+    fn inside(&mut self, variable: VariableId) -> Result<(ValueId, ValueId), Error> {
+        let holds = match self.exact.bindings.get(&variable) {
+            Some(Binding::Expression(expression)) => self.is_finite(*expression)?,
+            _ => self.builder.constant(1.0),
+        };
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
-            return Ok(self.builder.constant(1.0));
+            return Ok((self.builder.constant(1.0), holds));
         };
         let extent = self.extent(&self.model.variables[variable].domain);
         let (zero, count) = (self.builder.constant(0.0), self.count_of(extent, 0));
@@ -110,6 +122,6 @@ impl Lowering<'_> {
         let whole = self.builder.unary(crate::operators::Unary::Floor, ordinal);
         let whole = self.builder.binary(Binary::Equal, ordinal, whole);
         let inside = self.builder.binary(Binary::And, above, below);
-        Ok(self.builder.binary(Binary::And, inside, whole))
+        Ok((self.builder.binary(Binary::And, inside, whole), holds))
     }
 }

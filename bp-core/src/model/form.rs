@@ -12,6 +12,12 @@ use crate::ids::{ExpressionId, VariableId};
 use crate::law::{Dirichlet, Law};
 use serde::{Deserialize, Serialize};
 
+/// How far the probabilities of a row may sum from one, and how far a computed one may lie beyond 0 or 1: rounding, also
+/// that of f32.
+pub fn row_tolerance(entries: usize) -> f64 {
+    1e-6 + 1e-7 * entries as f64
+}
+
 /// The distribution of a factor's left-hand variable, given its right-hand ones.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Form {

@@ -21,7 +21,7 @@ pub use bins::{Bins, MOST_BINS};
 pub use builder::ModelBuilder;
 pub use domain::{Bound, Domain, Range};
 pub use expression::{Expression, VariableUse};
-pub use form::{Fit, Form};
+pub use form::{Fit, Form, row_tolerance};
 pub use question::{Ask, Evidence, Known, Question, Reduction, Searched, Value};
 pub use validate::{Fault, Place};
 

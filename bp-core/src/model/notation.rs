@@ -4,11 +4,14 @@
 //! part of the model.
 
 use super::{
-    Ask, Domain, Evidence, Expression, Factor, IndexSpace, Known, Model, Reduction, Value, VariableUse,
+    Ask, Domain, Evidence, Expression, Factor, Form, IndexSpace, Known, Model, Reduction, Value, VariableUse,
 };
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
 use crate::spelling::quoted;
+
+/// The longest arguments of a form that a message repeats, in characters.
+const LONGEST: usize = 48;
 
 impl Model {
     /// A variable's name as written: `O`, `O^-1`.
@@ -45,6 +48,33 @@ impl Model {
             true => format!("P({})", list(&factor.left)),
             false => format!("P({} | {})", list(&factor.left), list(&factor.right)),
         }
+    }
+
+    /// A factor and a form that stands in it, for a message: `P(Y | X) = bernoulli(X / 2)`. Long parts are left out.
+    pub fn form_text(&self, factor: &Factor, form: &Form) -> String {
+        let list = |ids: &[ExpressionId]| {
+            let words: Vec<String> =
+                ids.iter().map(|id| self.expression_text(*id, &factor.products)).collect();
+            let text = words.join(", ");
+            if text.chars().count() > LONGEST { "…".to_owned() } else { text }
+        };
+        let arguments = match form {
+            Form::Uniform => return format!("{} = uniform", self.head(factor)),
+            Form::Table(_) | Form::Constants(_) => {
+                return format!("{} = table {{ … }}", self.head(factor));
+            }
+            Form::Bernoulli(argument) | Form::Dirac(argument) | Form::Weights(argument) => list(&[*argument]),
+            Form::NormalBins { mean, deviation } => list(&[*mean, *deviation]),
+            Form::Categorical(entries) | Form::Dirichlet(entries) | Form::Law { arguments: entries, .. } => {
+                list(entries)
+            }
+            Form::Truncated { form, low, high } => format!("{}(…), {}", form.name(), list(&[*low, *high])),
+            Form::Previous { of, .. } => self.spelled(*of),
+            Form::Mixture(_) | Form::Unknown(_) | Form::Ask { .. } | Form::If { .. } => "…".to_owned(),
+        };
+        // Of a form within another, what stands around it is left out.
+        let inner = if std::ptr::eq(&factor.form, form) { "" } else { "… " };
+        format!("{} = {inner}{}({arguments})", self.head(factor), form.name())
     }
 
     /// One thing asked, as a user would type it.

@@ -133,7 +133,7 @@ impl Scalar for f64 {
     #[inline(always)]
     fn entropy_term(self) -> f64 {
         let value = -self * self.natural_logarithm();
-        if self > 0.0 { value } else { 0.0 }
+        if self <= 0.0 { 0.0 } else { value }
     }
 }
 

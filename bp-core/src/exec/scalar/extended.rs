@@ -252,7 +252,7 @@ impl Scalar for Extended {
         bell * Self::from_f64(series / (-x * std::f64::consts::TAU.sqrt()))
     }
     fn entropy_term(self) -> Self {
-        if self > Self::ZERO { -self * self.natural_logarithm() } else { Self::ZERO }
+        if self <= Self::ZERO { Self::ZERO } else { -self * self.natural_logarithm() }
     }
     fn power(self, exponent: Self) -> Self {
         let power = self.to_f64().powf(exponent.to_f64());

@@ -9,7 +9,7 @@
 
 use super::Form;
 use crate::ids::ExpressionId;
-use crate::model::{Expression, ModelBuilder};
+use crate::model::{Expression, ModelBuilder, ParameterKind};
 use crate::operators::Binary;
 
 impl ModelBuilder {
@@ -22,7 +22,8 @@ impl ModelBuilder {
             let factor = self.expression(Expression::If { condition: *cause, then: fails, otherwise: one });
             silent = self.binary(Binary::Multiply, silent, factor);
         }
-        Form::Bernoulli(self.binary(Binary::Subtract, one, silent))
+        let probability = self.binary(Binary::Subtract, one, silent);
+        Form::Bernoulli(self.with_chances(probability, causes, leak))
     }
 
     /// A noisy and of (condition, chance that its absence prevents the effect).
@@ -35,6 +36,39 @@ impl ModelBuilder {
             let factor = self.expression(factor);
             holds = self.binary(Binary::Multiply, holds, factor);
         }
-        Form::Bernoulli(holds)
+        Form::Bernoulli(self.with_chances(holds, conditions, leak))
+    }
+
+    /// A probability; where one of its chances lies outside [0, 1], that chance, which is then refused as a probability.
+    /// (Two such chances can multiply to a number inside.)
+    fn with_chances(
+        &mut self,
+        probability: ExpressionId,
+        causes: &[(ExpressionId, ExpressionId)],
+        leak: ExpressionId,
+    ) -> ExpressionId {
+        let mut result = probability;
+        for chance in causes.iter().map(|(_, chance)| *chance).chain([leak]) {
+            if self.is_probability(chance) {
+                continue;
+            }
+            let (zero, one) = (self.number(0.0), self.number(1.0));
+            let above = self.binary(Binary::GreaterOrEqual, chance, zero);
+            let below = self.binary(Binary::LessOrEqual, chance, one);
+            let condition = self.binary(Binary::And, above, below);
+            result = self.expression(Expression::If { condition, then: result, otherwise: chance });
+        }
+        result
+    }
+
+    /// Whether an expression lies in [0, 1] by construction.
+    fn is_probability(&self, id: ExpressionId) -> bool {
+        match self.so_far().expressions[id] {
+            Expression::Number(number) => (0.0..=1.0).contains(&number),
+            Expression::Parameter { parameter, .. } => {
+                self.so_far().parameters[parameter].kind == ParameterKind::Probability
+            }
+            _ => false,
+        }
     }
 }

@@ -1,0 +1,69 @@
+//! Which number of a program made an answer that is not a number.
+//!
+//! In: a setting, and what is known of some variables. Out: the first number that a form refuses, with its form and its
+//! context. Invariant: contexts that agree with what is known come first; a form whose context is not finite (it reads a
+//! real that is not known, or a field of another program) is left out.
+//!
+//! Kernels mark a number that a form cannot have as NaN, which every sum and product keeps; this finds where it came from.
+
+use super::setting::{Instance, Setting};
+use crate::error::Error;
+
+/// The most contexts that are tried.
+const MOST_CONTEXTS: usize = 1_000_000;
+
+impl Setting<'_> {
+    /// The first [`Error::Number`] of the program; `known` is a value for each slot, NaN where there is none.
+    pub fn refused_number(&self, known: &[f64]) -> Option<Error> {
+        let nothing = vec![f64::NAN; self.slots()];
+        let mut tried = 0;
+        [known, &nothing].into_iter().find_map(|known| {
+            self.model.factors.ids().find_map(|factor| {
+                let instances = self.instances(factor).unwrap_or_default();
+                instances.iter().find_map(|instance| self.refused_in(instance, known, &mut tried))
+            })
+        })
+    }
+
+    /// As [`Setting::refused_number`]; where no form refuses a number, an error that names the question alone.
+    pub fn not_a_number(&self, question: &str, known: &[f64]) -> Error {
+        self.refused_number(known).unwrap_or_else(|| {
+            let reason = "its answer is beyond the range of numbers: densities of many reals that overflow";
+            Error::Unplanned { question: question.to_owned(), reason: reason.to_owned() }
+        })
+    }
+
+    fn refused_in(&self, instance: &Instance, known: &[f64], tried: &mut usize) -> Option<Error> {
+        if self.reads_elsewhere(instance) {
+            return None;
+        }
+        let mut values: Vec<f64> = known.to_vec();
+        let mut open = Vec::new();
+        for slot in self.reads(instance).into_iter().filter(|slot| !instance.left.contains(slot)) {
+            if !values[slot].is_nan() {
+                continue;
+            }
+            match self.count(self.variable_of(slot)) {
+                0 => return None,
+                count => open.push((slot, count)),
+            }
+        }
+        open.iter().for_each(|(slot, _)| values[*slot] = 0.0);
+        loop {
+            *tried += 1;
+            if *tried > MOST_CONTEXTS {
+                return None;
+            }
+            if let Err(error @ Error::Number { .. }) = self.distribution(instance, &values) {
+                return Some(error);
+            }
+            // An odometer over the open slots, the last one fastest.
+            let (slot, _) = open.iter().rev().find(|(slot, count)| values[*slot] + 1.0 < *count as f64)?;
+            values[*slot] += 1.0;
+            open.iter()
+                .rev()
+                .take_while(|(other, _)| other != slot)
+                .for_each(|(other, _)| values[*other] = 0.0);
+        }
+    }
+}
