@@ -24,6 +24,7 @@ pub mod lower;
 pub mod model;
 pub mod operators;
 pub mod plan;
+mod potential;
 pub mod random;
 pub mod sample;
 pub mod source;

@@ -186,3 +186,38 @@ fn the_head_in_three_dimensions_turns_in_its_particles() {
     let text = format!("{:?}", made.derivation(&model, Notation::Unicode));
     assert!(text.contains("Rao-Blackwell") && text.contains("particle filter"), "{text}");
 }
+
+#[test]
+fn particles_that_cannot_be_are_followed_no_further() {
+    // What is true stays so and is never seen; it begins false for sure, and was seen to be false at each instant. |X| keeps
+    // X from being carried in closed form in the second program.
+    for drawn in ["", " Q : real;"] {
+        let (factor, form) =
+            if drawn.is_empty() { ("", "") } else { (" P(Q | X)", " P(Q | X) = normal(abs(X), 1);") };
+        let model = model_of(&format!(
+            "program Dead {{ variables {{ S, S^-1, C : bool; X, X^-1, Z : real;{drawn} }}
+             decomposition {{ P(S^-1) P(X^-1) P(S | S^-1) P(C | S) P(X | X^-1 S) P(Z | X){factor} }}
+             forms {{ P(S^-1) = previous(S) else bernoulli(0); P(X^-1) = previous(X) else normal(0, 1);
+                      P(S | S^-1) = bernoulli(if S^-1 {{ 1 }} else {{ 0.3 }}); P(C | S) = bernoulli(if S {{ 0 }} else {{ 0.5 }});
+                      P(X | X^-1 S) = normal(X^-1, if S {{ 9 }} else {{ 0.5 }}); P(Z | X) = normal(X, 2);{form} }} }}"
+        ));
+        let seen = [0.5, 1.0, -0.5];
+        let rows: Vec<_> = seen.map(|z| vec![("C".to_owned(), 1.0), ("Z".to_owned(), z)]).to_vec();
+        let sampling = Sampling { particles: 20_000, ..Sampling::default() };
+        let asked = question(&model, "filter P(S X | C Z)");
+        let answer = ask_over_time(&model, &asked, &rows, &Inputs::new(), sampling).unwrap().remove(0);
+        // A Kalman filter by hand, and (0.7 · 0.5)³.
+        let (mut mean, mut variance, mut ln) = (0.0, 1.0, 3.0 * 0.35f64.ln());
+        for z in seen {
+            variance += 0.25;
+            let spread = variance + 4.0;
+            ln -= 0.5 * ((z - mean) * (z - mean) / spread + (std::f64::consts::TAU * spread).ln());
+            mean += variance / spread * (z - mean);
+            variance -= variance * variance / spread;
+        }
+        let [switch, found] = figures(&answer);
+        assert_eq!(switch[0], 0.0);
+        assert!((found[0] - mean).abs() < 0.05, "{found:?}, expected {mean}");
+        assert!((answer.ln_evidence.unwrap() - ln).abs() < 0.05, "{:?}, expected {ln}", answer.ln_evidence);
+    }
+}

@@ -186,11 +186,27 @@ impl Evaluation<'_> {
                 return Err(self
                     .unplanned(format!("`{head}` is `unknown`: learn it from data first, with `bp learn`")));
             }
+            Form::Ask { path, given } if setting.model.subroutine(path).is_some() => {
+                self.subroutine(path, given, count)?
+            }
             Form::Previous { .. } | Form::Ask { .. } => {
                 let head = setting.model.head(&setting.model.factors[self.instance.factor]);
                 return Err(self.unplanned(format!("`{head}` is what another program or another cell says")));
             }
         })
+    }
+
+    /// What a subroutine answers where its known variables have these values.
+    fn subroutine(&self, path: &str, given: &[VariableId], count: usize) -> Result<Distribution, Error> {
+        let setting = self.scope.setting;
+        let row = given.iter().fold(0, |row, variable| {
+            row * setting.count(*variable) + self.scope.value(&(*variable).into()).max(0.0) as usize
+        });
+        let table = setting.model.subroutine(path).map_or(&[][..], |subroutine| &subroutine.table);
+        match table.chunks_exact(count.max(1)).nth(row) {
+            Some(row) => Ok(Distribution::Finite(row.to_vec())),
+            None => Err(self.unplanned(format!("`{path}` has not been asked yet; link the model first"))),
+        }
     }
 
     /// The law of a component of a vector of proportions, given those before it.

@@ -20,6 +20,11 @@ impl Setting<'_> {
             let of = |use_: &VariableUse| self.slots_used(use_, &instance.indices);
             slots.extend(factor.right.iter().flat_map(of));
         }
+        each(&factor.form, &mut |form| {
+            if let Form::Ask { given, .. } = form {
+                slots.extend(given.iter().flat_map(|variable| self.slots_of(*variable)));
+            }
+        });
         // A proportion is a share of what those before it leave.
         if has(&factor.form, &|form| matches!(form, Form::Dirichlet(_))) {
             slots.extend(instance.left[0] - instance.component..instance.left[0]);
@@ -103,6 +108,11 @@ impl Setting<'_> {
             None => slots.start..slots.start,
         }
     }
+}
+
+fn each(form: &Form, visit: &mut impl FnMut(&Form)) {
+    visit(form);
+    form.each_part(&mut |part| each(part, visit));
 }
 
 fn has(form: &Form, wanted: &impl Fn(&Form) -> bool) -> bool {

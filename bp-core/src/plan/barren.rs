@@ -77,7 +77,7 @@ fn left(draft: &Draft<'_>, position: usize) -> Vec<VariableId> {
 }
 
 /// Whether a factor sums (or integrates) to one whatever its parents are.
-pub(super) fn is_proper(model: &Model, factor: FactorId) -> bool {
+pub(crate) fn is_proper(model: &Model, factor: FactorId) -> bool {
     let factor = &model.factors[factor];
     let Some(left) = factor.left.first() else { return false };
     proper_form(model, &factor.form, &model.variables[left.variable].domain)

@@ -14,6 +14,7 @@ mod dirac;
 mod draft;
 mod eliminate;
 mod equation;
+mod finite;
 mod gaussian;
 mod notation;
 mod order;
@@ -25,8 +26,10 @@ mod sampled;
 mod scan;
 mod scope;
 
+pub(crate) use barren::is_proper;
 pub(crate) use conditional::is_linear_in;
 pub use cost::{Cost, Elimination};
+pub(crate) use finite::says_a_value;
 pub(crate) use gaussian::components;
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;

@@ -4,14 +4,15 @@
 //! [`OverTime`] route. Invariant: what an instant says is the program's own decomposition; what X^-1 was before the first
 //! instant is what its own form says (`previous(X) else …`), and a real without one is 0, at rest.
 //!
-//! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ P(Xₜ zₜ | X⁻¹) P(X⁻¹ | z₁..ₜ₋₁)
+//! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹ | z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read
+//! from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
 
 use super::notation::Notation;
 use super::print::Line;
-use super::{Gaussian, conditional, gaussian, plan_exact, sampled};
+use super::{Gaussian, conditional, finite, gaussian, sampled, scope};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Domain, Evidence, Known, Model, Reduction, Searched, Value};
+use crate::model::{Ask, Evidence, Model, Reduction};
 use std::collections::BTreeSet;
 
 /// A question over time.
@@ -46,10 +47,11 @@ pub enum By {
 pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     let refused = |reason: String| Error::Unplanned { question: model.ask_text(&ask), reason };
     for known in &ask.known {
-        if matches!(known.evidence, Evidence::Virtual(_) | Evidence::Soft(_)) {
+        if matches!(known.evidence, Evidence::Soft(_)) {
             let name = model.variable_name(known.variable);
             return Err(refused(format!(
-                "over time `{name}` is observed instant by instant, not by likelihoods"
+                "soft evidence replaces what is believed at one instant; over time write a likelihood, \
+                 `{name} virtual [...]`, which holds at each"
             )));
         }
     }
@@ -65,26 +67,8 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
         return Ok(OverTime { ask, carried, by });
     }
     let mut route = OverTime { ask: ask.clone(), carried, by: By::Chain };
-    let finite = |id: &VariableId| {
-        let variable = &model.variables[*id];
-        variable.domain.is_finite() && variable.family.is_none()
-    };
-    let searched = ask.searched.iter().map(|item| item.variable);
-    let hidden = route.carried.iter().map(|(now, _)| *now).chain(searched).find(|id| !finite(id));
-    let reason = match hidden {
-        Some(id) => {
-            format!("`{}` is not finite, and not everything is linear and Gaussian", model.variable_name(id))
-        }
-        None => {
-            let transition = route.transition(model, &route.observed(model));
-            match plan_exact(model, vec![transition], super::Options::default()) {
-                Ok(_) => String::new(),
-                Err(Error::Unplanned { reason, .. }) => reason,
-                Err(other) => return Err(other),
-            }
-        }
-    };
-    if reason.is_empty() {
+    let reason = finite::refusal(model, &ask, &route.carried);
+    let Some(reason) = reason else {
         let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
         let missing = route.carried.iter().map(|(now, _)| *now).find(|now| !asked.contains(now));
         if let (Reduction::Sequence, Some(now)) = (&ask.reduction, missing) {
@@ -94,6 +78,11 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
             )));
         }
         return Ok(route);
+    };
+    if let Some(name) = virtually(model, &ask) {
+        return Err(refused(format!(
+            "{reason}; and draws are weighed by observations: `{name}` has a likelihood"
+        )));
     }
     if matches!(ask.reduction, Reduction::Smooth | Reduction::Sequence) {
         let word = ask.reduction.word();
@@ -106,6 +95,12 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     Ok(route)
 }
 
+/// A variable that is known by a likelihood.
+fn virtually(model: &Model, ask: &Ask) -> Option<String> {
+    let known = ask.known.iter().find(|known| matches!(known.evidence, Evidence::Virtual(_)))?;
+    Some(model.variable_name(known.variable))
+}
+
 impl OverTime {
     /// The variables that the question knows, without the plate's index.
     pub fn observed(&self, model: &Model) -> BTreeSet<VariableId> {
@@ -113,22 +108,36 @@ impl OverTime {
         known.filter(|variable| Some(*variable) != model.plate_index()).collect()
     }
 
-    /// P(X S Z | X^-1 each), where a real Z stands for the value that is given.
-    pub fn transition(&self, model: &Model, observed: &BTreeSet<VariableId>) -> Ask {
-        let mut left: Vec<Searched> =
-            self.carried.iter().map(|(now, _)| Searched { variable: *now, at: None }).collect();
-        let searched = self.ask.searched.iter().map(|item| &item.variable);
-        for variable in searched.chain(observed) {
-            if left.iter().any(|item| item.variable == *variable) {
-                continue;
+    /// The variables that an instant sums out, and the product of its factors: all but those of X^-1 and those on which
+    /// nothing depends that is asked, observed or carried.
+    fn factors(&self, model: &Model, notation: Notation) -> (Vec<VariableId>, String) {
+        let observed = self.observed(model);
+        let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
+        let searched = self.ask.searched.iter().map(|item| item.variable);
+        let axes: BTreeSet<VariableId> = self.carried.iter().map(|(now, _)| *now).chain(searched).collect();
+        let mut rest: Vec<VariableId> = axes.iter().chain(&observed).copied().collect();
+        let mut wanted = BTreeSet::new();
+        while let Some(id) = rest.pop() {
+            if !before.contains(&id)
+                && let Some(factor) = model.factor_of(id)
+                && wanted.insert(factor)
+            {
+                rest.extend(scope::of_form(model, factor));
             }
-            let real = matches!(model.variables[*variable].domain, Domain::Real | Domain::Vector(_));
-            let at = real.then(|| Value::Given(model.variable_name(*variable)));
-            left.push(Searched { variable: *variable, at });
         }
-        let before =
-            self.carried.iter().map(|(_, before)| Known { variable: *before, evidence: Evidence::Each });
-        Ask { reduction: Reduction::Probability, searched: left, known: before.collect() }
+        let mut hidden = before;
+        let mut heads = Vec::with_capacity(wanted.len());
+        for id in wanted {
+            let factor = &model.factors[id];
+            let of = |uses: &[crate::model::VariableUse]| {
+                let label = |use_| notation.label(&model.use_name(use_, &factor.products));
+                uses.iter().map(label).collect::<Vec<_>>()
+            };
+            heads.push(notation.distribution(&of(&factor.left), &of(&factor.right)));
+            let left = factor.left.iter().map(|use_| use_.variable);
+            hidden.extend(left.filter(|id| !axes.contains(id) && !observed.contains(id)));
+        }
+        (hidden, heads.join(&notation.said(" ", "\\, ")))
     }
 
     /// What is done at each instant, as lines.
@@ -143,21 +152,29 @@ impl OverTime {
         let mut known = names(&observed);
         known.push(past.clone());
         let belief = notation.distribution(&names(&now), &known);
-        let mut joint = names(&now);
-        joint.extend(names(&observed));
-        let forward = format!(
-            "{belief} {} {}{} {}",
-            notation.said("∝", "\\propto"),
-            match self.by {
-                By::Chain => notation.sum(&names(&before)),
-                _ => notation.integral(&names(&before)),
-            },
-            notation.distribution(&joint, &names(&before)),
-            notation.distribution(&names(&before), std::slice::from_ref(&past)),
-        );
+        let proportional = notation.said("∝", "\\propto");
+        let carried = notation.distribution(&names(&before), std::slice::from_ref(&past));
+        let forward = match self.by {
+            By::Chain => {
+                let (hidden, factors) = self.factors(model, notation);
+                format!("{belief} {proportional} {}{factors} {carried}", notation.sum(&names(&hidden)))
+            }
+            _ => {
+                let mut joint = names(&now);
+                joint.extend(names(&observed));
+                let moved = notation.distribution(&joint, &names(&before));
+                format!("{belief} {proportional} {}{moved} {carried}", notation.integral(&names(&before)))
+            }
+        };
         let (rule, reason) = match &self.by {
             By::Chain => {
-                ("forward", format!("{told} is carried and finite: each instant is a sum over what it was"))
+                let start: Vec<String> =
+                    before.iter().map(|id| format!("`P({})`", model.variable_name(*id))).collect();
+                let start = format!("{} is as its form says", start.join(", "));
+                let reason = format!(
+                    "{told} is carried and finite: each instant is a sum over what it was; at the first, {start}"
+                );
+                ("forward", reason)
             }
             By::Gaussian(_) => {
                 ("Kalman filter", format!("{told} is carried, linear and Gaussian: a normal law is carried"))
@@ -191,13 +208,18 @@ impl OverTime {
             Reduction::Smooth => Some((
                 "backward",
                 "what came after speaks too",
-                notation.said("βₜ₋₁ = Σ P(X zₜ | X⁻¹) βₜ", "\\beta_{t-1} = \\sum P(X z_t | X^{-1}) \\beta_t"),
+                notation.said(
+                    "βₜ₋₁(X⁻¹) ∝ Σ φₜ βₜ(X)",
+                    "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
+                ),
             )),
             Reduction::Sequence => Some((
                 "most likely sequence",
                 "sums become maxima",
-                notation
-                    .said("δₜ = max P(X zₜ | X⁻¹) δₜ₋₁", "\\delta_t = \\max P(X z_t | X^{-1}) \\delta_{t-1}"),
+                notation.said(
+                    "δₜ(X) = max φₜ δₜ₋₁(X⁻¹)",
+                    "\\delta_t(X) = \\max \\phi_t\\, \\delta_{t-1}(X^{-1})",
+                ),
             )),
             Reduction::Predict(_) => Some((
                 "prediction",

@@ -125,17 +125,18 @@ fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
 
 /// Why a factor has no numbers of its own.
 pub(super) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
-    fn of_form(form: &Form) -> Option<&'static str> {
+    fn of_form(model: &Model, form: &Form) -> Option<&'static str> {
         let mut found = match form {
-            Form::Ask { .. } => Some("asks another program"),
+            // A subroutine has a table; what else is asked is bound from outside.
+            Form::Ask { path, .. } if model.subroutine(path).is_none() => Some("asks another program"),
             Form::Unknown(_) => Some("is to be learned from data first"),
             Form::Previous { at: Some(_), .. } => Some("speaks of a cell of the last step"),
             _ => None,
         };
-        form.each_part(&mut |part| found = found.or_else(|| of_form(part)));
+        form.each_part(&mut |part| found = found.or_else(|| of_form(model, part)));
         found
     }
-    let mut found = of_form(&factor.form);
+    let mut found = of_form(model, &factor.form);
     factor.form.each_expression(&mut |id| found = found.or_else(|| refused_expression(model, id)));
     found.map(|what| format!("`{}` {what}", model.head(factor)))
 }

@@ -1,143 +1,206 @@
-//! Chains of finite hidden states: filtered, predicted, smoothed, and the most likely sequence.
+//! Chains of finite hidden states: messages forward and backward, and the most likely sequence.
 //!
-//! In: a prior over states, and for each instant a [`Matrix`]: P(outcome, observation | state before), where an outcome
-//! is what is asked at an instant, and says the state. Out: distributions over outcomes. Invariant: each instant is
-//! scaled, so that no length underflows.
+//! In: the [`Factors`] of a program, and what is observed at each instant. Out: messages, from which the distribution of
+//! any slots of any instant follows; the most likely values of all instants. Invariant: a message is a product of
+//! potentials, summed to one; it is zero only where the program says zero.
 //!
-//! αₜ(j) = Σᵢ aₜ₋₁(i) Mₜ(i, j),  aₜ = αₜ summed to states, scaled by cₜ = Σⱼ αₜ(j);  ln P(observations) = Σ ln cₜ.
-//! βₜ₋₁(i) = Σⱼ Mₜ(i, j) βₜ(state j);  γₜ(j) ∝ Σᵢ aₜ₋₁(i) Mₜ(i, j) βₜ(state j)   (Baum et al. 1970; Rabiner 1989).
-//! Most likely: δₜ(j) = max over outcomes before of δₜ₋₁ + ln Mₜ (Viterbi 1967); what was before the first is summed.
+//! With φₜ the product of the factors of instant t, the hidden slots summed, and π that of the factors of X^-1:
+//! α₁(X) = Σ_X⁻¹ π φ₁ / c₁,  αₜ(X) = Σ_X⁻¹ αₜ₋₁(X⁻¹) φₜ / cₜ,  cₜ what makes it sum to one;  ln P(z) = Σ ln cₜ;
+//! βₜ₋₁(X⁻¹) ∝ Σ_X φₜ βₜ(X);  P(X⁻¹ X S | z) ∝ αₜ₋₁(X⁻¹) φₜ βₜ(X)   (Baum et al. 1970; Rabiner 1989).
+//! Most likely: δₜ(X) = max αs in place of sums (Viterbi 1967); what was before the first instant is summed.
 
-use std::sync::Arc;
+use super::Instant;
+use super::factors::Factors;
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::plan::OverTime;
+use crate::potential::{Orders, Product, Trace};
 
-/// P(outcome, observation | state before), a row for each state.
-pub type Matrix = Arc<Vec<f64>>;
-
-/// A chain.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Chain {
-    /// What is believed of the states before the first instant.
-    pub prior: Vec<f64>,
-    /// The state that each outcome says.
-    pub state_of: Vec<usize>,
+/// A chain of instants.
+pub(crate) struct Chain<'s> {
+    factors: Factors<'s>,
+    /// What is asked, for messages.
+    asked: String,
+    searched: Vec<usize>,
 }
 
-/// Beliefs of all instants, and ln P(observations).
-#[derive(Clone, PartialEq, Debug)]
-pub struct Course {
-    /// For each instant, a probability for each outcome.
-    pub beliefs: Vec<Vec<f64>>,
+/// Messages forward.
+pub(crate) struct Forward {
+    /// φ of each instant.
+    products: Vec<Product>,
+    /// α after each instant, over the slots of X.
+    messages: Vec<Product>,
     /// ln P(observations)
-    pub ln_evidence: f64,
+    pub(crate) ln_evidence: f64,
 }
 
-impl Chain {
-    fn outcomes(&self) -> usize {
-        self.state_of.len()
+/// All factors of an instant with the messages from both sides: up to a factor, the distribution of its slots.
+pub(crate) struct Joint<'c> {
+    product: Product,
+    counts: &'c [usize],
+    orders: &'c mut Orders,
+}
+
+impl Joint<'_> {
+    /// The distribution of some slots, the last one fastest; `Err` is the number of cells that would be too many.
+    pub(crate) fn distribution(&mut self, slots: &[usize]) -> Result<Vec<f64>, f64> {
+        self.product.clone().distribution(slots, self.counts, self.orders)
+    }
+}
+
+impl<'s> Chain<'s> {
+    /// A chain of which these slots are searched.
+    ///
+    /// # Errors
+    /// A program whose instants have no finite tables.
+    pub(crate) fn new(
+        setting: &'s Setting<'s>,
+        route: &OverTime,
+        searched: Vec<usize>,
+    ) -> Result<Self, Error> {
+        let factors = Factors::new(setting, route, searched.iter().copied())?;
+        Ok(Self { factors, asked: setting.model.ask_text(&route.ask), searched })
     }
 
-    /// Σᵢ a(i) M(i, j)
-    fn step(&self, states: &[f64], matrix: &[f64]) -> Vec<f64> {
-        let mut outcomes = vec![0.0; self.outcomes()];
-        for (state, row) in
-            states.iter().zip(matrix.chunks(self.outcomes())).filter(|(state, _)| **state > 0.0)
-        {
-            outcomes.iter_mut().zip(row).for_each(|(outcome, cell)| *outcome += state * cell);
-        }
-        outcomes
+    /// The number of values of a slot.
+    pub(crate) fn count(&self, slot: usize) -> usize {
+        self.factors.counts[slot]
     }
 
-    /// Outcomes, summed to states.
-    fn states(&self, outcomes: &[f64]) -> Vec<f64> {
-        let mut states = vec![0.0; self.prior.len()];
-        outcomes.iter().zip(&self.state_of).for_each(|(outcome, state)| states[*state] += outcome);
-        states
+    fn small<T>(&self, made: Result<T, f64>) -> Result<T, Error> {
+        made.map_err(|cells| self.factors.too_large(cells))
     }
 
-    /// Σⱼ M(i, j) β(state j), up to a factor.
-    fn back(&self, matrix: &[f64], beta: &[f64]) -> Vec<f64> {
-        let row = |row: &[f64]| row.iter().zip(&self.state_of).map(|(cell, state)| cell * beta[*state]).sum();
-        let before: Vec<f64> = matrix.chunks(self.outcomes()).map(row).collect();
-        let most = before.iter().copied().fold(0.0, f64::max);
-        before.iter().map(|value| if most > 0.0 { value / most } else { 0.0 }).collect()
-    }
-
-    /// What is believed at each instant, given what was observed up to it; `Err` is the instant whose observation is
-    /// impossible.
-    pub fn filter(&self, matrices: &[Matrix]) -> Result<Course, usize> {
-        let (mut states, mut beliefs, mut ln_evidence) = (self.prior.clone(), Vec::new(), 0.0);
-        for (instant, matrix) in matrices.iter().enumerate() {
-            let mut outcomes = self.step(&states, matrix);
-            let scale: f64 = outcomes.iter().sum();
-            if !(scale > 0.0 && scale.is_finite()) {
-                return Err(instant);
+    /// Follows the observations, and so many instants ahead of which nothing is observed.
+    ///
+    /// # Errors
+    /// Observations that are impossible; tables that are too large; numbers that cannot be.
+    pub(crate) fn forward(&mut self, instants: &[Instant], ahead: usize) -> Result<Forward, Error> {
+        let mut forward = Forward { products: Vec::new(), messages: Vec::new(), ln_evidence: 0.0 };
+        let nothing = Instant::new();
+        for number in 0..instants.len() + ahead {
+            let given = number < instants.len();
+            let instant = instants.get(number).unwrap_or(&nothing);
+            let product = self.factors.product(instant, number == 0, given)?;
+            let message = self.message(forward.messages.last(), &product)?;
+            let Factors { counts, orders, .. } = &mut self.factors;
+            let total = message.ln_total(counts, orders);
+            let total = self.small(total)?;
+            if total == f64::NEG_INFINITY {
+                return Err(Error::Impossible(format!("{}, instant {}", self.asked, number + 1)));
             }
-            outcomes.iter_mut().for_each(|outcome| *outcome /= scale);
-            ln_evidence += scale.ln();
-            states = self.states(&outcomes);
-            beliefs.push(outcomes);
+            if given {
+                forward.ln_evidence += total;
+            }
+            forward.products.push(product);
+            forward.messages.push(scaled(message, total));
         }
-        Ok(Course { beliefs, ln_evidence })
+        Ok(forward)
     }
 
-    /// What is believed at each instant, given all that was observed.
-    pub fn smooth(&self, matrices: &[Matrix]) -> Result<Course, usize> {
-        let mut course = self.filter(matrices)?;
-        let mut beta = vec![1.0; self.prior.len()];
-        for (instant, matrix) in matrices.iter().enumerate().rev() {
-            let smoothed: Vec<f64> = course.beliefs[instant]
-                .iter()
-                .zip(&self.state_of)
-                .map(|(p, state)| p * beta[*state])
-                .collect();
-            let total: f64 = smoothed.iter().sum();
-            course.beliefs[instant] = smoothed.into_iter().map(|p| p / total).collect();
-            beta = self.back(matrix, &beta);
-        }
-        Ok(course)
+    /// Σ over all slots but those of X.
+    fn message(&mut self, last: Option<&Product>, product: &Product) -> Result<Product, Error> {
+        let all = self.entered(last).times(product);
+        let Factors { counts, orders, now, .. } = &mut self.factors;
+        let message = all.summed(|slot| now.contains(&slot), counts, orders);
+        self.small(message)
     }
 
-    /// The most likely outcomes of all instants together.
-    pub fn most_likely(&self, matrices: &[Matrix]) -> Result<Vec<usize>, usize> {
-        let Some(first) = matrices.first() else { return Ok(Vec::new()) };
-        let mut scores: Vec<f64> = self.step(&self.prior, first).into_iter().map(f64::ln).collect();
-        let mut before: Vec<Vec<usize>> = Vec::new();
-        for (instant, matrix) in matrices.iter().enumerate().skip(1) {
-            // Of the outcomes that say one state, only the best can be on the way.
-            let mut best: Vec<Option<usize>> = vec![None; self.prior.len()];
-            for (outcome, state) in self.state_of.iter().enumerate() {
-                if scores[outcome] > best[*state].map_or(f64::NEG_INFINITY, |best| scores[best]) {
-                    best[*state] = Some(outcome);
-                }
+    /// A message as one instant leaves it, as the next one finds it: X is X^-1 there.
+    fn entered(&self, last: Option<&Product>) -> Product {
+        let (now, before) = (&self.factors.now, &self.factors.before);
+        last.map(|last| last.renamed(|slot| renamed(slot, now, before))).unwrap_or_default()
+    }
+
+    /// Calls `visit(instant, its joint distribution)` for the last instant.
+    pub(crate) fn at_last<T>(
+        &mut self,
+        forward: &Forward,
+        visit: impl FnOnce(&mut Joint<'_>) -> Result<T, f64>,
+    ) -> Result<T, Error> {
+        let last = forward.products.len() - 1;
+        let before = last.checked_sub(1).map(|before| &forward.messages[before]);
+        let product = self.entered(before).times(&forward.products[last]);
+        let Factors { counts, orders, .. } = &mut self.factors;
+        let visited = visit(&mut Joint { product, counts, orders });
+        self.small(visited)
+    }
+
+    /// Calls `visit(instant, its joint distribution)` for each instant, the last first, given all observations.
+    pub(crate) fn backward(
+        &mut self,
+        forward: &Forward,
+        mut visit: impl FnMut(usize, &mut Joint<'_>) -> Result<(), f64>,
+    ) -> Result<(), Error> {
+        let mut back = Product::default();
+        for number in (0..forward.products.len()).rev() {
+            let after = forward.products[number].clone().times(&back);
+            let before = number.checked_sub(1).map(|before| &forward.messages[before]);
+            let product = self.entered(before).times(&after);
+            let Factors { counts, orders, now, before, .. } = &mut self.factors;
+            let visited = visit(number, &mut Joint { product, counts, orders });
+            if number > 0 {
+                let summed = after.summed(|slot| before.contains(&slot), counts, orders);
+                back = match summed {
+                    Ok(summed) => summed.unscaled().0.renamed(|slot| renamed(slot, before, now)),
+                    Err(cells) => return Err(self.factors.too_large(cells)),
+                };
             }
-            let mut next = vec![f64::NEG_INFINITY; self.outcomes()];
-            let mut from = vec![0; self.outcomes()];
-            for (way, row) in best.iter().zip(matrix.chunks(self.outcomes())) {
-                let Some(way) = way else { continue };
-                for (outcome, cell) in row.iter().enumerate() {
-                    let score = scores[*way] + cell.ln();
-                    if score > next[outcome] {
-                        (next[outcome], from[outcome]) = (score, *way);
-                    }
-                }
-            }
-            if next.iter().all(|score| *score == f64::NEG_INFINITY) {
-                return Err(instant);
-            }
-            scores = next;
-            before.push(from);
+            self.small(visited)?;
         }
-        let better =
-            |best: usize, outcome: usize| if scores[outcome] > scores[best] { outcome } else { best };
-        let last = (0..self.outcomes()).fold(0, better);
-        if scores[last] == f64::NEG_INFINITY {
-            return Err(0);
+        Ok(())
+    }
+
+    /// The most likely values of the searched slots at all instants together, all of X being among them.
+    ///
+    /// # Errors
+    /// See [`Chain::forward`].
+    pub(crate) fn most_likely(&mut self, forward: &Forward) -> Result<Vec<Vec<usize>>, Error> {
+        let (mut last, mut traces): (Option<Product>, Vec<Vec<Trace>>) = (None, Vec::new());
+        for (number, product) in forward.products.iter().enumerate() {
+            let mut all = self.entered(last.as_ref()).times(product);
+            let Factors { counts, orders, now, before, .. } = &mut self.factors;
+            if number == 0 {
+                let (before, searched) = (&*before, &self.searched);
+                let summed =
+                    all.summed(|slot| !before.contains(&slot) || searched.contains(&slot), counts, orders);
+                all = match summed {
+                    Ok(summed) => summed,
+                    Err(cells) => return Err(self.factors.too_large(cells)),
+                };
+            }
+            let best = all.maximised(|slot| now.contains(&slot), counts, orders);
+            let (best, trace) = self.small(best)?;
+            traces.push(trace);
+            last = Some(best.unscaled().0);
         }
-        let mut sequence = vec![last];
-        for from in before.iter().rev() {
-            sequence.push(from[sequence[sequence.len() - 1]]);
+        let Factors { counts, orders, now, before, .. } = &mut self.factors;
+        let best = last.unwrap_or_default().maximised(|_| false, counts, orders);
+        let (_, end) = match best {
+            Ok(best) => best,
+            Err(cells) => return Err(self.factors.too_large(cells)),
+        };
+        let mut values = vec![0; counts.len()];
+        end.iter().rev().for_each(|trace| trace.follow(&mut values, counts));
+        let mut sequence = Vec::with_capacity(traces.len());
+        for trace in traces.iter().rev() {
+            trace.iter().rev().for_each(|trace| trace.follow(&mut values, counts));
+            sequence.push(self.searched.iter().map(|slot| values[*slot]).collect());
+            now.iter().zip(before.iter()).for_each(|(now, before)| values[*now] = values[*before]);
         }
         sequence.reverse();
         Ok(sequence)
     }
+}
+
+/// The slot at the same position of another list.
+fn renamed(slot: usize, from: &[usize], to: &[usize]) -> usize {
+    from.iter().position(|own| *own == slot).map_or(slot, |position| to[position])
+}
+
+/// The message divided by its total.
+fn scaled(message: Product, ln_total: f64) -> Product {
+    let (mut message, ln_factor) = message.unscaled();
+    message.ln_constant = ln_factor - ln_total;
+    message
 }

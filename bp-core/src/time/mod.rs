@@ -3,7 +3,8 @@
 //! In: a model with numbers, an [`OverTime`] route, and what was observed at each instant. Out: a [`Told`] for each
 //! instant that is asked about. Invariant: an instant of which nothing is observed is an instant all the same.
 
-pub mod chain;
+pub(crate) mod chain;
+mod factors;
 mod finite;
 mod normal;
 mod particles;
@@ -14,8 +15,6 @@ use crate::exec::{Belief, Filter};
 use crate::model::{Evidence, Reduction, Value};
 use crate::plan::{By, Gaussian, OverTime};
 use crate::sample::{Draws, Method, Moments, Sampling};
-use chain::{Course, Matrix};
-use finite::Finite;
 use particles::Moves;
 
 /// What is observed at an instant: slots and their values.
@@ -115,7 +114,7 @@ pub fn answer(
     sampling: Sampling,
 ) -> Result<Answered, Error> {
     match &route.by {
-        By::Chain => answer_chain(setting, route, instants),
+        By::Chain => finite::answer(setting, route, instants),
         By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),
         By::Particles { .. } if sampling.method == Method::Gibbs => {
             let question = setting.model.ask_text(&route.ask);
@@ -191,48 +190,4 @@ fn answer_gaussian(
 /// The error that an observation is impossible.
 fn impossible(setting: &Setting<'_>, route: &OverTime, instant: usize) -> Error {
     Error::Impossible(format!("{}, instant {}", setting.model.ask_text(&route.ask), instant + 1).into())
-}
-
-fn answer_chain(setting: &Setting<'_>, route: &OverTime, instants: &[Instant]) -> Result<Answered, Error> {
-    let mut finite = Finite::new(setting, route);
-    let chain = finite.chain()?;
-    let mut matrices: Vec<Matrix> =
-        instants.iter().map(|instant| finite.matrix(instant)).collect::<Result<_, _>>()?;
-    let ahead = match route.ask.reduction {
-        Reduction::Predict(steps) => steps,
-        _ => 0,
-    };
-    for _ in 0..ahead {
-        matrices.push(finite.matrix(&Vec::new())?);
-    }
-    let told = |instant: usize| impossible(setting, route, instant);
-    let Course { beliefs, ln_evidence } = match route.ask.reduction {
-        Reduction::Smooth | Reduction::Sequence => chain.smooth(&matrices).map_err(told)?,
-        _ => chain.filter(&matrices).map_err(told)?,
-    };
-    let searched: Vec<usize> =
-        route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
-    let told_of = |instant: usize, belief: &[f64]| Told {
-        instant: instant + 1,
-        what: What::Probabilities(searched.clone(), finite.marginal(&searched, belief)),
-    };
-    let last = beliefs.len().saturating_sub(1);
-    let told = match route.ask.reduction {
-        Reduction::Sequence => {
-            let sequence = chain.most_likely(&matrices).map_err(told)?;
-            (sequence.iter().zip(&beliefs).enumerate())
-                .map(|(instant, (outcome, belief))| {
-                    let values = finite.marginal(&searched, belief);
-                    let chosen = finite.slots(*outcome, &searched);
-                    let rows = values.into_iter().filter(|(values, _)| *values == chosen).collect();
-                    Told { instant: instant + 1, what: What::Probabilities(searched.clone(), rows) }
-                })
-                .collect()
-        }
-        Reduction::Smooth => {
-            beliefs.iter().enumerate().map(|(instant, belief)| told_of(instant, belief)).collect()
-        }
-        _ => beliefs.get(last).map(|belief| told_of(last, belief)).into_iter().collect(),
-    };
-    Ok(Answered { told, ln_evidence })
 }

@@ -107,19 +107,21 @@ impl<'s> Moves<'s> {
                 }
             }
             let none = Observations::none(self.setting);
-            self.run(&self.before, &none, &mut streams.stream(number), &mut particle)?;
-            Ok(particle)
+            let ln_weight = self.run(&self.before, &none, &mut streams.stream(number), &mut particle)?;
+            Ok((particle, ln_weight - (count as f64).ln()))
         };
-        let mut cloud = Cloud {
-            particles: (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?,
-            ln_weights: vec![-(count as f64).ln(); count],
-            ln_evidence: 0.0,
-            effective: Vec::new(),
-        };
+        let begun: Vec<(Particle, f64)> =
+            (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
+        let (particles, ln_weights) = begun.into_iter().unzip();
+        let mut cloud = Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() };
         for (instant, observed) in instants.iter().enumerate() {
             let mut observations = Observations::none(self.setting);
             observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
-            let step = |(number, particle): (usize, &mut Particle)| {
+            let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
+                // What cannot be has no values that the next instant could follow.
+                if *ln_weight == f64::NEG_INFINITY {
+                    return Ok(0.0);
+                }
                 if instant > 0 {
                     self.carry(particle);
                 }
@@ -127,8 +129,9 @@ impl<'s> Moves<'s> {
                 observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
                 self.run(&self.now, &observations, &mut random, particle)
             };
+            let particles = cloud.particles.par_iter_mut().enumerate();
             let weights: Vec<f64> =
-                cloud.particles.par_iter_mut().enumerate().map(step).collect::<Result<_, Error>>()?;
+                particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
             cloud.ln_weights.iter_mut().zip(weights).for_each(|(weight, more)| *weight += more);
             let total = ln_sum(&cloud.ln_weights);
             if !total.is_finite() {
@@ -142,6 +145,7 @@ impl<'s> Moves<'s> {
                 cloud.resample(resampling.stream(instant).random());
             }
         }
+        cloud.complete();
         Ok(Ok(cloud))
     }
 
@@ -219,14 +223,17 @@ impl Cloud {
     /// Systematic: as many copies of each as its weight times their number, one uniform number for all.
     fn resample(&mut self, uniform: f64) {
         let count = self.particles.len();
-        let (mut sum, mut source, mut chosen) = (self.ln_weights[0].exp(), 0, Vec::with_capacity(count));
+        // Only those of positive weight: a rounded sum must not choose another.
+        let possible: Vec<usize> = (0..count).filter(|own| self.ln_weights[*own].exp() > 0.0).collect();
+        let weight = |source: usize| self.ln_weights[possible[source]].exp();
+        let (mut sum, mut source, mut chosen) = (weight(0), 0, Vec::with_capacity(count));
         for number in 0..count {
             let position = (number as f64 + uniform) / count as f64;
-            while sum < position && source + 1 < count {
+            while sum < position && source + 1 < possible.len() {
                 source += 1;
-                sum += self.ln_weights[source].exp();
+                sum += weight(source);
             }
-            chosen.push(self.particles[source].clone());
+            chosen.push(self.particles[possible[source]].clone());
         }
         self.particles = chosen;
         self.ln_weights.fill(-(count as f64).ln());
@@ -234,6 +241,18 @@ impl Cloud {
 }
 
 impl Cloud {
+    /// Gives to particles of weight zero, which have no values, those of another: they say nothing, but can be read.
+    fn complete(&mut self) {
+        let Some(other) = self.ln_weights.iter().position(|weight| *weight > f64::NEG_INFINITY) else {
+            return;
+        };
+        for number in 0..self.particles.len() {
+            if self.ln_weights[number] == f64::NEG_INFINITY {
+                self.particles[number] = self.particles[other].clone();
+            }
+        }
+    }
+
     /// The draws of some slots that were drawn.
     pub(super) fn draws(&self, slots: &[usize]) -> Draws {
         let of = |particle: &Particle| slots.iter().map(|slot| particle.values[*slot]).collect::<Vec<_>>();

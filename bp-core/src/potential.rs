@@ -1,0 +1,154 @@
+//! Potentials: unnormalised tables over slots, each with the logarithm of its scale.
+//!
+//! In: the values of a factor for the free slots on which it depends. Out: a [`Potential`], and products of potentials of
+//! which slots are summed or maximised out. Invariant: a cell is zero only where a factor is zero. No product underflows:
+//! cells are kept as numbers where their range allows that, else as logarithms.
+//!
+//! A potential is what one part of the engine asks of another. It is never a conditional: P(X | Y) read from a joint
+//! distribution has no meaning where P(Y) = 0, while the factors have one everywhere.
+
+mod eliminate;
+mod sweep;
+
+pub(crate) use eliminate::{MOST_CELLS, Orders, Product, Trace};
+
+use std::borrow::Cow;
+
+/// The range ln(largest / smallest cell that is not zero) up to which cells are kept as numbers.
+const NARROW: f64 = 200.0;
+
+/// A table over slots; the last slot is the fastest.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Potential {
+    /// The slots, in the order of the axes.
+    pub(crate) over: Vec<usize>,
+    /// Numbers, the largest in [1, 2); or logarithms, the largest 0. All numbers 0 where nothing is possible.
+    cells: Vec<f64>,
+    /// Whether the cells are logarithms.
+    logarithms: bool,
+    /// ln(largest / smallest cell that is not zero), at least.
+    range: f64,
+    /// The logarithm of what each cell is to be multiplied by.
+    ln_scale: f64,
+}
+
+impl Potential {
+    /// A potential of numbers that are not negative, one for each cell.
+    pub(crate) fn of_numbers(over: Vec<usize>, mut cells: Vec<f64>) -> Self {
+        let largest = cells.iter().copied().fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Self { over, cells, logarithms: false, range: 0.0, ln_scale: 0.0 };
+        }
+        let mut ln_scale = 0.0;
+        if !(1.0..2.0).contains(&largest) {
+            // A power of two: nothing is rounded.
+            let exponent = largest.log2().floor().clamp(-1000.0, 1000.0);
+            let scale = (-exponent).exp2();
+            cells.iter_mut().for_each(|cell| *cell *= scale);
+            ln_scale = exponent * std::f64::consts::LN_2;
+        }
+        let (smallest, largest) = (cells.iter())
+            .filter(|cell| **cell > 0.0)
+            .fold((f64::INFINITY, 0.0f64), |(least, most), cell| (least.min(*cell), most.max(*cell)));
+        let range = largest.ln() - smallest.ln();
+        if range <= NARROW {
+            return Self { over, cells, logarithms: false, range, ln_scale };
+        }
+        let logarithms = cells.into_iter().map(f64::ln).collect();
+        let mut wide = Self::of_logarithms(over, logarithms);
+        wide.ln_scale += ln_scale;
+        wide
+    }
+
+    /// A potential of logarithms, −∞ for zero.
+    pub(crate) fn of_logarithms(over: Vec<usize>, mut cells: Vec<f64>) -> Self {
+        let largest = cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if largest == f64::NEG_INFINITY {
+            cells.fill(0.0);
+            return Self { over, cells, logarithms: false, range: 0.0, ln_scale: 0.0 };
+        }
+        cells.iter_mut().for_each(|cell| *cell -= largest);
+        let range = -cells.iter().copied().filter(|cell| cell.is_finite()).fold(0.0, f64::min);
+        let logarithms = range > NARROW;
+        if !logarithms {
+            cells.iter_mut().for_each(|cell| *cell = cell.exp());
+        }
+        Self { over, cells, logarithms, range, ln_scale: largest }
+    }
+
+    /// The same over other slots.
+    pub(crate) fn renamed(&self, slot: impl Fn(usize) -> usize) -> Self {
+        Self { over: self.over.iter().map(|own| slot(*own)).collect(), ..self.clone() }
+    }
+
+    /// The same up to a factor, and the logarithm of that factor.
+    pub(crate) fn unscaled(mut self) -> (Self, f64) {
+        let ln_scale = std::mem::take(&mut self.ln_scale);
+        (self, ln_scale)
+    }
+
+    /// How many cells it has.
+    pub(crate) fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether every cell is zero.
+    pub(crate) fn is_zero(&self) -> bool {
+        !self.logarithms && self.cells.iter().all(|cell| *cell == 0.0)
+    }
+
+    /// The logarithms of the cells, without the scale.
+    fn logarithms(&self) -> Cow<'_, [f64]> {
+        match self.logarithms {
+            true => Cow::Borrowed(&self.cells),
+            false => Cow::Owned(self.cells.iter().map(|cell| cell.ln()).collect()),
+        }
+    }
+
+    /// ln of a potential over no slot.
+    pub(crate) fn ln_scalar(&self) -> f64 {
+        debug_assert!(self.over.is_empty(), "internal: a scalar has no slot");
+        match self.logarithms {
+            true => self.cells[0] + self.ln_scale,
+            false => self.cells[0].ln() + self.ln_scale,
+        }
+    }
+
+    /// The cells divided by their sum, in an order of the slots that names each of its own; all 0 where nothing is
+    /// possible. A slot that the potential does not have changes nothing.
+    pub(crate) fn distribution(&self, slots: &[usize], counts: &[usize]) -> Vec<f64> {
+        let numbers: Cow<'_, [f64]> = match self.logarithms {
+            true => Cow::Owned(self.cells.iter().map(|cell| cell.exp()).collect()),
+            false => Cow::Borrowed(&self.cells),
+        };
+        let strides: Vec<usize> = slots.iter().map(|slot| self.stride(*slot, counts)).collect();
+        let cells: usize = slots.iter().map(|slot| counts[*slot]).product();
+        let mut ordered = Vec::with_capacity(cells);
+        let (mut digits, mut at) = (vec![0; slots.len()], 0);
+        for _ in 0..cells {
+            ordered.push(numbers[at]);
+            for axis in (0..slots.len()).rev() {
+                digits[axis] += 1;
+                at += strides[axis];
+                if digits[axis] < counts[slots[axis]] {
+                    break;
+                }
+                at -= strides[axis] * counts[slots[axis]];
+                digits[axis] = 0;
+            }
+        }
+        let total: f64 = ordered.iter().sum();
+        if total > 0.0 {
+            ordered.iter_mut().for_each(|cell| *cell /= total);
+        }
+        ordered
+    }
+
+    /// How far apart the cells are that differ by one in a slot; 0 where the potential does not have it.
+    fn stride(&self, slot: usize, counts: &[usize]) -> usize {
+        match self.over.iter().position(|own| *own == slot) {
+            Some(position) => self.over[position + 1..].iter().map(|own| counts[*own]).product(),
+            None => 0,
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Products of potentials, of which slots are eliminated one by one.
+//!
+//! In: potentials. Out: their product without some of the slots, as a list whose members are multiplied no further than
+//! sums and maxima require. Invariant: the next slot is one whose elimination makes the smallest table; orders are kept,
+//! so that each instant of a long sequence does not search for them again.
+
+use super::Potential;
+use super::sweep::{Fold, folded};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The most cells of one table.
+pub(crate) const MOST_CELLS: f64 = 1e7;
+
+/// A product of potentials and a number.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Product {
+    pub(crate) parts: Vec<Arc<Potential>>,
+    /// ln of the number; −∞ where nothing is possible.
+    pub(crate) ln_constant: f64,
+}
+
+/// The value of a maximised slot for each combination of values of others.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace {
+    slot: usize,
+    over: Vec<usize>,
+    choice: Vec<u32>,
+}
+
+/// The tables over which products are: what eliminations of the same kind have in common.
+type Kind = (Vec<Vec<usize>>, Vec<usize>);
+
+/// Orders of elimination, by the slots of the potentials and the slots that go.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Orders {
+    known: HashMap<Kind, Vec<usize>>,
+}
+
+impl Orders {
+    /// The slots that go, in order; `Err` is the number of cells of a table that would be too large.
+    fn order(
+        &mut self,
+        parts: &[Arc<Potential>],
+        away: &[usize],
+        counts: &[usize],
+    ) -> Result<Vec<usize>, f64> {
+        let kind: Kind = (parts.iter().map(|part| part.over.clone()).collect(), away.to_vec());
+        if let Some(order) = self.known.get(&kind) {
+            return Ok(order.clone());
+        }
+        let mut scopes = kind.0.clone();
+        let (mut rest, mut order) = (away.to_vec(), Vec::with_capacity(away.len()));
+        while !rest.is_empty() {
+            let joined = |slot: usize| {
+                let mut union: Vec<usize> = Vec::new();
+                for own in scopes.iter().filter(|scope| scope.contains(&slot)).flatten() {
+                    if *own != slot && !union.contains(own) {
+                        union.push(*own);
+                    }
+                }
+                let cells: f64 = union.iter().map(|slot| counts[*slot] as f64).product();
+                (cells, union)
+            };
+            let candidates = rest.iter().enumerate().map(|(position, slot)| (position, joined(*slot)));
+            let best = candidates.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0));
+            let (position, (cells, union)) = best.expect("internal: a slot is left");
+            if cells > MOST_CELLS {
+                return Err(cells);
+            }
+            let slot = rest.remove(position);
+            scopes.retain(|scope| !scope.contains(&slot));
+            scopes.push(union);
+            order.push(slot);
+        }
+        self.known.insert(kind, order.clone());
+        Ok(order)
+    }
+}
+
+impl Product {
+    /// Multiplies by a potential.
+    pub(crate) fn push(&mut self, part: Arc<Potential>) {
+        if part.is_zero() {
+            self.ln_constant = f64::NEG_INFINITY;
+        }
+        match part.over.is_empty() {
+            true => self.ln_constant += part.ln_scalar(),
+            false => self.parts.push(part),
+        }
+    }
+
+    /// Multiplies by another product.
+    pub(crate) fn times(mut self, other: &Self) -> Self {
+        self.parts.extend(other.parts.iter().cloned());
+        self.ln_constant += other.ln_constant;
+        self
+    }
+
+    /// The slots that it has.
+    pub(crate) fn slots(&self) -> Vec<usize> {
+        let mut slots: Vec<usize> = self.parts.iter().flat_map(|part| part.over.iter().copied()).collect();
+        slots.sort_unstable();
+        slots.dedup();
+        slots
+    }
+
+    /// Without the slots that are not wanted: these are summed.
+    pub(crate) fn summed(
+        self,
+        keep: impl Fn(usize) -> bool,
+        counts: &[usize],
+        orders: &mut Orders,
+    ) -> Result<Self, f64> {
+        Ok(self.eliminated(keep, Fold::Sum, counts, orders)?.0)
+    }
+
+    /// Without the slots that are not wanted: these are maximised; and the values at which they are.
+    pub(crate) fn maximised(
+        self,
+        keep: impl Fn(usize) -> bool,
+        counts: &[usize],
+        orders: &mut Orders,
+    ) -> Result<(Self, Vec<Trace>), f64> {
+        self.eliminated(keep, Fold::Maximum, counts, orders)
+    }
+
+    fn eliminated(
+        mut self,
+        keep: impl Fn(usize) -> bool,
+        fold: Fold,
+        counts: &[usize],
+        orders: &mut Orders,
+    ) -> Result<(Self, Vec<Trace>), f64> {
+        let away: Vec<usize> = self.slots().into_iter().filter(|slot| !keep(*slot)).collect();
+        let order = orders.order(&self.parts, &away, counts)?;
+        let mut traces = Vec::new();
+        for slot in order {
+            let (with, without): (Vec<_>, Vec<_>) =
+                self.parts.into_iter().partition(|part| part.over.contains(&slot));
+            self.parts = without;
+            let parts: Vec<&Potential> = with.iter().map(Arc::as_ref).collect();
+            let (made, choice) = folded(&parts, Some(slot), fold, counts);
+            if fold == Fold::Maximum {
+                traces.push(Trace { slot, over: made.over.clone(), choice });
+            }
+            self.push(Arc::new(made));
+        }
+        Ok((self, traces))
+    }
+
+    /// ln of the sum over all slots.
+    pub(crate) fn ln_total(&self, counts: &[usize], orders: &mut Orders) -> Result<f64, f64> {
+        Ok(self.clone().summed(|_| false, counts, orders)?.ln_constant)
+    }
+
+    /// The distribution of some slots, the last one fastest: all others are summed.
+    pub(crate) fn distribution(
+        self,
+        slots: &[usize],
+        counts: &[usize],
+        orders: &mut Orders,
+    ) -> Result<Vec<f64>, f64> {
+        let cells: f64 = slots.iter().map(|slot| counts[*slot] as f64).product();
+        if cells > MOST_CELLS {
+            return Err(cells);
+        }
+        let left = self.summed(|slot| slots.contains(&slot), counts, orders)?;
+        if left.ln_constant == f64::NEG_INFINITY {
+            return Ok(vec![0.0; cells as usize]);
+        }
+        let parts: Vec<&Potential> = left.parts.iter().map(Arc::as_ref).collect();
+        let (joint, _) = folded(&parts, None, Fold::Sum, counts);
+        Ok(joint.distribution(slots, counts))
+    }
+
+    /// The same up to a factor, and ln of that factor.
+    pub(crate) fn unscaled(self) -> (Self, f64) {
+        let (mut ln_factor, mut parts) = (self.ln_constant, Vec::with_capacity(self.parts.len()));
+        for part in self.parts {
+            let (part, ln_scale) = Arc::unwrap_or_clone(part).unscaled();
+            ln_factor += ln_scale;
+            parts.push(Arc::new(part));
+        }
+        (Self { parts, ln_constant: 0.0 }, ln_factor)
+    }
+
+    /// The same over other slots.
+    pub(crate) fn renamed(&self, slot: impl Fn(usize) -> usize) -> Self {
+        let parts = self.parts.iter().map(|part| Arc::new(part.renamed(&slot)));
+        Self { parts: parts.collect(), ln_constant: self.ln_constant }
+    }
+}
+
+impl Trace {
+    /// Puts the value of the slot into an assignment that has values for the slots on which it depends.
+    pub(crate) fn follow(&self, values: &mut [usize], counts: &[usize]) {
+        let cell = self.over.iter().fold(0, |cell, slot| cell * counts[*slot] + values[*slot]);
+        values[self.slot] = self.choice[cell] as usize;
+    }
+}
