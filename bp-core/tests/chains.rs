@@ -214,6 +214,7 @@ fn what_cannot_be_is_told() {
     );
     let error = asked(&model, "filter P(X | Z)", &["Z"], &[vec![0.0], vec![1.0]]).unwrap_err().to_string();
     assert!(error.contains("instant 2") && error.contains("probability zero"), "{error}");
+    assert!(error.contains("`Z = true` cannot be there") && error.contains("`P(Z | X)` is 0"), "{error}");
     let error = asked(&model, "filter P(X | Z)", &["Q"], &[vec![0.0]]).unwrap_err().to_string();
     assert!(error.contains("`Q`") && error.contains("`Z`"), "{error}");
     let error = asked(&model, "filter P(X | Z)", &["Z"], &[vec![0.0], vec![2.0]]).unwrap_err().to_string();
@@ -285,7 +286,7 @@ fn gestures_left_to_right_are_forward_backward_and_viterbi_over_twelve_states() 
         let density = (-0.5f64 * standard * standard).exp() / (0.6 * std::f64::consts::TAU.sqrt());
         if value.is_nan() { 1.0 } else { density }
     };
-    let start = |state: usize| if state % 4 == 0 { 1.0 / 3.0 } else { 0.0 };
+    let start = |state: usize| if state.is_multiple_of(4) { 1.0 / 3.0 } else { 0.0 };
     let mut forward: Vec<Vec<f64>> = vec![(0..12).map(start).collect()];
     let mut best: Vec<Vec<(f64, usize)>> = Vec::new();
     for (instant, value) in seen.iter().enumerate() {

@@ -13,6 +13,7 @@ use super::Instant;
 use super::factors::Factors;
 use crate::distribution::Setting;
 use crate::error::Error;
+use crate::error::Impossible;
 use crate::plan::OverTime;
 use crate::potential::{Orders, Product, Trace};
 
@@ -87,7 +88,7 @@ impl<'s> Chain<'s> {
             let total = message.ln_total(counts, orders);
             let total = self.small(total)?;
             if total == f64::NEG_INFINITY {
-                return Err(Error::Impossible(format!("{}, instant {}", self.asked, number + 1)));
+                return Err(self.impossible(forward.messages.last(), instant, number));
             }
             if given {
                 forward.ln_evidence += total;
@@ -96,6 +97,26 @@ impl<'s> Chain<'s> {
             forward.messages.push(scaled(message, total));
         }
         Ok(forward)
+    }
+
+    /// The error that an instant cannot be, with the first observation that excludes it.
+    fn impossible(&mut self, last: Option<&Product>, instant: &Instant, number: usize) -> Error {
+        let mut reason = "no value of what is carried is possible there".to_owned();
+        for count in 0..=instant.len() {
+            let some = instant[..count].to_vec();
+            let product = self.factors.product(&some, number == 0, true);
+            let Ok(message) = product.and_then(|product| self.message(last, &product)) else { continue };
+            let Factors { counts, orders, .. } = &mut self.factors;
+            if message.ln_total(counts, orders) == Ok(f64::NEG_INFINITY) {
+                if let Some((slot, value)) = some.last() {
+                    let (observed, head) = self.factors.named(*slot, *value);
+                    reason = format!("`{observed}` cannot be there, given what came before: `{head}` is 0");
+                }
+                break;
+            }
+        }
+        let question = format!("{}, instant {}", self.asked, number + 1);
+        Error::Impossible(Impossible { question, reason: Some(reason) })
     }
 
     /// Σ over all slots but those of X.

@@ -164,6 +164,17 @@ impl<'s> Factors<'s> {
         Ok(product)
     }
 
+    /// An observed value as one writes it, and the head of the factor that distributes its slot.
+    pub(super) fn named(&self, slot: usize, value: f64) -> (String, String) {
+        let (model, name) = (self.setting.model, self.setting.slot_name(slot));
+        let value = match self.counts[slot] {
+            0 => value.to_string(),
+            _ => model.value_name(self.setting.variable_of(slot), value as usize),
+        };
+        let factor = self.distributes[slot].map(|own| &model.factors[self.own[own].instance.factor]);
+        (format!("{name} = {value}"), factor.map_or_else(String::new, |factor| model.head(factor)))
+    }
+
     /// The error that a table would have too many cells.
     pub(super) fn too_large(&self, cells: f64) -> Error {
         let help = "carry, search or observe fewer variables together, or in fewer values".to_owned();
@@ -315,17 +326,22 @@ impl<'s> Factors<'s> {
             };
             let mut rest: Vec<usize> = self.own[position].parents.clone();
             while let Some(slot) = rest.pop() {
-                match (fixed(&slot), self.counts[slot], self.distributes[slot]) {
-                    (true, ..) => (own.given, own.observed) = (true, true),
-                    (_, 1.., Some(_)) if !own.parents.contains(&slot) => own.parents.push(slot),
-                    (_, 0, Some(from)) if self.own[from].determined => {
-                        if !own.determined.contains(&from) {
-                            own.determined.push(from);
-                            rest.extend(&self.own[from].parents);
-                        }
+                if fixed(&slot) {
+                    (own.given, own.observed) = (true, true);
+                    continue;
+                }
+                let Some(from) = self.distributes[slot] else { continue };
+                let taken = if self.counts[slot] > 0 { &mut own.parents } else { &mut own.determined };
+                let new = if self.counts[slot] > 0 { slot } else { from };
+                if taken.contains(&new) {
+                    continue;
+                }
+                taken.push(new);
+                if self.counts[slot] == 0 {
+                    if !self.own[from].determined {
+                        return Err(self.not_observed(position, slot));
                     }
-                    (_, 0, Some(_)) => return Err(self.not_observed(position, slot)),
-                    _ => {}
+                    rest.extend(&self.own[from].parents);
                 }
             }
             own.parents.sort_unstable();
