@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 35] = [
+const PACKAGES: [&str; 37] = [
     "allocation-counter",
     "ariadne",
+    "atomic-write-file",
     "bp-core",
     "bp-macros",
     "bvm",
@@ -21,6 +22,7 @@ const PACKAGES: [&str; 35] = [
     "criterion",
     "csv",
     "dejavu",
+    "flate2",
     "indicatif",
     "memmap2",
     "naga",

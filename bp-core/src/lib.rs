@@ -11,6 +11,7 @@ pub mod draw;
 pub mod emit;
 pub mod error;
 pub mod exec;
+pub mod files;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod guess;

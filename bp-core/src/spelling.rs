@@ -41,6 +41,7 @@ pub fn number(number: f64) -> String {
     match rounded.abs() {
         1e-4..1e15 => rounded.to_string(),
         _ if rounded.is_finite() => format!("{rounded:e}"),
+        _ if number.is_finite() => format!("{number:e}"),
         _ => number.to_string(),
     }
 }
@@ -89,8 +90,17 @@ mod tests {
     #[test]
     fn numbers_are_written_as_people_write_them() {
         let numbers = [0.1 + 0.2, 1e-9, -0.0, 123456.0, 1e22, -2.5, 1.0 / 3.0, 1.0 - 1e-16, f64::MAX];
-        let texts =
-            ["0.3", "1e-9", "0", "123456", "1e22", "-2.5", "0.333333333333333", "1", "1.79769313486232e308"];
+        let texts = [
+            "0.3",
+            "1e-9",
+            "0",
+            "123456",
+            "1e22",
+            "-2.5",
+            "0.333333333333333",
+            "1",
+            "1.7976931348623157e308",
+        ];
         assert_eq!(numbers.map(number), texts);
         assert_eq!([f64::NAN, f64::NEG_INFINITY].map(number), ["NaN", "-inf"]);
     }

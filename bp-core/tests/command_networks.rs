@@ -148,7 +148,7 @@ fn what_cannot_be_is_told() {
         (&["marginals", "clinic.bif", "--evidence", r#"{"smok": "yes"}"#], "did you mean `smoke`?"),
         (
             &["marginals", "clinic.bif", "--evidence", r#"{"smoke": "maybe"}"#],
-            "`maybe` is not one of its values",
+            "`maybe` is not a value of `smoke`, which is `{ yes, no }`",
         ),
         (&["marginals", "clinic.bif", "--evidence", "smoke"], "smoke"),
         (&["marginals", "clinic.bif", "--likelihood", r#"{"smoke": [1]}"#], "must have 2 numbers, but has 1"),

@@ -70,3 +70,83 @@ fn what_cannot_be_converted_leaves_no_file() {
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }
+
+/// P(Y | X) = dirac(X + 1): where X = 1, Y has no value.
+const DEFICIT: &str = "program A { variables { X : 0..=1; Y : 0..=1; } decomposition { P(X) P(Y | X) }
+    forms { P(X) = uniform; P(Y | X) = dirac(X + 1); } question q { P(X) } }";
+
+#[test]
+fn the_distribution_is_never_changed_without_a_word() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.bp"), DEFICIT).unwrap();
+    for name in ["a.bif", "a.net", "a.xmlbif"] {
+        let done = bp(folder.path(), &["convert", "a.bp", name]);
+        assert_eq!(done.status.code(), Some(1));
+        assert!(
+            words(&done.stderr).contains("the probabilities of `Y` at X = 1 are all 0"),
+            "{}",
+            words(&done.stderr)
+        );
+        assert!(!folder.path().join(name).exists());
+    }
+    let done = bp(folder.path(), &["convert", "a.bp", "a.uai"]);
+    assert!(done.status.success(), "{}", words(&done.stderr));
+    assert!(words(&done.stderr).contains("`Y` at X = 1 are all 0"), "{}", words(&done.stderr));
+    let uai = std::fs::read_to_string(folder.path().join("a.uai")).unwrap();
+    assert!(uai.ends_with("\n4\n0.0 1.0 0.0 0.0\n"), "{uai}");
+    // The row of zeros says that X is 0, through every door.
+    for arguments in [
+        &["ask", "a.bp", "q", "--json"][..],
+        &["ask", "a.uai", "P(\"0\")", "--json"],
+        &["marginals", "a.uai", "--json"],
+        &["marginals", "a.uai", "--only", "0", "--json"],
+        &["marginals", "a.bp", "--only", "X", "--json"],
+    ] {
+        let done = bp(folder.path(), arguments);
+        assert!(done.status.success(), "{}", words(&done.stderr));
+        let answer: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+        let p = match answer.get("posteriors") {
+            Some(all) => all.get("X").or(all.get("0")).unwrap()["0"].clone(),
+            None => answer["answer"][0]["p"].clone(),
+        };
+        assert_eq!(p.as_f64(), Some(1.0), "{arguments:?}: {answer}");
+    }
+    let again = bp(folder.path(), &["convert", "a.uai", "b.uai"]);
+    assert!(words(&again.stderr).contains("1 row is zero everywhere"), "{}", words(&again.stderr));
+    assert_eq!(std::fs::read_to_string(folder.path().join("b.uai")).unwrap(), uai);
+}
+
+#[test]
+fn files_are_recognised_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.bif"), NETWORK).unwrap();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, NETWORK.as_bytes()).unwrap();
+    std::fs::write(folder.path().join("b.bif.gz"), packed.finish().unwrap()).unwrap();
+    let done = bp(folder.path(), &["convert", "a.bif", "c.xbif"]);
+    assert!(done.status.success(), "{}", words(&done.stderr));
+    for name in ["b.bif.gz", "c.xbif"] {
+        let plain = bp(folder.path(), &["marginals", "a.bif"]);
+        let other = bp(folder.path(), &["marginals", name]);
+        assert_eq!(words(&other.stdout), words(&plain.stdout), "{}", words(&other.stderr));
+    }
+    for (name, told) in [
+        (
+            "a.xdsl",
+            "`a.xdsl` is a network of GeNIe or SMILE, which is not read: in GeNIe, save it as Hugin NET",
+        ),
+        ("a.dne", "a network of Netica"),
+        ("a.DSC", "a network of MSBN"),
+        ("a.oobn", "of Hugin"),
+        ("a.pgmx", "of OpenMarkov or Elvira"),
+    ] {
+        std::fs::write(folder.path().join(name), "<xml/>").unwrap();
+        for arguments in [&["check", name][..], &["marginals", name], &["convert", name, "d.bif"]] {
+            let done = bp(folder.path(), arguments);
+            assert_eq!(done.status.code(), Some(1));
+            assert!(words(&done.stderr).contains(told), "{}", words(&done.stderr));
+        }
+    }
+    let refused = bp(folder.path(), &["convert", "a.bif", "d.bif.gz"]);
+    assert!(words(&refused.stderr).contains("`.gz` is read, not written"), "{}", words(&refused.stderr));
+}

@@ -302,3 +302,71 @@ fn what_a_format_cannot_hold_is_refused() {
     let refused = io::write(&read(Format::Program, real), Format::Bif).unwrap_err().to_string();
     assert!(refused.contains("`X` is `real`"), "{refused}");
 }
+
+#[test]
+fn a_property_without_its_semicolon_ends_with_its_block() {
+    let text = "network n { property author = me }
+variable a { property position = (1, 2) type discrete [2] { x, y }; property shape {round} }
+variable b { type discrete [2] { x, y }; property label = \"a } b\" } probability (a) { table 0.25, 0.75; }
+probability (b) { property how = guessed } probability (c) { table 1.0; }";
+    let with = |end: &str| {
+        text.replace("(1, 2) type", "(1, 2);\n type")
+            .replace("probability (b) { property how = guessed } ", end)
+    };
+    let whole = with("probability (b) { table 0.5, 0.5; property how = guessed } ");
+    let model = read(Format::Bif, &whole.replace(" probability (c) { table 1.0; }", "")).model;
+    assert_eq!(said(&model)[1].3, [0.5, 0.5]);
+    // What is missing is told where it is missing.
+    let source = Source::new("n.bif", with("probability (b) { property how = guessed } "));
+    let wrong = io::read(&source, Format::Bif).unwrap_err();
+    assert!(wrong.to_string().contains("`b` has no `table`"), "{wrong}");
+}
+
+#[test]
+fn values_without_names_are_refused_at_their_place() {
+    let text = XML.replacen("</OUTCOME>", "</OUTCOME><OUTCOME></OUTCOME>", 1);
+    let source = Source::new("a.xmlbif", text.as_str());
+    let wrong = io::read(&source, Format::Xmlbif).unwrap_err();
+    assert_eq!(wrong.0[0].message, "this value has no name");
+    let place = text.find("<OUTCOME></OUTCOME>").unwrap();
+    assert!((place..place + 19).contains(&wrong.0[0].span.start), "{wrong}");
+    let source = Source::new(
+        "a.bif",
+        "variable a { type discrete [2] { x, \"\" }; } probability (a) { table 0.5, 0.5; }",
+    );
+    let wrong = io::read(&source, Format::Bif).unwrap_err();
+    assert_eq!(wrong.0[0].message, "value 2 of variable `a` has no name");
+}
+
+#[test]
+fn hugin_tables_beside_models_and_intervals() {
+    let noisy = r#"net { }
+node A { subtype = boolean; states = ("false" "true"); }
+node C { subtype = boolean; states = ("false" "true"); }
+potential (A) { model_nodes = (); model_data = ( Distribution (0.7, 0.3) ); }
+potential (C | A) { model_nodes = (); model_data = ( NoisyOR (A, 0.2) ); data = (( 1 0 ) ( 0.4 0.6 )); }"#;
+    let model = read(Format::Hugin, noisy).model;
+    assert_eq!(
+        (said(&model)[0].3.as_slice(), said(&model)[1].3.as_slice()),
+        (&[0.7, 0.3][..], &[1.0, 0.0, 0.4, 0.6][..])
+    );
+    let intervals = r#"net { }
+node Size { subtype = interval; states = ("" "" ""); state_values = (-infinity 0 10 infinity); }
+node Count { subtype = number; states = ("" ""); state_values = (2 5); }
+node Fail { states = ("no" "yes"); }
+potential (Size) { data = (0.25 0.5 0.25); }
+potential (Count | Fail) { model_nodes = (); model_data = ( Distribution (0.5, 0.5) ); }
+potential (Fail | Size) {
+    model_nodes = (Size);
+    model_data = ( Distribution (0.9, 0.1), Distribution (0.5, 0.5), Distribution(0.2, 0.8) );
+}"#;
+    let all = said(&read(Format::Hugin, intervals).model);
+    assert_eq!(all[0].1, ["-inf..0", "0..10", "10..inf"]);
+    assert_eq!(all[1].1, ["2", "5"]);
+    assert_eq!(all[1].3, [0.5, 0.5, 0.5, 0.5]);
+    assert_eq!(all[2].3, [0.9, 0.1, 0.5, 0.5, 0.2, 0.8]);
+    let source = Source::new("a.net", noisy.replace("data = (( 1 0 ) ( 0.4 0.6 ));", ""));
+    let wrong = io::read(&source, Format::Hugin).unwrap_err();
+    let expected = "the potential of `C` holds no table, only expressions: `NoisyOR (A, 0.2)` is not read";
+    assert_eq!(wrong.0[0].message, expected);
+}

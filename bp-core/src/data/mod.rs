@@ -10,11 +10,11 @@ mod read;
 mod tests;
 mod values;
 
-pub use read::{MOST_BYTES, bounded, open, read_table};
+pub use read::{open, read_table};
 pub use values::{MISSING, Value, Values, is_missing};
 
 use crate::error::Error;
-use crate::guess::{listed, nearest};
+use crate::guess::{listed, near};
 use std::io::{Error as Wrong, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -106,8 +106,8 @@ impl Table {
     pub fn needed(&self, name: &str) -> Result<usize, Error> {
         self.column(name).ok_or_else(|| {
             let columns = self.columns.iter().map(String::as_str);
-            let help = match nearest(name, columns.clone()) {
-                Some(near) => format!("did you mean `{near}`?"),
+            let help = match near(name, columns.clone()) {
+                Some(name) => format!("did you mean `{name}`?"),
                 None => format!("the columns are {}", listed(columns, "and")),
             };
             wrong(&self.path, format!("there is no column `{}`; {help}", shown(name)))
@@ -116,8 +116,8 @@ impl Table {
 
     /// An error about a column whose name none of these names is.
     pub fn unknown<'n>(&self, column: usize, names: impl IntoIterator<Item = &'n str> + Clone) -> Error {
-        let help = match nearest(&self.columns[column], names.clone()) {
-            Some(near) => format!("did you mean `{near}`?"),
+        let help = match near(&self.columns[column], names.clone()) {
+            Some(name) => format!("did you mean `{name}`?"),
             None => format!("the variables are {}", listed(names, "and")),
         };
         let name = shown(&self.columns[column]);

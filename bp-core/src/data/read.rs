@@ -6,13 +6,11 @@
 use super::values::{is_missing, with_point};
 use super::{Table, shown, wrong};
 use crate::error::Error;
+use crate::files;
 use csv::{ReaderBuilder, StringRecord};
 use std::fs::File;
-use std::io::{Error as Wrong, ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
-
-/// The most bytes of a file that are read: what is longer, or never ends, is refused.
-pub const MOST_BYTES: u64 = 1 << 28;
 
 /// What separates columns where nothing is said, the likeliest first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
@@ -51,25 +49,8 @@ impl Table {
     }
 }
 
-/// All bytes of an input, if there are no more than [`MOST_BYTES`].
-///
-/// # Errors
-/// There are more, or they cannot be read.
-pub fn bounded(from: impl Read) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    from.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > MOST_BYTES {
-        false => Ok(bytes),
-        true => {
-            let most = MOST_BYTES >> 20;
-            let message = format!("more than {most} MiB: too long to be read, or without an end");
-            Err(Wrong::new(ErrorKind::FileTooLarge, message))
-        }
-    }
-}
-
-fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Result<Table, Error> {
-    let bytes = bounded(from).map_err(|error| Error::file(path, error))?;
+pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Result<Table, Error> {
+    let bytes = files::bounded(from).map_err(|error| Error::file(path, error))?;
     let mut text = text(bytes).map_err(|message| wrong(path, message))?;
     let length = text.len();
     if !text.ends_with(['\n', '\r']) {
@@ -146,8 +127,10 @@ fn separator_of(text: &str) -> u8 {
         let width = widths.next().unwrap_or(0);
         (width, widths.filter(|found| *found == width).count())
     };
-    // The first of the best.
-    SEPARATORS.into_iter().rev().max_by_key(|separator| score(*separator)).unwrap_or(b',')
+    let scored = SEPARATORS.into_iter().rev().map(|separator| (score(separator), separator));
+    // The first of the best; with one column there is nothing to tell.
+    let best = scored.filter(|((width, _), _)| *width > 1).max_by_key(|(score, _)| *score);
+    best.map_or(SEPARATORS[0], |(_, separator)| separator)
 }
 
 /// Where a row stands.

@@ -85,6 +85,11 @@ fn what_the_reader_decided_is_noted() {
     assert_eq!(notes("A\tR\n1\t0.5\n"), ["its columns are separated by tabs"]);
     assert_eq!(notes(",R\n0,0.5\n"), ["its first column has no name and was left out"]);
     assert_eq!(read("A;R\n1;0,5\n2;-1,25e1\n").unwrap(), [some(&[1.0, 0.5]), some(&[2.0, -12.5])]);
+    // One column has no separator; where it is given, its decimal commas are read.
+    let message = read("R\n0,5\n").unwrap_err();
+    assert_eq!(message, "`d.csv`: row 2 has 2 cells, but there is 1 column");
+    let one = super::read::read(Path::new("d.csv"), "R\n0,5\n".as_bytes(), Some(b';')).unwrap();
+    assert_eq!(one.notes, ["its numbers have decimal commas, such as `0,5`"]);
     // A point beside decimal commas may divide thousands.
     let message = read("R;S\n0,5;1\n1.234;2\n").unwrap_err();
     assert!(message.starts_with("`d.csv`, row 3, column `R`: `1.234` is written with a point"), "{message}");
@@ -147,7 +152,11 @@ fn wrong_cells_name_row_column_and_domain() {
         ("B\n\"true", "`d.csv`: row 2 opens a quotation mark that is never closed"),
         ("A,B\n1,true\n\n2,\"false\n3,true\n", "`d.csv`: row 4 opens a quotation mark"),
         ("\"B\ntrue\n", "`d.csv`: row 1 opens a quotation mark that is never closed"),
-        ("A,B\n1,\"true\n2,\"false\"\n", "; a quotation mark that it opens is closed in row 3 only"),
+        (
+            "A,B\n\"1,true\n2\",false\n3,true,\"x\ny\"\n",
+            "row 4 has 3 cells, but there are 2 columns; a quotation mark that it opens is closed in row 5 only",
+        ),
+        ("A,B\n1,\"true\n2,\"false\"\n", "row 2, column `B`: `true\\n2,false\"` is not a value of `B`"),
     ] {
         let found = read(text).unwrap_err();
         assert!(found.contains(expected), "{text:?}: {found}");
@@ -157,7 +166,7 @@ fn wrong_cells_name_row_column_and_domain() {
     assert_eq!(wrong(b"\xff\xfeA\0\n\0"), "`d.csv`: UTF-16 text; save it as UTF-8");
     assert_eq!(wrong(b"A\n\0"), "`d.csv`: row 2 holds a zero byte: this is no text, or not UTF-8");
     let endless = read_table(Path::new("d.csv"), std::io::repeat(b'1')).unwrap_err().to_string();
-    assert_eq!(endless, "`d.csv`: more than 256 MiB: too long to be read, or without an end");
+    assert_eq!(endless, "`d.csv`: it holds more than 256 MiB: too long to be read, or without an end");
     let missing = table("fever,Rain\n").unwrap();
     assert_eq!(
         missing.needed("Fever").unwrap_err().to_string(),

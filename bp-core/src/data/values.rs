@@ -3,7 +3,7 @@
 //! In: a text, and the variable that it is a value of. Out: a [`Value`], or that it is missing, or why it is neither.
 //! Invariant: a label of the program is read first, so that a label `NA` or `?` is a value; nothing is rounded.
 
-use crate::guess::nearest;
+use crate::guess::near;
 use crate::ids::VariableId;
 use crate::model::{Domain, Model};
 
@@ -149,8 +149,8 @@ impl<'m> Values<'m> {
             Domain::Real | Domain::Vector(_) if with_point(text).is_some() => {
                 ": write a decimal point, or separate columns with semicolons".to_owned()
             }
-            Domain::Finite { labels, .. } => match nearest(text, labels.iter().map(String::as_str)) {
-                Some(near) => format!("; did you mean `{near}`?"),
+            Domain::Finite { labels, .. } => match near(text, labels.iter().map(String::as_str)) {
+                Some(name) => format!("; did you mean `{name}`?"),
                 None => String::new(),
             },
             _ => String::new(),

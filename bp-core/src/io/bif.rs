@@ -11,4 +11,4 @@ mod read;
 mod write;
 
 pub use read::read;
-pub use write::write;
+pub(super) use write::write;

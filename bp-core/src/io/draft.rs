@@ -56,20 +56,36 @@ pub(super) struct Draft {
     pub(super) warnings: Vec<Warning>,
     /// Rows that were divided by their sums: how many, and the farthest: how far, where, and whose.
     divided: usize,
+    /// Whether a row may be zero everywhere: its context is impossible.
+    zero_rows: bool,
+    /// How many are: the first one's place, and whose it is.
+    impossible: Option<(usize, Span, usize)>,
     /// The numbers of all tables so far.
     numbers: usize,
     farthest: Option<(f64, Span, usize)>,
 }
 
 impl Draft {
+    /// A network in a format in which a row may be zero everywhere.
+    pub(super) fn with_zero_rows() -> Self {
+        Self { zero_rows: true, ..Self::default() }
+    }
+
     /// A variable.
     pub(super) fn node(&mut self, name: &str, span: Span, states: Vec<String>) -> Result<usize, Diagnostic> {
         if let Some(first) = self.names.get(name) {
             let message = format!("variable `{}` is declared twice", shortened(name));
             return Err(Diagnostic::new(span, message).with_label(self.nodes[*first].span, "first here"));
         }
+        if name.is_empty() {
+            return Err(Diagnostic::new(span, "this variable has no name"));
+        }
         if states.is_empty() {
             return Err(Diagnostic::new(span, format!("variable `{}` has no values", shortened(name))));
+        }
+        if let Some(place) = states.iter().position(String::is_empty) {
+            let message = format!("value {} of variable `{}` has no name", place + 1, shortened(name));
+            return Err(Diagnostic::new(span, message));
         }
         let mut ordinals = HashMap::with_capacity(states.len());
         for (ordinal, state) in states.iter().enumerate() {
@@ -207,6 +223,11 @@ impl Draft {
                 continue;
             }
             let place = table.places.get(row).or(table.places.first()).copied().unwrap_or(span);
+            if self.zero_rows && sum == 0.0 && !parents.is_empty() {
+                let (count, place, whose) = self.impossible.unwrap_or((0, place, node));
+                self.impossible = Some((count + 1, place, whose));
+                continue;
+            }
             if off.is_nan() || off > MOST_OFF {
                 let at = match parents.is_empty() {
                     true => format!("`{}`", shortened(&self.nodes[node].name)),
@@ -245,6 +266,13 @@ impl Draft {
             };
             let name = shortened(&self.nodes[node].name);
             let message = format!("{rows}; the farthest from 1 is {sum}, of `{name}`");
+            self.warnings.push(Warning::new(place, message));
+        }
+        if let Some((count, place, node)) = self.impossible {
+            let rows = if count == 1 { "1 row is".to_owned() } else { format!("{count} rows are") };
+            let name = shortened(&self.nodes[node].name);
+            let message =
+                format!("{rows} zero everywhere, the first of `{name}`: these contexts are impossible");
             self.warnings.push(Warning::new(place, message));
         }
         let ids: Vec<VariableId> = (self.nodes.iter_mut())

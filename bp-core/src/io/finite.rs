@@ -73,6 +73,29 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
     Ok(nodes)
 }
 
+impl Node<'_> {
+    /// The first row that is zero everywhere.
+    pub(super) fn zero_row(&self) -> Option<usize> {
+        let mut rows = self.numbers.chunks_exact(self.states.len().max(1));
+        rows.position(|row| row.iter().all(|number| *number == 0.0))
+    }
+}
+
+/// The first row that is zero everywhere: "`Y` at X = 1".
+pub(super) fn zero_row(nodes: &[Node<'_>]) -> Option<String> {
+    let (node, mut row) = nodes.iter().find_map(|node| Some((node, node.zero_row()?)))?;
+    let mut context = Vec::new();
+    for parent in node.parents.iter().rev().map(|parent| &nodes[*parent]) {
+        context.push(format!("{} = {}", parent.name, parent.states[row % parent.states.len()]));
+        row /= parent.states.len();
+    }
+    context.reverse();
+    if context.is_empty() {
+        return Some(format!("`{}`", node.name));
+    }
+    Some(format!("`{}` at {}", node.name, context.join(", ")))
+}
+
 /// The table of a factor that is made of numbers.
 fn known<'m>(model: &'m Model, factor: &'m Factor) -> Option<Cow<'m, [f64]>> {
     let [left] = factor.left.as_slice() else { return None };
@@ -136,9 +159,10 @@ fn asked(
             numbers[place] = p;
         }
     }
-    // What follows from something impossible is not told by the model; any law would do.
-    for row in numbers.chunks_exact_mut(entries) {
-        if row.iter().all(|p| *p == 0.0) {
+    // What follows from something impossible is not told by the model; any law would do. But a row of the first variable
+    // is a whole context: it is impossible.
+    if factor.left.first().is_some_and(|first| first.variable != left) {
+        for row in numbers.chunks_exact_mut(entries).filter(|row| row.iter().all(|p| *p == 0.0)) {
             row.fill(1.0 / entries as f64);
         }
     }

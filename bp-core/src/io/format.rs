@@ -29,7 +29,7 @@ impl Format {
         match self {
             Format::Program => &["bp"],
             Format::Bif => &["bif"],
-            Format::Xmlbif => &["xmlbif", "xml", "bifxml"],
+            Format::Xmlbif => &["xmlbif", "xml", "bifxml", "xbif"],
             Format::Uai => &["uai"],
             Format::Hugin => &["net", "hugin"],
         }
@@ -40,8 +40,50 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.endings().iter().any(|end| end.eq_ignore_ascii_case(name)))
     }
 
-    /// The format of a file, by its name.
+    /// The format of a file, by its name; `.gz` behind it changes nothing.
     pub fn of(path: &Path) -> Option<Self> {
-        Self::named(&path.extension()?.to_string_lossy())
+        Self::named(&ending(path)?)
     }
+
+    /// Whether a name says that the file is compressed.
+    pub fn is_packed(path: &Path) -> bool {
+        path.extension().is_some_and(|end| end.eq_ignore_ascii_case("gz"))
+    }
+
+    /// Why a file of another tool cannot be read, and what can be read in its place; `None` where its name says nothing
+    /// of the kind.
+    pub fn refused(path: &Path) -> Option<String> {
+        let end = ending(path)?.to_ascii_lowercase();
+        let (_, what, help) = FOREIGN.iter().find(|(ends, ..)| ends.contains(&end.as_str()))?;
+        Some(format!("is {what}, which is not read: {help}"))
+    }
+}
+
+/// Files of other tools that are not read: how they end, what they are, the way out.
+const FOREIGN: [(&[&str], &str, &str); 6] = [
+    (&["xdsl", "dsl"], "a network of GeNIe or SMILE", "in GeNIe, save it as Hugin NET (`.net`)"),
+    (
+        &["dne", "dnet", "neta"],
+        "a network of Netica",
+        "save it as `.dne` in Netica, open that in GeNIe, and save it as Hugin NET (`.net`)",
+    ),
+    (&["dsc"], "a network of MSBN", "open it in GeNIe, and save it as Hugin NET (`.net`)"),
+    (
+        &["oobn", "hkb"],
+        "an object-oriented or compiled network of Hugin",
+        "in Hugin, save the network as `.net`",
+    ),
+    (
+        &["pgmx", "elv"],
+        "a network of OpenMarkov or Elvira",
+        "convert it to `.bif`, as pgmpy's readers and its `BIFWriter` do",
+    ),
+    (&["rds", "rda", "rdata"], "a file of R", "write it from bnlearn with `write.bif` or `write.net`"),
+];
+
+/// How the name of a file ends, without `.gz`.
+fn ending(path: &Path) -> Option<String> {
+    let stem = path.file_stem().filter(|_| Format::is_packed(path));
+    let end = stem.map_or(path, Path::new).extension()?;
+    Some(end.to_string_lossy().into_owned())
 }

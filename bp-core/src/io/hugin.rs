@@ -6,8 +6,9 @@
 //! `net {} node X { states = ("a" "b"); } potential (X | Y) { data = ((0.1 0.9)(0.5 0.5)); }`: X changes fastest, the
 //! first parent slowest (Hugin Expert, *Hugin API Reference Manual*, chapter 13, The NET language).
 
+mod expressions;
 mod read;
 mod write;
 
 pub use read::read;
-pub use write::write;
+pub(super) use write::write;

@@ -94,27 +94,15 @@ impl<'s> Lexer<'s> {
         }
     }
 
-    /// Skips what is left of a property: up to `;`, or to the end of the line where there is none.
+    /// Skips what is left of a property: up to `;`, or where there is none to the end of the line, or up to the `}` that
+    /// closes the block in which it stands.
     pub(super) fn skip_property(&mut self) {
         let start = self.peeked.take().map_or(self.at, |(_, span)| span.start);
-        let (bytes, mut at, mut quoted) = (self.text.as_bytes(), start, false);
-        while at < bytes.len() {
-            match bytes[at] {
-                b'"' => quoted = !quoted,
-                b';' if !quoted => break,
-                b'\n' if !quoted => break,
-                _ => {}
-            }
-            at += 1;
-        }
-        if quoted {
-            // A quotation mark that nothing closes stands for itself.
-            at = bytes[start..]
-                .iter()
-                .position(|byte| matches!(byte, b';' | b'\n'))
-                .map_or(bytes.len(), |n| start + n);
-        }
-        self.at = (at + 1).min(bytes.len());
+        let bytes = self.text.as_bytes();
+        // A quotation mark that nothing closes stands for itself.
+        let end = property_end(bytes, start, true).or_else(|| property_end(bytes, start, false));
+        let end = end.unwrap_or(bytes.len());
+        self.at = end + usize::from(matches!(bytes.get(end), Some(b';' | b'\n')));
         self.fresh = true;
     }
 
@@ -179,6 +167,23 @@ impl<'s> Lexer<'s> {
         let rest = &self.text.as_bytes()[self.at..];
         self.at += rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
     }
+}
+
+/// Where a property ends; `None` where a quotation mark that counts is never closed.
+fn property_end(bytes: &[u8], start: usize, quotes: bool) -> Option<usize> {
+    let (mut quoted, mut depth) = (false, 0usize);
+    for (at, byte) in bytes.iter().enumerate().skip(start) {
+        match byte {
+            b'"' if quotes => quoted = !quoted,
+            _ if quoted => {}
+            b';' | b'\n' => return Some(at),
+            b'{' => depth += 1,
+            b'}' if depth == 0 => return Some(at),
+            b'}' => depth -= 1,
+            _ => {}
+        }
+    }
+    (!quoted).then_some(bytes.len())
 }
 
 /// How far away the `"` is that closes; with escapes, those behind a `\` left aside.

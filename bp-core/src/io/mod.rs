@@ -56,14 +56,39 @@ pub fn read(source: &Source, format: Format) -> Result<Network, Diagnostics> {
 /// Writes a network.
 ///
 /// # Errors
-/// A variable that is not finite, a form without a table, a name that the format cannot hold.
+/// A variable that is not finite, a form without a table, a name that the format cannot hold, a context without any
+/// possible value in a format whose rows are distributions.
 pub fn write(network: &Network, format: Format) -> Result<String, Error> {
     let model = &network.model;
-    match format {
-        Format::Program => program::write(model),
-        Format::Bif => bif::write(model),
-        Format::Xmlbif => xmlbif::write(model),
-        Format::Hugin => hugin::write(model),
-        Format::Uai => uai::write(model, &network.known),
+    let nodes = finite::nodes(model)?;
+    if let (Some(row), true) = (finite::zero_row(&nodes), format != Format::Uai) {
+        let reason = format!(
+            "the probabilities of {row} are all 0: its form leaves the values of the variable. This format holds \
+             distributions only; write UAI, which holds such a row"
+        );
+        return Err(Error::Unplanned { question: format!("a network file of `{}`", model.name), reason });
     }
+    match format {
+        Format::Program => program::write(model, &nodes),
+        Format::Bif => bif::write(model, &nodes),
+        Format::Xmlbif => xmlbif::write(model, &nodes),
+        Format::Hugin => hugin::write(model, &nodes),
+        Format::Uai => uai::write(model, &nodes, &network.known),
+    }
+}
+
+/// What a format does not hold of a network as everyone reads it.
+///
+/// # Errors
+/// See [`write`].
+pub fn lost(network: &Network, format: Format) -> Result<Option<String>, Error> {
+    if format != Format::Uai {
+        return Ok(None);
+    }
+    let row = finite::zero_row(&finite::nodes(&network.model)?);
+    Ok(row.map(|row| {
+        format!(
+            "the probabilities of {row} are all 0: a tool that expects distributions may divide by their sum"
+        )
+    }))
 }

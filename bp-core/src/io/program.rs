@@ -3,7 +3,7 @@
 //! In: a model of finite variables. Out: its text. Invariant: it reads back as the same variables, values and numbers;
 //! names that are not words of the language stand in quotes.
 
-use super::finite::nodes;
+use super::finite::Node;
 use crate::error::Error;
 use crate::model::Model;
 use crate::spelling::quoted;
@@ -13,10 +13,9 @@ use std::fmt::Write;
 ///
 /// # Errors
 /// A variable that is not finite, or a form without a table.
-pub fn write(model: &Model) -> Result<String, Error> {
-    let nodes = nodes(model)?;
+pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>]) -> Result<String, Error> {
     let names: Vec<_> = nodes.iter().map(|node| quoted(node.name)).collect();
-    let spelled: Vec<Vec<String>> = (model.variables.values().zip(&nodes))
+    let spelled: Vec<Vec<String>> = (model.variables.values().zip(nodes))
         .map(|(variable, node)| {
             (0..node.states.len()).map(|ordinal| variable.domain.value_spelled(ordinal)).collect()
         })

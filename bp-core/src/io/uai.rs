@@ -16,4 +16,4 @@ mod write;
 
 pub use evidence::{evidence, evidence_text};
 pub use read::read;
-pub use write::write;
+pub(super) use write::write;

@@ -96,6 +96,11 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
         Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
         Form::Truncated { .. } => matches!(domain, Domain::Real),
         Form::Unknown(_) => false,
+        // A context that is impossible has a row of zeros.
+        Form::Constants(numbers) => {
+            let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));
+            rows.into_iter().all(|row| row.iter().any(|number| *number > 0.0))
+        }
         Form::Mixture(parts) => parts.iter().all(|(_, part)| proper_form(model, part, domain)),
         // What was kept is a distribution, but for the cells outside the grid, where `otherwise` holds.
         Form::Previous { otherwise, .. } => proper_form(model, otherwise, domain),

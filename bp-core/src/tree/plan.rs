@@ -11,7 +11,7 @@
 use super::compile::{Outline, Purpose, Tree};
 use super::cost::Cost;
 use super::evidence::Evidence;
-use super::network::Network;
+use super::network::{Network, Table};
 use super::problem::Problem;
 use super::session::Session;
 use super::triangulate::{Effort, triangulate};
@@ -116,6 +116,21 @@ fn flags(network: &Network, which: &[usize]) -> Vec<bool> {
     flags
 }
 
+/// Of each table with a row that is zero everywhere a variable that it distributes: that variable is not barren, since an
+/// impossible context makes the others surer.
+fn improper(network: &Network) -> Vec<usize> {
+    let mut left = vec![Vec::new(); network.tables.len()];
+    for (variable, table) in network.table_of.iter().enumerate() {
+        table.iter().for_each(|table| left[*table].push(variable));
+    }
+    let is_improper = |(table, left): &(&Table, &Vec<usize>)| {
+        let entries: usize = left.iter().map(|variable| network.cardinalities[*variable]).product();
+        !left.is_empty() && table.values.chunks(entries.max(1)).any(|row| row.iter().all(|p| *p == 0.0))
+    };
+    let tables = network.tables.iter().zip(&left).filter(is_improper);
+    tables.filter_map(|(_, left)| left.first().copied()).collect()
+}
+
 /// More cells than these are not looked for in groups.
 const MOST: f64 = 1e12;
 
@@ -127,12 +142,22 @@ struct Question<'n> {
     /// Given or weighed.
     known: Vec<usize>,
     wanted: &'n [usize],
+    /// Of tables that are not distributions, a variable that each distributes.
+    improper: Vec<usize>,
 }
 
 impl<'n> Question<'n> {
     fn new(network: &'n Network, given: &[usize], weighed: &[usize], wanted: &'n [usize]) -> Self {
         let known = given.iter().chain(weighed).copied().collect();
-        Self { network, given: flags(network, given), weighed: flags(network, weighed), known, wanted }
+        let improper = improper(network);
+        Self {
+            network,
+            given: flags(network, given),
+            weighed: flags(network, weighed),
+            known,
+            wanted,
+            improper,
+        }
     }
 
     /// The trees that are to be made, each with what it answers.
@@ -159,7 +184,7 @@ impl<'n> Question<'n> {
             return None;
         }
         let mut included = vec![false; network.cardinalities.len()];
-        let mut rest: Vec<usize> = variables.collect();
+        let mut rest: Vec<usize> = variables.chain(self.improper.iter().copied()).collect();
         while let Some(one) = rest.pop() {
             if !std::mem::replace(&mut included[one], true) {
                 rest.extend(network.parents(one));

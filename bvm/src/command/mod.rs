@@ -22,8 +22,7 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
     let cannot = |source| Error::Folder { path: folder.to_owned(), source };
     let existed = folder.exists();
     std::fs::create_dir_all(folder).map_err(cannot)?;
-    let probe = folder.join(".bvm-probe.tmp");
-    std::fs::write(&probe, b"").and_then(|()| std::fs::remove_file(&probe)).map_err(cannot)?;
+    bp_core::files::check_folder(folder).map_err(cannot)?;
     // What is refused later must not leave an empty folder behind.
     if existed { Ok(()) } else { std::fs::remove_dir(folder).map_err(cannot) }
 }

@@ -8,7 +8,7 @@ use super::ReportError;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
-use std::io::{Cursor, Error, Write};
+use std::io::{Cursor, Error};
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -123,23 +123,13 @@ impl Picture {
     }
 }
 
-/// Writes `bytes` to a file beside `path` and moves it into place: nothing half-written is ever seen under
-/// `path`.
+/// Writes a file, as [`bp_core::files::write`] does: whole or not at all.
 ///
 /// # Errors
-/// [`ReportError::Write`] names `path`; the file beside it is removed.
+/// [`ReportError::Write`] names `path`.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let failed = |source| ReportError::Write { path: path.to_path_buf(), source };
-    let name = path.file_name().ok_or_else(|| failed(Error::other("the path names no file")))?;
-    let beside = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
-    let written = std::fs::File::create(&beside)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&beside, path));
-    written.map_err(|source| {
-        // The first error is the one to report; the file may not even exist.
-        let _ = std::fs::remove_file(&beside);
-        failed(source)
-    })
+    bp_core::files::write(path, bytes)
+        .map_err(|source| ReportError::Write { path: path.to_path_buf(), source })
 }
 
 /// Tells plotters about the carried font, once.

@@ -71,7 +71,7 @@ pub fn read(path: &Path) -> Result<GreyImage, VisionError> {
     if length > MAX_FILE_BYTES {
         return Err(wrong(format!("{length} bytes long, expected at most {MAX_FILE_BYTES}")));
     }
-    decode(&std::fs::read(path).map_err(failed)?).map_err(wrong)
+    decode(&bp_core::files::read(path).map_err(failed)?).map_err(wrong)
 }
 
 /// Decodes the bytes of an image file; the error says what is wrong with them.
@@ -168,13 +168,7 @@ pub fn write_png_rgb(path: &Path, width: usize, height: usize, rgb: &[u8]) -> Re
         .write_header()
         .and_then(|mut writer| writer.write_image_data(rgb).and_then(|()| writer.finish()))
         .map_err(|error| failed(std::io::Error::other(error)))?;
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    std::fs::write(&beside, &bytes).and_then(|()| std::fs::rename(&beside, path)).map_err(|source| {
-        // The part is ours and useless now; that it may not exist is no further fault.
-        let _ = std::fs::remove_file(&beside);
-        failed(source)
-    })
+    bp_core::files::write(path, &bytes).map_err(failed)
 }
 
 #[cfg(test)]

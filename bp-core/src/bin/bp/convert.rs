@@ -19,7 +19,8 @@ Examples:
   bp convert wet_grass.bp wet_grass.net
   bp convert grid.uai - --to bif
 
-Formats, by the end of the name: bp, bif, xmlbif (xml, bifxml), uai, net (hugin).
+Formats, by the end of the name: bp, bif, xmlbif (xml, bifxml, xbif), uai, net
+(hugin). Each is also read compressed, as `alarm.bif.gz`.
 UAI holds no names: variables and values become their indices.")]
 pub(crate) struct Arguments {
     /// A network or a program; `-` is stdin.
@@ -45,6 +46,9 @@ fn names() -> String {
 }
 
 fn format(path: &Path, said: Option<Format>, option: &str) -> Result<Format, Failure> {
+    if let (None, Some(reason)) = (said, Format::refused(path)) {
+        return Err(Failure::Words(format!("`{}` {reason}", path.display())));
+    }
     said.or_else(|| Format::of(path)).ok_or_else(|| {
         let message =
             format!("the name `{}` does not tell its format; say `{option}` and one of", path.display());
@@ -55,6 +59,12 @@ fn format(path: &Path, said: Option<Format>, option: &str) -> Result<Format, Fai
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let from = format(&arguments.from_file, arguments.from, "--from")?;
     let to = format(&arguments.to_file, arguments.to, "--to")?;
+    if Format::is_packed(&arguments.to_file) {
+        let name = arguments.to_file.display();
+        return Err(Failure::Words(format!(
+            "`{name}`: `.gz` is read, not written; leave it out, and run gzip"
+        )));
+    }
     let text = match (from, to) {
         // A program may say more than its tables do.
         (Format::Program, Format::Program) => formatted(&arguments.from_file)?,
@@ -65,6 +75,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
                 program::warn(&format!(
                     "{name}: warning: UAI holds no names; variables and values are their indices"
                 ));
+            }
+            if let Some(warning) = io::lost(&network, to)? {
+                program::warn(&format!("{}: warning: {warning}", arguments.to_file.display()));
             }
             io::write(&network, to)?
         }

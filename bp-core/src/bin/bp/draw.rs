@@ -5,7 +5,6 @@
 use crate::failure::Failure;
 use crate::{output, program};
 use bp_core::draw::graph;
-use bp_core::io::Format;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -34,7 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let network = program::network(&arguments.file, Format::of(&arguments.file).unwrap_or(Format::Program))?;
+    let network = program::network(&arguments.file, program::format_of(&arguments.file)?)?;
     let question = match &arguments.question {
         Some(typed) => program::questions(&network, Some(typed))?.pop(),
         None => None,

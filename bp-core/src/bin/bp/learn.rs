@@ -5,11 +5,9 @@
 
 use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
-use crate::format::write_whole;
 use crate::numbers::six_digits;
-use crate::program;
 use crate::wrap::{WIDTH, filled, wrapped};
-use bp_core::error::Error;
+use crate::{output, program};
 use bp_core::learn::{Learned, Learner, Report, Settings};
 use bp_core::source::Source;
 use bp_core::syntax::{compile, graft, parse};
@@ -76,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let learned = learned?;
     if let Some(to) = &arguments.out {
         let text = program_text(&source, &learned, arguments)?;
-        write_whole(to, &text).map_err(|error| Error::file(to, error))?;
+        output::write(Some(to), text.as_bytes(), out)?;
     }
     match arguments.json {
         true => {

@@ -6,6 +6,7 @@
 use crate::failure::Failure;
 use crate::program;
 use bp_core::error::Error;
+use bp_core::files;
 use bp_core::io::Network;
 use bp_core::model::Question;
 use std::io::Write;
@@ -14,19 +15,15 @@ use std::path::Path;
 /// Writes a page to a file, or to stdout.
 pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> Result<(), Failure> {
     let Some(path) = path else { return Ok(out.write_all(page)?) };
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = folder.join(format!(".{name}.{}.new", std::process::id()));
-    let written = std::fs::write(&beside, page).and_then(|()| std::fs::rename(&beside, path));
-    if written.is_err() {
-        // The first error is the one to tell.
-        let _ = std::fs::remove_file(&beside);
+    // The same stream as everything else that is printed, in order.
+    if STDOUT.iter().any(|stdout| path == Path::new(stdout)) {
+        return Ok(out.write_all(page)?);
     }
-    written.map_err(|error| Error::file(path, error).into())
+    files::write(path, page).map_err(|error| Error::file(path, error).into())
 }
+
+/// The names of stdout.
+const STDOUT: [&str; 3] = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
 /// The question that was typed, or else those that the program declares; a picture needs none.
 pub(crate) fn questions_of(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {

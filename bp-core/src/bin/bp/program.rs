@@ -6,11 +6,12 @@
 use crate::failure::Failure;
 use bp_core::answer::link;
 use bp_core::error::Error;
+use bp_core::files;
 use bp_core::io::{self, Format, Network};
 use bp_core::model::{Model, Question};
 use bp_core::source::Source;
 use bp_core::syntax::parse_question;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// Reads a text.
@@ -28,12 +29,10 @@ pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
 /// What messages call a file, and what it holds.
 fn bytes(path: &Path) -> Result<(String, Vec<u8>), Failure> {
     let fail = |source| Failure::Data(Error::file(path, source));
-    if !is_stdin(path) {
-        return Ok((path.display().to_string(), std::fs::read(path).map_err(fail)?));
+    match is_stdin(path) {
+        false => Ok((path.display().to_string(), files::read(path).map_err(fail)?)),
+        true => Ok(("stdin".to_owned(), files::bounded(std::io::stdin().lock()).map_err(fail)?)),
     }
-    let mut bytes = Vec::new();
-    std::io::stdin().lock().read_to_end(&mut bytes).map_err(fail)?;
-    Ok(("stdin".to_owned(), bytes))
 }
 
 /// Whether a path stands for stdin.
@@ -43,7 +42,15 @@ pub(crate) fn is_stdin(path: &Path) -> bool {
 
 /// Reads a program, or a network of any format, by the end of its name. What was mended is told on stderr.
 pub(crate) fn model(path: &Path) -> Result<Model, Failure> {
-    Ok(network(path, Format::of(path).unwrap_or(Format::Program))?.model)
+    Ok(network(path, format_of(path)?)?.model)
+}
+
+/// The format of a file by its name: a program where it tells nothing.
+pub(crate) fn format_of(path: &Path) -> Result<Format, Failure> {
+    match Format::refused(path) {
+        Some(reason) => Err(Failure::Words(format!("`{}` {reason}", path.display()))),
+        None => Ok(Format::of(path).unwrap_or(Format::Program)),
+    }
 }
 
 /// Reads a network of this format. What was mended is told on stderr.
@@ -65,7 +72,7 @@ pub(crate) fn network(path: &Path, format: Format) -> Result<Network, Failure> {
 
 /// A program with its text; the text of a network is that of the program that it is.
 pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
-    match Format::of(path).unwrap_or(Format::Program) {
+    match format_of(path)? {
         Format::Program => {
             let source = read(path)?;
             match io::read(&source, Format::Program) {
@@ -99,7 +106,7 @@ pub(crate) fn warn(line: &str) {
 
 /// Reads a program or a network, and asks its subroutines.
 pub(crate) fn linked(path: &Path) -> Result<Network, Failure> {
-    let network = network(path, Format::of(path).unwrap_or(Format::Program))?;
+    let network = network(path, format_of(path)?)?;
     Ok(Network { model: link(&network.model)?.into_owned(), ..network })
 }
 

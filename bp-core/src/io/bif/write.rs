@@ -4,7 +4,7 @@
 //! a quotation mark in a name, which BIF cannot hold, is an error.
 
 use crate::error::Error;
-use crate::io::finite::{Node, nodes};
+use crate::io::finite::Node;
 use crate::model::Model;
 use std::borrow::Cow;
 use std::fmt::Write;
@@ -13,10 +13,9 @@ use std::fmt::Write;
 ///
 /// # Errors
 /// A variable that is not finite, a form without a table, a quotation mark or a line break in a name.
-pub fn write(model: &Model) -> Result<String, Error> {
-    let nodes = nodes(model)?;
+pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>]) -> Result<String, Error> {
     let mut text = format!("network {} {{\n}}\n", name(&model.name)?);
-    for node in &nodes {
+    for node in nodes {
         let states: Vec<_> = node.states.iter().map(|state| name(state)).collect::<Result<_, _>>()?;
         let (count, states) = (states.len(), states.join(", "));
         let _ = write!(
@@ -25,8 +24,8 @@ pub fn write(model: &Model) -> Result<String, Error> {
             name(node.name)?
         );
     }
-    for node in &nodes {
-        distribution(&mut text, node, &nodes)?;
+    for node in nodes {
+        distribution(&mut text, node, nodes)?;
     }
     Ok(text)
 }

@@ -3,6 +3,7 @@
 //! In: a text. Out: a model and warnings, or the first mistake. Invariant: attributes that say nothing of the
 //! distribution are passed over; a potential without data is uniform, and told.
 
+use super::expressions;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::io::Warning;
 use crate::io::draft::{Draft, Fastest, Table};
@@ -15,17 +16,32 @@ const NET: Dialect = Dialect { signs: b"{}()=;|", percent: true, escapes: true }
 
 /// Reads a network. The warnings say what was mended.
 pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
-    let mut reader =
-        Reader { lexer: Lexer::new(&source.text, &NET), draft: Draft::default(), nodes: HashMap::new() };
+    let mut reader = Reader {
+        text: &source.text,
+        lexer: Lexer::new(&source.text, &NET),
+        draft: Draft::default(),
+        nodes: HashMap::new(),
+        bounds: HashMap::new(),
+    };
     reader.file()?;
     reader.draft.model(Span::new(0, 0))
 }
 
 struct Reader<'s> {
+    text: &'s str,
     lexer: Lexer<'s>,
     draft: Draft,
     /// The variables by their identifiers.
     nodes: HashMap<&'s str, usize>,
+    /// The bounds of variables whose values are intervals.
+    bounds: HashMap<usize, Vec<f64>>,
+}
+
+/// A potential that is given by expressions: their nodes, and the place of their text.
+#[derive(Default)]
+struct Expressions {
+    nodes: Vec<usize>,
+    text: Span,
 }
 
 /// A potential whose variables are not read yet.
@@ -83,10 +99,12 @@ impl<'s> Reader<'s> {
         let (identifier, span) = self.lexer.name("the name of a node")?;
         self.lexer.sign(b'{', "the name of the node")?;
         let (mut name, mut states) = (identifier.to_owned(), Vec::new());
+        let mut values: Vec<String> = Vec::new();
         self.attributes(|reader, attribute| {
             match attribute {
                 "bp_name" => name = reader.text()?,
                 "states" => states = reader.states()?,
+                "state_values" => values = reader.states()?,
                 _ => {}
             }
             Ok(())
@@ -95,8 +113,21 @@ impl<'s> Reader<'s> {
             let message = format!("node `{}` has no `states`", shortened(identifier));
             return Err(Diagnostic::new(span, message).with_help("write `states = (\"yes\" \"no\");`"));
         }
+        // Values without names are called by their numbers, or by the bounds of their intervals.
+        let bounds = values.len() == states.len() + 1;
+        for (place, state) in states.iter_mut().enumerate().filter(|(_, state)| state.is_empty()) {
+            *state = match (bounds, values.get(place)) {
+                (true, Some(low)) => format!("{}..{}", bound(low), bound(&values[place + 1])),
+                (false, Some(value)) => value.clone(),
+                _ => continue,
+            };
+        }
         let node = self.draft.node(&name, span, states)?;
         self.nodes.insert(identifier, node);
+        let numbers: Option<Vec<f64>> = values.iter().map(|value| bound(value).parse().ok()).collect();
+        if let (true, Some(numbers)) = (bounds, numbers) {
+            self.bounds.insert(node, numbers);
+        }
         Ok(())
     }
 
@@ -191,19 +222,31 @@ impl<'s> Reader<'s> {
         let (rows, entries) = self.draft.shape(node, &parents, head)?;
         self.lexer.sign(b'{', "the nodes of the potential")?;
         let mut data: Option<(Vec<f64>, Span)> = None;
+        let mut expressions: Option<Expressions> = None;
         self.attributes(|reader, attribute| {
-            if attribute == "model_data" || attribute == "model_nodes" {
-                let (_, span) = reader.lexer.peek()?;
-                return Err(Diagnostic::new(
-                    span,
-                    "a potential given by a model cannot be read; save it as a table",
-                ));
-            }
-            if attribute == "data" {
-                data = Some(reader.data()?);
+            match attribute {
+                "data" => data = Some(reader.data()?),
+                "model_nodes" => {
+                    let names = reader.states()?;
+                    let known = |name: &String| reader.nodes.get(name.as_str()).copied();
+                    let nodes = names.iter().filter_map(known).collect();
+                    expressions.get_or_insert_default().nodes = nodes;
+                }
+                "model_data" => expressions.get_or_insert_default().text = reader.raw()?,
+                _ => {}
             }
             Ok(())
         })?;
+        if let (None, Some(expressions)) = (&data, expressions) {
+            let numbers = self.evaluated(node, &parents, rows, &expressions).map_err(|reason| {
+                let name = shortened(&self.draft.nodes[node].name);
+                let message = format!("the potential of `{name}` holds no table, only expressions: {reason}");
+                let help =
+                    "in Hugin, switch the table of the node to manual values, and save the network again";
+                Diagnostic::new(expressions.text, message).with_help(help)
+            })?;
+            data = Some((numbers, expressions.text));
+        }
         let (numbers, at) = data.unwrap_or_else(|| {
             let name = shortened(&self.draft.nodes[node].name);
             let message = format!("the potential of `{name}` has no data; it was made uniform");
@@ -218,6 +261,50 @@ impl<'s> Reader<'s> {
         }
         let numbers = self.draft.by_rows(numbers, node, Fastest::Child, at);
         self.draft.distribution(node, parents, Table { numbers, places: vec![at] }, head)
+    }
+
+    /// The place of a value, which is left as it is written.
+    fn raw(&mut self) -> Result<Span, Diagnostic> {
+        let (_, mut span) = self.lexer.peek()?;
+        loop {
+            match self.lexer.peek()? {
+                (Token::Sign(b';' | b'}') | Token::End, _) => return Ok(span),
+                (_, at) => span = span.to(at),
+            }
+            self.lexer.next()?;
+        }
+    }
+
+    /// The table that expressions mean, or why there is none.
+    fn evaluated(
+        &self,
+        node: usize,
+        parents: &[usize],
+        rows: usize,
+        model: &Expressions,
+    ) -> Result<Vec<f64>, String> {
+        let text = &self.text[model.text.start..model.text.end];
+        let size = |one: &usize| self.draft.nodes[*one].states.len();
+        let bounds = self.bounds.get(&node).map(Vec::as_slice);
+        let given = expressions::rows(text, size(&node), bounds)?;
+        let places = model.nodes.iter().map(|one| parents.iter().position(|parent| parent == one));
+        let places: Option<Vec<usize>> = places.collect();
+        let places = places.ok_or_else(|| "its model has nodes that are no parents".to_owned())?;
+        let expected: usize = model.nodes.iter().map(size).product();
+        if given.len() != expected {
+            return Err(format!("expected {expected} expressions, found {}", given.len()));
+        }
+        let mut numbers = Vec::new();
+        for row in 0..rows {
+            let mut values = vec![0; parents.len()];
+            let mut rest = row;
+            for (value, parent) in values.iter_mut().zip(parents).rev() {
+                (*value, rest) = (rest % size(parent), rest / size(parent));
+            }
+            let own = places.iter().fold(0, |own, place| own * size(&parents[*place]) + values[*place]);
+            numbers.extend_from_slice(&given[own]);
+        }
+        Ok(numbers)
     }
 
     /// `((0.1 0.9)(0.5 0.5))`: how the brackets nest says nothing that the order does not.
@@ -238,6 +325,15 @@ impl<'s> Reader<'s> {
                 (found, span) => return Err(unexpected(span, found, "a number, `(` or `)`")),
             }
         }
+    }
+}
+
+/// A bound of an interval, as Rust reads it.
+fn bound(word: &str) -> &str {
+    match word {
+        "infinity" | "+infinity" | "+inf" => "inf",
+        "-infinity" => "-inf",
+        other => other,
     }
 }
 

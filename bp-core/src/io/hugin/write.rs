@@ -3,7 +3,7 @@
 //! In: a model of finite variables. Out: a text. Invariant: every variable has an identifier of its own.
 
 use crate::error::Error;
-use crate::io::finite::nodes;
+use crate::io::finite::Node;
 use crate::model::Model;
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -12,8 +12,7 @@ use std::fmt::Write;
 ///
 /// # Errors
 /// A variable that is not finite, or a form without a table.
-pub fn write(model: &Model) -> Result<String, Error> {
-    let nodes = nodes(model)?;
+pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>]) -> Result<String, Error> {
     let identifiers = identifiers(nodes.iter().map(|node| node.name));
     let mut text = format!("net\n{{\n    name = {};\n}}\n", quoted(&model.name));
     for (node, identifier) in nodes.iter().zip(&identifiers) {

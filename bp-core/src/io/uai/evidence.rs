@@ -10,6 +10,7 @@ use crate::ids::{Id, VariableId};
 use crate::io::lexer::{Lexer, Token, unexpected};
 use crate::model::{Evidence, Known, Model, Value};
 use crate::source::{Source, Span};
+use std::collections::HashSet;
 use std::fmt::Write;
 
 /// Reads the cases of an evidence file.
@@ -46,7 +47,14 @@ pub fn evidence(source: &Source, model: &Model) -> Result<Vec<Vec<Known>>, Diagn
             return Err(Diagnostic::new(*span, message).into());
         };
         rest = &after[pairs.len()..];
-        read.push(pairs.chunks_exact(2).map(|pair| known(model, pair)).collect::<Result<_, _>>()?);
+        let case: Vec<Known> =
+            pairs.chunks_exact(2).map(|pair| known(model, pair)).collect::<Result<_, _>>()?;
+        let mut seen = HashSet::new();
+        if let Some(twice) = case.iter().position(|known| !seen.insert(known.variable)) {
+            let (variable, span) = pairs[2 * twice];
+            return Err(Diagnostic::new(span, format!("variable {variable} is known twice")).into());
+        }
+        read.push(case);
     }
     match rest.first() {
         None => Ok(read),

@@ -17,7 +17,7 @@ pub(super) const UAI: Dialect = Dialect { signs: b"", percent: true, escapes: fa
 pub fn read(source: &Source) -> Result<Network, Diagnostics> {
     let mut reader = Reader {
         lexer: Lexer::new(&source.text, &UAI),
-        draft: Draft::default(),
+        draft: Draft::with_zero_rows(),
         most: source.text.len(),
         ln_scale: 0.0,
     };

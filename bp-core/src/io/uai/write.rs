@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::ids::Id;
-use crate::io::finite::nodes;
+use crate::io::finite::Node;
 use crate::model::{Evidence, Known, Model, Value};
 use std::fmt::Write;
 
@@ -14,8 +14,7 @@ use std::fmt::Write;
 ///
 /// # Errors
 /// A variable that is not finite, a form without a table, something known that has no index.
-pub fn write(model: &Model, known: &[Known]) -> Result<String, Error> {
-    let nodes = nodes(model)?;
+pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>], known: &[Known]) -> Result<String, Error> {
     let mut values = vec![None; nodes.len()];
     for known in known {
         let Evidence::Hard(Value::Ordinal(ordinal)) = known.evidence else {

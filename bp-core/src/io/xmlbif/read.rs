@@ -90,12 +90,19 @@ impl Reader {
             if is(child, "NAME") {
                 name = Some(self.words(child));
             } else if is(child, "OUTCOME") || is(child, "VALUE") {
-                states.push(self.words(child).0);
+                let (state, span) = self.words(child);
+                if state.is_empty() {
+                    return Err(Diagnostic::new(span, "this value has no name"));
+                }
+                states.push(state);
             }
         }
         let Some((name, span)) = name else {
             return Err(Diagnostic::new(self.head(node), "this variable has no `<NAME>`"));
         };
+        if name.is_empty() {
+            return Err(Diagnostic::new(span, "this variable has no name"));
+        }
         self.draft.node(&name, span, states)?;
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! an error.
 
 use crate::error::Error;
-use crate::io::finite::nodes;
+use crate::io::finite::Node;
 use crate::model::Model;
 use crate::xml::escaped;
 use std::fmt::Write;
@@ -13,20 +13,19 @@ use std::fmt::Write;
 ///
 /// # Errors
 /// A variable that is not finite, a form without a table, a name with control characters or blanks around it.
-pub fn write(model: &Model) -> Result<String, Error> {
-    let nodes = nodes(model)?;
+pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>]) -> Result<String, Error> {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<BIF VERSION=\"0.3\">\n<NETWORK>\n<NAME>{}</NAME>\n",
         name(&model.name)?
     );
-    for node in &nodes {
+    for node in nodes {
         let _ = writeln!(text, "<VARIABLE TYPE=\"nature\">\n  <NAME>{}</NAME>", name(node.name)?);
         for state in &node.states {
             let _ = writeln!(text, "  <OUTCOME>{}</OUTCOME>", name(state)?);
         }
         text.push_str("</VARIABLE>\n");
     }
-    for node in &nodes {
+    for node in nodes {
         let _ = writeln!(text, "<DEFINITION>\n  <FOR>{}</FOR>", name(node.name)?);
         for parent in &node.parents {
             let _ = writeln!(text, "  <GIVEN>{}</GIVEN>", name(nodes[*parent].name)?);

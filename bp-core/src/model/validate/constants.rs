@@ -39,6 +39,10 @@ pub(super) fn constants_fault(model: &Model, id: FactorId, numbers: &[f64]) -> O
             return Some(fault(Place::Form(id), message));
         }
         let sum: f64 = numbers.iter().sum();
+        // A context that is impossible has a row of zeros.
+        if sum == 0.0 && !factor.right.is_empty() {
+            continue;
+        }
         if (sum - 1.0).abs() > SUM_TOLERANCE {
             let message = format!("{}: probabilities must sum to 1, but these sum to {sum}", at());
             return Some(fault(Place::Form(id), message));

@@ -15,6 +15,7 @@ mod functions;
 mod named_forms;
 mod operators;
 mod questions;
+mod quotes;
 mod subroutines;
 mod tables;
 mod types;
@@ -58,6 +59,10 @@ pub fn compile(source: &Source) -> Result<Model, Diagnostics> {
 
 /// Reads a question as a user types it: `P(Rain | Wet = true)`, or the name of one that the model declares.
 pub fn parse_question(source: &Source, model: &Model) -> Result<Question, Diagnostics> {
+    question_of(source, model).map_err(|wrong| quotes::suggested(wrong, &source.text, model))
+}
+
+fn question_of(source: &Source, model: &Model) -> Result<Question, Diagnostics> {
     let text = source.text.trim();
     let is_name =
         !text.is_empty() && text.chars().all(|character| character.is_alphanumeric() || character == '_');

@@ -3,16 +3,18 @@
 //! In: a network, and a table with a column for each observed variable. Out: a table with a row for each case. Invariant:
 //! the file is whole or not there; a case that cannot be has its row too, with nothing but the reason in it.
 
-use super::network;
+use super::{network, numbered, uai_cases};
 use crate::data::{self, Separator};
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, program};
 use bp_core::data::{Table, Values};
 use bp_core::error::Error;
+use bp_core::io::Network;
+use bp_core::model::Known;
 use bp_core::tree::{Evidence, Named, answer_cases};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The posteriors of many cases, a row for each: `ln_p_evidence`, then `variable=value` for each value.
 #[derive(clap::Args)]
@@ -27,7 +29,7 @@ pub(crate) struct Arguments {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
     #[arg(value_name = "NETWORK")]
     file: PathBuf,
-    /// The cases (CSV).
+    /// The cases: a table (CSV), or an evidence file of UAI (.evid).
     #[arg(long, value_name = "FILE")]
     cases: PathBuf,
     #[command(flatten)]
@@ -41,9 +43,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let named = network(&arguments.file)?;
-    let table = data::open(&arguments.cases, &arguments.separator)?;
-    let cases = cases(&named, &table)?;
+    let (named, network) = network(&arguments.file)?;
+    let cases = match arguments.cases.extension().is_some_and(|end| end.eq_ignore_ascii_case("evid")) {
+        true => uai(&named, &network, &arguments.cases)?,
+        false => cases(&named, &data::open(&arguments.cases, &arguments.separator)?)?,
+    };
     let wanted: Vec<usize> = match arguments.only.is_empty() {
         true => named.shown(),
         false => arguments.only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
@@ -84,12 +88,21 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         page.into_inner().map_err(|error| Failure::Output(std::io::Error::other(error.to_string())))?;
     output::write(arguments.out.as_deref(), &page, out)?;
     if wrong > 0 {
-        crate::program::warn(&format!(
-            "warning: {wrong} of {} cases cannot be; their rows say why",
-            cases.len()
-        ));
+        program::warn(&format!("warning: {wrong} of {} cases cannot be; their rows say why", cases.len()));
     }
     Ok(())
+}
+
+/// The evidence of each case of a UAI file.
+fn uai(named: &Named, network: &Network, path: &Path) -> Result<Vec<Evidence>, Failure> {
+    let always = named.evidence([], [])?;
+    let cases = uai_cases(&program::read(path)?, network)?;
+    let one = |case: &Vec<Known>| {
+        let mut evidence = always.clone();
+        evidence.hard.extend(numbered(named, network, case)?);
+        Ok(evidence)
+    };
+    cases.iter().map(one).collect()
 }
 
 /// The evidence of each row.

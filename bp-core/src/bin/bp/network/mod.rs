@@ -1,6 +1,6 @@
 //! Networks from the shell: what the commands that ask one have in common.
 //!
-//! In: a file, and evidence as JSON. Out: a network by names, and its evidence. Invariant: a wrong name or value is told
+//! In: a file, and evidence as JSON or as UAI has it. Out: a network by names, and its evidence. Invariant: a wrong name or value is told
 //! before anything is computed.
 
 pub(crate) mod batch;
@@ -12,9 +12,13 @@ pub(crate) mod size;
 
 use crate::failure::Failure;
 use crate::program;
-use bp_core::io::Format;
+use bp_core::io::{Network, uai};
+use bp_core::model::{self, Known};
+use bp_core::source::Source;
 use bp_core::tree::{Evidence, Named};
-use serde_json::{Map, Value};
+use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
+use serde_json::Value;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// A network, and what is known of it.
@@ -23,7 +27,10 @@ pub(crate) struct Asked {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
     #[arg(value_name = "NETWORK")]
     file: PathBuf,
-    /// What is known: '{"smoke": "yes"}', or a file that holds such a thing.
+    /// What is known: a file, of JSON or as UAI has it (.evid).
+    #[arg(value_name = "EVIDENCE", conflicts_with = "evidence")]
+    evidence_file: Option<PathBuf>,
+    /// What is known: '{"smoke": "yes"}', or a file: of JSON, or as UAI has it.
     #[arg(long, value_name = "JSON")]
     evidence: Option<String>,
     /// Likelihoods (virtual evidence): '{"xray": [0.8, 0.2]}', in the order of the values.
@@ -33,36 +40,87 @@ pub(crate) struct Asked {
 
 impl Asked {
     pub(crate) fn read(&self) -> Result<(Named, Evidence), Failure> {
-        let named = network(&self.file)?;
-        let values: Vec<(String, String)> = (object("--evidence", self.evidence.as_deref())?.into_iter())
-            .map(|(name, value)| Ok((value_text(&name, &value)?, name)))
-            .map(|pair: Result<_, Failure>| pair.map(|(value, name)| (name, value)))
-            .collect::<Result<_, _>>()?;
+        let (named, network) = network(&self.file)?;
         let mut likelihoods: Vec<(String, Vec<f64>)> = Vec::new();
-        for (name, value) in object("--likelihood", self.likelihood.as_deref())? {
-            let numbers =
-                value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect::<Option<_>>());
-            let numbers = numbers.ok_or_else(|| {
-                Failure::Words(format!(
-                    "--likelihood: `{name}` needs a list of numbers, such as [0.8, 0.2], found {value}"
-                ))
-            })?;
-            likelihoods.push((name, numbers));
+        if let Some(written) = &self.likelihood {
+            let source = written_or_read(written)?;
+            for (name, value) in object("--likelihood", &source)? {
+                let numbers =
+                    value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect::<Option<_>>());
+                let numbers = numbers.ok_or_else(|| {
+                    Failure::Words(format!(
+                        "--likelihood: `{name}` needs a list of numbers, such as [0.8, 0.2], found {value}"
+                    ))
+                })?;
+                likelihoods.push((name, numbers));
+            }
         }
-        let evidence = named.evidence(
+        let source = match (&self.evidence_file, &self.evidence) {
+            (Some(path), _) => Some(program::read(path)?),
+            (None, Some(written)) => Some(written_or_read(written)?),
+            (None, None) => None,
+        };
+        let (mut values, mut case) = (Vec::new(), Vec::new());
+        match source {
+            Some(source) if source.text.trim_start().starts_with('{') => {
+                for (name, value) in object("--evidence", &source)? {
+                    values.extend(value_text(&name, &value)?.map(|value| (name, value)));
+                }
+            }
+            // What is no JSON object is read as UAI has it where it begins with a number.
+            Some(source) if source.text.trim_start().starts_with(|first: char| first.is_ascii_digit()) => {
+                let mut cases = uai_cases(&source, &network)?;
+                if cases.len() > 1 {
+                    return Err(Failure::Words(format!(
+                        "`{}` holds {} cases; ask for one, or answer all with `bp batch --cases`",
+                        source.name,
+                        cases.len()
+                    )));
+                }
+                case = cases.pop().unwrap_or_default();
+            }
+            Some(source) => drop(object("--evidence", &source)?),
+            None => {}
+        }
+        let mut evidence = named.evidence(
             values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
             likelihoods.iter().map(|(name, weights)| (name.as_str(), weights.as_slice())),
         )?;
+        evidence.hard.extend(numbered(&named, &network, &case)?);
         Ok((named, evidence))
     }
 }
 
-/// Reads a network.
-pub(crate) fn network(path: &Path) -> Result<Named, Failure> {
-    let read = program::network(path, Format::of(path).unwrap_or(Format::Program))?;
-    let mut named = Named::new(read.model, &read.known)?;
+/// What was read from an evidence file of UAI, case by case.
+pub(crate) fn uai_cases(source: &Source, network: &Network) -> Result<Vec<Vec<Known>>, Failure> {
+    uai::evidence(source, &network.model).map_err(|wrong| Failure::Wrong(wrong, source.clone()))
+}
+
+/// The variables and values of a case, by number.
+pub(crate) fn numbered(
+    named: &Named,
+    network: &Network,
+    case: &[Known],
+) -> Result<Vec<(usize, usize)>, Failure> {
+    let one = |known: &Known| {
+        let name = network.model.variable_name(known.variable);
+        if network.known.iter().any(|always| always.variable == known.variable) {
+            return Err(Failure::Words(format!("`{name}` is a potential, which is not observed")));
+        }
+        let model::Evidence::Hard(model::Value::Ordinal(ordinal)) = known.evidence else {
+            unreachable!("internal: an evidence file holds values")
+        };
+        Ok((named.number_of(&name)?, ordinal))
+    };
+    case.iter().map(one).collect()
+}
+
+/// Reads a network: by names, and as it was read.
+pub(crate) fn network(path: &Path) -> Result<(Named, Network), Failure> {
+    let read = program::network(path, program::format_of(path)?)?;
+    let mut named = Named::new(read.model.clone(), &read.known)?;
     named.ln_scale = read.ln_scale;
-    Ok(named)
+    Ok((named, read))
 }
 
 /// Variables by name, each once, none of them observed.
@@ -81,24 +139,64 @@ pub(crate) fn free(named: &Named, evidence: &Evidence, names: &[String]) -> Resu
     Ok(found)
 }
 
-/// A JSON object, written on the command line or in a file.
-fn object(option: &str, written: Option<&str>) -> Result<Map<String, Value>, Failure> {
-    let Some(written) = written else { return Ok(Map::new()) };
-    let text = match written.trim_start().starts_with('{') {
-        true => written.to_owned(),
-        false => program::read(Path::new(written))?.text,
-    };
-    serde_json::from_str(&text).map_err(|error| {
-        Failure::Words(format!("{option} is not a JSON object such as {{\"smoke\": \"yes\"}}: {error}"))
+/// What messages call the text of an option.
+const COMMAND_LINE: &str = "the command line";
+
+/// What is written on the command line, or in a file.
+fn written_or_read(written: &str) -> Result<Source, Failure> {
+    match written.trim_start().starts_with('{') {
+        true => Ok(Source::new(COMMAND_LINE, written)),
+        false => program::read(Path::new(written)),
+    }
+}
+
+/// The members of a JSON object, in their order. A name that stands twice is an error.
+struct Members(Vec<(String, Value)>);
+
+impl<'de> Deserialize<'de> for Members {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Reader;
+        impl<'de> Visitor<'de> for Reader {
+            type Value = Members;
+
+            fn expecting(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                out.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Members, A::Error> {
+                let (mut members, mut names) = (Vec::new(), HashSet::new());
+                while let Some((name, value)) = map.next_entry::<String, Value>()? {
+                    if !names.insert(name.clone()) {
+                        return Err(A::Error::custom(format!("`{name}` stands twice")));
+                    }
+                    members.push((name, value));
+                }
+                Ok(Members(members))
+            }
+        }
+        from.deserialize_map(Reader)
+    }
+}
+
+/// The members of a JSON object.
+fn object(option: &str, source: &Source) -> Result<Vec<(String, Value)>, Failure> {
+    let read: Result<Members, _> = serde_json::from_str(&source.text);
+    read.map(|members| members.0).map_err(|error| {
+        let what = match source.name.as_str() {
+            COMMAND_LINE => format!("{option} is not a JSON object"),
+            name => format!("`{name}` is neither a JSON object nor evidence as UAI has it"),
+        };
+        Failure::Words(format!("{what}, such as {{\"smoke\": \"yes\"}}: {error}"))
     })
 }
 
-/// The name of a value: text, a number or a truth value.
-fn value_text(name: &str, value: &Value) -> Result<String, Failure> {
+/// The name of a value: text, a number or a truth value; `None` for `null`, which is not observed.
+fn value_text(name: &str, value: &Value) -> Result<Option<String>, Failure> {
     match value {
-        Value::String(text) => Ok(text.clone()),
-        Value::Number(number) => Ok(number.to_string()),
-        Value::Bool(truth) => Ok(truth.to_string()),
+        Value::String(text) => Ok(Some(text.clone())),
+        Value::Number(number) => Ok(Some(number.to_string())),
+        Value::Bool(truth) => Ok(Some(truth.to_string())),
+        Value::Null => Ok(None),
         other => {
             Err(Failure::Words(format!("--evidence: `{name}` needs the name of a value, found {other}")))
         }

@@ -1,0 +1,201 @@
+//! Files: read with a bound, written whole or not at all.
+//!
+//! In: a path. Out: its bytes; or a file with new bytes. Invariant: a regular file is never seen half-written, keeps its
+//! permissions, and nothing is left beside it; what is not a regular file (a pipe, a device, a link) is written through,
+//! never replaced.
+
+use atomic_write_file::AtomicWriteFile;
+use flate2::read::MultiGzDecoder;
+use std::fs::{File, Metadata, OpenOptions, metadata, symlink_metadata};
+use std::io::{Error, ErrorKind, Read, Result, Write};
+use std::path::Path;
+
+/// The most bytes of a file that are read: what is longer, or never ends, is refused.
+pub const MOST_BYTES: u64 = 1 << 28;
+
+/// How a file begins that was compressed by gzip.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// All bytes of a file, decompressed where it is a gzip file.
+///
+/// # Errors
+/// It cannot be read, or holds more than [`MOST_BYTES`].
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    bounded(File::open(path)?)
+}
+
+/// All bytes of an input, decompressed where it is a gzip file.
+///
+/// # Errors
+/// It cannot be read, or holds more than [`MOST_BYTES`].
+pub fn bounded(from: impl Read) -> Result<Vec<u8>> {
+    let bytes = all(from)?;
+    match bytes.starts_with(&GZIP) {
+        true => all(MultiGzDecoder::new(bytes.as_slice())),
+        false => Ok(bytes),
+    }
+}
+
+fn all(from: impl Read) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > MOST_BYTES {
+        false => Ok(bytes),
+        true => {
+            let most = MOST_BYTES >> 20;
+            let message = format!("it holds more than {most} MiB: too long to be read, or without an end");
+            Err(Error::new(ErrorKind::FileTooLarge, message))
+        }
+    }
+}
+
+/// Writes a file. A regular file, or one that is not there, gets the bytes at once: they are written to a file without a
+/// name, which then takes the place of the old one. A pipe, a device or a file with several names is written through; of
+/// a symbolic link the file that it points to.
+///
+/// # Errors
+/// The file or its folder cannot be written; the old file is then as it was.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let found = match metadata(path) {
+        Ok(found) => found,
+        // A link to nothing makes what it points to.
+        Err(error) if error.kind() == ErrorKind::NotFound && symlink_metadata(path).is_ok() => {
+            return through(path, bytes);
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => return replaced(path, bytes),
+        Err(error) => return Err(error),
+    };
+    // What `/dev/stdout` stands for may be a regular file, which others are writing too.
+    let stream = path.starts_with("/dev") || path.starts_with("/proc");
+    if !found.is_file() || stream || names(&found) > 1 {
+        return through(path, bytes);
+    }
+    // Renaming would get round the write protection of the file.
+    if found.permissions().readonly() {
+        return Err(Error::new(ErrorKind::PermissionDenied, "the file is read-only"));
+    }
+    let target = path.canonicalize()?;
+    match replaced(&target, bytes) {
+        // Where the folder may not be written, the file may.
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => through(&target, bytes),
+        done => done,
+    }
+}
+
+/// Whether a folder can be written into.
+///
+/// # Errors
+/// It cannot.
+pub fn check_folder(folder: &Path) -> Result<()> {
+    AtomicWriteFile::open(folder.join("probe"))?.discard()
+}
+
+/// Writes a file that takes the place of another.
+fn replaced(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut file = AtomicWriteFile::open(path)?;
+    file.write_all(bytes)?;
+    file.commit()
+}
+
+/// Writes to what is there.
+fn through(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut options = OpenOptions::new();
+    match path.starts_with("/dev") || path.starts_with("/proc") {
+        true => options.append(true),
+        false => options.write(true).create(true).truncate(true),
+    };
+    let mut file = options.open(path)?;
+    file.write_all(bytes)?;
+    file.flush()
+}
+
+/// How many names a file has.
+#[cfg(unix)]
+fn names(found: &Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::nlink(found)
+}
+
+#[cfg(not(unix))]
+fn names(_: &Metadata) -> u64 {
+    1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::{read_dir, read_link};
+
+    fn entries(folder: &Path) -> Vec<String> {
+        let names = read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn regular_files_are_replaced_and_nothing_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write(&path, b"one").unwrap();
+        write(&path, b"two").unwrap();
+        assert_eq!(
+            (read(&path).unwrap().as_slice(), entries(folder.path())),
+            (&b"two"[..], vec!["a.txt".to_owned()])
+        );
+        assert!(write(&folder.path().join("no").join("a.txt"), b"three").is_err());
+        assert!(write(folder.path(), b"three").is_err());
+        assert_eq!(entries(folder.path()), ["a.txt"]);
+        check_folder(folder.path()).unwrap();
+        assert!(check_folder(&folder.path().join("no")).is_err());
+        assert_eq!(entries(folder.path()), ["a.txt"]);
+        let mut permissions = metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(&path, permissions).unwrap();
+        assert_eq!(write(&path, b"three").unwrap_err().kind(), ErrorKind::PermissionDenied);
+        assert_eq!(read(&path).unwrap(), b"two");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_devices_stay_what_they_are() {
+        use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [target, link, twin, nowhere, made] =
+            ["target", "link", "twin", "nowhere", "made"].map(|name| folder.path().join(name));
+        std::fs::write(&target, b"old").unwrap();
+        std::fs::set_permissions(&target, PermissionsExt::from_mode(0o640)).unwrap();
+        symlink("target", &link).unwrap();
+        write(&link, b"through the link").unwrap();
+        assert_eq!(read_link(&link).unwrap(), Path::new("target"));
+        assert_eq!(read(&target).unwrap(), b"through the link");
+        assert_eq!(metadata(&target).unwrap().permissions().mode() & 0o777, 0o640);
+        std::fs::hard_link(&target, &twin).unwrap();
+        write(&twin, b"both").unwrap();
+        assert_eq!(read(&target).unwrap(), b"both");
+        symlink("made", &nowhere).unwrap();
+        write(&nowhere, b"new").unwrap();
+        assert_eq!(
+            (read_link(&nowhere).unwrap().as_path(), read(&made).unwrap().as_slice()),
+            (Path::new("made"), &b"new"[..])
+        );
+        assert_eq!(entries(folder.path()), ["link", "made", "nowhere", "target", "twin"]);
+        write(Path::new("/dev/null"), b"gone").unwrap();
+        assert!(metadata("/dev/null").unwrap().file_type().is_char_device());
+        #[cfg(target_os = "linux")]
+        assert_eq!(write(Path::new("/dev/full"), b"much").unwrap_err().kind(), ErrorKind::StorageFull);
+    }
+
+    #[test]
+    fn what_is_compressed_is_read_and_what_is_endless_refused() {
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packed.write_all(b"network").unwrap();
+        assert_eq!(bounded(packed.finish().unwrap().as_slice()).unwrap(), b"network");
+        assert!(bounded([&GZIP[..], b"no more"].concat().as_slice()).is_err());
+        let error = bounded(std::io::repeat(7)).unwrap_err();
+        assert!(error.to_string().starts_with("it holds more than 256 MiB"), "{error}");
+        let mut bomb = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::copy(&mut std::io::repeat(0).take(MOST_BYTES + 1), &mut bomb).unwrap();
+        let error = bounded(bomb.finish().unwrap().as_slice()).unwrap_err();
+        assert!(error.to_string().starts_with("it holds more than 256 MiB"), "{error}");
+    }
+}
