@@ -46,6 +46,15 @@ pub struct Values<'m> {
     count: Option<usize>,
 }
 
+static REAL: Domain = Domain::Real;
+
+impl Values<'static> {
+    /// Real numbers that are no variable's, such as weights.
+    pub fn reals(name: &str) -> Self {
+        Self { domain: &REAL, name: name.to_owned(), text: "`real`".to_owned(), count: None }
+    }
+}
+
 impl<'m> Values<'m> {
     /// The values of a variable. `size` gives sizes and the numbers of elements of sets by name, as far as they are known.
     pub fn new(model: &'m Model, variable: VariableId, size: &dyn Fn(&str) -> Option<usize>) -> Self {

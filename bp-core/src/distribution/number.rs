@@ -5,7 +5,7 @@
 //!
 //! rotate(v, w): v turned by |w| around w (Rodrigues 1840): v cos a + (n × v) sin a + n (n · v)(1 − cos a).
 
-use super::setting::Setting;
+use super::setting::{Instance, Setting};
 use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
 use crate::model::{Domain, Expression, IndexSpace, VariableUse};
 
@@ -54,6 +54,37 @@ impl Setting<'_> {
         let elements = self.slots_of(family).len() / self.components(family);
         let inside = position >= 0.0 && position.fract() == 0.0 && position < elements as f64;
         inside.then_some(position as usize)
+    }
+
+    /// The number that an expression is in an instance where variables have these values; NaN where it has none.
+    pub(crate) fn expression(&self, id: ExpressionId, instance: &Instance, values: &[f64]) -> f64 {
+        self.scope(instance, values).number(id)
+    }
+
+    /// The value of a variable that an instance's form speaks of.
+    pub(crate) fn value_used(&self, use_: &VariableUse, instance: &Instance, values: &[f64]) -> f64 {
+        self.scope(instance, values).value(use_)
+    }
+
+    /// The place of a field that some indices mean, row-major; `None` outside it.
+    pub(crate) fn place(
+        &self,
+        parameter: ParameterId,
+        indices: &[ExpressionId],
+        instance: &Instance,
+        values: &[f64],
+    ) -> Option<usize> {
+        self.scope(instance, values).place(parameter, indices)
+    }
+
+    fn scope<'s>(&'s self, instance: &'s Instance, values: &'s [f64]) -> Scope<'s> {
+        Scope {
+            setting: self,
+            values,
+            indices: &instance.indices,
+            component: instance.component,
+            instead: None,
+        }
     }
 
     /// An index that depends on no variable.
@@ -121,20 +152,26 @@ impl Scope<'_> {
         if numbers.len() == 1 {
             return numbers[0];
         }
-        let mut position = 0.0;
+        let place = self.place(parameter, indices);
+        place.and_then(|place| numbers.get(place)).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The place of a field that some indices mean, row-major.
+    fn place(&self, parameter: ParameterId, indices: &[ExpressionId]) -> Option<usize> {
+        let mut place = 0;
         for (index, over) in indices.iter().zip(&self.setting.model.parameters[parameter].over) {
             let low = match over {
                 IndexSpace::Range(range) => range.low as f64,
                 IndexSpace::Set(_) => 0.0,
             };
-            let length = self.setting.length(over).unwrap_or(0) as f64;
+            let length = self.setting.length(over).unwrap_or(0);
             let index = self.with_component(0).number(*index) - low;
-            if !(index >= 0.0 && index < length) {
-                return f64::NAN;
+            if !(index >= 0.0 && index < length as f64) {
+                return None;
             }
-            position = position * length + index;
+            place = place * length + index as usize;
         }
-        numbers.get(position as usize).copied().unwrap_or(f64::NAN)
+        Some(place)
     }
 
     /// The index of the first true element; one past the last where none is true.

@@ -164,7 +164,7 @@ impl<'m> Setting<'m> {
     }
 
     /// How many elements an index space has.
-    pub(super) fn length(&self, over: &IndexSpace) -> Result<usize, Error> {
+    pub(crate) fn length(&self, over: &IndexSpace) -> Result<usize, Error> {
         match over {
             IndexSpace::Set(set) => self.set_size(*set),
             IndexSpace::Range(range) => {

@@ -6,25 +6,33 @@
 use crate::data::Values;
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
-use crate::model::{Domain, Model};
+use crate::model::Model;
 
 /// What each variable was: the number that the value is in an expression, or nothing where it is missing. A real in bins
 /// may keep the number that was read.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
     numbers: Vec<Option<f64>>,
+    /// Elements of families, by their indices.
+    elements: Vec<(VariableId, i64, f64)>,
 }
 
 impl Case {
     /// Nothing is known yet.
     pub fn new(model: &Model) -> Self {
-        Self { numbers: vec![None; model.variables.len()] }
+        Self { numbers: vec![None; model.variables.len()], elements: Vec::new() }
     }
 
     /// With the number of a variable: an integer is itself, `true` is 1, the first label of an enumeration is 0.
     pub fn with(mut self, variable: VariableId, number: f64) -> Self {
         // −0 is 0.
         self.numbers[variable.position()] = Some(number + 0.0);
+        self
+    }
+
+    /// With the number of one element of a family of variables: `G[2]`.
+    pub fn with_element(mut self, family: VariableId, index: i64, number: f64) -> Self {
+        self.elements.push((family, index, number + 0.0));
         self
     }
 
@@ -47,18 +55,11 @@ impl Case {
         self.numbers.get(variable.position()).copied().flatten()
     }
 
-    /// How many of these variables are missing.
-    pub(super) fn missing(&self, variables: &[VariableId]) -> usize {
-        variables.iter().filter(|variable| self.number(**variable).is_none()).count()
-    }
-
-    /// The same case, always.
-    pub(super) fn key(&self) -> Vec<Option<u64>> {
-        self.numbers.iter().map(|number| number.map(f64::to_bits)).collect()
-    }
-
-    pub(super) fn from_key(key: &[Option<u64>]) -> Self {
-        Self { numbers: key.iter().map(|bits| bits.map(f64::from_bits)).collect() }
+    /// Every number that is known: of which variable, of which element of it.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (VariableId, Option<i64>, f64)> {
+        let plain = self.numbers.iter().enumerate();
+        let plain = plain.filter_map(|(id, number)| Some((VariableId::new(id), None, (*number)?)));
+        plain.chain(self.elements.iter().map(|(id, index, number)| (*id, Some(*index), *number)))
     }
 }
 
@@ -67,13 +68,4 @@ pub(super) fn no_value(model: &Model, variable: VariableId) -> String {
     let domain = &model.variables[variable].domain;
     let (name, domain) = (model.variable_name(variable), model.domain_text(domain));
     format!("not a value of `{name}`, which is `{domain}`")
-}
-
-/// Whether a number is a value of a domain.
-pub(super) fn is_value(domain: &Domain, number: f64) -> bool {
-    match domain {
-        Domain::Real => number.is_finite(),
-        Domain::Vector(_) | Domain::Set(_) => false,
-        _ => number.is_finite() && domain.ordinal_at(number).is_some(),
-    }
 }

@@ -1,16 +1,19 @@
 //! Distributions to be fitted, and the one to which a case belongs.
 //!
-//! In: a parametric model. Out: for a factor and a case, the [`Distribution`] and what of it was seen. Invariant:
-//! distributions that share all their numbers are one; a number that is learned is a distribution's own, or one of a
-//! normal law.
+//! In: a program. Out: for a family and a case, the [`Distribution`] and what of it was seen. Invariant: distributions
+//! that share all their numbers are one, whatever family they are met in: so elements of a family of variables and of a
+//! plate pool their cases; a number that is learned is a distribution's own, or one of a normal law.
 
-use super::case::{is_value, no_value};
-use super::parametric::{MOST_CONTEXTS, Unknowns, parametric};
-use super::worth::Numbers;
+use super::kind::At;
+use super::parametric::MOST_CONTEXTS;
+use super::program::{Family, Program};
+use super::statistics::Statistic;
+use crate::distribution::Setting;
 use crate::error::Error;
-use crate::ids::{ExpressionId, FactorId, Id, ParameterId, VariableId};
+use crate::exec::Inputs;
+use crate::ids::{ExpressionId, FactorId, ParameterId};
 use crate::law::Law;
-use crate::model::{Expression, Fit, Model};
+use crate::model::{Domain, Expression, Fit, Model};
 use std::collections::HashMap;
 
 /// A number of the model that is learned.
@@ -69,206 +72,224 @@ pub(super) enum Seen {
     Numbers(Vec<f64>),
 }
 
-/// A parametric model and its distributions.
+/// A program and its distributions.
 #[derive(Clone, Debug)]
 pub(super) struct Learnable {
-    pub(super) model: Model,
-    pub(super) unknowns: Unknowns,
-    /// The factors in which something is learned.
-    pub(super) factors: Vec<FactorId>,
-    pub(super) distributions: Vec<Distribution>,
+    pub(super) program: Program,
+    catalogue: Catalogue,
+}
+
+/// The distributions that have been met.
+#[derive(Clone, Debug, Default)]
+struct Catalogue {
+    distributions: Vec<Distribution>,
     known: HashMap<Kind, usize>,
+    /// The first distribution that has a cell.
+    owner: HashMap<Cell, usize>,
 }
 
 impl Learnable {
-    pub(super) fn new(model: &Model) -> Result<Self, Error> {
-        if model.plate.is_some() || model.variables.values().any(|variable| variable.family.is_some()) {
-            let message =
-                "plates and families of variables are not learned from cases; write each variable out";
-            return Err(Error::input(&model.name, message));
+    pub(super) fn new(model: &Model, given: &Inputs<'_, f64>) -> Result<Self, Error> {
+        let program = Program::new(model, given)?;
+        let mut catalogue = Catalogue::default();
+        let mut finder = Finder { setting: program.setting()?, program: &program, catalogue: &mut catalogue };
+        for family in program.families.iter().filter(|family| family.learned) {
+            finder.contexts(family, &mut |_, _| {})?;
         }
-        let mut model = model.clone();
-        let unknowns = parametric(&mut model)?;
-        let mut learnable =
-            Self { model, unknowns, factors: Vec::new(), distributions: Vec::new(), known: HashMap::new() };
-        let model = &learnable.model;
-        let factors: Vec<FactorId> =
-            model.factors.ids().filter(|id| learnable.speaks(&model.factors[*id].form)).collect();
-        if factors.is_empty() {
-            let message =
-                "nothing is to be learned: no form is `unknown`, and `identification` names no parameter";
-            return Err(Error::input(&model.name, message));
+        Ok(Self { program, catalogue })
+    }
+
+    /// What finds the distribution of a family in a case.
+    pub(super) fn finder(&mut self) -> Result<Finder<'_>, Error> {
+        let Self { program, catalogue } = self;
+        Ok(Finder { setting: program.setting()?, program, catalogue })
+    }
+
+    /// All distributions, in the order in which they were met.
+    pub(super) fn distributions(&self) -> &[Distribution] {
+        &self.catalogue.distributions
+    }
+
+    /// Where a distribution holds: its factor, and the values on the right.
+    pub(super) fn place(&self, position: usize) -> String {
+        let distribution = &self.catalogue.distributions[position];
+        let head = self.program.head(distribution.factor);
+        let mut place = None;
+        if let Ok(setting) = self.program.setting() {
+            let mut catalogue = Catalogue::default();
+            let mut finder = Finder { setting, program: &self.program, catalogue: &mut catalogue };
+            let families = self.program.families.iter();
+            for family in families.filter(|family| family.instance.factor == distribution.factor) {
+                let _ = finder.contexts(family, &mut |kind, values| {
+                    if *kind == distribution.kind && place.is_none() {
+                        place = Some(self.context(family, values));
+                    }
+                });
+            }
         }
-        learnable.factors = factors;
-        for factor in learnable.factors.clone() {
-            learnable.contexts(factor)?;
-        }
-        Ok(learnable)
-    }
-
-    /// The variables of a factor, left first.
-    pub(super) fn family(&self, factor: FactorId) -> Vec<VariableId> {
-        let factor = &self.model.factors[factor];
-        factor.left.iter().chain(&factor.right).map(|use_| use_.variable).collect()
-    }
-
-    /// Finds the distributions of a factor for all values of what is on the right, where these can be listed.
-    fn contexts(&mut self, factor: FactorId) -> Result<(), Error> {
-        let right: Vec<VariableId> =
-            self.model.factors[factor].right.iter().map(|use_| use_.variable).collect();
-        let counts: Option<Vec<usize>> =
-            right.iter().map(|variable| self.model.variables[*variable].domain.count()).collect();
-        let Some(counts) = counts else { return Ok(()) };
-        let total = counts.iter().try_fold(1usize, |total, count| total.checked_mul(*count));
-        let Some(total) = total.filter(|total| *total <= MOST_CONTEXTS) else { return Ok(()) };
-        for position in 0..total {
-            let mut rest = position;
-            let mut numbers = HashMap::new();
-            for (variable, count) in right.iter().zip(&counts).rev() {
-                numbers.insert(*variable, self.model.variables[*variable].domain.number(rest % count));
-                rest /= count;
-            }
-            self.find(factor, &|variable| numbers.get(&variable).copied())?;
-        }
-        Ok(())
-    }
-
-    /// The distribution of a factor for these numbers, and what was seen of it; nothing where what holds is known.
-    pub(super) fn locate(
-        &mut self,
-        factor: FactorId,
-        numbers: Numbers<'_>,
-    ) -> Result<Option<(usize, Seen)>, Error> {
-        let Some(position) = self.find(factor, numbers)? else { return Ok(None) };
-        let missing = || self.wrong(factor, "a value is missing");
-        let left: Vec<VariableId> =
-            self.model.factors[factor].left.iter().map(|use_| use_.variable).collect();
-        let seen = match &self.distributions[position].kind {
-            Kind::Row(_) => {
-                let mut column = 0;
-                for variable in &left {
-                    let domain = &self.model.variables[*variable].domain;
-                    let ordinal = numbers(*variable).and_then(|number| domain.ordinal_at(number));
-                    column = column * domain.count().unwrap_or(1) + ordinal.ok_or_else(missing)?;
-                }
-                Seen::Value(column)
-            }
-            Kind::Law(..) => Seen::Number(numbers(left[0]).ok_or_else(missing)?),
-            Kind::Regression(_) => {
-                let factor_right = &self.model.factors[factor].right;
-                let mut all = Vec::with_capacity(factor_right.len() + 1);
-                for use_ in factor_right {
-                    all.push(numbers(use_.variable).ok_or_else(missing)?);
-                }
-                all.push(numbers(left[0]).ok_or_else(missing)?);
-                Seen::Numbers(all)
-            }
-        };
-        Ok(Some((position, seen)))
-    }
-
-    pub(super) fn wrong(&self, factor: FactorId, message: impl Into<String>) -> Error {
-        Error::input(self.model.head(&self.model.factors[factor]), message)
-    }
-
-    fn find(&mut self, factor: FactorId, numbers: Numbers<'_>) -> Result<Option<usize>, Error> {
-        let form = &self.model.factors[factor].form;
-        let Some((kind, unknown)) = self.kind(factor, form, numbers)? else { return Ok(None) };
-        if let Some(position) = self.known.get(&kind) {
-            return Ok(Some(*position));
-        }
-        let fit = unknown.map(|unknown| self.unknowns.list[unknown].fit.clone());
-        self.is_sound(factor, &kind)?;
-        self.known.insert(kind.clone(), self.distributions.len());
-        self.distributions.push(Distribution { kind, factor, fit });
-        Ok(Some(self.distributions.len() - 1))
-    }
-
-    /// Refuses distributions whose maximum has no form here.
-    fn is_sound(&self, factor: FactorId, kind: &Kind) -> Result<(), Error> {
-        let cells = cells_of(kind);
-        let shared = |cell: &Cell| {
-            self.distributions.iter().any(|other| other.kind != *kind && cells_of(&other.kind).contains(cell))
-        };
-        match kind {
-            // Means and deviations of normal laws may be shared or known: each has its own equation.
-            Kind::Law(Law::Normal, _) => Ok(()),
-            Kind::Law(Law::Binomial, arguments) if matches!(arguments[0], Argument::Learned(_)) => {
-                Err(self.wrong(factor, "the number of trials of `binomial` is not learned; write it"))
-            }
-            Kind::Law(law, arguments)
-                if *law != Law::Binomial
-                    && arguments.iter().any(|argument| matches!(argument, Argument::Known(_))) =>
-            {
-                let name = law.name();
-                Err(self.wrong(factor, format!("`{name}` is learned whole: all its arguments or none")))
-            }
-            _ if cells.iter().any(shared) => {
-                Err(self.wrong(factor, "a parameter that is learned stands in two different distributions"))
-            }
-            _ => Ok(()),
+        match place.filter(|place| !place.is_empty()) {
+            Some(place) => format!("{head}, {place}"),
+            None => head,
         }
     }
 
-    /// Checks that the numbers of a case are values of their variables.
-    pub(super) fn check(&self, case: &super::Case) -> Result<(), Error> {
-        for (id, variable) in self.model.variables.iter() {
-            if let Some(number) = case.number(id)
-                && !is_value(&variable.domain, number)
-            {
-                let name = self.model.variable_name(id);
-                return Err(Error::input(name, format!("{number} is {}", no_value(&self.model, id))));
-            }
-        }
-        Ok(())
+    /// The values that a family depends on: `K = b, C = 2`.
+    fn context(&self, family: &Family, values: &[f64]) -> String {
+        let right = family.slots.iter().filter(|slot| !family.instance.left.contains(slot));
+        let shown = right.map(|slot| {
+            let value = self.program.spelled(*slot, values[*slot]);
+            format!("{} = {value}", self.program.slots[*slot].name)
+        });
+        shown.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The domain of what a distribution distributes.
+    pub(super) fn domain(&self, distribution: &Distribution) -> &Domain {
+        let left = self.program.model.factors[distribution.factor].left[0].variable;
+        &self.program.model.variables[left].domain
+    }
+
+    /// How many values that has; `None` for reals.
+    pub(super) fn count(&self, distribution: &Distribution) -> Option<usize> {
+        let left = self.program.model.factors[distribution.factor].left[0].variable;
+        self.program.slots.iter().find(|slot| slot.variable == left).and_then(|slot| slot.count)
     }
 
     /// The number in a cell.
-    pub(super) fn number(&self, cell: Cell) -> Option<f64> {
+    pub(super) fn number(&self, cell: Cell) -> f64 {
         match cell {
-            Cell::Entry(id) => self.model.constant(id),
-            Cell::Place(parameter, place) => match self.model.parameters[parameter].default.as_slice() {
-                [number] => Some(*number),
-                several => several.get(place).copied(),
-            },
+            Cell::Entry(id) => self.program.model.constant(id).unwrap_or(f64::NAN),
+            Cell::Place(parameter, place) => self.program.model.parameters[parameter].default[place],
         }
+    }
+
+    /// Whether a cell had a number before anything was learned.
+    pub(super) fn is_declared(&self, cell: Cell) -> bool {
+        matches!(cell, Cell::Place(parameter, _) if self.program.declared.contains(&parameter))
     }
 
     /// Puts a number into a cell.
     pub(super) fn set(&mut self, cell: Cell, number: f64) {
         match cell {
-            Cell::Entry(id) => self.model.expressions[id] = Expression::Number(number),
-            Cell::Place(parameter, place) => {
-                let places = super::worth::places(&self.model, parameter).unwrap_or(1);
-                let default = &mut self.model.parameters[parameter].default;
-                if default.len() != places {
-                    // One number for all places, or none at all.
-                    let all = default.first().copied().unwrap_or(1.0);
-                    *default = vec![all; places];
-                }
-                default[place] = number;
-            }
+            Cell::Entry(id) => self.program.model.expressions[id] = Expression::Number(number),
+            Cell::Place(parameter, place) => self.program.model.parameters[parameter].default[place] = number,
         }
     }
 
     /// The parameters of a law as they are now.
-    pub(super) fn arguments(&self, arguments: &[Argument]) -> Option<Vec<f64>> {
+    pub(super) fn arguments(&self, arguments: &[Argument]) -> Vec<f64> {
         (arguments.iter())
             .map(|argument| match argument {
                 Argument::Learned(cell) => self.number(*cell),
-                Argument::Known(bits) => Some(f64::from_bits(*bits)),
+                Argument::Known(bits) => f64::from_bits(*bits),
             })
             .collect()
     }
 
-    /// The name of a factor.
-    pub(super) fn head(&self, factor: FactorId) -> String {
-        self.model.head(&self.model.factors[factor])
-    }
-
     /// The position of a factor among those in which something is learned.
     pub(super) fn rank(&self, factor: FactorId) -> usize {
-        self.factors.iter().position(|known| *known == factor).unwrap_or(factor.position())
+        let factors = &self.program.factors;
+        factors.iter().position(|known| *known == factor).unwrap_or_default()
+    }
+}
+
+/// Finds distributions, and keeps them.
+pub(super) struct Finder<'p> {
+    pub(super) setting: Setting<'p>,
+    pub(super) program: &'p Program,
+    catalogue: &'p mut Catalogue,
+}
+
+impl Finder<'_> {
+    /// Finds the distributions of a family for all values of what is on the right, where these can be listed.
+    fn contexts(&mut self, family: &Family, visit: &mut dyn FnMut(&Kind, &[f64])) -> Result<(), Error> {
+        let right = family.slots.iter().filter(|slot| !family.instance.left.contains(slot)).copied();
+        let right: Vec<usize> = right.collect();
+        let counts: Option<Vec<usize>> = right.iter().map(|slot| self.program.slots[*slot].count).collect();
+        let Some(counts) = counts else { return Ok(()) };
+        let total = counts.iter().try_fold(1usize, |total, count| total.checked_mul(*count));
+        let Some(total) = total.filter(|total| *total <= MOST_CONTEXTS) else { return Ok(()) };
+        let mut values = vec![0.0; self.program.slots.len()];
+        for position in 0..total {
+            let mut rest = position;
+            for (slot, count) in right.iter().zip(&counts).rev() {
+                values[*slot] = (rest % count) as f64;
+                rest /= count;
+            }
+            if let Some(found) = self.find(family, &values)? {
+                visit(&self.catalogue.distributions[found].kind, &values);
+            }
+        }
+        Ok(())
+    }
+
+    /// The distribution of a family where slots have these values, and what was seen of it; nothing where what holds is
+    /// known. `numbers` are those that were read: of a bin not its centre.
+    pub(super) fn locate(
+        &mut self,
+        family: &Family,
+        values: &[f64],
+        numbers: &[f64],
+    ) -> Result<Option<(usize, Seen)>, Error> {
+        let Some(position) = self.find(family, values)? else { return Ok(None) };
+        let left = family.instance.left[0];
+        let seen = match &self.catalogue.distributions[position].kind {
+            Kind::Row(_) => Seen::Value(self.setting.left_value(&family.instance, values) as usize),
+            Kind::Law(..) => Seen::Number(numbers[left]),
+            Kind::Regression(_) => {
+                let right = &self.program.model.factors[family.instance.factor].right;
+                let on = right.iter().map(|use_| self.setting.value_used(use_, &family.instance, numbers));
+                Seen::Numbers(on.chain([numbers[left]]).collect())
+            }
+        };
+        Ok(Some((position, seen)))
+    }
+
+    /// Gives each distribution that was met a statistic.
+    pub(super) fn grow(&self, statistics: &mut Vec<Statistic>) {
+        let new = self.catalogue.distributions.iter().skip(statistics.len());
+        statistics.extend(new.map(|it| Statistic::of(&it.kind)));
+    }
+
+    fn find(&mut self, family: &Family, values: &[f64]) -> Result<Option<usize>, Error> {
+        let (program, setting) = (self.program, &self.setting);
+        let at = At { program, setting, instance: &family.instance, values };
+        let Some((kind, unknown)) = at.kind()? else { return Ok(None) };
+        if let Some(position) = self.catalogue.known.get(&kind) {
+            return Ok(Some(*position));
+        }
+        let (factor, fit) = (family.instance.factor, unknown.map(|it| program.unknowns.list[it].fit.clone()));
+        self.is_sound(factor, &kind)?;
+        let position = self.catalogue.distributions.len();
+        self.catalogue.known.insert(kind.clone(), position);
+        self.catalogue.distributions.push(Distribution { kind, factor, fit });
+        Ok(Some(position))
+    }
+
+    /// Refuses distributions whose maximum has no form here.
+    fn is_sound(&mut self, factor: FactorId, kind: &Kind) -> Result<(), Error> {
+        let cells = cells_of(kind);
+        let Catalogue { distributions, owner, .. } = &mut *self.catalogue;
+        let position = distributions.len();
+        let shared = cells.iter().any(|cell| *owner.entry(*cell).or_insert(position) != position);
+        let wrong = |message: String| Err(self.program.wrong(factor, message));
+        match kind {
+            // Means and deviations of normal laws may be shared or known: each has its own equation.
+            Kind::Law(Law::Normal, _) => Ok(()),
+            Kind::Law(Law::Binomial, arguments) if matches!(arguments[0], Argument::Learned(_)) => {
+                wrong("the number of trials of `binomial` is not learned; write it".to_owned())
+            }
+            Kind::Law(law, arguments)
+                if *law != Law::Binomial
+                    && arguments.iter().any(|argument| matches!(argument, Argument::Known(_))) =>
+            {
+                wrong(format!("`{}` is learned whole: all its arguments or none", law.name()))
+            }
+            _ if shared => {
+                wrong("a parameter that is learned stands in two different distributions".to_owned())
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -1,7 +1,8 @@
-//! From what was seen to the numbers of the model.
+//! The M step: from what was seen to the numbers of the program.
 //!
-//! In: statistics of all distributions. Out: the model with its numbers put in, and what was done for each distribution.
-//! Invariant: probabilities of a row sum to one; a law's numbers are ones that it can have.
+//! In: statistics of all distributions. Out: the program with its numbers put in, and what was done for each distribution.
+//! Invariant: probabilities of a row sum to one; a law's numbers are ones that it can have, or there is an error that
+//! names form, context and number.
 //!
 //! Rows: (nᵢ + aᵢ) / (N + Σ a).  Laws: maximum likelihood, or the mean of what is believed after a conjugate prior
 //! (Gelman and others, *Bayesian Data Analysis*, 3rd ed., chapter 2):
@@ -9,11 +10,13 @@
 //! mean of `normal` (m/t² + Σx/s²) / (1/t² + N/s²).
 
 use super::distribution::{Argument, Cell, Distribution, Kind, Learnable, Share, cells_of};
+use super::floor::{collapsed, held, spread};
+use super::normals::normals;
 use super::regression::least_squares;
 use super::statistics::Statistic;
 use crate::error::Error;
 use crate::law::{Law, Refusal, Sample};
-use crate::model::{Bins, Domain, Fit};
+use crate::model::{Bins, Domain, Fit, ParameterKind};
 use std::collections::HashMap;
 
 /// How a distribution came by its numbers.
@@ -23,8 +26,19 @@ pub(super) enum Outcome {
     Fitted,
     /// No case belongs to it: what the prior says, or uniform, or the law of all cases of its factor.
     Empty,
-    /// Too few cases belong to it: the law of all cases of its factor.
-    Pooled,
+    /// From the cases that belong to it, but no narrower than the floor.
+    Floored,
+}
+
+/// How numbers are put in.
+#[derive(Clone, Debug)]
+pub(super) struct Step<'s> {
+    /// Distributions that keep the numbers that they have.
+    pub(super) keep: &'s [bool],
+    /// For each distribution, how far all values of its form lie apart.
+    pub(super) spreads: &'s [f64],
+    /// Whether this is a step of many: then floors hold always, and equations that depend on each other are solved once.
+    pub(super) iterating: bool,
 }
 
 /// Prior counts of a row.
@@ -37,30 +51,66 @@ pub(super) fn prior_counts(fit: Option<&Fit>, values: usize) -> Vec<f64> {
     }
 }
 
-/// Puts numbers into the model; distributions that are kept are left as they are.
+/// All values of the forms, law by law: those of each distribution are those of all that are fitted alike.
+pub(super) fn pooled(learnable: &Learnable, statistics: &[Statistic]) -> Vec<Sample> {
+    let mut groups: Vec<(usize, Sample)> = Vec::new();
+    let all = learnable.distributions();
+    let of: Vec<Option<usize>> = (all.iter().enumerate())
+        .map(|(position, distribution)| {
+            let Kind::Law(law, _) = &distribution.kind else { return None };
+            let alike = |first: usize| {
+                let other = &all[first];
+                other.factor == distribution.factor
+                    && matches!(&other.kind, Kind::Law(other, _) if other == law)
+                    && other.fit == distribution.fit
+            };
+            let group = groups.iter().position(|(first, _)| alike(*first)).unwrap_or_else(|| {
+                groups.push((position, Sample::default()));
+                groups.len() - 1
+            });
+            if let Statistic::Sample(sample) = &statistics[position] {
+                groups[group].1.add_all(sample);
+            }
+            Some(group)
+        })
+        .collect();
+    of.into_iter().map(|group| group.map_or_else(Sample::default, |group| groups[group].1.clone())).collect()
+}
+
+/// How far all values of each distribution's form lie apart.
+pub(super) fn spreads(learnable: &Learnable, statistics: &[Statistic]) -> Vec<f64> {
+    let all = learnable.distributions().iter().zip(pooled(learnable, statistics));
+    all.map(|(distribution, sample)| match &distribution.kind {
+        Kind::Law(law, _) => spread(*law, &on_line(*law, &sample, learnable.domain(distribution)).1),
+        _ => 0.0,
+    })
+    .collect()
+}
+
+/// Puts numbers into the program.
 pub(super) fn estimate(
     learnable: &mut Learnable,
     statistics: &[Statistic],
-    keep: &[bool],
+    step: &Step<'_>,
 ) -> Result<Vec<Outcome>, Error> {
     let mut uses: HashMap<Cell, usize> = HashMap::new();
-    for distribution in &learnable.distributions {
+    for distribution in learnable.distributions() {
         cells_of(&distribution.kind).into_iter().for_each(|cell| *uses.entry(cell).or_default() += 1);
     }
     let mut outcomes = vec![Outcome::Fitted; statistics.len()];
-    let mut together = Vec::new();
+    let (mut together, mut pools) = (Vec::new(), None);
     for (position, statistic) in statistics.iter().enumerate() {
-        if keep[position] {
+        if step.keep[position] {
             continue;
         }
-        let distribution = learnable.distributions[position].clone();
+        let distribution = learnable.distributions()[position].clone();
         match (&distribution.kind, statistic) {
             (Kind::Row(row), Statistic::Counts(counts)) => {
                 outcomes[position] = rows(learnable, row, counts, distribution.fit.as_ref());
             }
             (Kind::Regression(cells), _) => {
                 let fitted = least_squares(&statistic.rows())
-                    .map_err(|why| Error::input(learnable.head(distribution.factor), why))?;
+                    .map_err(|why| learnable.program.wrong(distribution.factor, why))?;
                 cells.iter().zip(fitted).for_each(|(cell, number)| learnable.set(*cell, number));
             }
             (Kind::Law(law, arguments), Statistic::Sample(sample)) => {
@@ -72,7 +122,14 @@ pub(super) fn estimate(
                     together.push(position);
                     continue;
                 }
-                let (fitted, outcome) = law_of(learnable, &distribution, sample, statistics)?;
+                let found = own_law(learnable, &distribution, sample, step, position);
+                let (fitted, outcome) = match found {
+                    Ok(found) => found,
+                    Err(why) => {
+                        let pools = pools.get_or_insert_with(|| pooled(learnable, statistics));
+                        law_of_all(learnable, position, sample, &pools[position], step, why)?
+                    }
+                };
                 outcomes[position] = outcome;
                 for (argument, number) in arguments.iter().zip(fitted) {
                     if let Argument::Learned(cell) = argument {
@@ -83,8 +140,53 @@ pub(super) fn estimate(
             _ => unreachable!("internal: a statistic is of the kind of its distribution"),
         }
     }
-    normals(learnable, statistics, &together, &mut outcomes)?;
+    normals(learnable, statistics, &together, step, &mut outcomes)?;
+    check(learnable)?;
     Ok(outcomes)
+}
+
+/// Refuses numbers that a form cannot have.
+fn check(learnable: &Learnable) -> Result<(), Error> {
+    for (position, distribution) in learnable.distributions().iter().enumerate() {
+        let wrong = |what: &str, number: f64, expected: &str| {
+            let message = format!("{what} is learned as {number}, but it must be {expected}");
+            Err(Error::input(learnable.place(position), message))
+        };
+        match &distribution.kind {
+            Kind::Law(law, arguments) => {
+                let numbers = learnable.arguments(arguments);
+                if let Some((place, expected)) = law.refuses(&numbers) {
+                    let what = format!("the {} of `{}`", law.parameters()[place].0, law.name());
+                    return wrong(&what, numbers[place], expected);
+                }
+            }
+            kind => {
+                for cell in cells_of(kind) {
+                    let number = learnable.number(cell);
+                    let inside = (0.0..=1.0).contains(&number);
+                    match kind {
+                        Kind::Row(_) if !inside => return wrong("a probability", number, "between 0 and 1"),
+                        _ if !number.is_finite() => return wrong("a number", number, "finite"),
+                        _ => {}
+                    }
+                }
+            }
+        }
+        for cell in cells_of(&distribution.kind) {
+            if let Cell::Place(parameter, _) = cell {
+                let parameter = &learnable.program.model.parameters[parameter];
+                let number = learnable.number(cell);
+                let kind = match parameter.kind {
+                    ParameterKind::Size | ParameterKind::Integer => ParameterKind::Real,
+                    kind => kind,
+                };
+                if let Some(expected) = kind.refuses(number) {
+                    return wrong(&format!("`{}`", parameter.name), number, expected);
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 fn rows(learnable: &mut Learnable, row: &[Share], counts: &[f64], fit: Option<&Fit>) -> Outcome {
@@ -94,9 +196,9 @@ fn rows(learnable: &mut Learnable, row: &[Share], counts: &[f64], fit: Option<&F
     for ((share, count), prior) in row.iter().zip(counts).zip(&prior) {
         let Share::Learned(cell) = share else { continue };
         let number = match total > 0.0 {
-            true => (count + prior) / total,
+            true => ((count + prior) / total).min(1.0),
             // A parameter that has a value keeps it; of an entry, uniform is what it has.
-            false if fit.is_none() && learnable.number(*cell).is_some() => continue,
+            false if fit.is_none() && learnable.is_declared(*cell) => continue,
             false => 1.0 / counts.len() as f64,
         };
         learnable.set(*cell, number);
@@ -104,49 +206,71 @@ fn rows(learnable: &mut Learnable, row: &[Share], counts: &[f64], fit: Option<&F
     if empty { Outcome::Empty } else { Outcome::Fitted }
 }
 
-/// The numbers of a law; where its own cases do not tell them, those of all cases of its factor.
-fn law_of(
-    learnable: &Learnable,
-    distribution: &Distribution,
-    sample: &Sample,
-    statistics: &[Statistic],
-) -> Result<(Vec<f64>, Outcome), Error> {
-    let Kind::Law(law, arguments) = &distribution.kind else { unreachable!("internal: a law was expected") };
-    let left = learnable.model.factors[distribution.factor].left[0].variable;
-    let domain = &learnable.model.variables[left].domain;
-    let known: Vec<f64> = (arguments.iter())
+/// The known arguments of a law.
+fn known(arguments: &[Argument]) -> Vec<f64> {
+    (arguments.iter())
         .filter_map(|argument| match argument {
             Argument::Known(bits) => Some(f64::from_bits(*bits)),
             Argument::Learned(_) => None,
         })
-        .collect();
-    let fit = |sample: &Sample| fitted(*law, distribution.fit.as_ref(), &known, sample, domain);
-    let own = fit(sample);
-    if let Ok(numbers) = own {
-        let outcome = if sample.is_empty() { Outcome::Empty } else { Outcome::Fitted };
-        return Ok((numbers, outcome));
-    }
-    let mut pooled = Sample::default();
-    for (other, statistic) in learnable.distributions.iter().zip(statistics) {
-        let alike = other.factor == distribution.factor
-            && matches!(&other.kind, Kind::Law(other, _) if other == law)
-            && other.fit == distribution.fit;
-        if let (true, Statistic::Sample(sample)) = (alike, statistic) {
-            pooled.add_all(sample);
-        }
-    }
-    let outcome = if sample.is_empty() { Outcome::Empty } else { Outcome::Pooled };
-    match fit(&pooled) {
-        Ok(numbers) => Ok((numbers, outcome)),
-        Err(why) => {
-            let seen = match pooled.total() {
-                0.0 => "no case says anything of it".to_owned(),
-                _ => format!("its values lie in [{}; {}]", pooled.ends().0, pooled.ends().1),
-            };
-            let message = format!("`{}` {why}; {seen}", law.name());
-            Err(Error::input(learnable.head(distribution.factor), message))
-        }
-    }
+        .collect()
+}
+
+/// The numbers of a law from its own cases.
+fn own_law(
+    learnable: &Learnable,
+    distribution: &Distribution,
+    sample: &Sample,
+    step: &Step<'_>,
+    position: usize,
+) -> Result<(Vec<f64>, Outcome), Refusal> {
+    let Kind::Law(law, arguments) = &distribution.kind else { unreachable!("internal: a law was expected") };
+    let (fit, domain) = (distribution.fit.as_ref(), learnable.domain(distribution));
+    let numbers = fitted(*law, fit, &known(arguments), sample, domain)?;
+    let (numbers, is_held) = match step.iterating {
+        true => held(*law, numbers, on_turn(*law, step.spreads[position], domain)),
+        false => (numbers, false),
+    };
+    let outcome = match (sample.is_empty(), is_held) {
+        (true, _) => Outcome::Empty,
+        (false, true) => Outcome::Floored,
+        (false, false) => Outcome::Fitted,
+    };
+    Ok((numbers, outcome))
+}
+
+/// The numbers of a law that its own cases do not tell: at the floor, where they are all alike; where there is none, the
+/// law of all cases of its factor.
+fn law_of_all(
+    learnable: &Learnable,
+    position: usize,
+    own: &Sample,
+    all: &Sample,
+    step: &Step<'_>,
+    why: Refusal,
+) -> Result<(Vec<f64>, Outcome), Error> {
+    let distribution = &learnable.distributions()[position];
+    let Kind::Law(law, arguments) = &distribution.kind else { unreachable!("internal: a law was expected") };
+    let (fit, domain) = (distribution.fit.as_ref(), learnable.domain(distribution));
+    let floored = |sample: &Sample, why: Refusal| {
+        let (back, line) = on_line(*law, sample, domain);
+        let numbers = collapsed(*law, &line, step.spreads[position], why)?;
+        Ok(back(numbers))
+    };
+    let found = match own.is_empty() {
+        false => floored(own, why).map(|numbers| (numbers, Outcome::Floored)),
+        true => fitted(*law, fit, &known(arguments), all, domain)
+            .or_else(|why| if all.is_empty() { Err(why) } else { floored(all, why) })
+            .map(|numbers| (numbers, Outcome::Empty)),
+    };
+    found.map_err(|why| {
+        let sample = if own.is_empty() { all } else { own };
+        let seen = match sample.total() {
+            0.0 => "no case says anything of it".to_owned(),
+            _ => format!("its values lie in [{}; {}]", sample.ends().0, sample.ends().1),
+        };
+        Error::input(learnable.place(position), format!("`{}` {why}; {seen}", law.name()))
+    })
 }
 
 fn fitted(
@@ -156,25 +280,20 @@ fn fitted(
     sample: &Sample,
     domain: &Domain,
 ) -> Result<Vec<f64>, Refusal> {
-    let numbers = match (fit, domain) {
-        (Some(Fit::Conjugate { known, prior, .. }), _) => conjugate(law, known, *prior, sample),
-        (_, Domain::Bins(bins)) if bins.is_circle() && matches!(law, Law::Normal | Law::VonMises) => {
-            on_circle(law, sample, bins)?
+    if let Some(Fit::Conjugate { known, prior, .. }) = fit {
+        return Ok(conjugate(law, known, *prior, sample));
+    }
+    let (back, line) = on_line(law, sample, domain);
+    let mut numbers = law.fit(&line, known)?;
+    if let Some(Fit::UnbiasedNormal) = fit {
+        let total = sample.total();
+        if total <= 1.0 {
+            return Err("needs two cases or more");
         }
-        _ => law.fit(sample, known)?,
-    };
-    let numbers = match fit {
-        Some(Fit::UnbiasedNormal) => {
-            let total = sample.total();
-            if total <= 1.0 {
-                return Err("needs two cases or more");
-            }
-            vec![numbers[0], numbers[1] * (total / (total - 1.0)).sqrt()]
-        }
-        _ => numbers,
-    };
+        numbers[1] *= (total / (total - 1.0)).sqrt();
+    }
     match law.refuses(&numbers) {
-        None => Ok(numbers),
+        None => Ok(back(numbers)),
         Some(_) => Err("needs values that differ more"),
     }
 }
@@ -194,83 +313,37 @@ fn conjugate(law: Law, known: &[f64], [first, second]: [f64; 2], sample: &Sample
     }
 }
 
-/// On a circle numbers are angles: the mean is the direction of the mean vector, and deviations go the shorter way round.
-fn on_circle(law: Law, sample: &Sample, bins: &Bins) -> Result<Vec<f64>, Refusal> {
-    let (low, high) = bins.ends();
-    let scale = std::f64::consts::TAU / (high - low);
-    let back = |angle: f64| low + (angle / scale).rem_euclid(high - low);
+/// Numbers of a law of angles, put back on the circle.
+type Back = Box<dyn Fn(Vec<f64>) -> Vec<f64>>;
+
+/// A sample as a law takes it. On a circle numbers are angles: the mean is the direction of the mean vector, and
+/// deviations go the shorter way round.
+fn on_line(law: Law, sample: &Sample, domain: &Domain) -> (Back, Sample) {
+    let Domain::Bins(bins) = domain else { return (Box::new(|numbers| numbers), sample.clone()) };
+    if !bins.is_circle() || !matches!(law, Law::Normal | Law::VonMises) || sample.is_empty() {
+        return (Box::new(|numbers| numbers), sample.clone());
+    }
+    let ((low, high), scale) = (bins.ends(), turn_of(bins));
     let angles = sample.map(|x| (x - low) * scale);
+    let back = move |angle: f64| low + (angle / scale).rem_euclid(high - low);
     if law == Law::VonMises {
-        let numbers = law.fit(&angles, &[])?;
-        return Ok(vec![back(numbers[0]), numbers[1]]);
+        return (Box::new(move |numbers| vec![back(numbers[0]), numbers[1]]), angles);
     }
     let mean = angles.mean_of(f64::sin).atan2(angles.mean_of(f64::cos));
     let turn = std::f64::consts::TAU;
     let near = angles.map(|x| mean + (x - mean + 0.5 * turn).rem_euclid(turn) - 0.5 * turn);
-    let numbers = law.fit(&near, &[])?;
-    Ok(vec![back(numbers[0]), numbers[1] / scale])
+    (Box::new(move |numbers| vec![back(numbers[0]), numbers[1] / scale]), near)
 }
 
-/// Normal laws that share means or deviations, or of which one of both is known: each mean, given the deviations, is a
-/// weighted mean; each deviation, given the means, is that of all residuals.
-fn normals(
-    learnable: &mut Learnable,
-    statistics: &[Statistic],
-    together: &[usize],
-    outcomes: &mut [Outcome],
-) -> Result<(), Error> {
-    let parts: Vec<(usize, [Argument; 2])> = (together.iter())
-        .filter_map(|position| match &learnable.distributions[*position].kind {
-            Kind::Law(_, arguments) => Some((*position, [arguments[0], arguments[1]])),
-            _ => None,
-        })
-        .collect();
-    for (place, learn_mean) in [(0, true), (1, false)] {
-        let mut cells: Vec<Cell> = (parts.iter())
-            .filter_map(|(_, arguments)| match arguments[place] {
-                Argument::Learned(cell) => Some(cell),
-                Argument::Known(_) => None,
-            })
-            .collect();
-        cells.sort_unstable();
-        cells.dedup();
-        for cell in cells {
-            let (mut sum, mut total, mut seen) = (0.0, 0.0, 0.0);
-            let own = parts.iter().filter(|(_, arguments)| arguments[place] == Argument::Learned(cell));
-            let own: Vec<_> = own.collect();
-            // Where all deviations are one, they cancel, and are not needed.
-            let one = own.iter().all(|(_, arguments)| arguments[1] == own[0].1[1]);
-            for (position, arguments) in &own {
-                let Statistic::Sample(sample) = &statistics[*position] else { continue };
-                let weight = sample.total();
-                if weight <= 0.0 {
-                    outcomes[*position] = Outcome::Empty;
-                    continue;
-                }
-                let number = |argument: &Argument| match argument {
-                    Argument::Learned(cell) => learnable.number(*cell),
-                    Argument::Known(bits) => Some(f64::from_bits(*bits)),
-                };
-                let (mean, deviation) =
-                    (number(&arguments[0]).unwrap_or(0.0), number(&arguments[1]).unwrap_or(1.0));
-                let precision = if one { weight } else { weight / (deviation * deviation) };
-                seen += weight;
-                total += if learn_mean { precision } else { weight };
-                sum += match learn_mean {
-                    true => precision * sample.mean_of(|x| x),
-                    false => weight * sample.mean_of(|x| (x - mean) * (x - mean)),
-                };
-            }
-            let number = if learn_mean { sum / total } else { (sum / total).sqrt() };
-            let head = || learnable.head(learnable.distributions[own[0].0].factor);
-            if seen <= 0.0 && learnable.number(cell).is_some() {
-                continue;
-            }
-            if !number.is_finite() || (!learn_mean && number <= 0.0) {
-                return Err(Error::input(head(), "`normal` needs values that differ; no case has them"));
-            }
-            learnable.set(cell, number);
-        }
+/// Radians of one unit of a circle.
+fn turn_of(bins: &Bins) -> f64 {
+    std::f64::consts::TAU / (bins.ends().1 - bins.ends().0)
+}
+
+/// A spread of angles in the units of the circle.
+fn on_turn(law: Law, spread: f64, domain: &Domain) -> f64 {
+    match domain {
+        Domain::Bins(bins) if bins.is_circle() && law == Law::Normal => spread / turn_of(bins),
+        _ => spread,
     }
-    Ok(())
 }

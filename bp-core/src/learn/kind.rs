@@ -1,15 +1,26 @@
 //! Which distribution a form is in a case.
 //!
-//! In: a form, and the numbers of the variables on its right. Out: the [`Kind`] of distribution and the cells that it
+//! In: a family, and the values of the slots that it reads. Out: the [`Kind`] of distribution and the cells that it
 //! learns. Invariant: nothing where all of it is known; what is learned in a way that has no equation here is refused.
 
-use super::distribution::{Argument, Cell, Kind, Learnable, Share};
+use super::distribution::{Argument, Cell, Kind, Share};
 use super::parametric::Shape;
-use super::worth::{Numbers, each_below, place, worth};
+use super::program::Program;
+use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId};
 use crate::law::Law;
 use crate::model::{Expression, Form};
+
+/// A family in a case.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    pub(super) program: &'a Program,
+    pub(super) setting: &'a Setting<'a>,
+    pub(super) instance: &'a Instance,
+    /// Ordinals of finite variables, reals as they are.
+    pub(super) values: &'a [f64],
+}
 
 /// What an expression is where a number is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -22,81 +33,89 @@ enum Read {
     Known(f64),
 }
 
-impl Learnable {
-    /// Which distribution a form is for these numbers.
-    pub(super) fn kind(
-        &self,
-        factor: FactorId,
-        form: &Form,
-        numbers: Numbers<'_>,
-    ) -> Result<Option<(Kind, Option<usize>)>, Error> {
-        if !self.speaks(form) {
+/// A kind of distribution, and the `unknown` form that it belongs to.
+type Found = Option<(Kind, Option<usize>)>;
+
+impl At<'_> {
+    /// Which distribution the family is.
+    pub(super) fn kind(&self) -> Result<Found, Error> {
+        self.of_form(&self.program.model.factors[self.factor()].form)
+    }
+
+    fn factor(&self) -> FactorId {
+        self.instance.factor
+    }
+
+    fn wrong(&self, message: &str) -> Error {
+        self.program.wrong(self.factor(), message)
+    }
+
+    fn number(&self, id: ExpressionId) -> Option<f64> {
+        Some(self.setting.expression(id, self.instance, self.values)).filter(|number| !number.is_nan())
+    }
+
+    fn of_form(&self, form: &Form) -> Result<Found, Error> {
+        let (program, model) = (self.program, &self.program.model);
+        if !program.speaks(form) {
             return Ok(None);
         }
-        let row = |entries: &[ExpressionId]| {
-            let shares: Vec<Read> = entries
-                .iter()
-                .map(|entry| self.argument(factor, *entry, numbers))
-                .collect::<Result<_, _>>()?;
-            let first = entries.iter().find_map(|entry| self.unknowns.entries.get(entry));
-            self.row(factor, shares).map(|row| row.map(|row| (row, first.copied())))
-        };
         match form {
             Form::If { condition, then, otherwise } => {
-                let chosen = worth(&self.model, *condition, numbers)
-                    .ok_or_else(|| self.wrong(factor, "its condition cannot be computed from a case"))?;
-                self.kind(factor, if chosen != 0.0 { then } else { otherwise }, numbers)
+                let chosen = self.condition(*condition)?;
+                self.of_form(if chosen { then } else { otherwise })
             }
-            Form::Bernoulli(chance) => match self.argument(factor, *chance, numbers)? {
+            Form::Bernoulli(chance) => match self.argument(*chance)? {
                 Read::Cell(cell) => Ok(Some((Kind::Row(vec![Share::Rest, Share::Learned(cell)]), None))),
-                Read::Mixed => Err(self.indirect(factor)),
+                Read::Mixed => Err(self.indirect()),
                 Read::Known(_) => Ok(None),
             },
-            Form::Categorical(entries) => row(entries),
+            Form::Categorical(entries) => self.row(entries),
             Form::Table(rows) => {
                 let mut position = 0;
-                for use_ in &self.model.factors[factor].right {
-                    let domain = &self.model.variables[use_.variable].domain;
-                    let number = numbers(use_.variable);
-                    let ordinal = number.and_then(|number| domain.ordinal_at(number));
-                    let ordinal = ordinal.ok_or_else(|| self.wrong(factor, "a value is missing"))?;
-                    position = position * domain.count().unwrap_or(1) + ordinal;
+                for use_ in &model.factors[self.factor()].right {
+                    let ordinal = self.setting.value_used(use_, self.instance, self.values);
+                    position = position * self.setting.count(use_.variable) + ordinal.max(0.0) as usize;
                 }
-                row(&rows[position])
+                self.row(rows.get(position).ok_or_else(|| self.wrong("its table has too few rows"))?)
             }
             Form::Law { law: Law::Normal, arguments }
-                if self.unknowns.regressions.contains_key(&arguments[0]) =>
+                if program.unknowns.regressions.contains_key(&arguments[0]) =>
             {
-                let unknown = self.unknowns.regressions[&arguments[0]];
-                let Shape::Regression(parameters) = &self.unknowns.list[unknown].shape else {
+                let unknown = program.unknowns.regressions[&arguments[0]];
+                let Shape::Regression(parameters) = &program.unknowns.list[unknown].shape else {
                     return Ok(None);
                 };
                 let cells = parameters.iter().map(|parameter| Cell::Place(*parameter, 0)).collect();
                 Ok(Some((Kind::Regression(cells), Some(unknown))))
             }
-            Form::Law { law, arguments } => self.law(factor, *law, arguments, numbers),
-            other => Err(self
-                .wrong(factor, format!("parameters inside `{}` are not learned from cases", other.name()))),
+            Form::Law { law, arguments } => self.law(*law, arguments),
+            other => Err(program.wrong(
+                self.factor(),
+                format!("parameters inside `{}` are not learned from cases", other.name()),
+            )),
         }
     }
 
-    fn law(
-        &self,
-        factor: FactorId,
-        law: Law,
-        written: &[ExpressionId],
-        numbers: Numbers<'_>,
-    ) -> Result<Option<(Kind, Option<usize>)>, Error> {
+    /// Whether a condition holds.
+    fn condition(&self, condition: ExpressionId) -> Result<bool, Error> {
+        if self.program.mentions(condition) {
+            return Err(self.wrong("a parameter is not learned from where it stands in a condition"));
+        }
+        let chosen = self.number(condition);
+        Ok(chosen.ok_or_else(|| self.wrong("its condition cannot be computed from a case"))? != 0.0)
+    }
+
+    fn law(&self, law: Law, written: &[ExpressionId]) -> Result<Found, Error> {
         let (mut arguments, mut unknown) = (Vec::new(), None);
         for argument in written {
-            arguments.push(match self.argument(factor, *argument, numbers)? {
+            arguments.push(match self.argument(*argument)? {
                 Read::Cell(cell) => {
                     if let Cell::Place(parameter, _) = cell {
-                        unknown = unknown.or(self.unknowns.parameters[&parameter]);
+                        unknown = unknown.or(self.program.unknowns.parameters[&parameter]);
                     }
                     Argument::Learned(cell)
                 }
-                Read::Mixed => return Err(self.indirect(factor)),
+                Read::Mixed => return Err(self.indirect()),
                 Read::Known(number) => Argument::Known(number.to_bits()),
             });
         }
@@ -106,7 +125,9 @@ impl Learnable {
         Ok(Some((Kind::Law(law, arguments), unknown)))
     }
 
-    fn row(&self, factor: FactorId, shares: Vec<Read>) -> Result<Option<Kind>, Error> {
+    fn row(&self, entries: &[ExpressionId]) -> Result<Found, Error> {
+        let shares: Vec<Read> =
+            entries.iter().map(|entry| self.argument(*entry)).collect::<Result<_, _>>()?;
         if shares.iter().all(|share| matches!(share, Read::Known(_))) {
             return Ok(None);
         }
@@ -120,56 +141,46 @@ impl Learnable {
         if rests > 1 || known {
             let message = "a row is learned whole: each probability a parameter, but for one that is what the \
                            others leave, such as `categorical(p, q, 1 - p - q)`";
-            return Err(self.wrong(factor, message));
+            return Err(self.wrong(message));
         }
-        Ok(Some(Kind::Row(row)))
+        let total: f64 = entries.iter().filter_map(|entry| self.number(*entry)).sum();
+        if rests == 1 && (total - 1.0).abs() > 1e-9 {
+            return Err(self.wrong("what is written for the last probability of a row is not what the others leave"));
+        }
+        let unknown = entries.iter().find_map(|entry| self.program.unknowns.entries.get(entry)).copied();
+        Ok(Some((Kind::Row(row), unknown)))
     }
 
-    fn indirect(&self, factor: FactorId) -> Error {
-        let message = "a parameter is learned where it stands alone as an argument, such as `normal(mu[K], sigma)`; \
-                       here it is part of an expression";
-        self.wrong(factor, message)
+    fn indirect(&self) -> Error {
+        self.wrong(
+            "a parameter is learned where it stands alone as an argument, such as `normal(mu[K], sigma)`; here it \
+             is part of an expression",
+        )
     }
 
     /// What an argument is: a cell that is learned, an expression of some, or a number.
-    fn argument(&self, factor: FactorId, id: ExpressionId, numbers: Numbers<'_>) -> Result<Read, Error> {
-        if self.unknowns.entries.contains_key(&id) {
+    fn argument(&self, id: ExpressionId) -> Result<Read, Error> {
+        let unknowns = &self.program.unknowns;
+        if unknowns.entries.contains_key(&id) {
             return Ok(Read::Cell(Cell::Entry(id)));
         }
-        let uncomputed = || self.wrong(factor, "a number in it cannot be computed from a case");
-        match &self.model.expressions[id] {
+        match &self.program.model.expressions[id] {
             Expression::If { condition, then, otherwise } => {
-                let chosen = worth(&self.model, *condition, numbers).ok_or_else(uncomputed)?;
-                self.argument(factor, if chosen != 0.0 { *then } else { *otherwise }, numbers)
+                self.argument(if self.condition(*condition)? { *then } else { *otherwise })
             }
-            Expression::Parameter { parameter, indices }
-                if self.unknowns.parameters.contains_key(parameter) =>
-            {
-                let place = place(&self.model, *parameter, indices, numbers).ok_or_else(|| {
-                    let name = &self.model.parameters[*parameter].name;
-                    self.wrong(factor, format!("the index of `{name}` is not one of its places"))
+            Expression::Parameter { parameter, indices } if unknowns.parameters.contains_key(parameter) => {
+                let place = self.setting.place(*parameter, indices, self.instance, self.values);
+                let place = place.ok_or_else(|| {
+                    let name = &self.program.model.parameters[*parameter].name;
+                    self.wrong(&format!("the index of `{name}` is not one of its places"))
                 })?;
                 Ok(Read::Cell(Cell::Place(*parameter, place)))
             }
-            _ if self.mentions(id) => Ok(Read::Mixed),
-            _ => worth(&self.model, id, numbers).map(Read::Known).ok_or_else(uncomputed),
-        }
-    }
-
-    /// Whether an expression has something that is learned in it.
-    fn mentions(&self, id: ExpressionId) -> bool {
-        let mut found = self.unknowns.entries.contains_key(&id);
-        each_below(&self.model, id, &mut |expression| {
-            if let Expression::Parameter { parameter, .. } = expression {
-                found |= self.unknowns.parameters.contains_key(parameter);
+            _ if self.program.mentions(id) => Ok(Read::Mixed),
+            _ => {
+                let number = self.number(id).map(Read::Known);
+                number.ok_or_else(|| self.wrong("a number in it cannot be computed from a case"))
             }
-        });
-        found
-    }
-
-    pub(super) fn speaks(&self, form: &Form) -> bool {
-        let mut found = false;
-        form.each_expression(&mut |id| found |= self.mentions(id));
-        found
+        }
     }
 }

@@ -3,104 +3,116 @@
 //! In: a model, then cases. Out: a [`Learned`] model and a [`Report`](super::Report), whenever they are wanted. Invariant:
 //! what is learned depends on the cases and how often each came, not on their order: a stream and a batch are the same.
 
-use super::case::Case;
-use super::distribution::{Cell, Learnable, Seen, cells_of};
-use super::estimate::estimate;
-use super::hidden::{Incomplete, maximise};
-use super::report::report;
-use super::statistics::Statistic;
+use super::case::{Case, no_value};
+use super::distribution::{Distribution, Learnable, cells_of};
+use super::estimate::{Step, estimate, spreads};
+use super::expect::{Cases, Expectation, Key, MISSING};
+use super::maximise::maximise;
+use super::report::{Figures, report};
 use super::{Learned, Settings};
-use crate::data::{Table, Values};
 use crate::error::Error;
-use crate::ids::{Id, VariableId};
+use crate::exec::Inputs;
 use crate::model::Model;
-use std::collections::{BTreeMap, HashMap};
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+use std::collections::BTreeMap;
 
 /// What has been seen so far.
 #[derive(Clone, Debug)]
 pub struct Learner {
     pub(super) learnable: Learnable,
-    statistics: Vec<Statistic>,
-    /// Cases of which a learned form misses something, and how often each came.
-    incomplete: BTreeMap<Vec<Option<u64>>, f64>,
+    /// Cases, and how often each came.
+    pub(super) observed: BTreeMap<Key, f64>,
     pub(super) cases: usize,
-    /// How often each variable was seen.
+    /// How often each slot was seen.
     pub(super) seen: Vec<usize>,
+    /// Whether cases came with weights.
+    pub(super) weighted: bool,
 }
 
 impl Learner {
     /// Nothing has been seen yet.
     ///
     /// # Errors
-    /// Nothing is to be learned, or something cannot be.
+    /// Nothing is to be learned, or something cannot be; a size or a parameter that is not learned has no value.
     pub fn new(model: &Model) -> Result<Self, Error> {
-        let learnable = Learnable::new(model)?;
-        let statistics = learnable.distributions.iter().map(|it| Statistic::of(&it.kind)).collect();
-        let seen = vec![0; model.variables.len()];
-        Ok(Self { learnable, statistics, incomplete: BTreeMap::new(), cases: 0, seen })
+        Self::with(model, &Inputs::new())
+    }
+
+    /// The same, for a program whose sizes, or parameters that are not learned, are given beside it.
+    ///
+    /// # Errors
+    /// See [`Learner::new`].
+    pub fn with(model: &Model, given: &Inputs<'_, f64>) -> Result<Self, Error> {
+        let learnable = Learnable::new(model, given)?;
+        let seen = vec![0; learnable.program.slots.len()];
+        Ok(Self { learnable, observed: BTreeMap::new(), cases: 0, seen, weighted: false })
     }
 
     /// A case was seen.
     ///
     /// # Errors
-    /// A number is no value of its variable; nothing is learned of the case then.
+    /// A number is no value of its variable, or the variable has no such element; nothing is learned of the case then.
     pub fn observe(&mut self, case: &Case) -> Result<(), Error> {
-        self.learnable.check(case)?;
-        let factors = self.learnable.factors.clone();
-        let whole = factors.iter().all(|factor| case.missing(&self.learnable.family(*factor)) == 0);
-        if whole {
-            let mut located: Vec<(usize, Seen)> = Vec::new();
-            for factor in factors {
-                located.extend(self.learnable.locate(factor, &|variable| case.number(variable))?);
-            }
-            for (position, seen) in located {
-                grow(&self.learnable, &mut self.statistics);
-                self.statistics[position].add(&seen, 1.0);
-            }
-        } else {
-            *self.incomplete.entry(case.key()).or_default() += 1.0;
-        }
-        self.cases += 1;
-        for (position, count) in self.seen.iter_mut().enumerate() {
-            *count += usize::from(case.number(VariableId::new(position)).is_some());
-        }
+        let key = self.key(case)?;
+        self.take(key, 1.0);
         Ok(())
     }
 
-    /// All cases of a table were seen; columns that name no variable are left out.
+    /// A case was seen as often as its weight says.
     ///
     /// # Errors
-    /// A cell is no value of its variable: the error names file, row, column and value. No column names a variable.
-    pub fn observe_table(&mut self, table: &Table) -> Result<(), Error> {
-        let model = self.learnable.model.clone();
-        let columns: Vec<(usize, VariableId, Values<'_>)> = (table.columns.iter().enumerate())
-            .filter_map(|(position, column)| Some((position, model.variable(column)?)))
-            .map(|(position, variable)| (position, variable, Values::new(&model, variable, &|_| None)))
-            .collect();
-        if columns.is_empty() {
-            let message = format!(
-                "no column names a variable of `{}`; the columns are {}",
-                model.name,
-                table.columns.iter().map(|column| format!("`{column}`")).collect::<Vec<_>>().join(", ")
-            );
-            return Err(Error::input(table.path.display().to_string(), message));
+    /// As for [`Learner::observe`]; a weight that is negative or not finite.
+    pub fn observe_weighted(&mut self, case: &Case, weight: f64) -> Result<(), Error> {
+        if !(weight >= 0.0 && weight.is_finite()) {
+            return Err(Error::input("weight", format!("{weight} is not a finite number of at least 0")));
         }
-        for row in 0..table.len() {
-            let mut case = Case::new(&model);
-            for (position, variable, values) in &columns {
-                if let Some(value) = table.cell(row, *position, values)? {
-                    case = case.with(*variable, value.number);
-                }
-            }
-            self.observe(&case)?;
-        }
+        let key = self.key(case)?;
+        self.weighted = true;
+        self.take(key, weight);
         Ok(())
+    }
+
+    fn key(&self, case: &Case) -> Result<Vec<u64>, Error> {
+        let program = &self.learnable.program;
+        let mut key = vec![MISSING; program.slots.len()];
+        for (variable, index, number) in case.numbers() {
+            let name = || match index {
+                Some(index) => format!("{}[{index}]", program.model.variable_name(variable)),
+                None => program.model.variable_name(variable),
+            };
+            let slot = program.element(variable, index).ok_or_else(|| {
+                let message = match index {
+                    Some(_) => "the program has no such element",
+                    None => "it is a family of variables: each element has its own number",
+                };
+                Error::input(name(), message)
+            })?;
+            if program.value(slot, number).is_none() {
+                let message = format!("{number} is {}", no_value(&program.model, variable));
+                return Err(Error::input(name(), message));
+            }
+            key[slot] = number.to_bits();
+        }
+        Ok(key)
+    }
+
+    /// Takes a checked case in.
+    pub(super) fn take(&mut self, key: Vec<u64>, weight: f64) {
+        self.cases += 1;
+        for (seen, bits) in self.seen.iter_mut().zip(&key) {
+            *seen += usize::from(*bits != MISSING);
+        }
+        // A case of weight 0 says nothing, not even that it can be.
+        if weight > 0.0 {
+            *self.observed.entry(key.into()).or_default() += weight;
+        }
     }
 
     /// The model with what has been learned so far.
     ///
     /// # Errors
-    /// A law that the cases do not tell; hidden variables of which no exact question can be asked.
+    /// A law that the cases do not tell; a case that the program excludes; a real that is hidden.
     pub fn learned(&self) -> Result<Learned, Error> {
         self.learned_with(&Settings::default(), &mut |_, _| {})
     }
@@ -115,44 +127,40 @@ impl Learner {
         progress: &mut dyn FnMut(usize, f64),
     ) -> Result<Learned, Error> {
         let mut learnable = self.learnable.clone();
-        let mut statistics = self.statistics.clone();
-        let mut hidden = Incomplete::new(&mut learnable, &self.incomplete, &mut statistics)?;
-        grow(&learnable, &mut statistics);
-        let (outcomes, statistics, expectation) = match hidden.is_empty() {
-            true => {
-                let keep = vec![false; statistics.len()];
-                (estimate(&mut learnable, &statistics, &keep)?, statistics, None)
-            }
-            false => {
-                let keep = self.given(&learnable);
-                maximise(&mut learnable, &mut hidden, &statistics, &keep, settings, progress)?
-            }
-        };
-        let report = report(self, &learnable, &statistics, &outcomes, expectation);
+        let cases = Cases::new(&mut learnable, &self.observed)?;
+        let figures;
+        let (statistics, outcomes);
+        if cases.is_incomplete() {
+            let mut generator = Xoshiro256PlusPlus::seed_from_u64(settings.seed);
+            // A start in which all values of a hidden variable are alike would stay so: weights are drawn, u⁴ for contrast.
+            let start = cases.weighted(&mut |_, _, _| generator.random::<f64>().powi(4) + 1e-3);
+            let keep: Vec<bool> =
+                learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
+            let found = maximise(&mut learnable, &cases, &start, &keep, settings, progress)?;
+            (statistics, outcomes) = (found.statistics, found.outcomes);
+            let ln_likelihood = found.course.ln_likelihood;
+            figures = Figures {
+                statistics: &statistics,
+                outcomes: &outcomes,
+                ln_likelihood,
+                course: Some(found.course),
+            };
+        } else {
+            statistics = cases.weighted(&mut |_, _, _| 0.0);
+            let spreads = spreads(&learnable, &statistics);
+            let keep = vec![false; statistics.len()];
+            let step = Step { keep: &keep, spreads: &spreads, iterating: false };
+            outcomes = estimate(&mut learnable, &statistics, &step)?;
+            let ln_likelihood = cases.expect(&learnable)?.ln_likelihood;
+            figures =
+                Figures { statistics: &statistics, outcomes: &outcomes, ln_likelihood, course: None };
+        }
+        let report = report(self, &learnable, figures);
         Ok(Learned { learnable, report })
-    }
-
-    /// Which distributions have values before anything is learned: parameters with defaults.
-    fn given(&self, learnable: &Learnable) -> Vec<bool> {
-        let mut declared: HashMap<Cell, bool> = HashMap::new();
-        let mut is_given = |cell: Cell| {
-            *declared.entry(cell).or_insert_with(|| match cell {
-                Cell::Place(parameter, _) => {
-                    self.learnable.unknowns.parameters[&parameter].is_none()
-                        && !self.learnable.model.parameters[parameter].default.is_empty()
-                }
-                Cell::Entry(_) => false,
-            })
-        };
-        let given = |it: &super::distribution::Distribution, is_given: &mut dyn FnMut(Cell) -> bool| {
-            cells_of(&it.kind).into_iter().all(is_given)
-        };
-        learnable.distributions.iter().map(|it| given(it, &mut is_given)).collect()
     }
 }
 
-/// Distributions may be met while cases are looked at.
-pub(super) fn grow(learnable: &Learnable, statistics: &mut Vec<Statistic>) {
-    let new = &learnable.distributions[statistics.len().min(learnable.distributions.len())..];
-    statistics.extend(new.iter().map(|it| Statistic::of(&it.kind)));
+/// Whether a distribution has numbers before anything is learned: parameters with defaults.
+fn is_given(learnable: &Learnable, distribution: &Distribution) -> bool {
+    cells_of(&distribution.kind).into_iter().all(|cell| learnable.is_declared(cell))
 }

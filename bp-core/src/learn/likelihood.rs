@@ -1,7 +1,7 @@
-//! How likely what was seen is, and how large the priors are there.
+//! How likely what was seen of each form is, and how large the priors are there.
 //!
-//! In: distributions with their numbers, and statistics. Out: ln L, and ln of the priors up to constants. Invariant: the
-//! numbers that are estimated are those at which ln L + ln prior of what was seen is largest.
+//! In: distributions with their numbers, and statistics. Out: ln L of a form, and ln of the priors up to constants.
+//! Invariant: the numbers that are estimated are those at which ln L + ln prior of what was seen is largest.
 //!
 //! A law over integers or bins is normalised over the domain here, as in an answer; it is fitted without that.
 
@@ -21,7 +21,7 @@ fn times_ln(x: f64, y: f64) -> f64 {
 fn probabilities(learnable: &Learnable, row: &[Share]) -> Vec<f64> {
     let known: Vec<Option<f64>> = (row.iter())
         .map(|share| match share {
-            Share::Learned(cell) => learnable.number(*cell),
+            Share::Learned(cell) => Some(learnable.number(*cell)),
             Share::Rest => None,
         })
         .collect();
@@ -41,18 +41,16 @@ pub(super) fn ln_likelihood(
             counts.iter().zip(probabilities).map(|(count, p)| times_ln(*count, p)).sum()
         }
         (Kind::Law(law, arguments), Statistic::Sample(sample)) if !sample.is_empty() => {
-            let Some(parameters) = learnable.arguments(arguments) else { return f64::NAN };
-            let left = learnable.model.factors[distribution.factor].left[0].variable;
-            let domain = &learnable.model.variables[left].domain;
+            let (parameters, domain) = (learnable.arguments(arguments), learnable.domain(distribution));
             let weights = |ordinal: usize| weight(*law, &parameters, domain, domain.number(ordinal));
-            let total: f64 = match (domain, domain.count()) {
-                (Domain::Real, _) | (_, None) => 1.0,
-                (_, Some(count)) => (0..count).map(weights).sum(),
+            let total: f64 = match learnable.count(distribution) {
+                None => 1.0,
+                Some(count) => (0..count).map(weights).sum(),
             };
             sample.total() * (sample.mean_of(|x| ln_weight(*law, &parameters, domain, x)) - total.ln())
         }
         (Kind::Regression(cells), statistic) => {
-            let numbers: Vec<f64> = cells.iter().filter_map(|cell| learnable.number(*cell)).collect();
+            let numbers: Vec<f64> = cells.iter().map(|cell| learnable.number(*cell)).collect();
             let Some((deviation, coefficients)) = numbers.split_last() else { return f64::NAN };
             let mut sum = 0.0;
             for (row, count) in statistic.rows() {
@@ -100,13 +98,15 @@ pub(super) fn ln_prior(learnable: &Learnable, distribution: &Distribution) -> f6
             prior.iter().zip(probabilities).map(|(count, p)| times_ln(*count, p)).sum()
         }
         (Kind::Law(law, arguments), Some(Fit::Conjugate { prior: [first, second], .. })) => {
-            let Some(parameters) = learnable.arguments(arguments) else { return 0.0 };
+            let parameters = learnable.arguments(arguments);
             match law {
                 Law::Poisson | Law::Exponential => times_ln(*first, parameters[0]) - second * parameters[0],
                 Law::Binomial => times_ln(*first, parameters[1]) + times_ln(*second, 1.0 - parameters[1]),
                 _ => -0.5 * ((parameters[0] - first) / second).powi(2),
             }
         }
+        // s² = S / (N − 1) is where ln L + ln s is largest.
+        (Kind::Law(_, arguments), Some(Fit::UnbiasedNormal)) => learnable.arguments(arguments)[1].ln(),
         _ => 0.0,
     }
 }

@@ -20,22 +20,29 @@
 //! ```
 
 mod case;
+mod cliques;
+mod columns;
+mod density;
 mod distribution;
 mod estimate;
-mod hidden;
+mod expect;
+mod floor;
 mod kind;
 mod learner;
 mod likelihood;
+mod maximise;
+mod normals;
 mod parametric;
+mod program;
 mod regression;
 mod report;
 mod statistics;
 mod text;
-mod worth;
 
 pub use case::Case;
+pub use columns::{Columns, sizes};
 pub use learner::Learner;
-pub use report::{Expectation, FormReport, Report};
+pub use report::{Course, FormReport, Report};
 
 use crate::model::Model;
 
@@ -46,13 +53,15 @@ pub struct Settings {
     pub seed: u64,
     /// The most steps.
     pub iterations: usize,
-    /// The gain in ln L + ln prior below which no more steps are made.
+    /// The change of ln L + ln prior, of itself, below which a step may be the last.
     pub threshold: f64,
+    /// The change of a number, of itself, below which a step may be the last: all numbers change by less then.
+    pub tolerance: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { seed: 0, iterations: 1000, threshold: 1e-4 }
+        Self { seed: 0, iterations: 10_000, threshold: 1e-10, tolerance: 1e-7 }
     }
 }
 
@@ -67,7 +76,7 @@ pub struct Learned {
 impl Learned {
     /// The model with its numbers: it is asked as any other.
     pub fn model(&self) -> &Model {
-        &self.learnable.model
+        &self.learnable.program.model
     }
 
     /// What was learned, as a program of parameters and forms, to be grafted onto the one that was learned

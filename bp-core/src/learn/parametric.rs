@@ -3,14 +3,14 @@
 //! In: a model. Out: the same model in which each `unknown` has become a table, a law or a regression whose numbers are to
 //! be learned. Invariant: nothing else is changed; one distribution for each combination of values on the right.
 
-use super::worth::places;
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
 use crate::law::Law;
 use crate::model::{
-    Bound, Domain, Expression, Fit, Form, IndexSpace, Model, Parameter, ParameterKind, Range,
+    Bound, Domain, Expression, Fit, Form, IndexSpace, Model, Parameter, ParameterKind, Range, VariableUse,
 };
 use crate::operators::{Binary, Unary};
+use pest::unicode::XID_CONTINUE;
 use std::collections::{HashMap, HashSet};
 
 /// The most combinations of values for which there is a distribution each.
@@ -90,8 +90,16 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
     let position = unknowns.list.len();
     let factor = model.factors[id].clone();
     let head = model.head(&factor);
-    let right: Vec<VariableId> = factor.right.iter().map(|use_| use_.variable).collect();
     let left: Vec<VariableId> = factor.left.iter().map(|use_| use_.variable).collect();
+    if let Some(whole) = factor.right.iter().find(|use_| is_whole_family(model, use_)) {
+        let name = model.variable_name(whole.variable);
+        let message = format!(
+            "`{name}` is a family of variables: an unknown form cannot have a distribution for each combination of \
+             its values; write a form with parameters, and name them in `identification`"
+        );
+        return Err(Error::input(head, message));
+    }
+    let right: Vec<VariableId> = factor.right.iter().map(|use_| use_.variable).collect();
     let (shape, form) = match &fit {
         Fit::LaplaceSuccession | Fit::Histogram | Fit::Dirichlet(_) | Fit::Beta(..) => {
             let columns = count(model, &head, &left)?;
@@ -109,7 +117,8 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
         Fit::LinearRegression => {
             let mut parameters = vec![field(model, "intercept", &left, &[], unknowns, position)];
             let mut mean = use_of(model, parameters[0], &[]);
-            for variable in &right {
+            for use_ in &factor.right {
+                let variable = &use_.variable;
                 if matches!(model.variables[*variable].domain, Domain::Set(_) | Domain::Vector(_)) {
                     let name = model.variable_name(*variable);
                     return Err(Error::input(head, format!("`{name}` is no number to regress on")));
@@ -117,7 +126,7 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
                 let what = format!("slope_on_{}", plain(&model.variable_name(*variable)));
                 let slope = field(model, &what, &left, &[], unknowns, position);
                 parameters.push(slope);
-                let value = model.expressions.push(Expression::Variable((*variable).into()));
+                let value = model.expressions.push(Expression::Variable(use_.clone()));
                 let slope = use_of(model, slope, &[]);
                 let term = model.expressions.push(Expression::Binary(Binary::Multiply, slope, value));
                 mean = model.expressions.push(Expression::Binary(Binary::Add, mean, term));
@@ -135,7 +144,7 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
             };
             count(model, &head, &right)?;
             let indices: Vec<(IndexSpace, ExpressionId)> =
-                right.iter().map(|variable| index(model, *variable)).collect();
+                factor.right.iter().map(|use_| index(model, use_)).collect();
             let mut fields = Vec::new();
             let mut arguments = Vec::new();
             // Known are the number of trials, which is first, and the deviation, which is last.
@@ -187,9 +196,9 @@ fn count(model: &Model, head: &str, variables: &[VariableId]) -> Result<usize, E
 }
 
 /// Over what a field runs that has a number for each value of a variable, and the index of that value.
-fn index(model: &mut Model, variable: VariableId) -> (IndexSpace, ExpressionId) {
-    let domain = model.variables[variable].domain.clone();
-    let value = model.expressions.push(Expression::Variable(variable.into()));
+fn index(model: &mut Model, use_: &VariableUse) -> (IndexSpace, ExpressionId) {
+    let domain = model.variables[use_.variable].domain.clone();
+    let value = model.expressions.push(Expression::Variable(use_.clone()));
     let count = domain.count().unwrap_or(1) as i64;
     let range = |low: i64| IndexSpace::Range(Range { low, high: Bound::constant(low + count - 1) });
     let Domain::Bins(bins) = &domain else { return (range(domain.base()), value) };
@@ -235,7 +244,6 @@ fn field(
     let parameter =
         model.parameters.push(Parameter { name, kind: ParameterKind::Real, default: Vec::new(), over });
     unknowns.parameters.insert(parameter, Some(position));
-    model.parameters[parameter].default = vec![1.0; places(model, parameter).unwrap_or(1)];
     parameter
 }
 
@@ -243,7 +251,12 @@ fn use_of(model: &mut Model, parameter: ParameterId, indices: &[ExpressionId]) -
     model.expressions.push(Expression::Parameter { parameter, indices: indices.to_vec() })
 }
 
-/// A variable's name as part of another name.
+fn is_whole_family(model: &Model, use_: &VariableUse) -> bool {
+    use_.element.is_none() && model.variables[use_.variable].family.is_some()
+}
+
+/// A variable's name as part of another name, which needs no quotes.
 fn plain(name: &str) -> String {
-    name.replace("^-1", "_before")
+    let letter = |letter: char| if XID_CONTINUE(letter) { letter } else { '_' };
+    name.replace("^-1", "_before").chars().map(letter).collect()
 }

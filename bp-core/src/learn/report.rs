@@ -5,10 +5,10 @@
 
 use super::distribution::{Kind, Learnable, Share, cells_of};
 use super::estimate::Outcome;
+use super::expect::never_seen;
 use super::learner::Learner;
 use super::likelihood::ln_likelihood;
 use super::statistics::Statistic;
-use crate::ids::Id;
 use crate::model::Fit;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -18,25 +18,30 @@ use std::collections::BTreeSet;
 pub struct Report {
     /// How many cases.
     pub cases: usize,
+    /// The sum of their weights, where they have some.
+    pub weight: Option<f64>,
     /// How many of their cells were missing, hidden variables not counted.
     pub cells_missing: usize,
     /// Variables that no case shows.
     pub hidden: Vec<String>,
-    /// ln P of what was seen, by the forms that were learned; where something is hidden, by the whole program.
+    /// ln P of all that was seen, by the whole program: forms that are known count too, what is missing is summed out.
     pub ln_likelihood: f64,
     /// How hidden variables were dealt with, if there were any.
-    pub expectation: Option<Expectation>,
+    pub expectation: Option<Course>,
     /// Form by form.
     pub forms: Vec<FormReport>,
 }
 
 /// The course of expectation–maximisation.
-#[derive(Clone, PartialEq, Debug, Serialize)]
-pub struct Expectation {
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct Course {
     /// How many steps.
-    pub iterations: usize,
-    /// Whether the last step gained less than the threshold.
+    #[serde(rename = "iterations")]
+    pub steps: usize,
+    /// Whether the last step changed less than the thresholds say.
     pub converged: bool,
+    /// Whether the last step was taken back, because it and its fractions would have lowered the likelihood.
+    pub held: bool,
     /// What the start was drawn from.
     pub seed: u64,
     /// ln L + ln prior at each step.
@@ -59,33 +64,36 @@ pub struct FormReport {
     pub contexts: usize,
     /// Those to which no case belongs.
     pub empty: usize,
-    /// Those to which too few belong to tell a law.
-    pub pooled: usize,
+    /// Those whose cases are so alike that their law was kept from becoming narrower.
+    pub floored: usize,
     /// ln P of what was seen, or is expected to have been, by this form.
     pub ln_likelihood: f64,
 }
 
-pub(super) fn report(
-    learner: &Learner,
-    learnable: &Learnable,
-    statistics: &[Statistic],
-    outcomes: &[Outcome],
-    expectation: Option<Expectation>,
-) -> Report {
-    let model = &learnable.model;
-    let mut forms: Vec<FormReport> = (learnable.factors.iter())
+/// The outcome of learning, in numbers.
+pub(super) struct Figures<'f> {
+    pub(super) statistics: &'f [Statistic],
+    pub(super) outcomes: &'f [Outcome],
+    pub(super) ln_likelihood: f64,
+    pub(super) course: Option<Course>,
+}
+
+pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<'_>) -> Report {
+    let program = &learnable.program;
+    let mut forms: Vec<FormReport> = (program.factors.iter())
         .map(|factor| FormReport {
-            form: learnable.head(*factor),
+            form: program.head(*factor),
             learned: String::new(),
             parameters: 0,
             contexts: 0,
             empty: 0,
-            pooled: 0,
+            floored: 0,
             ln_likelihood: 0.0,
         })
         .collect();
     let mut counted = BTreeSet::new();
-    for ((distribution, statistic), outcome) in learnable.distributions.iter().zip(statistics).zip(outcomes) {
+    let all = learnable.distributions().iter().zip(figures.statistics).zip(figures.outcomes);
+    for ((distribution, statistic), outcome) in all {
         let form = &mut forms[learnable.rank(distribution.factor)];
         let cells = cells_of(&distribution.kind);
         let all = matches!(&distribution.kind, Kind::Row(row) if !row.contains(&Share::Rest));
@@ -93,7 +101,7 @@ pub(super) fn report(
         form.parameters += new.saturating_sub(usize::from(all));
         form.contexts += 1;
         form.empty += usize::from(*outcome == Outcome::Empty);
-        form.pooled += usize::from(*outcome == Outcome::Pooled);
+        form.floored += usize::from(*outcome == Outcome::Floored);
         form.ln_likelihood += ln_likelihood(learnable, distribution, statistic);
         let learned = way(distribution.fit.as_ref(), &distribution.kind);
         if !form.learned.contains(&learned) {
@@ -101,19 +109,16 @@ pub(super) fn report(
             form.learned = format!("{}{separator}{learned}", form.learned);
         }
     }
-    let cases = learner.cases;
-    let (mut cells_missing, mut hidden) = (0, Vec::new());
-    for id in model.variables.ids() {
-        match learner.seen[id.position()] {
-            0 => hidden.push(model.variable_name(id)),
-            seen => cells_missing += cases - seen,
-        }
+    let missing = |seen: &usize| if *seen == 0 { 0 } else { learner.cases - seen };
+    Report {
+        cases: learner.cases,
+        weight: learner.weighted.then(|| learner.observed.values().sum()),
+        cells_missing: learner.seen.iter().map(missing).sum(),
+        hidden: never_seen(program, &learner.seen),
+        ln_likelihood: figures.ln_likelihood,
+        expectation: figures.course,
+        forms,
     }
-    let ln_likelihood = match &expectation {
-        Some(expectation) => expectation.ln_likelihood,
-        None => forms.iter().map(|form| form.ln_likelihood).sum(),
-    };
-    Report { cases, cells_missing, hidden, ln_likelihood, expectation, forms }
 }
 
 /// How a distribution is learned, in a word or two.

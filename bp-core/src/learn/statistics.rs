@@ -3,7 +3,7 @@
 //! In: what was seen, with weights. Out: counts, samples, rows to regress on. Invariant: the order in which whole weights
 //! came in leaves no trace.
 
-use super::distribution::{Kind, Seen};
+use super::distribution::{Kind, Learnable, Seen};
 use crate::law::Sample;
 use std::collections::BTreeMap;
 
@@ -47,4 +47,10 @@ impl Statistic {
             _ => Vec::new(),
         }
     }
+}
+
+/// Distributions may be met while cases are looked at: each gets an empty statistic.
+pub(super) fn grow(learnable: &Learnable, statistics: &mut Vec<Statistic>) {
+    let new = learnable.distributions().iter().skip(statistics.len());
+    statistics.extend(new.map(|it| Statistic::of(&it.kind)));
 }

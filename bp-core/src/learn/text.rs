@@ -5,26 +5,29 @@
 //! stand for.
 
 use super::distribution::Learnable;
+use super::program::Program;
 use super::parametric::{Shape, Unknown};
-use crate::ids::{ExpressionId, ParameterId, VariableId};
+use crate::ids::{ExpressionId, ParameterId};
 use crate::law::Law;
-use crate::model::{Domain, Fit, IndexSpace, Model, ParameterKind};
+use crate::model::{Domain, Factor, Fit, IndexSpace, Model, ParameterKind, VariableUse};
+use crate::spelling::quoted;
 
 /// The most laws that are written out one by one.
 const WRITTEN_OUT: usize = 12;
 
 pub(super) fn text(learnable: &Learnable) -> String {
+    let Program { model, unknowns, .. } = &learnable.program;
     let (mut parameters, mut forms) = (String::new(), String::new());
-    for unknown in &learnable.unknowns.list {
-        let (form, fields) = form(&learnable.model, unknown);
+    for unknown in &unknowns.list {
+        let (form, fields) = form(model, unknown);
         for field in fields {
-            parameters.push_str(&declaration(&learnable.model, field));
+            parameters.push_str(&declaration(model, field));
         }
-        forms.push_str(&format!("{} = {form};\n", learnable.head(unknown.factor)));
+        forms.push_str(&format!("{} = {form};\n", learnable.program.head(unknown.factor)));
     }
-    for identification in &learnable.model.identifications {
+    for identification in &model.identifications {
         for parameter in &identification.parameters {
-            parameters.push_str(&declaration(&learnable.model, *parameter));
+            parameters.push_str(&declaration(model, *parameter));
         }
     }
     format!("program Learned {{ parameters {{\n{parameters}}} forms {{\n{forms}}} }}")
@@ -51,7 +54,7 @@ fn declaration(model: &Model, id: ParameterId) -> String {
     };
     let over: Vec<String> = (parameter.over.iter())
         .map(|over| match over {
-            IndexSpace::Set(set) => model.sets[*set].name.clone(),
+            IndexSpace::Set(set) => quoted(&model.sets[*set].name).into_owned(),
             IndexSpace::Range(range) => {
                 model.domain_text(&Domain::Finite { labels: Vec::new(), range: Some(*range) })
             }
@@ -63,18 +66,17 @@ fn declaration(model: &Model, id: ParameterId) -> String {
         [one] => format!(" = {}", number(*one)),
         several => format!(" = [{}]", list(several.iter().copied())),
     };
-    format!("{}{over} : {kind}{default};\n", parameter.name)
+    format!("{}{over} : {kind}{default};\n", quoted(&parameter.name))
 }
 
 /// The values of the variables on the right, for each combination; the last variable fastest.
-fn contexts(model: &Model, right: &[VariableId]) -> Vec<Vec<String>> {
+fn contexts(model: &Model, right: &[VariableUse]) -> Vec<Vec<String>> {
     let mut all = vec![Vec::new()];
-    for variable in right {
-        let count = model.variables[*variable].domain.count().unwrap_or(1);
+    for use_ in right {
+        let domain = &model.variables[use_.variable].domain;
         let extend = |before: &Vec<String>| {
-            let with =
-                |ordinal| before.iter().cloned().chain([model.value_name(*variable, ordinal)]).collect();
-            (0..count).map(with).collect::<Vec<Vec<String>>>()
+            let with = |ordinal| before.iter().cloned().chain([domain.value_spelled(ordinal)]).collect();
+            (0..domain.count().unwrap_or(1)).map(with).collect::<Vec<Vec<String>>>()
         };
         all = all.iter().flat_map(extend).collect();
     }
@@ -84,10 +86,10 @@ fn contexts(model: &Model, right: &[VariableId]) -> Vec<Vec<String>> {
 /// A form, and the fields that it speaks of.
 fn form(model: &Model, unknown: &Unknown) -> (String, Vec<ParameterId>) {
     let factor = &model.factors[unknown.factor];
-    let right: Vec<VariableId> = factor.right.iter().map(|use_| use_.variable).collect();
+    let right = factor.right.as_slice();
     let values = |parameter: &ParameterId| model.parameters[*parameter].default.clone();
     match &unknown.shape {
-        Shape::Table(rows) => (table(model, unknown, &right, rows), Vec::new()),
+        Shape::Table(rows) => (table(model, factor, rows), Vec::new()),
         Shape::Regression(parameters) => {
             let numbers = parameters.iter().flat_map(values);
             (format!("linear_regression({})", list(numbers)), Vec::new())
@@ -98,14 +100,14 @@ fn form(model: &Model, unknown: &Unknown) -> (String, Vec<ParameterId>) {
                 let learned = fields.iter().map(|field| number(values(field)[place])).collect();
                 format!("{}({})", law.name(), arguments(*law, &unknown.fit, learned).join(", "))
             };
-            let bins = |variable: &VariableId| matches!(model.variables[*variable].domain, Domain::Bins(_));
+            let bins = |use_: &VariableUse| matches!(model.variables[use_.variable].domain, Domain::Bins(_));
             if count <= WRITTEN_OUT && !right.iter().any(bins) {
-                return (chosen(model, &right, 0, &at), Vec::new());
+                return (chosen(model, factor, right, 0, &at), Vec::new());
             }
-            let indices: Vec<String> = right.iter().map(|variable| index(model, *variable)).collect();
+            let indices: Vec<String> = right.iter().map(|use_| index(model, factor, use_)).collect();
             let learned = fields
                 .iter()
-                .map(|field| format!("{}[{}]", model.parameters[*field].name, indices.join(", ")));
+                .map(|field| format!("{}[{}]", quoted(&model.parameters[*field].name), indices.join(", ")));
             let words = arguments(*law, &unknown.fit, learned.collect());
             (format!("{}({})", law.name(), words.join(", ")), fields.clone())
         }
@@ -122,12 +124,11 @@ fn arguments(law: Law, fit: &Fit, mut learned: Vec<String>) -> Vec<String> {
     learned
 }
 
-fn table(model: &Model, unknown: &Unknown, right: &[VariableId], rows: &[Vec<ExpressionId>]) -> String {
-    let factor = &model.factors[unknown.factor];
+fn table(model: &Model, factor: &Factor, rows: &[Vec<ExpressionId>]) -> String {
     let row = |row: &[ExpressionId]| -> Vec<f64> {
         row.iter().map(|entry| model.constant(*entry).unwrap_or(f64::NAN)).collect()
     };
-    if right.is_empty() {
+    if factor.right.is_empty() {
         let numbers = row(&rows[0]);
         return match (factor.left.as_slice(), numbers.as_slice()) {
             ([left], [_, chance]) if model.variables[left.variable].domain == Domain::Boolean => {
@@ -137,7 +138,7 @@ fn table(model: &Model, unknown: &Unknown, right: &[VariableId], rows: &[Vec<Exp
             _ => format!("table {{ {} }}", list(numbers)),
         };
     }
-    let rows = contexts(model, right)
+    let rows = contexts(model, &factor.right)
         .into_iter()
         .zip(rows)
         .map(|(keys, entries)| format!("{}: {};", keys.join(", "), list(row(entries))));
@@ -145,22 +146,28 @@ fn table(model: &Model, unknown: &Unknown, right: &[VariableId], rows: &[Vec<Exp
 }
 
 /// A law for each combination of values, by nested `match`.
-fn chosen(model: &Model, right: &[VariableId], from: usize, at: &dyn Fn(usize) -> String) -> String {
-    let Some((variable, rest)) = right.split_first() else { return at(from) };
-    let count = model.variables[*variable].domain.count().unwrap_or(1);
-    let below: usize = rest.iter().map(|other| model.variables[*other].domain.count().unwrap_or(1)).product();
-    let arms = (0..count).map(|ordinal| {
-        let body = chosen(model, rest, from + ordinal * below, at);
-        format!("{} => {body}", model.value_name(*variable, ordinal))
+fn chosen(
+    model: &Model,
+    factor: &Factor,
+    right: &[VariableUse],
+    from: usize,
+    at: &dyn Fn(usize) -> String,
+) -> String {
+    let Some((use_, rest)) = right.split_first() else { return at(from) };
+    let count = |use_: &VariableUse| model.variables[use_.variable].domain.count().unwrap_or(1);
+    let below: usize = rest.iter().map(count).product();
+    let arms = (0..count(use_)).map(|ordinal| {
+        let body = chosen(model, factor, rest, from + ordinal * below, at);
+        format!("{} => {body}", model.variables[use_.variable].domain.value_spelled(ordinal))
     });
     let arms: Vec<String> = arms.collect();
-    format!("match {} {{ {} }}", model.variable_name(*variable), arms.join(", "))
+    format!("match {} {{ {} }}", model.use_name(use_, &factor.products), arms.join(", "))
 }
 
 /// The index of a variable's value in a field: a bin is counted.
-fn index(model: &Model, variable: VariableId) -> String {
-    let name = model.variable_name(variable);
-    let Domain::Bins(bins) = &model.variables[variable].domain else { return name };
+fn index(model: &Model, factor: &Factor, use_: &VariableUse) -> String {
+    let name = model.use_name(use_, &factor.products);
+    let Domain::Bins(bins) = &model.variables[use_.variable].domain else { return name };
     match bins.width() {
         Some(width) => format!("floor(({name} - {}) / {})", signed(bins.ends().0), number(width)),
         None => {

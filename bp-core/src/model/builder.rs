@@ -142,6 +142,11 @@ impl ModelBuilder {
         self.model.factors[factor].form = form;
     }
 
+    /// Says that a variable has no data of its own: it is learned from what depends on it.
+    pub fn hidden(&mut self, variable: VariableId) {
+        self.model.hidden.push(variable);
+    }
+
     /// Parameters to be learned.
     pub fn identification(&mut self, identification: Identification) {
         self.model.identifications.push(identification);

@@ -58,6 +58,16 @@ pub enum IndexSpace {
     Range(Range),
 }
 
+impl IndexSpace {
+    /// The index of its first element.
+    pub fn first(&self) -> i64 {
+        match self {
+            IndexSpace::Set(_) => 0,
+            IndexSpace::Range(range) => range.low,
+        }
+    }
+}
+
 /// A number, or a field of numbers, that a question is given when it is asked.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Parameter {
@@ -184,6 +194,9 @@ pub struct Model {
     pub factors: Arena<FactorId, Factor>,
     /// What is to be learned.
     pub identifications: Vec<Identification>,
+    /// Variables of which there are no data, by the program's own word.
+    #[serde(default)]
+    pub hidden: Vec<VariableId>,
     /// The questions.
     pub questions: Arena<QuestionId, Question>,
     /// The questions to other programs.

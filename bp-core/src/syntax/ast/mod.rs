@@ -295,17 +295,17 @@ pub struct Occurrence {
     pub before: bool,
 }
 
-/// `mu, sigma from recordings by C;`
+/// `mu, sigma from recordings by C;`, `hidden Light;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Learnt {
     /// Where it stands, semicolon included.
     pub at: At,
     /// Comments before and behind it.
     pub comments: Comments,
-    /// The parameters that are learnt.
+    /// The parameters that are learnt, or the variables that are hidden.
     pub names: Vec<Name>,
-    /// The data they are learnt from.
-    pub from: Name,
+    /// The data they are learnt from; none for hidden variables.
+    pub from: Option<Name>,
     /// What they are learnt separately for.
     pub by: Vec<Name>,
 }

@@ -194,6 +194,9 @@ impl Checker<'_> {
 
     /// Lets forms speak of what will be learnt.
     pub(super) fn announce(&mut self, learnt: &Learnt) {
+        if learnt.from.is_none() {
+            return;
+        }
         for name in &learnt.names {
             match self.meaning(&name.text) {
                 Some(Meaning::Parameter(_)) => {}
@@ -206,6 +209,14 @@ impl Checker<'_> {
 
     /// What is to be learnt, once the forms have shown its shape.
     pub(super) fn identification(&mut self, learnt: &Learnt) {
+        let Some(from) = &learnt.from else {
+            for name in &learnt.names {
+                if let Some(variable) = self.variable_of(&occurrence(name)) {
+                    self.model.hidden(variable);
+                }
+            }
+            return;
+        };
         let mut parameters = Vec::new();
         for name in &learnt.names {
             match self.meaning(&name.text) {
@@ -226,7 +237,7 @@ impl Checker<'_> {
                 None
             }
         };
-        let data = learnt.from.text.clone();
+        let data = from.text.clone();
         self.model.identification(Identification { parameters, data, by });
     }
 }

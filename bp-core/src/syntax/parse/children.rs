@@ -127,6 +127,7 @@ fn is_mark(rule: Rule) -> bool {
             | kw_ask
             | kw_from
             | kw_by
+            | kw_hidden
             | kw_nearest
             | kw_virtual
             | kw_soft

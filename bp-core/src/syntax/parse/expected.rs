@@ -181,7 +181,7 @@ fn describe(rule: Rule) -> &'static str {
         keys | value => "a value",
         path | segment | name | quoted | reserved => "a name",
         arguments | open_paren => "`(`",
-        learnt => "the names that are learnt",
+        learnt | hidden | kw_hidden => "the names that are learnt",
         by | kw_by => "`by`",
         kw_from => "`from`",
         reduction => "a reduction",

@@ -178,11 +178,15 @@ pub(super) fn occurrence(pair: Pair<'_, Rule>) -> Occurrence {
 fn learnt(pair: Pair<'_, Rule>) -> Learnt {
     let place = at(&pair);
     let mut children = Children::of(pair);
+    if let Some(hidden) = children.take(Rule::hidden) {
+        let names = Children::of(hidden).names();
+        return Learnt { at: place, comments: Comments::default(), names, from: None, by: Vec::new() };
+    }
     let mut names = children.names();
     // The grammar puts the data after the names; the keyword between them is not a child.
     let from = names.pop().expect("internal: the grammar promises the data's name");
     let by = children.take(Rule::by).map(|pair| Children::of(pair).names()).unwrap_or_default();
-    Learnt { at: place, comments: Comments::default(), names, from, by }
+    Learnt { at: place, comments: Comments::default(), names, from: Some(from), by }
 }
 
 /// One ask of a question.

@@ -241,7 +241,8 @@ impl Display for Declaration {
 
 impl Display for Learnt {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        write!(f, "{} from {}", list(&self.names, ", "), self.from)?;
+        let Some(from) = &self.from else { return write!(f, "hidden {};", list(&self.names, ", ")) };
+        write!(f, "{} from {from}", list(&self.names, ", "))?;
         match self.by.as_slice() {
             [] => f.write_str(";"),
             by => write!(f, " by {};", list(by, ", ")),

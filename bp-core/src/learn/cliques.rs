@@ -1,0 +1,219 @@
+//! Sums over hidden values: a tree of cliques, in logarithms.
+//!
+//! In: the hidden slots of each family of a case, then ln of what each family gives to their values. Out: ln Σ Π, and for
+//! each family the probabilities of its hidden values given the case. Invariant: only logarithms are added, so nothing
+//! that is not zero underflows, however many families there are.
+//!
+//! Variables are eliminated one by one, next the one whose clique is smallest; messages go to the root and back (Lauritzen
+//! and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990).
+
+use std::collections::BTreeSet;
+
+/// One clique.
+#[derive(Clone, Debug)]
+struct Clique {
+    cells: usize,
+    /// The clique to which its message goes, the place in the message of each own cell, and of each of that clique's.
+    parent: Option<(usize, Vec<u32>, Vec<u32>)>,
+    /// How many cells its message has.
+    message: usize,
+}
+
+/// A tree of cliques, or several.
+#[derive(Clone, Debug)]
+pub(super) struct Cliques {
+    /// Children first.
+    cliques: Vec<Clique>,
+    /// For each family its clique, and the place in its table of each cell of the clique.
+    homes: Vec<(usize, Vec<u32>)>,
+}
+
+impl Cliques {
+    /// For families with these hidden slots, each of which has as many values as `count` says. The last slot of a family
+    /// runs fastest in its table.
+    ///
+    /// # Errors
+    /// The slots of a clique with more than `most` cells.
+    pub(super) fn new(
+        families: &[Vec<usize>],
+        count: &dyn Fn(usize) -> usize,
+        most: usize,
+    ) -> Result<Self, Vec<usize>> {
+        let mut scopes: Vec<BTreeSet<usize>> =
+            families.iter().map(|family| family.iter().copied().collect()).collect();
+        let mut open: BTreeSet<usize> = scopes.iter().flatten().copied().collect();
+        let mut order: Vec<(usize, Vec<usize>)> = Vec::new();
+        while !open.is_empty() {
+            let around = |slot: usize| -> BTreeSet<usize> {
+                scopes.iter().filter(|scope| scope.contains(&slot)).flatten().copied().collect()
+            };
+            let cells = |slot: usize| around(slot).iter().map(|one| count(*one) as f64).product::<f64>();
+            let next = open.iter().copied().min_by(|one, other| cells(*one).total_cmp(&cells(*other)));
+            let next = next.expect("internal: a slot is open");
+            let clique = around(next);
+            if cells(next) > most as f64 {
+                return Err(clique.into_iter().collect());
+            }
+            open.remove(&next);
+            scopes.retain(|scope| !scope.contains(&next));
+            scopes.push(clique.iter().copied().filter(|slot| *slot != next).collect());
+            order.push((next, clique.into_iter().collect()));
+        }
+        let eliminated = |slot: usize| order.iter().position(|(one, _)| *one == slot);
+        let first = |slots: &[usize]| slots.iter().filter_map(|slot| eliminated(*slot)).min();
+        let cliques = order.iter().map(|(own, scope)| {
+            let message: Vec<usize> = scope.iter().copied().filter(|slot| slot != own).collect();
+            let parent = first(&message).map(|parent| {
+                (parent, places(scope, &message, count), places(&order[parent].1, &message, count))
+            });
+            let cells = |slots: &[usize]| slots.iter().map(|slot| count(*slot)).product();
+            Clique { cells: cells(scope), parent, message: cells(&message) }
+        });
+        let homes = families.iter().map(|family| {
+            let home = first(family).expect("internal: a family has a hidden slot");
+            (home, places(&order[home].1, family, count))
+        });
+        Ok(Self { cliques: cliques.collect(), homes: homes.collect() })
+    }
+
+    /// ln Σ Π of tables of logarithms, one for each family, and the probabilities of each family's cells. All of them are
+    /// 0 where the sum is.
+    pub(super) fn sum(&self, tables: &[Vec<f64>]) -> (f64, Vec<Vec<f64>>) {
+        let mut beliefs: Vec<Vec<f64>> =
+            self.cliques.iter().map(|clique| vec![0.0; clique.cells]).collect();
+        for (table, (home, places)) in tables.iter().zip(&self.homes) {
+            add(&mut beliefs[*home], table, places);
+        }
+        let mut total = 0.0;
+        let mut messages = Vec::with_capacity(self.cliques.len());
+        for (own, clique) in self.cliques.iter().enumerate() {
+            let message = match &clique.parent {
+                Some((parent, own_places, theirs)) => {
+                    let message = summed(&beliefs[own], own_places, clique.message);
+                    add(&mut beliefs[*parent], &message, theirs);
+                    message
+                }
+                None => {
+                    total += summed(&beliefs[own], &vec![0; clique.cells], 1)[0];
+                    Vec::new()
+                }
+            };
+            messages.push(message);
+        }
+        if total == f64::NEG_INFINITY {
+            return (total, tables.iter().map(|table| vec![0.0; table.len()]).collect());
+        }
+        for (own, clique) in self.cliques.iter().enumerate().rev() {
+            let Some((parent, own_places, theirs)) = &clique.parent else { continue };
+            let mut back = summed(&beliefs[*parent], theirs, clique.message);
+            for (back, message) in back.iter_mut().zip(&messages[own]) {
+                // What the clique itself excludes stays excluded: −∞ − −∞ is not a number.
+                *back = if *message == f64::NEG_INFINITY { *message } else { *back - message };
+            }
+            add(&mut beliefs[own], &back, own_places);
+        }
+        let posteriors = tables.iter().zip(&self.homes).map(|(table, (home, places))| {
+            let belief = &beliefs[*home];
+            let most = belief.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let mut shares = vec![0.0; table.len()];
+            for (cell, place) in belief.iter().zip(places) {
+                shares[*place as usize] += (cell - most).exp();
+            }
+            let whole: f64 = shares.iter().sum();
+            shares.iter_mut().for_each(|share| *share /= whole);
+            shares
+        });
+        (total, posteriors.collect())
+    }
+}
+
+/// Adds to each cell what stands at its place.
+fn add(cells: &mut [f64], table: &[f64], places: &[u32]) {
+    cells.iter_mut().zip(places).for_each(|(cell, place)| *cell += table[*place as usize]);
+}
+
+/// ln Σ exp of the cells that share a place.
+fn summed(cells: &[f64], places: &[u32], count: usize) -> Vec<f64> {
+    let mut most = vec![f64::NEG_INFINITY; count];
+    for (cell, place) in cells.iter().zip(places) {
+        most[*place as usize] = most[*place as usize].max(*cell);
+    }
+    let mut sums = vec![0.0; count];
+    for (cell, place) in cells.iter().zip(places) {
+        let most = most[*place as usize];
+        if most > f64::NEG_INFINITY {
+            sums[*place as usize] += (cell - most).exp();
+        }
+    }
+    sums.iter().zip(&most).map(|(sum, most)| if *sum > 0.0 { most + sum.ln() } else { *most }).collect()
+}
+
+/// For each cell of a table over some slots the cell of one over some of them; the last slot fastest in both.
+fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usize) -> Vec<u32> {
+    let mut stride = 1;
+    let mut strides = vec![0; from.len()];
+    for slot in to.iter().rev() {
+        if let Some(axis) = from.iter().position(|one| one == slot) {
+            strides[axis] = stride;
+        }
+        stride *= count(*slot);
+    }
+    let mut places = vec![0];
+    for (slot, stride) in from.iter().zip(strides) {
+        let each = |place: &u32| (0..count(*slot)).map(|value| place + (value * stride) as u32).collect::<Vec<_>>();
+        places = places.iter().flat_map(each).collect();
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cliques;
+
+    /// A loop of four variables of 2, 3, 2 and 3 values, and one apart, by enumeration.
+    #[test]
+    fn sums_and_shares_are_those_of_all_combinations() {
+        let counts = [2, 3, 2, 3, 4];
+        let families = [vec![0, 1], vec![1, 2], vec![2, 3], vec![3, 0], vec![4], vec![2]];
+        let tables: Vec<Vec<f64>> = (families.iter().enumerate())
+            .map(|(number, family)| {
+                let cells = family.iter().map(|slot| counts[*slot]).product::<usize>();
+                // Far below what exp() reaches, and zeros.
+                let cell = |cell: usize| match (7 * number + 5 * cell) % 11 {
+                    0 => f64::NEG_INFINITY,
+                    rest => -900.0 + 0.37 * rest as f64,
+                };
+                (0..cells).map(cell).collect()
+            })
+            .collect();
+        let cliques = Cliques::new(&families, &|slot| counts[slot], 100).unwrap();
+        let (total, shares) = cliques.sum(&tables);
+        let mut expected: Vec<Vec<f64>> = tables.iter().map(|table| vec![0.0; table.len()]).collect();
+        let mut sum = 0.0;
+        for joint in 0..counts.iter().product::<usize>() {
+            let mut rest = joint;
+            let values: Vec<usize> = counts
+                .iter()
+                .map(|count| {
+                    let value = rest % count;
+                    rest /= count;
+                    value
+                })
+                .collect();
+            let cells: Vec<usize> = (families.iter())
+                .map(|family| family.iter().fold(0, |cell, slot| cell * counts[*slot] + values[*slot]))
+                .collect();
+            let ln: f64 = cells.iter().zip(&tables).map(|(cell, table)| table[*cell]).sum();
+            let p = (ln + 900.0 * families.len() as f64).exp();
+            sum += p;
+            expected.iter_mut().zip(&cells).for_each(|(shares, cell)| shares[*cell] += p);
+        }
+        assert!((total - (sum.ln() - 900.0 * families.len() as f64)).abs() < 1e-9, "{total} {sum}");
+        for (found, expected) in shares.iter().flatten().zip(expected.iter().flatten()) {
+            assert!((found - expected / sum).abs() < 1e-12, "{found} {}", expected / sum);
+        }
+        assert_eq!(Cliques::new(&families, &|slot| counts[slot], 6).unwrap_err().len(), 3);
+        let nothing = cliques.sum(&tables.iter().map(|table| vec![f64::NEG_INFINITY; table.len()]).collect::<Vec<_>>());
+        assert_eq!(nothing.0, f64::NEG_INFINITY);
+    }
+}

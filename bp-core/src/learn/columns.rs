@@ -1,0 +1,232 @@
+//! Cases from a table: which column is what.
+//!
+//! In: a table whose first row names the columns, and what is said of them ([`Columns`]). Out: cases. Invariant: every
+//! column is a variable, the weight, or ignored; every variable has a column, or is declared hidden; so a slip in a name
+//! is an error and never a variable that is learned from nothing.
+
+use super::expect::MISSING;
+use super::learner::Learner;
+use super::program::Program;
+use crate::data::{Table, Values};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::guess::near;
+use crate::model::{Domain, IndexSpace, Model};
+use crate::spelling::quoted;
+
+/// What is said of the columns of a table, besides their names.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Columns {
+    /// Variables, or elements of families, that have no column.
+    pub hidden: Vec<String>,
+    /// Columns that are left out.
+    pub ignore: Vec<String>,
+    /// The column that says how often each row came.
+    pub weight: Option<String>,
+}
+
+/// What a column is.
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Slot(usize),
+    Weight,
+    Ignored,
+}
+
+impl Learner {
+    /// All rows of a table were seen.
+    ///
+    /// # Errors
+    /// A column that no variable has, or a variable that has no column and is not declared hidden: the error guesses what
+    /// was meant. A cell is no value of its variable: the error names file, row, column and value.
+    pub fn observe_table(&mut self, table: &Table, columns: &Columns) -> Result<(), Error> {
+        let program = &self.learnable.program;
+        let roles = roles(program, table, columns)?;
+        let size = |name: &str| program.size(name);
+        let values: Vec<Option<Values<'_>>> = (roles.iter())
+            .map(|role| match role {
+                Role::Slot(slot) => {
+                    Some(Values::new(&program.model, program.slots[*slot].variable, &size))
+                }
+                Role::Weight => Some(Values::reals("weight")),
+                Role::Ignored => None,
+            })
+            .collect();
+        let mut rows = Vec::with_capacity(table.len());
+        for row in 0..table.len() {
+            let (mut key, mut weight) = (vec![MISSING; program.slots.len()], 1.0);
+            for (column, (role, values)) in roles.iter().zip(&values).enumerate() {
+                let Some(values) = values else { continue };
+                match (role, table.cell(row, column, values)?) {
+                    (Role::Slot(slot), Some(value)) => key[*slot] = (value.number + 0.0).to_bits(),
+                    (Role::Weight, Some(value)) if value.number >= 0.0 => weight = value.number,
+                    (Role::Weight, _) => {
+                        return Err(table.wrong(row, column, "not a weight: write a number of at least 0"));
+                    }
+                    _ => {}
+                }
+            }
+            if let Some(index) = program.plate_slot().filter(|slot| key[*slot] == MISSING) {
+                let name = &program.slots[index].name;
+                let message = "it is missing, but the program is repeated over it";
+                return Err(table.wrong_row(row, Error::input(name, message)));
+            }
+            rows.push((key, weight));
+        }
+        self.weighted |= columns.weight.is_some();
+        rows.into_iter().for_each(|(key, weight)| self.take(key, weight));
+        Ok(())
+    }
+}
+
+/// What each column is.
+fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role>, Error> {
+    let wrong = |message: String| Error::input(table.path.display().to_string(), message);
+    let known = || table.columns.iter().map(String::as_str);
+    let did_you_mean = |name: &str, near: Option<&str>| {
+        near.map_or_else(|| listed(name, known()), |near| format!("did you mean `{near}`?"))
+    };
+    for name in columns.ignore.iter().chain(&columns.weight) {
+        if !table.columns.contains(name) {
+            let help = did_you_mean(name, near(name, known()));
+            return Err(wrong(format!("there is no column `{name}`; {help}")));
+        }
+    }
+    let mut roles = Vec::with_capacity(table.columns.len());
+    for column in &table.columns {
+        let is_weight = columns.weight.as_ref() == Some(column);
+        roles.push(match program.slot(column.trim()) {
+            _ if is_weight => Role::Weight,
+            _ if columns.ignore.contains(column) => Role::Ignored,
+            Some(slot) => Role::Slot(slot),
+            None => {
+                let slots = program.slots.iter().enumerate();
+                let open = slots.filter(|(_, slot)| !table.columns.contains(&slot.name));
+                let near = near(column, open.map(|(_, slot)| slot.name.as_str()));
+                let help = match near {
+                    Some(near) => format!("did you mean `{near}`? Otherwise leave it out: "),
+                    None => "leave it out: ".to_owned(),
+                };
+                let message = format!(
+                    "no variable of `{}` is called as the column `{column}`; {help}`--ignore {}`",
+                    program.model.name,
+                    argument(column)
+                );
+                return Err(wrong(message));
+            }
+        });
+    }
+    for name in &columns.hidden {
+        let slots = program.slots.iter();
+        let names = || {
+            let variables = program.model.variables.ids().map(|id| program.model.variable_name(id));
+            variables.chain(program.slots.iter().map(|slot| slot.name.clone())).collect::<Vec<String>>()
+        };
+        if !names().contains(name) {
+            let all = names();
+            let help = near(name, all.iter().map(String::as_str));
+            let help = help.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            return Err(Error::input(name, format!("the program has no variable of this name{help}")));
+        }
+        let mut shown = slots.enumerate().filter(|(_, slot)| is_named(program, slot, name));
+        if let Some((_, slot)) = shown.find(|(slot, _)| roles.contains(&Role::Slot(*slot))) {
+            let message = format!(
+                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
+                slot.name,
+                argument(&slot.name)
+            );
+            return Err(Error::input(name, message));
+        }
+    }
+    for (position, slot) in program.slots.iter().enumerate() {
+        let variable = &program.model.variables[slot.variable];
+        let is_hidden = columns.hidden.iter().any(|name| is_named(program, slot, name))
+            || program.model.hidden.contains(&slot.variable);
+        if variable.previous_of.is_some() || is_hidden || roles.contains(&Role::Slot(position)) {
+            continue;
+        }
+        let help = match near(&slot.name, known().filter(|column| program.slot(column).is_none())) {
+            Some(near) => format!("did you mean the column `{near}`?"),
+            None => format!(
+                "if it is hidden, say so: `--hidden {}`, or `hidden {};` in `identification`",
+                argument(&slot.name),
+                quoted(&program.model.variable_name(slot.variable)),
+            ),
+        };
+        return Err(wrong(format!("no column is called as the variable `{}`; {help}", slot.name)));
+    }
+    Ok(roles)
+}
+
+/// Whether a name is that of a slot, or of the family that it belongs to.
+fn is_named(program: &Program, slot: &super::program::Slot, name: &str) -> bool {
+    slot.name == name || program.model.variable_name(slot.variable) == name
+}
+
+fn listed<'n>(_: &str, columns: impl Iterator<Item = &'n str>) -> String {
+    const MOST: usize = 12;
+    let mut names: Vec<String> = columns.map(|name| format!("`{name}`")).collect();
+    if names.len() > MOST {
+        names.truncate(MOST);
+        names.push("…".to_owned());
+    }
+    format!("the columns are {}", names.join(", "))
+}
+
+/// A name as an argument of a shell.
+fn argument(name: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || "_-.^".contains(letter);
+    if name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
+}
+
+/// What is given, with the sizes that the columns of a table tell: of a family `L[k in Channels]` the largest index that a
+/// column has, of the set that the program is repeated over the largest value of its index.
+///
+/// # Errors
+/// A cell of the index is no element of the set.
+pub fn sizes<'g>(
+    model: &Model,
+    table: &Table,
+    given: Inputs<'g, f64>,
+) -> Result<Inputs<'g, f64>, Error> {
+    let mut given = given;
+    let at_least = |name: &str, size: i64, given: Inputs<'g, f64>| {
+        let known = super::program::set_size(name, &given).is_some();
+        if known || size < 1 { given } else { given.size(name, size as usize) }
+    };
+    for (id, variable) in model.variables.iter() {
+        let Some(family) = variable.family else { continue };
+        let prefix = format!("{}[", model.variable_name(id));
+        let index = |column: &String| {
+            column.trim().strip_prefix(&prefix)?.strip_suffix(']')?.trim().parse::<i64>().ok()
+        };
+        let Some(last) = table.columns.iter().filter_map(index).max() else { continue };
+        given = match family.over {
+            IndexSpace::Set(set) => at_least(&model.sets[set].name, last.saturating_add(1), given),
+            IndexSpace::Range(range) => match range.high.size {
+                Some(size) if model.parameters[size].default.is_empty() => {
+                    at_least(&model.parameters[size].name, last.saturating_sub(range.high.offset), given)
+                }
+                _ => given,
+            },
+        };
+    }
+    let index = model.plate_index();
+    let column = index.and_then(|index| {
+        let name = model.variable_name(index);
+        table.columns.iter().position(|column| column.trim() == name)
+    });
+    if let (Some(index), Some(column)) = (index, column)
+        && let Domain::Set(set) = model.variables[index].domain
+    {
+        let values = Values::new(model, index, &|_| None);
+        let mut last = -1;
+        for row in 0..table.len() {
+            if let Some(value) = table.cell(row, column, &values)? {
+                last = last.max(value.number as i64);
+            }
+        }
+        given = at_least(&model.sets[set].name, last + 1, given);
+    }
+    Ok(given)
+}

@@ -1,0 +1,102 @@
+//! Floors: how narrow a law may become.
+//!
+//! In: a law, its sample, and the sample of all contexts together. Out: numbers that the law can have. Invariant: within
+//! its bounds the numbers are those of maximum likelihood, so that a step of EM under floors that stay the same loses no
+//! likelihood.
+//!
+//! Where all values of a context are equal, or a component of a mixture closes in on equal values, the likelihood grows
+//! without end as the law narrows. It is stopped at a deviation that is a millionth of that of all values of the form; laws
+//! whose shape alone says how narrow they are stop at a shape of 10⁶; a rate of counts at 10⁻¹².
+
+use crate::law::{Law, Refusal, Sample};
+
+/// Of the spread of all values.
+const NARROWEST: f64 = 1e-6;
+
+/// The largest shape, concentration or sum of counts.
+const MOST_SHAPE: f64 = 1e6;
+
+/// The smallest rate of counts.
+const LEAST_RATE: f64 = 1e-12;
+
+/// How far the values of a law lie apart, in the units of what is floored: 0 where they are all equal, or unknown.
+pub(super) fn spread(law: Law, all: &Sample) -> f64 {
+    if all.is_empty() {
+        return 0.0;
+    }
+    let deviation = |sample: &Sample| {
+        let mean = sample.mean_of(|x| x);
+        let deviation = sample.mean_of(|x| (x - mean) * (x - mean)).sqrt();
+        // Equal values differ from their mean by its rounding.
+        if deviation > 1e-14 * mean.abs() { deviation } else { 0.0 }
+    };
+    match law {
+        Law::Normal => deviation(all),
+        Law::Lognormal if all.ends().0 > 0.0 => deviation(&all.map(f64::ln)),
+        Law::Uniform => all.ends().1 - all.ends().0,
+        Law::Exponential => all.mean_of(|x| x),
+        _ => 0.0,
+    }
+}
+
+/// The least deviation of a normal law.
+pub(super) fn least_deviation(spread: f64) -> f64 {
+    NARROWEST * spread
+}
+
+/// Numbers of a law, none narrower than the floor; and whether one of them is at it.
+pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, bool) {
+    let floor = NARROWEST * spread;
+    let before = numbers.clone();
+    match law {
+        Law::Normal | Law::Lognormal => numbers[1] = numbers[1].max(floor),
+        Law::Uniform if numbers[1] - numbers[0] < floor => {
+            let middle = 0.5 * (numbers[0] + numbers[1]);
+            (numbers[0], numbers[1]) = (middle - 0.5 * floor, middle + 0.5 * floor);
+        }
+        Law::Exponential if floor > 0.0 => numbers[0] = numbers[0].min(1.0 / floor),
+        // The mean stays as it is.
+        Law::Gamma if numbers[0] > MOST_SHAPE => {
+            numbers[1] *= MOST_SHAPE / numbers[0];
+            numbers[0] = MOST_SHAPE;
+        }
+        Law::Beta if numbers[0] + numbers[1] > MOST_SHAPE => {
+            let scale = MOST_SHAPE / (numbers[0] + numbers[1]);
+            numbers.iter_mut().for_each(|number| *number *= scale);
+        }
+        Law::VonMises => numbers[1] = numbers[1].min(MOST_SHAPE),
+        Law::Weibull => numbers[0] = numbers[0].min(MOST_SHAPE),
+        Law::Poisson => numbers[0] = numbers[0].max(LEAST_RATE),
+        _ => {}
+    }
+    let moved = numbers != before;
+    (numbers, moved)
+}
+
+/// The numbers at the floor, for a sample whose values are all equal.
+///
+/// # Errors
+/// The law cannot give such values, or there is no spread that would tell the floor.
+pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) -> Result<Vec<f64>, Refusal> {
+    let (low, high) = sample.ends();
+    let mean = sample.mean_of(|x| x);
+    let floor = NARROWEST * spread;
+    match law {
+        Law::Normal if floor > 0.0 => Ok(vec![mean, floor]),
+        Law::Lognormal if floor > 0.0 && low > 0.0 => Ok(vec![sample.mean_of(f64::ln), floor]),
+        Law::Uniform if floor > 0.0 => Ok(vec![low - 0.5 * floor, high + 0.5 * floor]),
+        Law::Exponential if floor > 0.0 && low >= 0.0 => Ok(vec![1.0 / floor]),
+        Law::Poisson if low >= 0.0 => Ok(vec![mean.max(LEAST_RATE)]),
+        Law::Gamma if low > 0.0 => Ok(vec![MOST_SHAPE, MOST_SHAPE / mean]),
+        Law::Weibull if low > 0.0 => Ok(vec![MOST_SHAPE, mean]),
+        Law::Beta if low > 0.0 && high < 1.0 => Ok(vec![MOST_SHAPE * mean, MOST_SHAPE * (1.0 - mean)]),
+        Law::VonMises => {
+            let (sine, cosine) = (sample.mean_of(f64::sin), sample.mean_of(f64::cos));
+            let length = sine.hypot(cosine);
+            // Angles that prefer no direction: I₁(κ)/I₀(κ) is about κ/2.
+            let concentration = if length < 0.5 { (2.0 * length).max(LEAST_RATE) } else { MOST_SHAPE };
+            Ok(vec![sine.atan2(cosine), concentration])
+        }
+        _ => Err(why),
+    }
+}

@@ -1,0 +1,262 @@
+//! Expectation–maximisation, with steps that are made longer.
+//!
+//! In: an E step, and statistics to start from. Out: numbers at which the likelihood of what was seen has a maximum, near
+//! where it began. Invariant: no step lowers ln L + ln prior; a step that would is shortened, or is the last.
+//!
+//! Dempster, Laird and Rubin, *Journal of the Royal Statistical Society* B 39:1-38, 1977. EM creeps where much is hidden:
+//! after two steps θ₀ → θ₁ → θ₂ a third goes to θ₀ − 2αr + α²v with r = θ₁ − θ₀, v = (θ₂ − θ₁) − r, α = −|r|/|v|, and is
+//! taken back where it is outside the domain or lowers ln L (Varadhan and Roland, *Scandinavian Journal of Statistics*
+//! 35:335-353, 2008, scheme S3).
+
+use super::Settings;
+use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
+use super::estimate::{Outcome, Step, estimate, spreads};
+use super::expect::{Expectation, Expected};
+use super::floor::held;
+use super::likelihood::ln_prior;
+use super::report::Course;
+use super::statistics::Statistic;
+use crate::error::Error;
+use crate::law::Law;
+use std::collections::BTreeSet;
+
+/// How often a step that lowers the likelihood is halved.
+const MOST_HALVINGS: usize = 12;
+
+/// What rounding may take from a sum of logarithms, of itself.
+const ROUNDING: f64 = 1e-13;
+
+/// What was learned, from what, and how the iteration went.
+pub(super) struct Maximised {
+    pub(super) outcomes: Vec<Outcome>,
+    pub(super) statistics: Vec<Statistic>,
+    pub(super) course: Course,
+}
+
+/// A point of the iteration: its numbers, and what is expected there.
+struct Point {
+    numbers: Vec<f64>,
+    expected: Expected,
+    /// ln L + ln prior
+    objective: f64,
+}
+
+/// An iteration on its way.
+struct Iteration<'i> {
+    learnable: &'i mut Learnable,
+    cases: &'i dyn Expectation,
+    cells: Vec<Cell>,
+    spreads: Vec<f64>,
+    settings: &'i Settings,
+}
+
+/// Iterates until neither ln L nor any number changes by more than the thresholds. Distributions that are kept have
+/// numbers to start with; the others start from the statistics.
+pub(super) fn maximise(
+    learnable: &mut Learnable,
+    cases: &dyn Expectation,
+    start: &[Statistic],
+    keep: &[bool],
+    settings: &Settings,
+    progress: &mut dyn FnMut(usize, f64),
+) -> Result<Maximised, Error> {
+    let spreads = spreads(learnable, start);
+    let first = Step { keep, spreads: &spreads, iterating: true };
+    let mut outcomes = estimate(learnable, start, &first)?;
+    let cells: BTreeSet<Cell> =
+        learnable.distributions().iter().flat_map(|it| cells_of(&it.kind)).collect();
+    let cells = cells.into_iter().collect();
+    let mut iteration = Iteration { learnable, cases, cells, spreads, settings };
+    let mut course = Course { seed: settings.seed, ..Course::default() };
+    let mut at = iteration.point()?;
+    // The points from which the last plain steps went, newest last.
+    let mut before: Vec<Vec<f64>> = Vec::new();
+    loop {
+        course.steps += 1;
+        course.trail.push(at.objective);
+        progress(course.steps, at.expected.ln_likelihood);
+        if course.converged || course.steps >= settings.iterations {
+            break;
+        }
+        if let [.., first, second] = before.as_slice() {
+            let longer = iteration.longer(first, second, &at.numbers);
+            before.clear();
+            if let Some(longer) = longer
+                && let Ok(point) = iteration.point_at(&longer)
+                && point.objective >= at.objective
+            {
+                at = point;
+                continue;
+            }
+            iteration.put(&at.numbers);
+        }
+        outcomes = iteration.step(&at.expected.statistics)?;
+        let next = iteration.point()?;
+        before.push(at.numbers.clone());
+        match iteration.accepted(&at, next)? {
+            Some(next) => {
+                course.converged = iteration.has_converged(&at, &next);
+                at = next;
+            }
+            None => {
+                iteration.put(&at.numbers);
+                (course.converged, course.held) = (true, true);
+                break;
+            }
+        }
+    }
+    iteration.put(&at.numbers);
+    course.ln_likelihood = at.expected.ln_likelihood;
+    Ok(Maximised { outcomes, statistics: at.expected.statistics, course })
+}
+
+impl Iteration<'_> {
+    fn numbers(&self) -> Vec<f64> {
+        self.cells.iter().map(|cell| self.learnable.number(*cell)).collect()
+    }
+
+    fn put(&mut self, numbers: &[f64]) {
+        for (cell, number) in self.cells.iter().zip(numbers) {
+            self.learnable.set(*cell, *number);
+        }
+    }
+
+    fn step(&mut self, statistics: &[Statistic]) -> Result<Vec<Outcome>, Error> {
+        let keep = vec![false; statistics.len()];
+        estimate(self.learnable, statistics, &Step { keep: &keep, spreads: &self.spreads, iterating: true })
+    }
+
+    /// The E step at the numbers that stand in the program.
+    fn point(&self) -> Result<Point, Error> {
+        let expected = self.cases.expect(self.learnable)?;
+        let all = self.learnable.distributions().iter();
+        let prior: f64 = all.map(|it| ln_prior(self.learnable, it)).sum();
+        Ok(Point { numbers: self.numbers(), objective: expected.ln_likelihood + prior, expected })
+    }
+
+    fn point_at(&mut self, numbers: &[f64]) -> Result<Point, Error> {
+        self.put(numbers);
+        self.point()
+    }
+
+    /// The next point; where it lowers the likelihood a nearer one that does not, if there is one. (A law over integers or
+    /// bins is fitted without its normaliser, so that its step may be too long.)
+    fn accepted(&mut self, at: &Point, next: Point) -> Result<Option<Point>, Error> {
+        let least = at.objective - ROUNDING * at.objective.abs();
+        if next.objective >= least {
+            return Ok(Some(next));
+        }
+        let whole = next.numbers;
+        for halving in 1..=MOST_HALVINGS {
+            let part = 0.5_f64.powi(halving as i32);
+            let numbers: Vec<f64> =
+                at.numbers.iter().zip(&whole).map(|(from, to)| from + part * (to - from)).collect();
+            let next = self.point_at(&numbers)?;
+            if next.objective >= least {
+                return Ok(Some(next));
+            }
+        }
+        Ok(None)
+    }
+
+    fn has_converged(&self, at: &Point, next: &Point) -> bool {
+        let gain = (next.objective - at.objective).abs();
+        let scales = self.scales(&next.numbers);
+        let moved = at.numbers.iter().zip(&next.numbers).zip(scales);
+        gain <= self.settings.threshold * next.objective.abs().max(1.0)
+            && moved.into_iter().all(|((from, to), scale)| (to - from).abs() <= self.settings.tolerance * scale)
+    }
+
+    /// What the change of each number is compared with: its size; of a mean at least the deviation, of a probability or
+    /// rate at least 10⁻⁴.
+    fn scales(&self, numbers: &[f64]) -> Vec<f64> {
+        const LEAST: f64 = 1e-4;
+        let mut scales: Vec<f64> = numbers.iter().map(|number| number.abs()).collect();
+        let place = |cell: &Cell| self.cells.binary_search(cell).expect("internal: a cell of the program");
+        let mut at_least = |cell: &Cell, least: f64| {
+            let place = place(cell);
+            scales[place] = scales[place].max(least);
+        };
+        for distribution in self.learnable.distributions() {
+            match &distribution.kind {
+                Kind::Row(row) => {
+                    for share in row {
+                        if let Share::Learned(cell) = share {
+                            at_least(cell, LEAST);
+                        }
+                    }
+                }
+                Kind::Regression(cells) => {
+                    let Some((deviation, coefficients)) = cells.split_last() else { continue };
+                    let deviation = numbers[place(deviation)];
+                    coefficients.iter().for_each(|cell| at_least(cell, deviation));
+                }
+                Kind::Law(law, arguments) => {
+                    let own = self.learnable.arguments(arguments);
+                    let least = match law {
+                        Law::Normal | Law::Lognormal => [own[1], 0.0],
+                        Law::VonMises => [1.0, LEAST],
+                        Law::Uniform => [own[1] - own[0]; 2],
+                        Law::Binomial | Law::Poisson | Law::Beta => [LEAST; 2],
+                        _ => [0.0; 2],
+                    };
+                    for (argument, least) in arguments.iter().zip(least) {
+                        if let Argument::Learned(cell) = argument {
+                            at_least(cell, least);
+                        }
+                    }
+                }
+            }
+        }
+        scales
+    }
+
+    /// Where two plain steps point to, if that is further than they went and every distribution can have it.
+    fn longer(&mut self, first: &[f64], second: &[f64], third: &[f64]) -> Option<Vec<f64>> {
+        let scales = self.scales(third);
+        let (mut of_steps, mut of_bends) = (0.0, 0.0);
+        for (((first, second), third), scale) in first.iter().zip(second).zip(third).zip(&scales) {
+            let step = second - first;
+            let bend = (third - second) - step;
+            let scale = scale.max(f64::MIN_POSITIVE);
+            of_steps += (step / scale).powi(2);
+            of_bends += (bend / scale).powi(2);
+        }
+        let length = (of_steps / of_bends).sqrt();
+        if !(length.is_finite() && length > 1.0) {
+            return None;
+        }
+        let numbers = first.iter().zip(second).zip(third).map(|((first, second), third)| {
+            let step = second - first;
+            let bend = (third - second) - step;
+            first + 2.0 * length * step + length * length * bend
+        });
+        let numbers: Vec<f64> = numbers.collect();
+        self.put(&numbers);
+        let all = self.learnable.distributions().iter().zip(&self.spreads);
+        all.into_iter().all(|(it, spread)| self.is_possible(&it.kind, *spread)).then_some(numbers)
+    }
+
+    fn is_possible(&self, kind: &Kind, spread: f64) -> bool {
+        match kind {
+            Kind::Row(row) => {
+                let learned = cells_of(kind).into_iter().map(|cell| self.learnable.number(cell));
+                let learned: Vec<f64> = learned.collect();
+                let total: f64 = learned.iter().sum();
+                let sums = match row.contains(&Share::Rest) {
+                    true => total <= 1.0,
+                    false => (total - 1.0).abs() < 1e-12,
+                };
+                sums && learned.iter().all(|p| (0.0..=1.0).contains(p))
+            }
+            Kind::Law(law, arguments) => {
+                let numbers = self.learnable.arguments(arguments);
+                law.refuses(&numbers).is_none() && !held(*law, numbers, spread).1
+            }
+            Kind::Regression(cells) => {
+                let numbers: Vec<f64> = cells.iter().map(|cell| self.learnable.number(*cell)).collect();
+                numbers.iter().all(|number| number.is_finite()) && numbers[numbers.len() - 1] > 0.0
+            }
+        }
+    }
+}

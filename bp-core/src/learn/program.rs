@@ -1,0 +1,266 @@
+//! A program that is learned, its sizes known: its slots and the families of its factors.
+//!
+//! In: a model, and what is given with it (sizes, numbers of known parameters). Out: a [`Program`]. Invariant: every
+//! parameter has a number for each place; a slot is one number of a case, a family is a factor for one value of the
+//! indices around it, and families come parents first.
+
+use super::parametric::{Unknowns, parametric};
+use crate::distribution::{Instance, Setting};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
+use crate::model::{Domain, Expression, Form, Model, ParameterKind, SetKind, VariableUse};
+use std::collections::HashSet;
+
+/// One number of a case: a variable, or an element of a family of variables.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Slot {
+    pub(super) variable: VariableId,
+    /// How it is called: `X`, `L[2]`.
+    pub(super) name: String,
+    /// How many values it has; `None` for reals.
+    pub(super) count: Option<usize>,
+}
+
+/// A factor for one value of the indices around it.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Family {
+    pub(super) instance: Instance,
+    /// The slots that it distributes or reads, ascending.
+    pub(super) slots: Vec<usize>,
+    /// Whether something of it is learned.
+    pub(super) learned: bool,
+}
+
+/// A parametric model with sizes and numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Program {
+    pub(super) model: Model,
+    /// The sizes; numbers are the defaults of the model's parameters.
+    inputs: Inputs<'static, f64>,
+    pub(super) unknowns: Unknowns,
+    pub(super) slots: Vec<Slot>,
+    pub(super) families: Vec<Family>,
+    /// The factors in which something is learned.
+    pub(super) factors: Vec<FactorId>,
+    /// Parameters of `identification` that had a value before.
+    pub(super) declared: HashSet<ParameterId>,
+}
+
+impl Program {
+    pub(super) fn new(model: &Model, given: &Inputs<'_, f64>) -> Result<Self, Error> {
+        let mut model = model.clone();
+        let mut inputs = Inputs::new();
+        for set in model.sets.values() {
+            if matches!(set.kind, SetKind::Displacements(_)) {
+                let message = "a program with displacements on a grid is not learned from cases";
+                return Err(Error::input(&set.name, message));
+            }
+            if let Some(size) = set_size(&set.name, given) {
+                inputs = inputs.size(&set.name, size);
+            }
+        }
+        let ids: Vec<ParameterId> = model.parameters.ids().collect();
+        for id in &ids {
+            let parameter = &mut model.parameters[*id];
+            let size = given.find_size(&parameter.name).filter(|_| parameter.kind == ParameterKind::Size);
+            if let Some(numbers) = given.find(&parameter.name) {
+                parameter.default = numbers.to_vec();
+            } else if let Some(size) = size {
+                parameter.default = vec![size as f64];
+            }
+        }
+        let unknowns = parametric(&mut model)?;
+        let mut declared = HashSet::new();
+        for id in unknowns.parameters.keys() {
+            let parameter = &mut model.parameters[*id];
+            match (parameter.default.is_empty(), unknowns.parameters[id]) {
+                (true, _) if parameter.kind == ParameterKind::Probability => parameter.default = vec![0.5],
+                (true, _) => parameter.default = vec![1.0],
+                (false, None) => {
+                    declared.insert(*id);
+                }
+                (false, Some(_)) => {}
+            }
+        }
+        let mut program = Self {
+            model,
+            inputs,
+            unknowns,
+            slots: Vec::new(),
+            families: Vec::new(),
+            factors: Vec::new(),
+            declared,
+        };
+        program.lay_out()?;
+        if program.factors.is_empty() {
+            let message =
+                "nothing is to be learned: no form is `unknown`, and `identification` names no parameter";
+            return Err(Error::input(&program.model.name, message));
+        }
+        Ok(program)
+    }
+
+    /// Finds slots and families, and gives each learned parameter a number for each place.
+    fn lay_out(&mut self) -> Result<(), Error> {
+        let factors: Vec<FactorId> =
+            self.model.factors.ids().filter(|id| self.speaks(&self.model.factors[*id].form)).collect();
+        let setting = self.setting()?;
+        let slots = (0..setting.slots()).map(|slot| {
+            let variable = setting.variable_of(slot);
+            let meant = &self.model.variables[variable];
+            let name = match meant.family {
+                // The only element of a family has its index all the same.
+                Some(family) if setting.slots_of(variable).len() == 1 => {
+                    format!("{}[{}]", self.model.variable_name(variable), family.over.first())
+                }
+                _ => setting.slot_name(slot),
+            };
+            Slot { variable, name, count: meant.domain.is_finite().then(|| setting.count(variable)) }
+        });
+        let slots: Vec<Slot> = slots.collect();
+        let mut families = Vec::new();
+        for instance in setting.ordered()? {
+            let mut all = setting.reads(&instance);
+            all.extend(&instance.left);
+            let learned = factors.contains(&instance.factor);
+            families.push(Family { slots: all.into_iter().collect(), learned, instance });
+        }
+        let mut places = Vec::new();
+        for id in self.unknowns.parameters.keys() {
+            let over = &self.model.parameters[*id].over;
+            let count = over.iter().map(|over| setting.length(over)).product::<Result<usize, Error>>()?;
+            places.push((*id, count));
+        }
+        (self.slots, self.families, self.factors) = (slots, families, factors);
+        for (id, count) in places {
+            let default = &mut self.model.parameters[id].default;
+            if default.len() != count {
+                *default = vec![default[0]; count];
+            }
+        }
+        Ok(())
+    }
+
+    /// The model with the numbers that it has now.
+    pub(super) fn setting(&self) -> Result<Setting<'_>, Error> {
+        Setting::new(&self.model, &self.inputs)
+    }
+
+    /// The size of this name, where it is known.
+    pub(super) fn size(&self, name: &str) -> Option<usize> {
+        let parameter = self.model.parameters.values().find(|parameter| parameter.name == name);
+        let number = parameter.and_then(|parameter| parameter.default_number());
+        self.inputs.find_size(name).or(number.map(|number| number as usize))
+    }
+
+    /// The slot of the index over which the whole program is repeated.
+    pub(super) fn plate_slot(&self) -> Option<usize> {
+        let index = self.model.plate_index()?;
+        self.slots.iter().position(|slot| slot.variable == index)
+    }
+
+    /// The slot of this name: `X`, `L[2]`.
+    pub(super) fn slot(&self, name: &str) -> Option<usize> {
+        self.slots.iter().position(|slot| slot.name == name)
+    }
+
+    /// The slot of the element with this index; of a variable that is no family the only one.
+    pub(super) fn element(&self, variable: VariableId, index: Option<i64>) -> Option<usize> {
+        let own = self.slots.iter().position(|slot| slot.variable == variable)?;
+        match index {
+            None => (self.slots.get(own + 1).is_none_or(|next| next.variable != variable)).then_some(own),
+            Some(index) => self.slot(&format!("{}[{index}]", self.model.variable_name(variable))),
+        }
+    }
+
+    /// The ordinal of a number in a slot of a finite variable, the number itself in one of a real; `None` where it is
+    /// no value.
+    pub(super) fn value(&self, slot: usize, number: f64) -> Option<f64> {
+        let Slot { variable, count, .. } = &self.slots[slot];
+        match (&self.model.variables[*variable].domain, count) {
+            (Domain::Bins(bins), _) => bins.holding(number).map(|bin| bin as f64),
+            (domain, Some(count)) => {
+                let ordinal = number - domain.base() as f64;
+                let inside = ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < *count as f64;
+                inside.then_some(ordinal)
+            }
+            (_, None) => number.is_finite().then_some(number),
+        }
+    }
+
+    /// The number that a value of a slot is in an expression.
+    pub(super) fn number(&self, slot: usize, value: f64) -> f64 {
+        match &self.model.variables[self.slots[slot].variable].domain {
+            domain if domain.is_finite() => domain.number(value as usize),
+            _ => value,
+        }
+    }
+
+    /// The value of a slot as the language writes it.
+    pub(super) fn spelled(&self, slot: usize, value: f64) -> String {
+        match &self.model.variables[self.slots[slot].variable].domain {
+            domain if domain.is_finite() => domain.value_spelled(value as usize),
+            _ => value.to_string(),
+        }
+    }
+
+    /// The name of a factor.
+    pub(super) fn head(&self, factor: FactorId) -> String {
+        self.model.head(&self.model.factors[factor])
+    }
+
+    pub(super) fn wrong(&self, factor: FactorId, message: impl Into<String>) -> Error {
+        Error::input(self.head(factor), message)
+    }
+
+    /// Whether an expression has something that is learned in it.
+    pub(super) fn mentions(&self, id: ExpressionId) -> bool {
+        let mut rest = vec![id];
+        let mut seen = HashSet::new();
+        while let Some(id) = rest.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            if self.unknowns.entries.contains_key(&id) {
+                return true;
+            }
+            match &self.model.expressions[id] {
+                Expression::Parameter { parameter, indices } => {
+                    if self.unknowns.parameters.contains_key(parameter) {
+                        return true;
+                    }
+                    rest.extend(indices);
+                }
+                Expression::Unary(_, operand) => rest.push(*operand),
+                Expression::Binary(_, left, right) => rest.extend([*left, *right]),
+                Expression::If { condition, then, otherwise } => {
+                    rest.extend([*condition, *then, *otherwise]);
+                }
+                Expression::First { with: Some((value, at)), .. } => rest.extend([*value, *at]),
+                Expression::Variable(VariableUse { element: Some(element), .. }) => rest.push(*element),
+                Expression::Vector(_, parts) => rest.extend(parts),
+                Expression::GradientNorm { field, at } => rest.extend([*field, *at]),
+                Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
+                Expression::Foreign { at: Some(at), .. } => rest.push(*at),
+                _ => {}
+            }
+        }
+        false
+    }
+
+    /// Whether a form has something that is learned in it.
+    pub(super) fn speaks(&self, form: &Form) -> bool {
+        let mut found = false;
+        form.each_expression(&mut |id| found = found || self.mentions(id));
+        found
+    }
+}
+
+/// How many elements of a set are given.
+pub(super) fn set_size(name: &str, given: &Inputs<'_, f64>) -> Option<usize> {
+    given.find_size(name).or_else(|| {
+        let extent = |part| given.find_size(&format!("{name}.{part}"));
+        Some(extent("depth")? * extent("rows")? * extent("lanes")?)
+    })
+}
