@@ -59,7 +59,7 @@ const DATA: &str = "Ball,Urn,Size,Day\nRed,Left,1,Monday\nRed,Left,3,Monday\nWhi
 #[test]
 fn a_learned_program_is_asked_as_any_other() {
     let folder = Folder::with(&[("urns.bp", PROGRAM), ("d.csv", DATA)]);
-    let report = written(&folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--out", "learned.bp"]));
+    let report = written(&folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--ignore", "Day", "--out", "learned.bp"]));
     assert!(report.starts_with("5 cases; 2 cells missing; ln likelihood "), "{report}");
     assert!(
         report.contains("written to learned.bp") && report.lines().all(|line| line.chars().count() <= 80)
@@ -83,7 +83,7 @@ fn a_learned_program_is_asked_as_any_other() {
         serde_json::from_str(&written(&folder.bp(&["ask", "learned.bp", "urn", "--json"]))).unwrap();
     let left = answer["answer"][0]["p"].as_f64().unwrap();
     assert!((left - 0.36 / (0.36 + 0.4 / 3.0)).abs() < 1e-12, "{answer}");
-    let again = folder.bp(&["learn", "learned.bp", "--data", "d.csv"]);
+    let again = folder.bp(&["learn", "learned.bp", "--data", "d.csv", "--ignore", "Day"]);
     assert_eq!(again.status.code(), Some(1));
     assert!(said(&again).contains("nothing is to be learned"), "{}", said(&again));
 }
@@ -92,7 +92,7 @@ fn a_learned_program_is_asked_as_any_other() {
 fn a_report_is_json_too() {
     let folder =
         Folder::with(&[("urns.bp", PROGRAM), ("d.csv", "Ball,Size\nRed,1\nRed,2\nWhite,3\nWhite,4\n")]);
-    let arguments = ["learn", "urns.bp", "--data", "d.csv", "--json", "--seed", "3", "--iterations", "5"];
+    let arguments = ["learn", "urns.bp", "--data", "d.csv", "--json", "--seed", "3", "--hidden", "Urn"];
     let report: Value = serde_json::from_str(&written(&folder.bp(&arguments))).unwrap();
     assert_eq!((&report["cases"], &report["hidden"][0]), (&Value::from(4), &Value::from("Urn")));
     assert_eq!(report["expectation"]["seed"], 3);
@@ -102,6 +102,13 @@ fn a_report_is_json_too() {
         serde_json::from_str::<Value>(&written(&folder.bp(&arguments))).unwrap(),
         "a seed is a run"
     );
+    // Not there yet: what was found is written all the same, and the exit status says so.
+    let short = folder.bp(&[&arguments[..], &["--iterations", "1", "--out", "learned.bp"]].concat());
+    assert_eq!(short.status.code(), Some(1));
+    assert!(said(&short).contains("not converged after 1 step: raise `--iterations`"), "{}", said(&short));
+    let report: Value = serde_json::from_slice(&short.stdout).unwrap();
+    assert_eq!(report["expectation"]["converged"], false);
+    assert!(folder.path("learned.bp").exists());
 }
 
 #[test]
@@ -116,4 +123,42 @@ fn wrong_data_leave_no_file() {
     let missing = folder.bp(&["learn", "urns.bp", "--data", "no.csv"]);
     assert!(said(&missing).contains("`no.csv`"), "{}", said(&missing));
     assert_eq!(folder.bp(&["learn", "urns.bp"]).status.code(), Some(2));
+}
+
+#[test]
+fn columns_are_variables_or_there_is_a_word_for_them() {
+    let text = "program Flu { variables { Flu, Fever : bool; } decomposition { P(Flu) P(Fever | Flu) }
+        forms { P(Flu) = unknown; P(Fever | Flu) = unknown; } }";
+    let table = "Flu,fever,id,n\n1,1,a,3\n0,0,b,5\n";
+    let folder = Folder::with(&[("flu.bp", text), ("d.csv", table)]);
+    let slip = folder.bp(&["learn", "flu.bp", "--data", "d.csv", "--ignore", "id", "--weight", "n"]);
+    assert_eq!(slip.status.code(), Some(1));
+    assert!(said(&slip).contains("did you mean `Fever`?"), "{}", said(&slip));
+    let told = "learn flu.bp --data d.csv --ignore id --ignore fever --weight n --hidden Fever";
+    let report = written(&folder.bp(&told.split(' ').collect::<Vec<_>>()));
+    assert!(report.starts_with("2 cases; weight 8; "), "{report}");
+    assert!(report.contains("hidden: Fever"), "{report}");
+}
+
+#[test]
+fn labels_in_quotes_and_sizes_of_data_are_learned_through_the_command() {
+    let text = "program Ages over R in Rooms { variables { Age : { \"<20\", \"20+\" }; T : real; }
+        decomposition { P(Age) P(T | Age) }
+        forms { P(Age) = unknown(histogram); P(T | Age) = normal(warm[R, Age], spread); }
+        identification { warm from diary by R; spread from diary; } question age { P(Age | T = 20) } }";
+    let table = "R,Age,T\n0,<20,20\n0,<20,22\n0,20+,10\n1,20+,20\n1,20+,23\n1,<20,11\n";
+    let folder = Folder::with(&[("ages.bp", text), ("d.csv", table)]);
+    written(&folder.bp(&["learn", "ages.bp", "--data", "d.csv", "--out", "l.bp"]));
+    let learned = std::fs::read_to_string(folder.path("l.bp")).unwrap();
+    assert!(learned.contains("warm[Rooms, 0..=1] : real = [21, 10, 11, 21.5];"), "{learned}");
+    let answer = folder.bp(&["ask", "l.bp", "age", "--set", "Rooms=2", "--json"]);
+    let answer: Value = serde_json::from_str(&written(&answer)).unwrap();
+    // Residuals ±1, 0, ±1.5, 0: s² = 6.5/6. In room 1, 20 is 1.5 from 21.5 and 9 from 11.
+    let (near, far) = ((-0.5 * 1.5_f64.powi(2) * 6.0 / 6.5).exp(), (-0.5 * 81.0 * 6.0 / 6.5_f64).exp());
+    let rows = answer["answer"].as_array().unwrap();
+    let p = rows.iter().find(|row| row["values"]["R"] == "1" && row["values"]["Age"] == "20+");
+    let p = p.unwrap_or_else(|| panic!("{answer}"))["p"].as_f64().unwrap();
+    assert!((p - near / (near + far)).abs() < 1e-12, "{answer}");
+    let small = folder.bp(&["ask", "l.bp", "age", "--set", "Rooms=3"]);
+    assert!(said(&small).contains("4 numbers were given, but 6 are expected"), "{}", said(&small));
 }

@@ -75,13 +75,14 @@ fn learns_to_drive(behaviour: usize, count: usize) {
         .collect();
     let learned = observed(&model, &["Dir", "Prox", "Vrot"], &triples).learned().unwrap();
     let rows = probabilities(learned.model(), "turn", &[]);
-    // The law of a context's own speeds where they differ, else that of all.
+    // The law of a context's own speeds; where these are all one it is that one, and where there are none that of all.
     let all: Vec<f64> = triples.iter().map(|triple| triple[2]).collect();
     let expected = (-10..=10).flat_map(|dir| (0..=15).map(move |prox| (dir, prox))).flat_map(|context| {
-        let own =
-            contexts.get(&context).map(|speeds| fitted(speeds)).filter(|(_, deviation)| *deviation > 0.0);
-        let (mean, deviation) = own.unwrap_or_else(|| fitted(&all));
-        speed(mean, deviation)
+        let (mean, deviation) = contexts.get(&context).map_or_else(|| fitted(&all), |speeds| fitted(speeds));
+        match deviation > 0.0 {
+            true => speed(mean, deviation),
+            false => (-10..=10).map(|speed| f64::from(u8::from(f64::from(speed) == mean))).collect(),
+        }
     });
     near(&rows, &expected.collect::<Vec<f64>>(), 1e-9);
     contexts.retain(|_, speeds| fitted(speeds).1 > 0.0);

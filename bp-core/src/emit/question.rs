@@ -179,6 +179,9 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
                 let (count, fixed) = (numbers.len(), local("TABLE", id));
                 text.line(format!("static {fixed}: [f64; {count}] = {numbers:?};"));
                 text.line(format!("let {name}: &[f64] = &{fixed};"));
+                if buffer.axes.iter().any(|axis| kernel.axes[*axis].extent.size.is_some()) {
+                    text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
+                }
             }
             Role::Positions => {
                 let Given::Derived(expression) = names::given(kernel, id) else {

@@ -150,7 +150,10 @@ impl<'a, T: Clone> Inputs<'a, T> {
                 }
                 Role::Table(numbers) => match self.arrays.contains_key(&buffer.name) {
                     true => self.bind_array(&bound, id, false, false)?,
-                    false => Array::Owned(in_precision(numbers)),
+                    false => {
+                        check_length(&buffer.name, numbers.len(), bound.length(id))?;
+                        Array::Owned(in_precision(numbers))
+                    }
                 },
                 Role::Positions => {
                     let table = self

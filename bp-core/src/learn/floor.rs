@@ -35,7 +35,8 @@ pub(super) fn spread(law: Law, all: &Sample) -> f64 {
         Law::Lognormal if all.ends().0 > 0.0 => deviation(&all.map(f64::ln)),
         Law::Uniform => all.ends().1 - all.ends().0,
         Law::Exponential => all.mean_of(|x| x),
-        _ => 0.0,
+        // Their shape alone says how narrow they are; this says that they differ.
+        _ => all.ends().1 - all.ends().0,
     }
 }
 
@@ -87,10 +88,10 @@ pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) ->
         Law::Uniform if floor > 0.0 => Ok(vec![low - 0.5 * floor, high + 0.5 * floor]),
         Law::Exponential if floor > 0.0 && low >= 0.0 => Ok(vec![1.0 / floor]),
         Law::Poisson if low >= 0.0 => Ok(vec![mean.max(LEAST_RATE)]),
-        Law::Gamma if low > 0.0 => Ok(vec![MOST_SHAPE, MOST_SHAPE / mean]),
-        Law::Weibull if low > 0.0 => Ok(vec![MOST_SHAPE, mean]),
-        Law::Beta if low > 0.0 && high < 1.0 => Ok(vec![MOST_SHAPE * mean, MOST_SHAPE * (1.0 - mean)]),
-        Law::VonMises => {
+        Law::Gamma if floor > 0.0 && low > 0.0 => Ok(vec![MOST_SHAPE, MOST_SHAPE / mean]),
+        Law::Weibull if floor > 0.0 && low > 0.0 => Ok(vec![MOST_SHAPE, mean]),
+        Law::Beta if floor > 0.0 && low > 0.0 && high < 1.0 => Ok(vec![MOST_SHAPE * mean, MOST_SHAPE * (1.0 - mean)]),
+        Law::VonMises if floor > 0.0 => {
             let (sine, cosine) = (sample.mean_of(f64::sin), sample.mean_of(f64::cos));
             let length = sine.hypot(cosine);
             // Angles that prefer no direction: I₁(κ)/I₀(κ) is about κ/2.

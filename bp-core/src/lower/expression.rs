@@ -18,21 +18,25 @@ impl Lowering<'_> {
                 let declared = &self.model.parameters[parameter];
                 let (name, over, default) =
                     (declared.name.clone(), declared.over.clone(), declared.default.clone());
+                // Numbers that come with the program stand in the order of the indices.
+                let is_table = default.len() > 1;
                 let mut axes = Vec::new();
                 let (mut places, mut plate_places) = (Vec::new(), Vec::new());
                 for (index, space) in indices.iter().zip(&over) {
                     let place = self.place(*index, space)?;
                     let on_plate = matches!(space, IndexSpace::Set(set)
                         if self.model.plate.is_some_and(|plate| plate.set == *set));
-                    if on_plate { plate_places.extend(place) } else { places.extend(place) }
+                    if on_plate && !is_table { plate_places.extend(place) } else { places.extend(place) }
                 }
                 let known = self.builder.so_far().buffer(&name);
                 if known.is_none() {
                     for space in over.iter() {
                         axes.extend(self.index_axes(&name, space));
                     }
-                    // The plate's axes come last, whatever the order of the indices.
-                    axes.sort_by_key(|axis| self.plate.contains(axis));
+                    // Of what is given the plate's axes come last, whatever the order of the indices.
+                    if !is_table {
+                        axes.sort_by_key(|axis| self.plate.contains(axis));
+                    }
                 }
                 places.extend(plate_places);
                 let role = match default.as_slice() {

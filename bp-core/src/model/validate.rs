@@ -80,11 +80,11 @@ fn parameter_faults(model: &Model) -> Vec<Fault> {
             let (found, counts) =
                 (parameter.default.len(), parameter.over.iter().map(|over| model.index_count(over)));
             let expected = counts.product::<Option<usize>>();
-            (found > 1 && expected != Some(found)).then(|| {
+            // Where the number of places is not known yet, it is checked when a question is asked.
+            (found > 1 && expected.is_some_and(|expected| expected != found)).then(|| {
                 let expected = match expected {
-                    Some(1) => "is one number".to_owned(),
+                    Some(1) | None => "is one number".to_owned(),
                     Some(expected) => format!("has {expected} places"),
-                    None => "has a number of places that is not known here".to_owned(),
                 };
                 fault(place, format!("`{name}` {expected}, but {found} numbers are given"))
             })

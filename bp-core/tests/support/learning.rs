@@ -7,7 +7,7 @@ use super::{model_of, question};
 use bp_core::answer::ask;
 use bp_core::data::read_table;
 use bp_core::exec::Inputs;
-use bp_core::learn::{Case, Learned, Learner};
+use bp_core::learn::{Case, Columns, Learned, Learner, sizes};
 use bp_core::model::Model;
 use bp_core::source::Source;
 use bp_core::syntax::{compile, graft, parse};
@@ -24,11 +24,19 @@ pub(crate) fn case(model: &Model, values: &[(&str, &str)]) -> Case {
     values.iter().fold(Case::new(model), |case, (name, value)| case.with_value(model, name, value).unwrap())
 }
 
-/// A learner that has seen a table, written with commas.
+/// A learner that has seen a table, written with commas; variables without a column are hidden.
 pub(crate) fn seen(text: &str, table: &str) -> Learner {
-    let mut learner = Learner::new(&model_of(text)).unwrap_or_else(|error| panic!("{error}"));
+    let model = model_of(text);
     let table = read_table(Path::new("data.csv"), table.as_bytes()).unwrap();
-    learner.observe_table(&table).unwrap_or_else(|error| panic!("{error}"));
+    let names = model.variables.ids().map(|id| model.variable_name(id));
+    let has = |name: &String| {
+        table.columns.iter().any(|column| column == name || column.starts_with(&format!("{name}[")))
+    };
+    let hidden = names.filter(|name| !has(name)).collect();
+    let given = sizes(&model, &table, Inputs::new()).unwrap_or_else(|error| panic!("{error}"));
+    let mut learner = Learner::with(&model, &given).unwrap_or_else(|error| panic!("{error}"));
+    let columns = Columns { hidden, ..Columns::default() };
+    learner.observe_table(&table, &columns).unwrap_or_else(|error| panic!("{error}"));
     learner
 }
 

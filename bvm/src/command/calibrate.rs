@@ -208,7 +208,7 @@ fn identified(scored: &[Scored]) -> Result<(f64, f64), Error> {
     for claim in scored.iter().step_by(scored.len().div_ceil(4000)) {
         learner.observe(&Case::new(&model).with(error, f64::from(claim.error)))?;
     }
-    let settings = Settings { iterations: 200, ..Settings::default() };
+    let settings = Settings { iterations: 200, tolerance: 1e-5, ..Settings::default() };
     let learned = learner.learned_with(&settings, &mut |_, _| {})?;
     let numbers = |name: &str| {
         let parameter = learned.model().parameters.values().find(|parameter| parameter.name == name);

@@ -6,12 +6,16 @@
 use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
 use crate::numbers::six_digits;
+use crate::settings::{self, Meaning};
 use crate::wrap::{WIDTH, filled, wrapped};
 use crate::{output, program};
-use bp_core::learn::{Learned, Learner, Report, Settings};
+use bp_core::learn::{Columns, Learned, Learner, Report, Settings, sizes};
+use bp_core::model::Model;
 use bp_core::source::Source;
+use bp_core::spelling::quoted;
 use bp_core::syntax::{compile, graft, parse};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
@@ -20,12 +24,19 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   bp learn spam.bp --data mails.csv --out learned.bp
-  bp learn weights.bp --data weights.csv --out learned.bp --iterations 200
-  bp learn asia.bp --data records.csv --json
+  bp learn weights.bp --data weights.csv --hidden Kind --out learned.bp
+  bp learn asia.bp --data records.csv --ignore id --weight count --json
+  bp learn binaural.bp --data recordings.csv --hidden O --out calibrated.bp
 
-The first row of the data names the columns; those that name no variable are left
-out. An empty cell, `NA`, `NaN` and `?` are missing. A variable without a column is hidden:
-its distribution is learned by expectation-maximisation.")]
+The first row of the data names the columns: one for each variable, `L[0]`,
+`L[1]`, … for the elements of a family, and the index of a program that is
+repeated over a set (`C` of `program Binaural over C in Grid`). An empty cell,
+`NA`, `NaN` and `?` are missing. A variable that has no column must be said to be
+hidden, by `--hidden` or by `hidden Kind;` in `identification`; a column that no
+variable has must be ignored. What is hidden or missing is summed out, by
+expectation-maximisation. It ends where neither ln likelihood nor any number
+changes by more than the thresholds say; if it does not get there, the exit status
+is 1, and what was found so far is written all the same.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
@@ -34,6 +45,20 @@ pub(crate) struct Arguments {
     data: PathBuf,
     #[command(flatten)]
     separator: Separator,
+    /// A variable that has no column; may be repeated.
+    #[arg(long, value_name = "VARIABLE")]
+    hidden: Vec<String>,
+    /// A column that is left out, such as an id; may be repeated.
+    #[arg(long, value_name = "COLUMN")]
+    ignore: Vec<String>,
+    /// The column that says how often each row came: a number of at least 0.
+    #[arg(long, value_name = "COLUMN")]
+    weight: Option<String>,
+    /// A size, or a parameter that is not learned: `Grid=64`, `tau_max=0.001`.
+    /// The sizes of families and of the program's own set are else those of the
+    /// data.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    settings: Vec<String>,
     /// Where the learned program is written; without it, only the report is.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -46,9 +71,17 @@ pub(crate) struct Arguments {
     /// The most steps, where something is hidden.
     #[arg(long, default_value_t = Settings::default().iterations, value_parser = at_least_one)]
     iterations: usize,
-    /// The gain in ln likelihood below which no more steps are made.
-    #[arg(long, default_value_t = Settings::default().threshold, value_name = "GAIN")]
+    /// The change of ln likelihood, of itself, below which it is at rest.
+    #[arg(long, default_value_t = Settings::default().threshold, value_name = "PART", value_parser = part)]
     threshold: f64,
+    /// The change of a number, of itself, below which it is at rest.
+    #[arg(long, default_value_t = Settings::default().tolerance, value_name = "PART", value_parser = part)]
+    tolerance: f64,
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| (0.0..f64::INFINITY).contains(number));
+    number.ok_or_else(|| "expected a number of at least 0".to_owned())
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {
@@ -61,10 +94,22 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Ok(model) => model,
         Err(wrong) => return Err(Failure::Wrong(wrong, source)),
     };
-    let mut learner = Learner::new(&model)?;
-    learner.observe_table(&data::open(&arguments.data, &arguments.separator)?)?;
-    let settings =
-        Settings { seed: arguments.seed, iterations: arguments.iterations, threshold: arguments.threshold };
+    let table = data::open(&arguments.data, &arguments.separator)?;
+    let given = settings::Settings::read(&model, &arguments.settings, &names(&model))?;
+    let given = sizes(&model, &table, given.inputs())?;
+    let mut learner = Learner::with(&model, &given)?;
+    let columns = Columns {
+        hidden: arguments.hidden.clone(),
+        ignore: arguments.ignore.clone(),
+        weight: arguments.weight.clone(),
+    };
+    learner.observe_table(&table, &columns)?;
+    let settings = Settings {
+        seed: arguments.seed,
+        iterations: arguments.iterations,
+        threshold: arguments.threshold,
+        tolerance: arguments.tolerance,
+    };
     let bar = progress(settings.iterations);
     let learned = learner.learned_with(&settings, &mut |iteration, ln_likelihood| {
         bar.set_position(iteration as u64);
@@ -83,7 +128,22 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
         false => show(&learned.report, arguments, out)?,
     }
-    Ok(())
+    match &learned.report.expectation {
+        Some(course) if !course.converged => {
+            let steps = counted(course.steps, "step");
+            Err(Failure::Words(format!(
+                "not converged after {steps}: raise `--iterations`, or `--threshold` and `--tolerance`"
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What can be set.
+fn names(model: &Model) -> BTreeMap<String, Meaning> {
+    let sets = model.sets.iter().map(|(id, set)| (set.name.clone(), Meaning::Set(id)));
+    let parameters = model.parameters.iter().map(|(id, it)| (it.name.clone(), Meaning::Parameter(id)));
+    sets.chain(parameters).collect()
 }
 
 /// A bar on stderr, where that is a terminal.
@@ -118,7 +178,8 @@ fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Re
         counted(report.cells_missing, "cell")
     );
     if !report.hidden.is_empty() {
-        remark.push_str(&format!(" Hidden: {}.", report.hidden.join(", ")));
+        let hidden: Vec<_> = report.hidden.iter().map(|name| quoted(name)).collect();
+        remark.push_str(&format!(" Hidden: {}.", hidden.join(", ")));
     }
     if let Some(program) = file.programs.last_mut() {
         program.comments.before.retain(|comment| !comment.starts_with("// Learned from "));
@@ -142,12 +203,19 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         format!("{} missing", counted(report.cells_missing, "cell")),
         format!("ln likelihood {}", six_digits(report.ln_likelihood)),
     ];
+    if let Some(weight) = report.weight {
+        facts.insert(1, format!("weight {weight}"));
+    }
     if !report.hidden.is_empty() {
         facts.push(format!("hidden: {}", report.hidden.join(", ")));
     }
-    if let Some(expectation) = &report.expectation {
-        let end = if expectation.converged { "converged" } else { "not converged: raise --iterations" };
-        facts.push(format!("{}, {end}", counted(expectation.iterations, "step")));
+    if let Some(course) = &report.expectation {
+        let end = match (course.converged, course.held) {
+            (true, true) => "converged: a further step would lower ln likelihood",
+            (true, false) => "converged",
+            (false, _) => "not converged",
+        };
+        facts.push(format!("{}, {end}", counted(course.steps, "step")));
     }
     write!(out, "{}", wrapped("", &facts.join("; "), 2))?;
     writeln!(out)?;
@@ -198,9 +266,9 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
                 empty(form)
             ));
         }
-        if form.pooled > 0 {
-            let few = counted(form.pooled, "context");
-            remarks.push(format!("too few cases for {few}: the law of all cases together"));
+        if form.floored > 0 {
+            let few = counted(form.floored, "context");
+            remarks.push(format!("the values of {few} are alike: the law is held at its narrowest (floored)"));
         }
         for remark in remarks {
             write!(out, "{}", wrapped("  ", &format!("{}: {remark}", form.form), 4))?;

@@ -1,0 +1,8 @@
+//! Learning over plates and families, from columns of every kind, of names in quotes.
+//!
+//! In: programs and tables written here. Out: learned programs. Invariant: as in `learning.rs`: expected numbers are hand
+//! arithmetic.
+
+mod columns;
+mod plates;
+mod quoted;
