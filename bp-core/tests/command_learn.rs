@@ -59,7 +59,16 @@ const DATA: &str = "Ball,Urn,Size,Day\nRed,Left,1,Monday\nRed,Left,3,Monday\nWhi
 #[test]
 fn a_learned_program_is_asked_as_any_other() {
     let folder = Folder::with(&[("urns.bp", PROGRAM), ("d.csv", DATA)]);
-    let report = written(&folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--ignore", "Day", "--out", "learned.bp"]));
+    let report = written(&folder.bp(&[
+        "learn",
+        "urns.bp",
+        "--data",
+        "d.csv",
+        "--ignore",
+        "Day",
+        "--out",
+        "learned.bp",
+    ]));
     assert!(report.starts_with("5 cases; 2 cells missing; ln likelihood "), "{report}");
     assert!(
         report.contains("written to learned.bp") && report.lines().all(|line| line.chars().count() <= 80)

@@ -264,9 +264,8 @@ fn wrong_data_are_told_with_their_place() {
     let text = program("X : 1..=6; C : { red, green };", "P(X) P(C)", "P(X) = unknown; P(C) = unknown;");
     let told = |table: &str| {
         let mut learner = Learner::new(&model_of(&text)).unwrap();
-        match read_table(Path::new("d.csv"), table.as_bytes()).and_then(|table| {
-            learner.observe_table(&table, &Columns::default())
-        })
+        match read_table(Path::new("d.csv"), table.as_bytes())
+            .and_then(|table| learner.observe_table(&table, &Columns::default()))
         {
             Err(error) => error.to_string(),
             Ok(()) => panic!("{table}"),

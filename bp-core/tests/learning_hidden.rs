@@ -251,7 +251,11 @@ fn by_default_a_mixture_is_learned_to_its_maximum() {
     let found = [default(&learned, "p"), default(&learned, "mu"), default(&learned, "sigma")].concat();
     near(&found, &[p, mu[0], mu[1], sigma[0], sigma[1]], 2e-3);
     near(&found[..1], &[p], 5e-5);
-    assert!((learned.report.ln_likelihood - ln).abs() < 1e-7 * ln.abs(), "{} {ln}", learned.report.ln_likelihood);
+    assert!(
+        (learned.report.ln_likelihood - ln).abs() < 1e-7 * ln.abs(),
+        "{} {ln}",
+        learned.report.ln_likelihood
+    );
 }
 
 #[test]
@@ -280,7 +284,8 @@ fn a_component_that_closes_in_on_equal_values_is_held() {
 #[test]
 fn a_law_of_equal_values_is_their_own_and_not_that_of_all() {
     // A thousand zeros: their rate goes to 0, and is not written as 0.
-    let zeros = program("A : bool; N : 0..=60;", "P(A) P(N | A)", "P(A) = uniform; P(N | A) = unknown(poisson);");
+    let zeros =
+        program("A : bool; N : 0..=60;", "P(A) P(N | A)", "P(A) = uniform; P(N | A) = unknown(poisson);");
     let table = format!("A,N\n{}1,17\n1,22\n", "0,0\n".repeat(1000));
     let learned = seen(&zeros, &table).learned().unwrap();
     assert_eq!((learned.report.forms[0].floored, learned.report.forms[0].empty), (1, 0));
@@ -310,11 +315,17 @@ fn many_reals_do_not_underflow() {
     // 400 reals of 20 cases, far from both laws: P of a case is about e^−1000 000 under either.
     let names: Vec<String> = (0..400).map(|number| format!("F{number}")).collect();
     let factors: String = names.iter().map(|name| format!(" P({name} | C)")).collect();
-    let forms: String =
-        names.iter().map(|name| format!(" P({name} | C) = normal(if C {{ mean }} else {{ 1 }}, 1);")).collect();
-    let text = program(&format!("C : bool; {} : real;", names.join(", ")), &format!("P(C){factors}"), &format!("P(C) = bernoulli(p);{forms}"))
-        .replace("variables", "parameters { p : probability = 0.4; mean : real = 2; } variables")
-        .replace("forms {", "identification { p, mean from d; } forms {");
+    let forms: String = names
+        .iter()
+        .map(|name| format!(" P({name} | C) = normal(if C {{ mean }} else {{ 1 }}, 1);"))
+        .collect();
+    let text = program(
+        &format!("C : bool; {} : real;", names.join(", ")),
+        &format!("P(C){factors}"),
+        &format!("P(C) = bernoulli(p);{forms}"),
+    )
+    .replace("variables", "parameters { p : probability = 0.4; mean : real = 2; } variables")
+    .replace("forms {", "identification { p, mean from d; } forms {");
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(4);
     let mut table = names.join(",");
     let (mut high, mut total, mut sum) = (0.0, 0.0, 0.0);

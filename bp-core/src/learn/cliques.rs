@@ -79,8 +79,7 @@ impl Cliques {
     /// ln Σ Π of tables of logarithms, one for each family, and the probabilities of each family's cells. All of them are
     /// 0 where the sum is.
     pub(super) fn sum(&self, tables: &[Vec<f64>]) -> (f64, Vec<Vec<f64>>) {
-        let mut beliefs: Vec<Vec<f64>> =
-            self.cliques.iter().map(|clique| vec![0.0; clique.cells]).collect();
+        let mut beliefs: Vec<Vec<f64>> = self.cliques.iter().map(|clique| vec![0.0; clique.cells]).collect();
         for (table, (home, places)) in tables.iter().zip(&self.homes) {
             add(&mut beliefs[*home], table, places);
         }
@@ -160,7 +159,8 @@ fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usize) -> Vec<u
     }
     let mut places = vec![0];
     for (slot, stride) in from.iter().zip(strides) {
-        let each = |place: &u32| (0..count(*slot)).map(|value| place + (value * stride) as u32).collect::<Vec<_>>();
+        let each =
+            |place: &u32| (0..count(*slot)).map(|value| place + (value * stride) as u32).collect::<Vec<_>>();
         places = places.iter().flat_map(each).collect();
     }
     places
@@ -213,7 +213,8 @@ mod tests {
             assert!((found - expected / sum).abs() < 1e-12, "{found} {}", expected / sum);
         }
         assert_eq!(Cliques::new(&families, &|slot| counts[slot], 6).unwrap_err().len(), 3);
-        let nothing = cliques.sum(&tables.iter().map(|table| vec![f64::NEG_INFINITY; table.len()]).collect::<Vec<_>>());
+        let nothing =
+            cliques.sum(&tables.iter().map(|table| vec![f64::NEG_INFINITY; table.len()]).collect::<Vec<_>>());
         assert_eq!(nothing.0, f64::NEG_INFINITY);
     }
 }

@@ -45,9 +45,7 @@ impl Learner {
         let size = |name: &str| program.size(name);
         let values: Vec<Option<Values<'_>>> = (roles.iter())
             .map(|role| match role {
-                Role::Slot(slot) => {
-                    Some(Values::new(&program.model, program.slots[*slot].variable, &size))
-                }
+                Role::Slot(slot) => Some(Values::new(&program.model, program.slots[*slot].variable, &size)),
                 Role::Weight => Some(Values::reals("weight")),
                 Role::Ignored => None,
             })
@@ -184,11 +182,7 @@ fn argument(name: &str) -> String {
 ///
 /// # Errors
 /// A cell of the index is no element of the set.
-pub fn sizes<'g>(
-    model: &Model,
-    table: &Table,
-    given: Inputs<'g, f64>,
-) -> Result<Inputs<'g, f64>, Error> {
+pub fn sizes<'g>(model: &Model, table: &Table, given: Inputs<'g, f64>) -> Result<Inputs<'g, f64>, Error> {
     let mut given = given;
     let at_least = |name: &str, size: i64, given: Inputs<'g, f64>| {
         let known = super::program::set_size(name, &given).is_some();

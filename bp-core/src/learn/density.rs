@@ -39,13 +39,17 @@ impl<'p> Densities<'p> {
         let left = self.setting.left_value(instance, values);
         let ln = match &self.tables[number] {
             Some(table) => {
-                let row = table.right.iter().map(|(slot, stride)| values[*slot] as usize * stride).sum::<usize>();
+                let row =
+                    table.right.iter().map(|(slot, stride)| values[*slot] as usize * stride).sum::<usize>();
                 match table.rows[row].get() {
                     Some(row) => row[left as usize],
                     None => {
                         let distribution = self.setting.distribution(instance, values)?;
-                        let count: usize =
-                            instance.left.iter().map(|slot| self.program.slots[*slot].count.unwrap_or(1)).product();
+                        let count: usize = instance
+                            .left
+                            .iter()
+                            .map(|slot| self.program.slots[*slot].count.unwrap_or(1))
+                            .product();
                         let own = (0..count).map(|value| distribution.ln_density(value as f64));
                         table.rows[row].get_or_init(|| own.collect())[left as usize]
                     }
@@ -57,7 +61,10 @@ impl<'p> Densities<'p> {
             true => Ok(ln),
             false => {
                 let shown = self.program.spelled(instance.left[0], values[instance.left[0]]);
-                let message = format!("at {shown} its density is {}", if ln.is_nan() { "not a number" } else { "infinite" });
+                let message = format!(
+                    "at {shown} its density is {}",
+                    if ln.is_nan() { "not a number" } else { "infinite" }
+                );
                 Err(self.program.wrong(instance.factor, message))
             }
         }
@@ -73,7 +80,8 @@ impl Table {
             right.push((*slot, stride));
             stride = stride.checked_mul(count(*slot)?)?;
         }
-        let cells = family.instance.left.iter().try_fold(stride, |cells, slot| cells.checked_mul(count(*slot)?))?;
+        let cells =
+            family.instance.left.iter().try_fold(stride, |cells, slot| cells.checked_mul(count(*slot)?))?;
         let fits = cells <= MOST_CELLS && stride <= 16 * cases.max(16);
         fits.then(|| Self { right, rows: (0..stride).map(|_| OnceLock::new()).collect() })
     }

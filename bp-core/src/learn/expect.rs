@@ -92,13 +92,7 @@ impl Cases {
         Ok(all)
     }
 
-    fn case(
-        &mut self,
-        finder: &mut Finder<'_>,
-        key: &Key,
-        weight: f64,
-        number: usize,
-    ) -> Result<(), Error> {
+    fn case(&mut self, finder: &mut Finder<'_>, key: &Key, weight: f64, number: usize) -> Result<(), Error> {
         let (program, pattern) = (finder.program, &self.patterns[number]);
         let mut numbers: Vec<f64> =
             key.iter().map(|bits| if *bits == MISSING { f64::NAN } else { f64::from_bits(*bits) }).collect();
@@ -295,8 +289,13 @@ fn impossible(program: &Program, case: &[f64], family: Option<usize>) -> Error {
 
 /// The variables that no case shows.
 pub(super) fn never_seen(program: &Program, seen: &[usize]) -> Vec<String> {
-    let shown: BTreeSet<VariableId> =
-        program.slots.iter().zip(seen).filter(|(_, seen)| **seen > 0).map(|(slot, _)| slot.variable).collect();
+    let shown: BTreeSet<VariableId> = program
+        .slots
+        .iter()
+        .zip(seen)
+        .filter(|(_, seen)| **seen > 0)
+        .map(|(slot, _)| slot.variable)
+        .collect();
     let hidden = program.model.variables.ids().filter(|id| !shown.contains(id));
     hidden.map(|id| program.model.variable_name(id)).collect()
 }

@@ -90,7 +90,9 @@ pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) ->
         Law::Poisson if low >= 0.0 => Ok(vec![mean.max(LEAST_RATE)]),
         Law::Gamma if floor > 0.0 && low > 0.0 => Ok(vec![MOST_SHAPE, MOST_SHAPE / mean]),
         Law::Weibull if floor > 0.0 && low > 0.0 => Ok(vec![MOST_SHAPE, mean]),
-        Law::Beta if floor > 0.0 && low > 0.0 && high < 1.0 => Ok(vec![MOST_SHAPE * mean, MOST_SHAPE * (1.0 - mean)]),
+        Law::Beta if floor > 0.0 && low > 0.0 && high < 1.0 => {
+            Ok(vec![MOST_SHAPE * mean, MOST_SHAPE * (1.0 - mean)])
+        }
         Law::VonMises if floor > 0.0 => {
             let (sine, cosine) = (sample.mean_of(f64::sin), sample.mean_of(f64::cos));
             let length = sine.hypot(cosine);

@@ -145,7 +145,9 @@ impl At<'_> {
         }
         let total: f64 = entries.iter().filter_map(|entry| self.number(*entry)).sum();
         if rests == 1 && (total - 1.0).abs() > 1e-9 {
-            return Err(self.wrong("what is written for the last probability of a row is not what the others leave"));
+            return Err(
+                self.wrong("what is written for the last probability of a row is not what the others leave")
+            );
         }
         let unknown = entries.iter().find_map(|entry| self.program.unknowns.entries.get(entry)).copied();
         Ok(Some((Kind::Row(row), unknown)))

@@ -152,8 +152,7 @@ impl Learner {
             let step = Step { keep: &keep, spreads: &spreads, iterating: false };
             outcomes = estimate(&mut learnable, &statistics, &step)?;
             let ln_likelihood = cases.expect(&learnable)?.ln_likelihood;
-            figures =
-                Figures { statistics: &statistics, outcomes: &outcomes, ln_likelihood, course: None };
+            figures = Figures { statistics: &statistics, outcomes: &outcomes, ln_likelihood, course: None };
         }
         let report = report(self, &learnable, figures);
         Ok(Learned { learnable, report })

@@ -63,8 +63,7 @@ pub(super) fn maximise(
     let spreads = spreads(learnable, start);
     let first = Step { keep, spreads: &spreads, iterating: true };
     let mut outcomes = estimate(learnable, start, &first)?;
-    let cells: BTreeSet<Cell> =
-        learnable.distributions().iter().flat_map(|it| cells_of(&it.kind)).collect();
+    let cells: BTreeSet<Cell> = learnable.distributions().iter().flat_map(|it| cells_of(&it.kind)).collect();
     let cells = cells.into_iter().collect();
     let mut iteration = Iteration { learnable, cases, cells, spreads, settings };
     let mut course = Course { seed: settings.seed, ..Course::default() };
@@ -164,7 +163,9 @@ impl Iteration<'_> {
         let scales = self.scales(&next.numbers);
         let moved = at.numbers.iter().zip(&next.numbers).zip(scales);
         gain <= self.settings.threshold * next.objective.abs().max(1.0)
-            && moved.into_iter().all(|((from, to), scale)| (to - from).abs() <= self.settings.tolerance * scale)
+            && moved
+                .into_iter()
+                .all(|((from, to), scale)| (to - from).abs() <= self.settings.tolerance * scale)
     }
 
     /// What the change of each number is compared with: its size; of a mean at least the deviation, of a probability or

@@ -64,9 +64,9 @@ pub(super) fn normals(
                     Some(number) => number,
                     None if learnable.is_declared(*cell) => continue,
                     None => {
-                        let all = all.entry(factor_of(learnable, own[0])).or_insert_with_key(|factor| {
-                            pool(learnable, statistics, &parts, *factor)
-                        });
+                        let all = all
+                            .entry(factor_of(learnable, own[0]))
+                            .or_insert_with_key(|factor| pool(learnable, statistics, &parts, *factor));
                         stand_in(learnable, all, own[0], place)?
                     }
                 };

@@ -5,8 +5,8 @@
 //! stand for.
 
 use super::distribution::Learnable;
-use super::program::Program;
 use super::parametric::{Shape, Unknown};
+use super::program::Program;
 use crate::ids::{ExpressionId, ParameterId};
 use crate::law::Law;
 use crate::model::{Domain, Factor, Fit, IndexSpace, Model, ParameterKind, VariableUse};

@@ -39,7 +39,10 @@ fn a_slip_in_a_column_is_told_with_a_guess() {
         "input `d.csv`: no column is called as the variable `Fever`; if it is hidden, say so: `--hidden Fever`, or \
          `hidden Fever;` in `identification`"
     );
-    assert!(told("Flu,fever\n1,1\n", &columns(&[], &["fever"], None)).contains("did you mean the column `fever`?"));
+    assert!(
+        told("Flu,fever\n1,1\n", &columns(&[], &["fever"], None))
+            .contains("did you mean the column `fever`?")
+    );
     assert!(told("Flu,Fever\n1,1\n", &columns(&[], &["id"], None)).contains("there is no column `id`"));
     assert!(told("Flu,Fever\n1,1\n", &columns(&["Feevr"], &[], None)).contains("did you mean `Fever`?"));
     assert!(told("Flu,Fever\n1,1\n", &columns(&["Fever"], &[], None)).contains("`--ignore Fever`"));
@@ -70,7 +73,14 @@ fn a_weight_is_so_many_rows() {
         "P(K) P(X | K) P(N | K)",
         "P(K) = unknown(dirichlet(0.5)); P(X | K) = unknown(normal, unbiased); P(N | K) = unknown(poisson);",
     );
-    let once = [("a", 0.3, 2, 3), ("a", 0.9, 0, 2), ("b", -1.7, 4, 1), ("b", 2.5, 5, 4), ("a", 7.0, 9, 0), ("", 1.1, 3, 2)];
+    let once = [
+        ("a", 0.3, 2, 3),
+        ("a", 0.9, 0, 2),
+        ("b", -1.7, 4, 1),
+        ("b", 2.5, 5, 4),
+        ("a", 7.0, 9, 0),
+        ("", 1.1, 3, 2),
+    ];
     let (mut weighted, mut repeated) = ("K,X,N,times\n".to_owned(), "K,X,N\n".to_owned());
     for (k, x, n, times) in once {
         weighted.push_str(&format!("{k},{x},{n},{times}\n"));
@@ -87,7 +97,8 @@ fn a_weight_is_so_many_rows() {
     let coin = program("X : bool;", "P(X)", "P(X) = unknown(histogram);");
     let learned = learn(&coin, halves, &columns(&[], &[], Some("w"))).unwrap();
     assert!(written(&coin, &learned).contains(&format!("bernoulli({})", 1.0 / 3.0)));
-    for (table, row) in [("X,w\n1,1\n0,-1\n", 3), ("X,w\n1,NA\n", 2), ("X,w\n1,inf\n", 2), ("X,w\n1,x\n", 2)] {
+    for (table, row) in [("X,w\n1,1\n0,-1\n", 3), ("X,w\n1,NA\n", 2), ("X,w\n1,inf\n", 2), ("X,w\n1,x\n", 2)]
+    {
         let told = learn(&coin, table, &columns(&[], &[], Some("w"))).unwrap_err();
         assert!(told.contains(&format!("`d.csv`, row {row}, column `w`")), "{told}");
     }

@@ -65,7 +65,16 @@ fn the_model_of_hearing_is_calibrated_cell_by_cell() {
     for (tau, mean) in [(0.0001, 0.0002), (0.0003, 0.0002), (-0.0002, -0.0003), (-0.0004, -0.0003)] {
         ln += pdf(tau, mean, 0.0001).ln();
     }
-    for (l, mean) in [(2.0, 3.0), (4.0, 3.0), (10.0, 10.0), (10.0, 10.0), (-1.0, -2.0), (-3.0, -2.0), (7.0, 8.0), (9.0, 8.0)] {
+    for (l, mean) in [
+        (2.0, 3.0),
+        (4.0, 3.0),
+        (10.0, 10.0),
+        (10.0, 10.0),
+        (-1.0, -2.0),
+        (-3.0, -2.0),
+        (7.0, 8.0),
+        (9.0, 8.0),
+    ] {
         ln += pdf(l, mean, 0.75_f64.sqrt()).ln();
     }
     ln += 2.0 * (1.0 / 0.0024 / 80.0 / 80.0_f64).ln();
@@ -85,11 +94,18 @@ fn a_field_over_the_plate_has_a_law_for_each_element_and_unknown_forms_one_for_a
     near(&default(&learned, "mean"), &[2.0, 22.0, 7.0, 31.0], 1e-14);
     near(&default(&learned, "spread"), &[1.0, 2.0, 2.0, (2.0_f64 / 3.0).sqrt()], 1e-14);
     assert!(written(text, &learned).contains("P(Warm) = bernoulli(0.5555555555555556);"));
-    let ln: f64 = [(1.0, 2.0, 1.0), (3.0, 2.0, 1.0), (20.0, 22.0, 2.0), (24.0, 22.0, 2.0), (5.0, 7.0, 2.0), (9.0, 7.0, 2.0)]
-        .iter()
-        .chain([30.0, 31.0, 32.0].map(|t| (t, 31.0, (2.0_f64 / 3.0).sqrt())).iter())
-        .map(|(t, mean, spread)| pdf(*t, *mean, *spread).ln())
-        .sum();
+    let ln: f64 = [
+        (1.0, 2.0, 1.0),
+        (3.0, 2.0, 1.0),
+        (20.0, 22.0, 2.0),
+        (24.0, 22.0, 2.0),
+        (5.0, 7.0, 2.0),
+        (9.0, 7.0, 2.0),
+    ]
+    .iter()
+    .chain([30.0, 31.0, 32.0].map(|t| (t, 31.0, (2.0_f64 / 3.0).sqrt())).iter())
+    .map(|(t, mean, spread)| pdf(*t, *mean, *spread).ln())
+    .sum();
     let expected = ln + 5.0 * (5.0_f64 / 9.0).ln() + 4.0 * (4.0_f64 / 9.0).ln();
     near(&[learned.report.ln_likelihood], &[expected], 1e-12);
 }
@@ -103,11 +119,13 @@ fn elements_of_a_family_pool_where_their_form_is_one() {
              forms {{ P(Hot) = unknown(histogram); P(A[i] | Hot) = unknown; P(X[i] | A[i]) = unknown(normal); }} }}"
         )
     };
-    for (text, first) in [(text("Rooms"), 0), (text("Rooms").replace("i in Rooms] :", "1..=2] :").replace("prod(i in Rooms)", "prod(i)"), 1)] {
+    for (text, first) in [
+        (text("Rooms"), 0),
+        (text("Rooms").replace("i in Rooms] :", "1..=2] :").replace("prod(i in Rooms)", "prod(i)"), 1),
+    ] {
         let (one, two) = (first, first + 1);
-        let rows = format!(
-            "Hot,A[{one}],A[{two}],X[{one}],X[{two}]\n1,1,1,2,4\n1,1,0,6,1\n0,0,0,1,4\n0,1,,12,\n"
-        );
+        let rows =
+            format!("Hot,A[{one}],A[{two}],X[{one}],X[{two}]\n1,1,1,2,4\n1,1,0,6,1\n0,0,0,1,4\n0,1,,12,\n");
         let learned = learned(&text, &rows);
         let words = written(&text, &learned);
         // Hot: three of four say 1. Not hot: one of three; the missing one says nothing.

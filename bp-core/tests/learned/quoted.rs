@@ -70,7 +70,11 @@ proptest! {
 #[test]
 fn numbers_are_written_as_they_are() {
     // Tenths, and numbers of many sizes, which a decimal of few digits would not be.
-    let text = program("K : { \"<20\", \"20+\" }; X : real;", "P(K) P(X | K)", "P(K) = unknown(histogram); P(X | K) = unknown;");
+    let text = program(
+        "K : { \"<20\", \"20+\" }; X : real;",
+        "P(K) P(X | K)",
+        "P(K) = unknown(histogram); P(X | K) = unknown;",
+    );
     let rows = "K,X\n<20,1e-9\n<20,3.3e-9\n<20,0\n20+,1e17\n20+,-7e16\n20+,1\n20+,2\n";
     let learned = learned(&text, rows);
     let words = written(&text, &learned);

@@ -268,7 +268,8 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         }
         if form.floored > 0 {
             let few = counted(form.floored, "context");
-            remarks.push(format!("the values of {few} are alike: the law is held at its narrowest (floored)"));
+            remarks
+                .push(format!("the values of {few} are alike: the law is held at its narrowest (floored)"));
         }
         for remark in remarks {
             write!(out, "{}", wrapped("  ", &format!("{}: {remark}", form.form), 4))?;
