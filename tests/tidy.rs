@@ -35,6 +35,7 @@ const PACKAGES: [&str; 37] = [
     "proc-macro2",
     "proptest",
     "pulp",
+    "pxfm",
     "quote",
     "rand",
     "rand_distr",

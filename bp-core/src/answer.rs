@@ -18,6 +18,7 @@ mod sampled;
 mod soft;
 mod table;
 
+pub use check::refused_number;
 pub use compiled::{CompiledQuestion, compile, plan_for_answer};
 pub use instants::read_instants;
 pub use link::link;
@@ -203,7 +204,7 @@ pub fn ask_over_time(
 ) -> Result<Vec<Answer>, Error> {
     let model = &*link(model)?;
     check::inputs(model, question, inputs)?;
-    over_time::answers(model, question, observations, inputs, sampling)
+    check::answers(over_time::answers(model, question, observations, inputs, sampling)?)
 }
 
 /// How close to the largest a score must be to be as good, as a fraction of it.

@@ -30,6 +30,7 @@ pub mod random;
 pub mod sample;
 pub mod source;
 pub mod space;
+pub mod special;
 pub mod spelling;
 pub mod syntax;
 pub mod time;

@@ -3,6 +3,7 @@
 //! In: numbers. Out: a number; truth values are 1 and 0. Invariant: every operator means the same in each
 //! back end; the interpreter's reading of it ([`Unary::apply`], [`Binary::apply`]) is the definition.
 
+pub use crate::special::{ln_bessel, ln_gamma, normal_cumulative};
 use serde::{Deserialize, Serialize};
 
 /// An operator on one number.
@@ -180,40 +181,6 @@ impl Binary {
             Binary::ArcTangent => (9, "atan2"),
         }
     }
-}
-
-/// Φ(x) = ½ erfc(−x/√2), accurate in both tails.
-pub fn normal_cumulative(x: f64) -> f64 {
-    0.5 * statrs::function::erf::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
-}
-
-/// ln Γ(x), for x > 0; +∞ at 0.
-pub fn ln_gamma(x: f64) -> f64 {
-    if x == 0.0 { f64::INFINITY } else { statrs::function::gamma::ln_gamma(x) }
-}
-
-/// ln I₀(x) for x ≥ 0: I₀(x) = Σ (x/2)²ᵏ / (k!)², and eˣ/√(2πx) · Σ Π (2j−1)² / (j! (8x)ʲ) from x = 30 on, where the
-/// terms left out are below 1e-16 (Abramowitz and Stegun 9.6.12, 9.7.1).
-pub fn ln_bessel(x: f64) -> f64 {
-    let x = x.abs();
-    let (mut term, mut sum) = (1.0, 1.0);
-    if x < 30.0 {
-        let square = 0.25 * x * x;
-        for k in 1..120 {
-            term *= square / f64::from(k * k);
-            sum += term;
-            if term < sum * 1e-17 {
-                break;
-            }
-        }
-        return sum.ln();
-    }
-    for j in 1..20 {
-        let odd = f64::from(2 * j - 1);
-        term *= odd * odd / (f64::from(j) * 8.0 * x);
-        sum += term;
-    }
-    x - 0.5 * (std::f64::consts::TAU * x).ln() + sum.ln()
 }
 
 #[cfg(test)]

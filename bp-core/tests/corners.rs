@@ -177,3 +177,32 @@ fn a_table_that_is_itself_what_is_asked() {
             P(B | A) = table { 0: 0.9, 0.1; 1: 0.8, 0.2; 2: 0.7, 0.3; 3: 0.6, 0.4; 4: 0.5, 0.5; }; } }";
     near(answers(text, "P(B | A)", &Inputs::new()), &[0.9, 0.1, 0.8, 0.2, 0.7, 0.3, 0.6, 0.4, 0.5, 0.5]);
 }
+
+#[test]
+fn weights_over_a_set_are_normalised_as_over_a_range() {
+    let text = |domain: &str, weight: &str| {
+        format!(
+            "program Weighed {{ parameters {{ w[Things] : real; }} variables {{ B : bool; V : {domain}; U : Things; }}
+             decomposition {{ P(B) P(V | B) P(U | B) }}
+             forms {{ P(B) = uniform; P(V | B) = weights({weight}); P(U | B) = weights(if B {{ w[U] }} else {{ 2 * w[U] + 1 }}); }} }}"
+        )
+    };
+    let weights = [1.0, 2.0, 3.0, 4.0];
+    let inputs = || Inputs::new().size("Things", 4).number("v", 1.0).number("u", 3.0).array("w", &weights);
+    for domain in ["Things", "0..=3"] {
+        // Each of four values alike, whatever B is: v says nothing of B, and ln P(V = v) = -ln 4.
+        let text = text(domain, "if B { 1 } else { 3 }");
+        near(answers(&text, "P(B | V = v)", &inputs()), &[0.5, 0.5]);
+        near(answers(&text, "P(B)", &inputs()), &[0.5, 0.5]);
+        near(answers(&text, "P(V | B = true)", &inputs()), &[0.25; 4]);
+        let model = model_of(&text);
+        let answer = ask(&model, &question(&model, "P(B | V = v)"), &inputs()).unwrap().remove(0);
+        assert!((answer.ln_evidence.unwrap() + 4f64.ln()).abs() < 1e-12, "{answer:?}");
+        // P(U = 3 | B) is 4/10 where B is true, 9/24 where it is false.
+        let (with, without) = (4.0 / 10.0, 9.0 / 24.0);
+        near(
+            answers(&text, "P(B | U = u)", &inputs()),
+            &[without / (with + without), with / (with + without)],
+        );
+    }
+}

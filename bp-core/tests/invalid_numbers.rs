@@ -6,7 +6,7 @@
 
 mod support;
 
-use bp_core::answer::{Answer, Figure, ask, ask_with};
+use bp_core::answer::{Answer, Figure, ask, ask_over_time, ask_with};
 use bp_core::distribution::Setting;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
@@ -159,6 +159,20 @@ fn a_chance_beyond_one_is_refused_though_the_product_is_a_probability() {
 }
 
 #[test]
+fn chains_over_time_refuse_them() {
+    let text = "program Slow over t in T { variables { X, X^-1 : 0..=3; Y : real; }
+        decomposition { P(X^-1) P(X | X^-1) P(Y | X) }
+        forms { P(X^-1) = previous(X) else uniform; P(X | X^-1) = uniform; P(Y | X) = normal(0, X); } }";
+    let model = model_of(text);
+    for word in ["filter", "smooth", "sequence"] {
+        let rows = vec![vec![("Y".to_owned(), 1.0)]; 3];
+        let asked = question(&model, &format!("{word} P(X | Y)"));
+        let found = ask_over_time(&model, &asked, &rows, &Inputs::new(), Sampling::default());
+        refused(found, ["`P(Y | X) = normal(0, X)`", "X = 0", "the standard deviation is 0,"]);
+    }
+}
+
+#[test]
 fn linear_and_gaussian_programs_refuse_them() {
     let text = "program Line { parameters { s : real = 1; } variables { X : real; Y : real; }
         decomposition { P(X) P(Y | X) } forms { P(X) = normal(0, 1); P(Y | X) = normal(X / s, s); } }";
@@ -217,4 +231,17 @@ fn an_impossible_context_has_zeros_or_no_row() {
     // −0.3 ln 0.3 − 0.7 ln 0.7
     assert!((entropy - 0.610_864_302_054_893_5).abs() < 1e-15, "{entropy}");
     assert_eq!(answer.answer[0].values, [("X".to_owned(), "false".to_owned())]);
+}
+
+#[test]
+fn a_draw_beyond_the_range_of_numbers_is_an_error() {
+    let text = "program Wide { variables { X : real; E : bool; } decomposition { P(X) P(E | X) }
+        forms { P(X) = lognormal(0, 2000); P(E | X) = bernoulli(if X > 1 { 0.9 } else { 0.1 }); } }";
+    let model = model_of(text);
+    let sampling = Sampling { particles: 500, seed: 1, ..Sampling::default() };
+    for text in ["P(X | E = true)", "expectation P(X | E = true)"] {
+        let error =
+            ask_with(&model, &question(&model, text), &Inputs::new(), sampling).unwrap_err().to_string();
+        assert!(error.contains("beyond the range of numbers"), "{error}");
+    }
 }

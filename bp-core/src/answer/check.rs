@@ -3,6 +3,7 @@
 //! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant:
 //! kernels know nothing of probability, so this is the one place where given numbers meet their domains.
 
+use super::{Answer, Estimate, Figure};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -72,14 +73,58 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
     Ok(())
 }
 
+/// Answers as they are, if all of their numbers can be written: none is NaN or infinite, but for a divergence.
+pub(super) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
+    for answer in &answers {
+        let numbers = answer.answer.iter().flat_map(|row| figures(&row.figure)).chain(answer.ln_evidence);
+        let of_estimate = |estimate: &Estimate| [Some(estimate.effective), estimate.ln_evidence_error];
+        let numbers = numbers.chain(answer.estimate.iter().flat_map(of_estimate).flatten());
+        if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
+            let message = format!("a number of the answer is {number}: it is beyond the range of numbers");
+            return Err(Error::Number { form: answer.question.clone(), context: String::new(), message });
+        }
+    }
+    Ok(answers)
+}
+
+fn figures(figure: &Figure) -> Vec<f64> {
+    match *figure {
+        Figure::Probability { p } => vec![p],
+        Figure::Estimated { p, error } => vec![p, error],
+        Figure::Entropy { entropy: number } | Figure::Information { information: number } => vec![number],
+        Figure::Expectation { expectation: number, error } | Figure::Variance { variance: number, error } => {
+            std::iter::once(number).chain(error).collect()
+        }
+        Figure::Real { mean, deviation, quantiles } => {
+            [mean, deviation].iter().chain(&quantiles).flatten().copied().collect()
+        }
+        Figure::Normal { mean, deviation } => vec![mean, deviation],
+        Figure::Draw { .. } | Figure::Divergence { .. } => Vec::new(),
+    }
+}
+
 /// Why an answer is not a number: the form of which a number cannot be, with its context.
 pub(super) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
-    let question = model.ask_text(ask);
+    let known = |setting: &Setting<'_>| {
+        Observations::of(setting, ask).unwrap_or_else(|_| Observations::none(setting)).values
+    };
+    refused(model, &model.ask_text(ask), inputs, known)
+}
+
+/// Why an output of a compiled question is not a number: the first form of the program that refuses a number, with its
+/// context.
+pub fn refused_number(model: &Model, output: &str, inputs: &Inputs<'_, f64>) -> Error {
+    refused(model, output, inputs, |setting| Observations::none(setting).values)
+}
+
+fn refused(
+    model: &Model,
+    question: &str,
+    inputs: &Inputs<'_, f64>,
+    known: impl Fn(&Setting<'_>) -> Vec<f64>,
+) -> Error {
     match Setting::new(model, inputs) {
         Err(error) => error,
-        Ok(setting) => {
-            let known = Observations::of(&setting, ask).unwrap_or_else(|_| Observations::none(&setting));
-            setting.not_a_number(&question, &known.values)
-        }
+        Ok(setting) => setting.not_a_number(question, &known(&setting)),
     }
 }

@@ -165,7 +165,8 @@ impl CompiledQuestion<'_> {
     pub fn ask_with(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
         let said = self.run(inputs, sampling)?;
         let asks = self.question.asks.iter().zip(&self.parts);
-        asks.map(|(ask, parts)| self.answer(ask, parts, &said, inputs, sampling)).collect()
+        let answers = asks.map(|(ask, parts)| self.answer(ask, parts, &said, inputs, sampling));
+        check::answers(answers.collect::<Result<_, _>>()?)
     }
 
     /// The whole conditional table of each thing asked, whatever is made of it otherwise.

@@ -28,8 +28,9 @@ impl Setting<'_> {
     /// As [`Setting::refused_number`]; where no form refuses a number, an error that names the question alone.
     pub fn not_a_number(&self, question: &str, known: &[f64]) -> Error {
         self.refused_number(known).unwrap_or_else(|| {
-            let reason = "its answer is beyond the range of numbers: densities of many reals that overflow";
-            Error::Unplanned { question: question.to_owned(), reason: reason.to_owned() }
+            let message =
+                "the answer is beyond the range of numbers: a density or a weight overflows".to_owned();
+            Error::Number { form: question.to_owned(), context: String::new(), message }
         })
     }
 

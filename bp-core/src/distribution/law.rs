@@ -32,8 +32,7 @@ pub(super) fn ln_density(law: Law, x: f64, parameters: &[f64; 2]) -> f64 {
 
 /// P(low < X ≤ high)
 pub(super) fn mass(law: Law, [low, high]: [f64; 2], parameters: &[f64]) -> f64 {
-    let closed = law.mass(&mut Numbers, low, high, parameters);
-    closed.unwrap_or_else(|| law.cumulative(high, parameters) - law.cumulative(low, parameters)).max(0.0)
+    law.between(low, high, parameters)
 }
 
 /// The x between two bounds below which, from the lower one on, lies this mass: by bisection.

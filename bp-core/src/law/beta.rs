@@ -8,9 +8,9 @@ use super::{
     fit::{NO_CONVERGENCE, TOO_EQUAL, trigamma},
 };
 use crate::operators::{Binary, Unary};
+use crate::special::digamma;
 use rand::Rng;
 use rand_distr::Distribution;
-use statrs::function::gamma::digamma;
 
 pub(super) const NAME: &str = "beta";
 pub(super) const PARAMETERS: [(&str, Constraint); 2] =
@@ -33,8 +33,8 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [a, b]: [A::Nu
     by.within(inside, value)
 }
 
-pub(super) fn cumulative(x: f64, [a, b]: [f64; 2]) -> f64 {
-    statrs::function::beta::beta_reg(a, b, x.clamp(0.0, 1.0))
+pub(super) fn tails(x: f64, [a, b]: [f64; 2]) -> (f64, f64) {
+    crate::special::beta(a, b, x, 1.0 - x)
 }
 
 pub(super) fn mean([a, b]: [f64; 2]) -> f64 {

@@ -36,12 +36,12 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Nu
 }
 
 /// I_{1−p}(n − x, x + 1)
-pub(super) fn cumulative(x: f64, [n, p]: [f64; 2]) -> f64 {
+pub(super) fn tails(x: f64, [n, p]: [f64; 2]) -> (f64, f64) {
     let x = x.floor();
     match x {
-        x if x < 0.0 => 0.0,
-        x if x >= n => 1.0,
-        _ => statrs::function::beta::beta_reg(n - x, x + 1.0, 1.0 - p),
+        x if x < 0.0 => (0.0, 1.0),
+        x if x >= n => (1.0, 0.0),
+        _ => crate::special::beta(n - x, x + 1.0, 1.0 - p, p),
     }
 }
 

@@ -30,8 +30,8 @@ pub(super) fn mass<A: Arithmetic>(
     weibull::mass(by, low, high, [one, scale])
 }
 
-pub(super) fn cumulative(x: f64, [rate]: [f64; 1]) -> f64 {
-    if x > 0.0 { -(-rate * x).exp_m1() } else { 0.0 }
+pub(super) fn tails(x: f64, [rate]: [f64; 1]) -> (f64, f64) {
+    weibull::tails(x, [1.0, 1.0 / rate])
 }
 
 pub(super) fn mean([rate]: [f64; 1]) -> f64 {

@@ -7,9 +7,9 @@ use super::{
     fit::{NOT_POSITIVE, TOO_EQUAL, positive_root, trigamma},
 };
 use crate::operators::Unary;
+use crate::special::digamma;
 use rand::Rng;
 use rand_distr::Distribution;
-use statrs::function::gamma::digamma;
 
 pub(super) const NAME: &str = "gamma";
 pub(super) const PARAMETERS: [(&str, Constraint); 2] =
@@ -28,8 +28,8 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, rate]: [A:
     by.within(inside, value)
 }
 
-pub(super) fn cumulative(x: f64, [k, rate]: [f64; 2]) -> f64 {
-    if x > 0.0 { statrs::function::gamma::gamma_lr(k, rate * x) } else { 0.0 }
+pub(super) fn tails(x: f64, [k, rate]: [f64; 2]) -> (f64, f64) {
+    crate::special::gamma(k, rate * x)
 }
 
 pub(super) fn mean([k, rate]: [f64; 2]) -> f64 {

@@ -37,8 +37,8 @@ pub(super) fn mass<A: Arithmetic>(
     normal::mass(by, low, high, parameters)
 }
 
-pub(super) fn cumulative(x: f64, parameters: [f64; 2]) -> f64 {
-    if x > 0.0 { normal::cumulative(x.ln(), parameters) } else { 0.0 }
+pub(super) fn tails(x: f64, parameters: [f64; 2]) -> (f64, f64) {
+    if x > 0.0 { normal::tails(x.ln(), parameters) } else { (0.0, 1.0) }
 }
 
 pub(super) fn mean([m, s]: [f64; 2]) -> f64 {

@@ -97,9 +97,9 @@ macro_rules! laws {
                 match self { $(Law::$law => $mass(by, low, high, exactly(parameters)),)+ }
             }
 
-            /// P(X ≤ x)
-            pub fn cumulative(self, x: f64, parameters: &[f64]) -> f64 {
-                match self { $(Law::$law => $file::cumulative(x, exactly(parameters)),)+ }
+            /// P(X ≤ x) and P(X > x): each is right in its own tail, where the other is 1 but for rounding.
+            pub fn tails(self, x: f64, parameters: &[f64]) -> (f64, f64) {
+                match self { $(Law::$law => $file::tails(x, exactly(parameters)),)+ }
             }
 
             /// The expectation.
@@ -158,6 +158,21 @@ impl Law {
     /// The law of this name.
     pub fn named(name: &str) -> Option<Law> {
         Law::ALL.iter().copied().find(|law| law.name() == name)
+    }
+
+    /// P(X ≤ x)
+    pub fn cumulative(self, x: f64, parameters: &[f64]) -> f64 {
+        self.tails(x, parameters).0
+    }
+
+    /// P(low < X ≤ high), low ≤ high: a difference of the tails in which it lies.
+    pub fn between(self, low: f64, high: f64, parameters: &[f64]) -> f64 {
+        if let Some(mass) = self.mass(&mut Numbers, low, high, parameters) {
+            return mass.max(0.0);
+        }
+        let (from, to) = (self.tails(low, parameters), self.tails(high, parameters));
+        let mass = if from.0 > from.1 { from.1 - to.1 } else { to.0 - from.0 };
+        mass.max(0.0)
     }
 
     /// The density, or the probability of a whole number.

@@ -42,8 +42,9 @@ pub(super) fn mass<A: Arithmetic>(
     Some(by.subtract(upper, lower))
 }
 
-pub(super) fn cumulative(x: f64, [m, s]: [f64; 2]) -> f64 {
-    normal_cumulative((x - m) / s)
+pub(super) fn tails(x: f64, [m, s]: [f64; 2]) -> (f64, f64) {
+    let z = (x - m) / s;
+    (normal_cumulative(z), normal_cumulative(-z))
 }
 
 pub(super) fn mean([m, _]: [f64; 2]) -> f64 {

@@ -22,8 +22,12 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [rate]: [A::Nu
     by.within(inside, value)
 }
 
-pub(super) fn cumulative(x: f64, [rate]: [f64; 1]) -> f64 {
-    if x < 0.0 { 0.0 } else { statrs::function::gamma::gamma_ur(x.floor() + 1.0, rate) }
+pub(super) fn tails(x: f64, [rate]: [f64; 1]) -> (f64, f64) {
+    if x < 0.0 {
+        return (0.0, 1.0);
+    }
+    let (above, below) = crate::special::gamma(x.floor() + 1.0, rate);
+    (below, above)
 }
 
 pub(super) fn mean([rate]: [f64; 1]) -> f64 {

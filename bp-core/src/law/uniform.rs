@@ -36,8 +36,9 @@ pub(super) fn mass<A: Arithmetic>(
     Some(by.divide(part, whole))
 }
 
-pub(super) fn cumulative(x: f64, [low, high]: [f64; 2]) -> f64 {
-    ((x - low) / (high - low)).clamp(0.0, 1.0)
+pub(super) fn tails(x: f64, [low, high]: [f64; 2]) -> (f64, f64) {
+    let part = |part: f64| (part / (high - low)).clamp(0.0, 1.0);
+    (part(x - low), part(high - x))
 }
 
 pub(super) fn mean([low, high]: [f64; 2]) -> f64 {

@@ -35,21 +35,35 @@ pub(super) fn mass<A: Arithmetic>(
     high: A::Number,
     [k, c]: [A::Number; 2],
 ) -> Option<A::Number> {
-    let zero = by.constant(0.0);
-    // What is left after x.
-    let survival = |by: &mut A, x| {
+    let (zero, one) = (by.constant(0.0), by.constant(1.0));
+    let hazard = |by: &mut A, x| {
         let x = by.binary(Binary::Maximum, x, zero);
         let ratio = by.divide(x, c);
-        let power = by.binary(Binary::Power, ratio, k);
-        let power = by.unary(Unary::Negate, power);
-        by.exp(power)
+        by.binary(Binary::Power, ratio, k)
     };
-    let (low, high) = (survival(by, low), survival(by, high));
-    Some(by.subtract(low, high))
+    // exp(−l) − exp(−h) = exp(−l) (1 − u) with u = exp(−d), d = h − l. Of a small d, 1 − u is (1 − u) d / −ln u: there the
+    // rounding of u cancels (Kahan).
+    let (low, high) = (hazard(by, low), hazard(by, high));
+    let difference = by.subtract(high, low);
+    let (minus_low, minus_difference) = (by.unary(Unary::Negate, low), by.unary(Unary::Negate, difference));
+    let (left, u) = (by.exp(minus_low), by.exp(minus_difference));
+    let (rest, ln_u) = (by.subtract(one, u), by.ln(u));
+    let part = by.multiply(rest, difference);
+    let exact = by.divide(part, ln_u);
+    let exact = by.unary(Unary::Negate, exact);
+    let half = by.constant(0.5);
+    let large = by.binary(Binary::Less, u, half);
+    let (no_change, exact) = (by.binary(Binary::Equal, u, one), by.select(large, rest, exact));
+    let share = by.select(no_change, difference, exact);
+    Some(by.multiply(left, share))
 }
 
-pub(super) fn cumulative(x: f64, [k, c]: [f64; 2]) -> f64 {
-    if x > 0.0 { -(-(x / c).powf(k)).exp_m1() } else { 0.0 }
+pub(super) fn tails(x: f64, [k, c]: [f64; 2]) -> (f64, f64) {
+    if x <= 0.0 {
+        return (0.0, 1.0);
+    }
+    let power = (x / c).powf(k);
+    (-pxfm::f_expm1(-power), pxfm::f_exp(-power))
 }
 
 pub(super) fn mean([k, c]: [f64; 2]) -> f64 {

@@ -172,10 +172,13 @@ impl Lowering<'_> {
                 let otherwise = self.density(factor, otherwise, variable, at)?;
                 self.previous(*of, *cell, at, (otherwise, is_uniform))
             }
-            Form::Weights(weight) => match domain {
-                Domain::Set(_) => self.weight(*weight),
-                _ => self.normalised_over(variable, at, &mut |lowering, _| lowering.weight(*weight)),
-            },
+            // Over the plate's own set, and where nothing is on the right, their sum is a constant of the answer.
+            Form::Weights(weight) if self.own_plate(variable).is_some() && factor.right.is_empty() => {
+                self.weight(*weight)
+            }
+            Form::Weights(weight) => {
+                self.normalised_over(variable, at, &mut |lowering, _| lowering.weight(*weight))
+            }
             Form::If { condition, then, otherwise } => {
                 let condition = self.expression(*condition)?;
                 let then = self.density(factor, then, variable, at)?;

@@ -226,12 +226,18 @@ impl Lowering<'_> {
     ) -> Result<ValueId, Error> {
         let outer = self.running.get(&variable).cloned();
         let name = self.name("value");
-        let extent = self.extent(&self.model.variables[variable].domain);
-        let axis = self.builder.axis(&name, extent);
-        let running = Meaning::Ordinal(self.builder.running(axis));
+        let domain = self.model.variables[variable].domain.clone();
+        let (running, axes) = self.values(&name, &domain);
         self.run(variable, running.clone());
+        // Over the plate's own set an index of the plate means the variable's value.
+        let index = self.own_plate(variable);
+        let element = index.and_then(|index| self.running.get(&index).cloned());
+        index.into_iter().for_each(|index| self.run(index, running.clone()));
         let each = weight(self, &running)?;
-        let total = self.fold_over("total", Fold::Sum, &[axis], each);
+        if let (Some(index), Some(element)) = (index, element) {
+            self.run(index, element);
+        }
+        let total = self.fold_over("total", Fold::Sum, &axes, each);
         // A form may speak of the left-hand variable itself, which here has the value in question.
         self.run(variable, at.clone());
         let here = weight(self, at)?;

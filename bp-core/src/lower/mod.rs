@@ -111,13 +111,16 @@ impl<'m> Lowering<'m> {
     /// Loops over the values of a searched variable. One that ranges over the plate's own set is distributed over
     /// the plate: its value is the plate's element.
     fn run_through_searched(&mut self, variable: VariableId) -> Vec<AxisId> {
-        let own = self.model.plate.filter(|plate| {
-            self.model.variables[variable].domain == Domain::Set(plate.set)
-                && self.model.variables[variable].family.is_none()
-        });
-        let Some(plate) = own else { return self.run_through(variable) };
-        self.running.insert(variable, self.running[&plate.index].clone());
+        let Some(index) = self.own_plate(variable) else { return self.run_through(variable) };
+        self.running.insert(variable, self.running[&index].clone());
         self.plate.clone()
+    }
+
+    /// The plate's index, where a variable ranges over the plate's own set.
+    fn own_plate(&self, variable: VariableId) -> Option<VariableId> {
+        let declared = &self.model.variables[variable];
+        let plate = self.model.plate.filter(|plate| declared.domain == Domain::Set(plate.set))?;
+        declared.family.is_none().then_some(plate.index)
     }
 
     /// Makes loops over the values of a variable; gives their axes.

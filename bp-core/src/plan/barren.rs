@@ -90,8 +90,8 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
             Domain::Real | Domain::Vector(_) => true,
             _ => false,
         },
-        // Over the plate's own grid weights are left as they are.
-        Form::Weights(_) => !matches!(domain, Domain::Set(_)),
+        // Over the plate's own set weights are left as they are.
+        Form::Weights(_) => !model.plate.is_some_and(|plate| *domain == Domain::Set(plate.set)),
         // Outside its support a law has nothing to normalise.
         Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
         Form::Truncated { .. } => matches!(domain, Domain::Real),

@@ -1,0 +1,51 @@
+//! The regularised incomplete beta function.
+//!
+//! In: a and b > 0, x, and y = 1 − x. Out: I_x(a, b), and what is left of 1. Invariant: the smaller of the two is
+//! computed, the other is 1 less it.
+//!
+//! I_x(a, b) = D/a · 1/(1 + d₁/(1 + d₂/(1 + …))) for x below the mean, with D = xᵃ yᵇ / B(a, b),
+//! d₂ₘ₊₁ = −(a + m)(a + b + m) x / ((a + 2m)(a + 2m + 1)), d₂ₘ = m (b − m) x / ((a + 2m − 1)(a + 2m))
+//! (Abramowitz and Stegun 26.5.8). D as Loader has it (*Fast and accurate computation of binomial probabilities*, 2000):
+//! √(ab / 2πn) exp(δ(n) − δ(a) − δ(b) − D₀(a, nx) − D₀(b, ny)), n = a + b, δ the rest of Stirling's formula and
+//! D₀(k, m) = k ln(k/m) + m − k: no large parts that cancel.
+
+use super::stirling::{self, deviance, stirling_rest};
+use std::f64::consts::TAU;
+
+/// I_x(a, b) and 1 − I_x(a, b).
+pub fn beta(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
+    if x <= 0.0 {
+        return (0.0, 1.0);
+    }
+    if y <= 0.0 {
+        return (1.0, 0.0);
+    }
+    // Below the mean the fraction converges in about √max(a, b) steps.
+    if x * (a + b + 2.0) < a + 1.0 {
+        let lower = (front(a, b, x, y) * fraction(a, b, x) / a).min(1.0);
+        (lower, 1.0 - lower)
+    } else {
+        let upper = (front(b, a, y, x) * fraction(b, a, y) / b).min(1.0);
+        (1.0 - upper, upper)
+    }
+}
+
+/// xᵃ yᵇ / B(a, b)
+fn front(a: f64, b: f64, x: f64, y: f64) -> f64 {
+    let n = a + b;
+    let exponent =
+        stirling_rest(n) - stirling_rest(a) - stirling_rest(b) - deviance(a, n * x) - deviance(b, n * y);
+    ((a / n) * (b / TAU)).sqrt() * pxfm::f_exp(exponent)
+}
+
+/// d₁/(1 + d₂/(1 + …)) with 1 before it, upside down.
+fn fraction(a: f64, b: f64, x: f64) -> f64 {
+    1.0 / stirling::fraction(|j| {
+        let m = (0.5 * j).floor();
+        let coefficient = match j % 2.0 == 0.0 {
+            true => m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m)),
+            false => -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0)),
+        };
+        (coefficient, 1.0)
+    })
+}
