@@ -25,6 +25,26 @@ fn near(found: Result<Vec<f64>, String>, expected: &[f64]) {
 }
 
 #[test]
+fn each_branch_has_the_table_that_stands_in_it() {
+    // Both tables have more numbers than are written out as choices, so each is an array.
+    let text = "program Branches {
+        variables { A : bool; B : 0..=4; C : bool; }
+        decomposition { P(A) P(B) P(C | A B) }
+        forms {
+            P(A) = bernoulli(0.25);  P(B) = uniform;
+            P(C | A B) = if A {
+                table { 0.0, 1; 0.0, 1; 0.0, 1; 0.0, 1; 0.0, 1; 0.1, 0.9; 0.2, 0.8; 0.3, 0.7; 0.4, 0.6; 0.5, 0.5; }
+            } else {
+                table { 0.9, 0.1; 0.8, 0.2; 0.7, 0.3; 0.6, 0.4; 0.5, 0.5; 0.0, 1; 0.0, 1; 0.0, 1; 0.0, 1; 0.0, 1; }
+            };
+        }
+    }";
+    // ¼ · (0.1 + 0.2 + 0.3 + 0.4 + 0.5) / 5 + ¾ · (0.9 + 0.8 + 0.7 + 0.6 + 0.5) / 5
+    near(answers(text, "P(C)", &Inputs::new()), &[0.25 * 0.3 + 0.75 * 0.7, 0.25 * 0.7 + 0.75 * 0.3]);
+    near(answers(text, "P(C = false | A = true, B = 3)", &Inputs::new()), &[0.4]);
+}
+
+#[test]
 fn a_long_chain_of_diracs_takes_no_time() {
     // X_k = X_{k−1} + 1 modulo 4, so X_29 = X_0 + 29 = X_0 + 1.
     let variables: String = (0..30).map(|k| format!("X{k} : 0..=3;")).collect();

@@ -129,10 +129,12 @@ impl<'m> Setting<'m> {
     pub fn slot_name(&self, slot: usize) -> String {
         let variable = self.variable_of(slot);
         let (slots, name) = (self.slots_of(variable), self.model.variable_name(variable));
-        if slots.len() == 1 {
+        let family = self.model.variables[variable].family;
+        // A family of one element is a family still.
+        if family.is_none() && slots.len() == 1 {
             return name;
         }
-        let low = match self.model.variables[variable].family.map(|family| family.over) {
+        let low = match family.map(|family| family.over) {
             Some(IndexSpace::Range(range)) => range.low,
             _ => 0,
         };

@@ -48,16 +48,11 @@ impl Lowering<'_> {
         if !axes.is_empty() || values.len() <= WRITTEN_OUT {
             return Ok(self.choose(position, &values));
         }
-        let head = self.array_name(factor);
         let numbers: Option<Vec<f64>> = values.iter().map(|value| self.builder.as_constant(*value)).collect();
-        let buffer = match (numbers, self.builder.so_far().buffer(&head)) {
-            (Some(_), Some(known)) => known,
-            (Some(numbers), None) => {
-                let axis = self.builder.axis(&head, Extent::constant(numbers.len()));
-                self.builder.buffer(&head, Role::Table(numbers), &[axis])
-            }
-            (None, _) => {
-                let axis = self.builder.axis(&head, Extent::constant(values.len()));
+        let buffer = match numbers {
+            Some(numbers) => self.array(factor, &numbers),
+            None => {
+                let axis = self.builder.axis(&self.array_name(factor), Extent::constant(values.len()));
                 let running = self.builder.running(axis);
                 let entry = self.choose(running, &values);
                 let name = self.name("table");
@@ -80,20 +75,29 @@ impl Lowering<'_> {
             let values: Vec<ValueId> = numbers.iter().map(|number| self.builder.constant(*number)).collect();
             return Ok(self.choose(position, &values));
         }
-        let head = self.array_name(factor);
-        let buffer = match self.builder.so_far().buffer(&head) {
-            Some(known) => known,
-            None => {
-                let axis = self.builder.axis(&head, Extent::constant(numbers.len()));
-                self.builder.buffer(&head, Role::Table(numbers.to_vec()), &[axis])
-            }
-        };
+        let buffer = self.array(factor, numbers);
         Ok(self.read(factor, buffer, position))
     }
 
     /// What the array of a factor is called: not as the factor, since that may be asked and is then the answer's name.
     fn array_name(&self, factor: &Factor) -> String {
         format!("table {}", self.model.head(factor))
+    }
+
+    /// The array of these numbers of a factor. The branches of an `if` may each have a table: each has its own array, and
+    /// a table that is lowered again has the one that it had.
+    fn array(&mut self, factor: &Factor, numbers: &[f64]) -> BufferId {
+        let head = self.array_name(factor);
+        let mut name = head.clone();
+        for number in 2.. {
+            let Some(known) = self.builder.so_far().buffer(&name) else { break };
+            if matches!(&self.builder.so_far().buffers[known].role, Role::Table(own) if own == numbers) {
+                return known;
+            }
+            name = format!("{head}, {number}");
+        }
+        let axis = self.builder.axis(&name, Extent::constant(numbers.len()));
+        self.builder.buffer(&name, Role::Table(numbers.to_vec()), &[axis])
     }
 
     /// Where an entry stands: row-major, last variable fastest, right-hand variables first.
