@@ -77,6 +77,14 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A model that a network file cannot hold.
+    #[error("`{name}` cannot be written as a network file: {reason}")]
+    Unwritable {
+        /// The model.
+        name: String,
+        /// Why.
+        reason: String,
+    },
     /// A question to another program that cannot be answered.
     #[error("subroutine `{path}`: {error}")]
     Subroutine {

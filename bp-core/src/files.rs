@@ -36,6 +36,11 @@ pub fn bounded(from: impl Read) -> Result<Vec<u8>> {
     }
 }
 
+/// Whether a text is UTF-16, by its byte order mark.
+pub fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])
+}
+
 fn all(from: impl Read) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     from.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;

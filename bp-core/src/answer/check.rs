@@ -10,6 +10,7 @@ use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Value};
 use crate::sample::Observations;
+use crate::spelling::number as written;
 
 /// Checks parameters against their kinds, and given values against their domains.
 pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
@@ -18,7 +19,7 @@ pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
             if let Some(expected) = parameter.kind.refuses(*value) {
                 return Err(Error::input(
                     &parameter.name,
-                    format!("it is {value}, but it must be {expected}"),
+                    format!("it is {}, but it must be {expected}", written(*value)),
                 ));
             }
         }

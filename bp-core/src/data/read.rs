@@ -52,11 +52,24 @@ impl Table {
 pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Result<Table, Error> {
     let bytes = files::bounded(from).map_err(|error| Error::file(path, error))?;
     let mut text = text(bytes).map_err(|message| wrong(path, message))?;
-    let length = text.len();
     if !text.ends_with(['\n', '\r']) {
         text.push('\n');
     }
     text.push_str(END);
+    // Spreadsheets read a first line `sep=;`.
+    let said = match text.as_bytes() {
+        [b's', b'e', b'p', b'=', sign, b'\r' | b'\n', ..]
+            if sign.is_ascii_punctuation() || *sign == b'\t' =>
+        {
+            Some(*sign)
+        }
+        _ => None,
+    };
+    let separator = separator.or(said);
+    if said.is_some() {
+        text.replace_range(..5, "");
+    }
+    let length = text.len() - END.len();
     let found = separator.unwrap_or_else(|| separator_of(&text));
     let mut rows = Rows::new(&text, found);
     if rows.next(path)?.is_none_or(|row| row.begin >= length) {
@@ -85,6 +98,9 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
     }
     name_columns(&mut table, &names)?;
     find_decimal_commas(&mut table, found);
+    if table.is_empty() {
+        table.notes.push("it names columns, but holds no row".to_owned());
+    }
     if let (None, b';' | b'\t') = (separator, found) {
         let what = if found == b';' { "semicolons" } else { "tabs" };
         table.notes.insert(0, format!("its columns are separated by {what}"));
@@ -94,7 +110,7 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
 
 /// The text that bytes are, without a byte order mark.
 fn text(bytes: Vec<u8>) -> Result<String, String> {
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+    if files::is_utf16(&bytes) {
         return Err("UTF-16 text; save it as UTF-8".to_owned());
     }
     if let Some(at) = bytes.iter().position(|byte| *byte == 0) {

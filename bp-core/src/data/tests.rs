@@ -69,6 +69,7 @@ fn pandas_r_and_spreadsheets_write_the_same_table() {
         "A,B,C,\n1,true,low,\n,false,high,\n",
         "A,B,C\n\n1,true,low\n\n  \n,false,high\n\n",
         "A,B,C\r1,true,low\r,false,high",
+        "sep=;\r\nA;B;C\r\n1;true;low\r\n;false;high\r\n",
     ] {
         assert_eq!(read(text).as_deref(), Ok(plain.as_slice()), "{text}");
     }
@@ -78,6 +79,7 @@ fn pandas_r_and_spreadsheets_write_the_same_table() {
 fn what_the_reader_decided_is_noted() {
     let notes = |text: &str| table(text).unwrap().notes;
     assert!(notes("A,R\n1,0.5\n").is_empty());
+    assert_eq!(notes("A,R\n"), ["it names columns, but holds no row"]);
     assert_eq!(
         notes("A;R\n1;0,5\n2;-1,25e1\n"),
         ["its columns are separated by semicolons", "its numbers have decimal commas, such as `0,5`"]

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{FactorId, Id, ParameterId, SetId, VariableId};
 use crate::model::{Bound, Domain, IndexSpace, Model, VariableUse};
+use crate::spelling::number as written;
 use std::ops::Range;
 
 /// A model with numbers for its parameters.
@@ -62,7 +63,10 @@ impl<'m> Setting<'m> {
             if let Some((value, expected)) =
                 given.iter().find_map(|value| Some((value, parameter.kind.refuses(*value)?)))
             {
-                return Err(Error::input(name, format!("it is {value}, but it must be {expected}")));
+                return Err(Error::input(
+                    name,
+                    format!("it is {}, but it must be {expected}", written(*value)),
+                ));
             }
             setting.parameters.push(given);
         }

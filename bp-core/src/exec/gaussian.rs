@@ -10,6 +10,7 @@ use crate::error::{Error, written};
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::plan::{Gaussian, LinearForm, Source, components};
+use crate::spelling::number as written;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
@@ -86,7 +87,7 @@ impl Filter {
             if let Some(expected) = parameter.kind.refuses(value) {
                 return Err(Error::input(
                     &parameter.name,
-                    format!("it is {value}, but it must be {expected}"),
+                    format!("it is {}, but it must be {expected}", written(value)),
                 ));
             }
             values.insert(&parameter.name, value);

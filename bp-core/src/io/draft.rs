@@ -10,6 +10,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::{Id, VariableId};
 use crate::model::{Domain, Factor, Form, Model, ModelBuilder, Place, VariableUse};
 use crate::source::Span;
+use crate::spelling::number as written;
 use std::collections::HashMap;
 
 /// The most numbers that all tables together may have.
@@ -235,7 +236,8 @@ impl Draft {
                         format!("`{}` at {}", shortened(&self.nodes[node].name), self.row_name(&parents, row))
                     }
                 };
-                let message = format!("the probabilities of {at} sum to {sum}, more than 1 % away from 1");
+                let message =
+                    format!("the probabilities of {at} sum to {}, more than 1 % away from 1", written(sum));
                 return Err(Diagnostic::new(place, message).with_label(place, "these"));
             }
             numbers.iter_mut().for_each(|number| *number /= sum);
@@ -265,7 +267,7 @@ impl Draft {
                 several => format!("{several} rows were divided by their sums"),
             };
             let name = shortened(&self.nodes[node].name);
-            let message = format!("{rows}; the farthest from 1 is {sum}, of `{name}`");
+            let message = format!("{rows}; the farthest from 1 is {}, of `{name}`", written(sum));
             self.warnings.push(Warning::new(place, message));
         }
         if let Some((count, place, node)) = self.impossible {

@@ -24,8 +24,7 @@ const MOST_NUMBERS: usize = 1 << 24;
 
 /// The variables of a model with their tables.
 pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
-    let refuse =
-        |reason: String| Error::Unplanned { question: format!("a network file of `{}`", model.name), reason };
+    let refuse = |reason: String| Error::Unwritable { name: model.name.clone(), reason };
     if model.plate.is_some() || !model.identifications.is_empty() {
         return Err(refuse("it is repeated over a set, or learned from data".to_owned()));
     }
@@ -36,7 +35,7 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
             let name = model.variable_name(id);
             let text = model.domain_text(&variable.domain);
             return Err(refuse(format!(
-                "`{name}` is `{text}`: a network file holds single finite variables of one instant"
+                "`{name}` is `{text}`: a file holds single finite variables of one instant"
             )));
         };
         let states = (0..count).map(|ordinal| variable.domain.value_name(ordinal)).collect();

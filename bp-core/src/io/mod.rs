@@ -63,10 +63,10 @@ pub fn write(network: &Network, format: Format) -> Result<String, Error> {
     let nodes = finite::nodes(model)?;
     if let (Some(row), true) = (finite::zero_row(&nodes), format != Format::Uai) {
         let reason = format!(
-            "the probabilities of {row} are all 0: its form leaves the values of the variable. This format holds \
-             distributions only; write UAI, which holds such a row"
+            "the probabilities of {row} are all 0, since its form leaves the values of the variable; this format holds \
+             distributions only, UAI holds such a row too"
         );
-        return Err(Error::Unplanned { question: format!("a network file of `{}`", model.name), reason });
+        return Err(Error::Unwritable { name: model.name.clone(), reason });
     }
     match format {
         Format::Program => program::write(model, &nodes),
@@ -75,6 +75,14 @@ pub fn write(network: &Network, format: Format) -> Result<String, Error> {
         Format::Hugin => hugin::write(model, &nodes),
         Format::Uai => uai::write(model, &nodes, &network.known),
     }
+}
+
+/// The text of a network as a program, to be looked at: also with rows of zeros, which no program may have.
+///
+/// # Errors
+/// See [`write`].
+pub fn shown(model: &Model) -> Result<String, Error> {
+    program::write(model, &finite::nodes(model)?)
 }
 
 /// What a format does not hold of a network as everyone reads it.

@@ -29,9 +29,13 @@ pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
 /// What messages call a file, and what it holds.
 fn bytes(path: &Path) -> Result<(String, Vec<u8>), Failure> {
     let fail = |source| Failure::Data(Error::file(path, source));
-    match is_stdin(path) {
-        false => Ok((path.display().to_string(), files::read(path).map_err(fail)?)),
-        true => Ok(("stdin".to_owned(), files::bounded(std::io::stdin().lock()).map_err(fail)?)),
+    let (name, bytes) = match is_stdin(path) {
+        false => (path.display().to_string(), files::read(path).map_err(fail)?),
+        true => ("stdin".to_owned(), files::bounded(std::io::stdin().lock()).map_err(fail)?),
+    };
+    match files::is_utf16(&bytes) {
+        false => Ok((name, bytes)),
+        true => Err(fail(std::io::Error::new(ErrorKind::InvalidData, "UTF-16 text; save it as UTF-8"))),
     }
 }
 
@@ -82,7 +86,7 @@ pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
         }
         other => {
             let network = network(path, other)?;
-            let text = io::write(&network, Format::Program)?;
+            let text = io::shown(&network.model)?;
             Ok((network, Source::new(path.display().to_string(), text)))
         }
     }

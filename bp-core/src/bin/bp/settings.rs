@@ -10,6 +10,7 @@ use bp_core::exec::Inputs;
 use bp_core::ids::{ParameterId, SetId, VariableId};
 use bp_core::model::{Model, ParameterKind, SetKind};
 use bp_core::space::{Edge, Moves, Space};
+use bp_core::spelling::number as written;
 use std::collections::BTreeMap;
 
 /// What a name that can be set stands for.
@@ -74,9 +75,10 @@ impl Settings {
                     let value = number(name, part)?;
                     match kind.refuses(value) {
                         None => Ok(value),
-                        Some(expected) => {
-                            Err(Error::input(name, format!("it is {value}, but it must be {expected}")))
-                        }
+                        Some(expected) => Err(Error::input(
+                            name,
+                            format!("it is {}, but it must be {expected}", written(value)),
+                        )),
                     }
                 })?;
                 if kind == ParameterKind::Size {

@@ -7,6 +7,7 @@ use super::form::SUM_TOLERANCE;
 use super::{Fault, Place, fault};
 use crate::ids::FactorId;
 use crate::model::{Model, VariableUse};
+use crate::spelling::number as written;
 
 pub(super) fn constants_fault(model: &Model, id: FactorId, numbers: &[f64]) -> Option<Fault> {
     let factor = &model.factors[id];
@@ -35,7 +36,8 @@ pub(super) fn constants_fault(model: &Model, id: FactorId, numbers: &[f64]) -> O
             false => format!("`{}` at {}", head(), model.combination_text(&factor.right, row)),
         };
         if let Some(wrong) = numbers.iter().find(|number| !(0.0..=1.0).contains(*number)) {
-            let message = format!("{}: a probability lies between 0 and 1, but one is {wrong}", at());
+            let message =
+                format!("{}: a probability lies between 0 and 1, but one is {}", at(), written(*wrong));
             return Some(fault(Place::Form(id), message));
         }
         let sum: f64 = numbers.iter().sum();
@@ -44,7 +46,7 @@ pub(super) fn constants_fault(model: &Model, id: FactorId, numbers: &[f64]) -> O
             continue;
         }
         if (sum - 1.0).abs() > SUM_TOLERANCE {
-            let message = format!("{}: probabilities must sum to 1, but these sum to {sum}", at());
+            let message = format!("{}: probabilities must sum to 1, but these sum to {}", at(), written(sum));
             return Some(fault(Place::Form(id), message));
         }
     }
