@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 const MOST_STATES: f64 = 4096.0;
 
 /// Why a question is not answered by sums over finite states.
-pub(super) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, VariableId)]) -> Option<String> {
+pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, VariableId)]) -> Option<String> {
     let name = |id: VariableId| model.variable_name(id);
     let searched = ask.searched.iter().map(|item| item.variable);
     let axes: BTreeSet<VariableId> = carried.iter().map(|(now, _)| *now).chain(searched).collect();

@@ -29,7 +29,7 @@ mod scope;
 pub(crate) use barren::is_proper;
 pub(crate) use conditional::is_linear_in;
 pub use cost::{Cost, Elimination};
-pub(crate) use finite::says_a_value;
+pub(crate) use finite::{refusal, says_a_value};
 pub(crate) use gaussian::components;
 pub use gaussian::{Gaussian, LinearForm, Source};
 pub use notation::Notation;

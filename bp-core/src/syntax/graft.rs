@@ -42,6 +42,7 @@ fn unknown(form: &mut Form) -> Option<&mut Form> {
     }
     match &mut form.kind {
         FormKind::Let { body, .. } => unknown(body),
+        FormKind::Previous { otherwise, .. } => otherwise.as_mut().and_then(|otherwise| unknown(otherwise)),
         FormKind::If(choice) => {
             let branches = choice.branches.iter_mut().map(|(_, body)| body);
             branches.chain([choice.otherwise.as_mut()]).find_map(unknown)

@@ -14,7 +14,7 @@ use super::factors::Factors;
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::error::Impossible;
-use crate::plan::OverTime;
+use crate::ids::VariableId;
 use crate::potential::{Orders, Product, Trace};
 
 /// A chain of instants.
@@ -50,17 +50,20 @@ impl Joint<'_> {
 }
 
 impl<'s> Chain<'s> {
-    /// A chain of which these slots are searched.
+    /// A chain of which (X, X^-1) are carried and some slots searched. `likelihoods` hold at each instant that is given.
+    /// `asked` is what messages speak of.
     ///
     /// # Errors
     /// A program whose instants have no finite tables.
     pub(crate) fn new(
         setting: &'s Setting<'s>,
-        route: &OverTime,
+        carried: &[(VariableId, VariableId)],
         searched: Vec<usize>,
+        likelihoods: Vec<(usize, Vec<f64>)>,
+        asked: String,
     ) -> Result<Self, Error> {
-        let factors = Factors::new(setting, route, searched.iter().copied())?;
-        Ok(Self { factors, asked: setting.model.ask_text(&route.ask), searched })
+        let factors = Factors::new(setting, carried, searched.iter().copied(), likelihoods)?;
+        Ok(Self { factors, asked, searched })
     }
 
     /// The number of values of a slot.

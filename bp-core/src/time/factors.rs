@@ -9,8 +9,7 @@ use super::Instant;
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::Evidence;
-use crate::plan::{OverTime, is_proper, says_a_value};
+use crate::plan::{is_proper, says_a_value};
 use crate::potential::{MOST_CELLS, Orders, Potential, Product};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -76,18 +75,19 @@ struct Described {
 impl<'s> Factors<'s> {
     pub(super) fn new(
         setting: &'s Setting<'s>,
-        route: &OverTime,
+        carried: &[(VariableId, VariableId)],
         searched: impl IntoIterator<Item = usize>,
+        likelihoods: Vec<(usize, Vec<f64>)>,
     ) -> Result<Self, Error> {
         let model = setting.model;
         if let Some(index) = model.plate_index().filter(|index| setting.count(*index) > 1) {
             let (name, count) = (model.variable_name(index), setting.count(index));
             let reason = format!("it is asked over time for one value of `{name}`, but there are {count}");
-            return Err(Error::Unplanned { question: model.ask_text(&route.ask), reason });
+            return Err(Error::Unplanned { question: model.name.clone(), reason });
         }
         let slots =
             |variables: Vec<VariableId>| variables.into_iter().flat_map(|id| setting.slots_of(id)).collect();
-        let (now, before): (Vec<_>, Vec<_>) = route.carried.iter().copied().unzip();
+        let (now, before): (Vec<_>, Vec<_>) = carried.iter().copied().unzip();
         let (now, before): (Vec<usize>, Vec<usize>) = (slots(now), slots(before));
         let (mut own, mut distributes) = (Vec::new(), vec![None; setting.slots()]);
         for (position, instance) in setting.ordered()?.into_iter().enumerate() {
@@ -99,7 +99,7 @@ impl<'s> Factors<'s> {
                     "`{head}` distributes a variable of the last instant together with one of this instant; \
                      write a factor for each"
                 );
-                return Err(Error::Unplanned { question: model.ask_text(&route.ask), reason });
+                return Err(Error::Unplanned { question: model.name.clone(), reason });
             }
             let parents = setting.reads(&instance).into_iter().filter(|slot| !instance.left.contains(slot));
             own.push(Own {
@@ -115,12 +115,6 @@ impl<'s> Factors<'s> {
                 let variable = setting.variable_of(slot);
                 let finite = model.variables[variable].domain.is_finite();
                 if finite { setting.count(variable) } else { 0 }
-            })
-            .collect();
-        let likelihoods = (route.ask.known.iter())
-            .filter_map(|known| match &known.evidence {
-                Evidence::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
-                _ => None,
             })
             .collect();
         let axes = now.iter().chain(&before).copied().chain(searched).collect();

@@ -7,7 +7,7 @@ use super::chain::Chain;
 use super::{Answered, Instant, Told, What};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::model::Reduction;
+use crate::model::{Evidence, Reduction};
 use crate::plan::OverTime;
 
 pub(super) fn answer(
@@ -17,7 +17,12 @@ pub(super) fn answer(
 ) -> Result<Answered, Error> {
     let searched: Vec<usize> =
         route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
-    let mut chain = Chain::new(setting, route, searched.clone())?;
+    let likelihoods = (route.ask.known.iter()).filter_map(|known| match &known.evidence {
+        Evidence::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
+        _ => None,
+    });
+    let asked = setting.model.ask_text(&route.ask);
+    let mut chain = Chain::new(setting, &route.carried, searched.clone(), likelihoods.collect(), asked)?;
     let ahead = match route.ask.reduction {
         Reduction::Predict(steps) => steps,
         _ => 0,
