@@ -66,3 +66,27 @@ fn a_subroutine_is_told_what_its_question_knows() {
     // P(M | I = 1) = (.1, .5, .4, 0), and P(O | M) = (.3, .7, 0, 0), (.1, .5, .4, 0), (0, .3, .7, 0) for M = 0, 1, 2.
     near(&p(&format!("{unit}{chain}"), "P(O | I = 1)"), &[0.08, 0.44, 0.48, 0.0]);
 }
+
+#[test]
+fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
+    // Sub says that K is false; the program that asks it does not.
+    let text = "program Sub { variables { K, S : bool; } decomposition { P(K) P(S | K) }
+            forms { P(K) = bernoulli(0); P(S | K) = bernoulli(if K { 0.9 } else { 0.2 }); } question s { P(S | K) } }
+        program Main { variables { K, S : bool; } decomposition { P(K) P(S | K) }
+            forms { P(K) = bernoulli(0.5); P(S | K) = ask(Sub.s); } }";
+    near(&p(text, "P(S)"), &[0.45, 0.55]);
+    near(&p(text, "P(K | S = true)"), &[0.1 / 0.55, 0.45 / 0.55]);
+    // So too as a transition and as an observation over time: shut for sure, then seen.
+    let text = "program Sub { variables { K, S : bool; } decomposition { P(K) P(S | K) }
+            forms { P(K) = bernoulli(0); P(S | K) = bernoulli(if K { 0.9 } else { 0.2 }); } question s { P(S | K) } }
+        program Main { variables { X, X^-1, Z : bool; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
+            forms { P(X^-1) = previous(X) else bernoulli(1); P(X | X^-1) = ask(Sub.s | X^-1); P(Z | X) = ask(Sub.s | X); } }";
+    let model = model_of(text);
+    let rows = vec![vec![("Z".to_owned(), 1.0)]];
+    let asked = question(&model, "filter P(X | Z)");
+    let sampling = bp_core::sample::Sampling::default();
+    let answers = bp_core::answer::ask_over_time(&model, &asked, &rows, &Inputs::new(), sampling).unwrap();
+    let found: Vec<f64> = answers[0].answer.iter().map(|row| row.p().unwrap()).collect();
+    // 0.1 · 0.2 and 0.9 · 0.9.
+    near(&found, &[0.02 / 0.83, 0.81 / 0.83]);
+}

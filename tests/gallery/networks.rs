@@ -6,8 +6,11 @@
 
 use crate::laws::{in_bins, normal, normalised};
 use crate::{answers, near, probabilities, program};
+use bp_core::answer::ask_over_time;
+use bp_core::exec::Inputs;
+use bp_core::sample::Sampling;
 use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::syntax::{compile, parse_question};
 
 /// The probability of a state of sixteen bits, layer by layer, the first four the causes.
 fn layered(state: usize) -> f64 {
@@ -111,6 +114,79 @@ fn a_drifting_boat_is_followed() {
 #[test]
 fn a_steered_boat_is_followed() {
     follows("markov_localisation", 30, Some([3, -2]), 2.0);
+}
+
+/// Bearings at each instant.
+type Bearings = [[Option<usize>; 3]];
+
+/// The boat asked over time: the joint law of both coordinates is carried, and bearings are evidence.
+fn is_filtered(file: &str, bins: usize, moves: &[[i32; 2]], deviation: f64, bearings: &Bearings) {
+    let model = program(file);
+    let centre = |bin: usize| -50.0 + 100.0 * (bin as f64 + 0.5) / bins as f64;
+    let law = |by: i32| -> Vec<Vec<f64>> {
+        let from = |bin: usize| in_bins([-50.0, 50.0], bins, centre(bin) + f64::from(by), deviation);
+        (0..bins).map(from).collect()
+    };
+    let landmarks = [[-50.0, -50.0], [-50.0, 0.0], [0.0, -50.0]];
+    let mut belief = vec![vec![1.0 / (bins * bins) as f64; bins]; bins];
+    let mut ln = 0.0;
+    for (instant, seen) in bearings.iter().enumerate() {
+        let [dx, dy] = moves.get(instant).copied().unwrap_or([0, 0]);
+        let (across, upwards) = (law(dx), law(dy));
+        let mut moved = vec![vec![0.0; bins]; bins];
+        for (i, j, to) in
+            (0..bins).flat_map(|i| (0..bins).flat_map(move |j| (0..bins).map(move |to| (i, j, to))))
+        {
+            moved[to][j] += belief[i][j] * across[i][to];
+        }
+        let mut next = vec![vec![0.0; bins]; bins];
+        for (i, j, to) in
+            (0..bins).flat_map(|i| (0..bins).flat_map(move |j| (0..bins).map(move |to| (i, j, to))))
+        {
+            next[i][to] += moved[i][j] * upwards[j][to];
+        }
+        for (i, j) in (0..bins).flat_map(|i| (0..bins).map(move |j| (i, j))) {
+            for (landmark, read) in landmarks.iter().zip(seen) {
+                let bearing = (landmark[1] - centre(j)).atan2(landmark[0] - centre(i)).to_degrees();
+                next[i][j] *= read.map_or(1.0, |read| normal(0, 359, bearing.rem_euclid(360.0), 10.0)[read]);
+            }
+        }
+        let total: f64 = next.iter().flatten().sum();
+        // Each move is one of eleven.
+        ln += total.ln() - if moves.is_empty() { 0.0 } else { 2.0 * 11.0f64.ln() };
+        belief = next.into_iter().map(|row| row.into_iter().map(|p| p / total).collect()).collect();
+    }
+    let rows: Vec<Vec<(String, f64)>> = (bearings.iter().enumerate())
+        .map(|(instant, seen)| {
+            let read = ["B1", "B2", "B3"].into_iter().zip(seen);
+            let mut row: Vec<(String, f64)> =
+                read.filter_map(|(name, read)| Some((name.to_owned(), (*read)? as f64))).collect();
+            if let Some([dx, dy]) = moves.get(instant) {
+                // A move of −5 is the first of the values.
+                row.extend([("Mx".to_owned(), f64::from(dx + 5)), ("My".to_owned(), f64::from(dy + 5))]);
+            }
+            row
+        })
+        .collect();
+    let moved = if moves.is_empty() { "" } else { "Mx My " };
+    let source = Source::new("question", format!("filter P(X Y | {moved}B1 B2 B3)"));
+    let question = parse_question(&source, &model).unwrap();
+    let answers = ask_over_time(&model, &question, &rows, &Inputs::new(), Sampling::default()).unwrap();
+    let found: Vec<f64> = answers[0].answer.iter().map(|row| row.p().unwrap()).collect();
+    near(&found, &belief.concat(), 1e-10);
+    assert!((answers[0].ln_evidence.unwrap() - ln).abs() < 1e-8, "{:?} {ln}", answers[0].ln_evidence);
+}
+
+#[test]
+fn the_boats_are_filtered_over_time() {
+    let bearings = [
+        [Some(228), Some(178), Some(270)],
+        [Some(222), None, Some(261)],
+        [None; 3],
+        [Some(218), Some(189), None],
+    ];
+    is_filtered("pseudo_kalman", 20, &[], 5.0, &bearings);
+    is_filtered("markov_localisation", 30, &[[3, 2], [4, 1], [0, -2], [-5, 5]], 2.0, &bearings);
 }
 
 #[test]

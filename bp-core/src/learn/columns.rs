@@ -6,13 +6,15 @@
 
 use super::expect::MISSING;
 use super::learner::Learner;
+use super::over_time::carried;
 use super::program::Program;
-use crate::data::{Table, Values};
+use crate::data::{Table, Values, is_missing};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::near;
 use crate::model::{Domain, IndexSpace, Model};
 use crate::spelling::quoted;
+use std::collections::HashMap;
 
 /// What is said of the columns of a table, besides their names.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -23,6 +25,8 @@ pub struct Columns {
     pub ignore: Vec<String>,
     /// The column that says how often each row came.
     pub weight: Option<String>,
+    /// The column that tells sequences apart, of a program over time: rows with the same text follow each other.
+    pub sequence: Option<String>,
 }
 
 /// What a column is.
@@ -30,6 +34,7 @@ pub struct Columns {
 enum Role {
     Slot(usize),
     Weight,
+    Sequence,
     Ignored,
 }
 
@@ -47,7 +52,7 @@ impl Learner {
             .map(|role| match role {
                 Role::Slot(slot) => Some(Values::new(&program.model, program.slots[*slot].variable, &size)),
                 Role::Weight => Some(Values::reals("weight")),
-                Role::Ignored => None,
+                Role::Sequence | Role::Ignored => None,
             })
             .collect();
         let mut rows = Vec::with_capacity(table.len());
@@ -64,7 +69,8 @@ impl Learner {
                     _ => {}
                 }
             }
-            if let Some(index) = program.plate_slot().filter(|slot| key[*slot] == MISSING) {
+            let alone = program.plate_slot().filter(|_| carried(&program.model).is_empty());
+            if let Some(index) = alone.filter(|slot| key[*slot] == MISSING) {
                 let name = &program.slots[index].name;
                 let message = "it is missing, but the program is repeated over it";
                 return Err(table.wrong_row(row, Error::input(name, message)));
@@ -72,7 +78,44 @@ impl Learner {
             rows.push((key, weight));
         }
         self.weighted |= columns.weight.is_some();
+        if let Some(column) = &columns.sequence {
+            let column = table.needed(column)?;
+            self.is_over_time()?;
+            return self.sequences_of(table, column, rows.into_iter().map(|(key, _)| key));
+        }
+        if !carried(&self.learnable.program.model).is_empty() {
+            self.begin(String::new());
+        }
         rows.into_iter().for_each(|(key, weight)| self.take(key, weight));
+        Ok(())
+    }
+}
+
+impl Learner {
+    /// Takes rows in, those of each sequence together, in the order in which the sequences begin.
+    fn sequences_of(
+        &mut self,
+        table: &Table,
+        column: usize,
+        keys: impl Iterator<Item = Vec<u64>>,
+    ) -> Result<(), Error> {
+        let mut sequences: Vec<(String, Vec<Vec<u64>>)> = Vec::new();
+        let mut known: HashMap<String, usize> = HashMap::new();
+        for (row, key) in keys.enumerate() {
+            let name = table.text(row, column).trim().to_owned();
+            if is_missing(&name) {
+                return Err(table.wrong(row, column, "missing; each row belongs to a sequence"));
+            }
+            let position = *known.entry(name.clone()).or_insert_with(|| {
+                sequences.push((name, Vec::new()));
+                sequences.len() - 1
+            });
+            sequences[position].1.push(key);
+        }
+        for (name, keys) in sequences {
+            self.begin(name);
+            keys.into_iter().for_each(|key| self.take(key, 1.0));
+        }
         Ok(())
     }
 }
@@ -84,7 +127,7 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
     let did_you_mean = |name: &str, near: Option<&str>| {
         near.map_or_else(|| listed(name, known()), |near| format!("did you mean `{near}`?"))
     };
-    for name in columns.ignore.iter().chain(&columns.weight) {
+    for name in columns.ignore.iter().chain(&columns.weight).chain(&columns.sequence) {
         if !table.columns.contains(name) {
             let help = did_you_mean(name, near(name, known()));
             return Err(wrong(format!("there is no column `{name}`; {help}")));
@@ -95,6 +138,7 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
         let is_weight = columns.weight.as_ref() == Some(column);
         roles.push(match program.slot(column.trim()) {
             _ if is_weight => Role::Weight,
+            _ if columns.sequence.as_ref() == Some(column) => Role::Sequence,
             _ if columns.ignore.contains(column) => Role::Ignored,
             Some(slot) => Role::Slot(slot),
             None => {
@@ -143,7 +187,15 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
         if variable.previous_of.is_some() || is_hidden || roles.contains(&Role::Slot(position)) {
             continue;
         }
-        let help = match near(&slot.name, known().filter(|column| program.slot(column).is_none())) {
+        let near = near(&slot.name, known().filter(|column| program.slot(column).is_none()));
+        // Over time, what is carried is a hidden state where no column is called like it; the plate's index counts rows.
+        let over_time = carried(&program.model);
+        let is_state = over_time.iter().any(|(now, _)| *now == slot.variable)
+            || (!over_time.is_empty() && program.plate_slot() == Some(position));
+        if is_state && near.is_none() {
+            continue;
+        }
+        let help = match near {
             Some(near) => format!("did you mean the column `{near}`?"),
             None => format!(
                 "if it is hidden, say so: `--hidden {}`, or `hidden {};` in `identification`",

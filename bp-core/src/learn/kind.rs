@@ -64,6 +64,7 @@ impl At<'_> {
                 let chosen = self.condition(*condition)?;
                 self.of_form(if chosen { then } else { otherwise })
             }
+            Form::Previous { at: None, otherwise, .. } => self.of_form(otherwise),
             Form::Bernoulli(chance) => match self.argument(*chance)? {
                 Read::Cell(cell) => Ok(Some((Kind::Row(vec![Share::Rest, Share::Learned(cell)]), None))),
                 Read::Mixed => Err(self.indirect()),

@@ -8,6 +8,8 @@ use super::distribution::{Distribution, Learnable, cells_of};
 use super::estimate::{Step, estimate, spreads};
 use super::expect::{Cases, Expectation, Key, MISSING};
 use super::maximise::maximise;
+use super::over_time::{Sequences, carried};
+use super::program::Program;
 use super::report::{Figures, report};
 use super::{Learned, Settings};
 use crate::error::Error;
@@ -23,6 +25,8 @@ pub struct Learner {
     pub(super) learnable: Learnable,
     /// Cases, and how often each came.
     pub(super) observed: BTreeMap<Key, f64>,
+    /// Sequences of cases, each with its name: of a program over time.
+    pub(super) sequences: Vec<(String, Vec<Key>)>,
     pub(super) cases: usize,
     /// How often each slot was seen.
     pub(super) seen: Vec<usize>,
@@ -46,10 +50,17 @@ impl Learner {
     pub fn with(model: &Model, given: &Inputs<'_, f64>) -> Result<Self, Error> {
         let learnable = Learnable::new(model, given)?;
         let seen = vec![0; learnable.program.slots.len()];
-        Ok(Self { learnable, observed: BTreeMap::new(), cases: 0, seen, weighted: false })
+        Ok(Self {
+            learnable,
+            observed: BTreeMap::new(),
+            sequences: Vec::new(),
+            cases: 0,
+            seen,
+            weighted: false,
+        })
     }
 
-    /// A case was seen.
+    /// A case was seen. Of a program over time it is the next instant of the last sequence, unless it says what X^-1 was.
     ///
     /// # Errors
     /// A number is no value of its variable, or the variable has no such element; nothing is learned of the case then.
@@ -71,6 +82,41 @@ impl Learner {
         self.weighted = true;
         self.take(key, weight);
         Ok(())
+    }
+
+    /// The instants of another sequence were seen, by a program over time.
+    ///
+    /// # Errors
+    /// As for [`Learner::observe`]; the program has no variable of the instant before.
+    pub fn observe_sequence(&mut self, cases: &[Case]) -> Result<(), Error> {
+        self.is_over_time()?;
+        let keys: Vec<Vec<u64>> = cases.iter().map(|case| self.key(case)).collect::<Result<_, _>>()?;
+        self.begin(String::new());
+        keys.into_iter().for_each(|key| self.take(key, 1.0));
+        Ok(())
+    }
+
+    /// Refuses sequences of a program whose cases do not follow each other.
+    pub(super) fn is_over_time(&self) -> Result<(), Error> {
+        let model = &self.learnable.program.model;
+        if carried(model).is_empty() {
+            let message = "sequences are learned by a program over time, but it has no variable `X^-1`";
+            return Err(Error::input(&model.name, message));
+        }
+        Ok(())
+    }
+
+    /// The next cases are those of another sequence.
+    pub(super) fn begin(&mut self, name: String) {
+        self.sequences.push((name, Vec::new()));
+    }
+
+    /// Whether a case is an instant of a sequence: one that says what X^-1 was stands alone.
+    fn is_instant(&self, key: &[u64]) -> bool {
+        let Program { model, slots, .. } = &self.learnable.program;
+        let before = |slot: usize| model.variables[slots[slot].variable].previous_of.is_some();
+        let mut all = (0..slots.len()).filter(|slot| before(*slot)).peekable();
+        all.peek().is_some() && all.all(|slot| key[slot] == MISSING)
     }
 
     fn key(&self, case: &Case) -> Result<Vec<u64>, Error> {
@@ -103,6 +149,13 @@ impl Learner {
         for (seen, bits) in self.seen.iter_mut().zip(&key) {
             *seen += usize::from(*bits != MISSING);
         }
+        if self.is_instant(&key) {
+            if self.sequences.is_empty() {
+                self.begin(String::new());
+            }
+            self.sequences.last_mut().expect("internal: it has begun").1.push(key.into());
+            return;
+        }
         // A case of weight 0 says nothing, not even that it can be.
         if weight > 0.0 {
             *self.observed.entry(key.into()).or_default() += weight;
@@ -127,6 +180,9 @@ impl Learner {
         progress: &mut dyn FnMut(usize, f64),
     ) -> Result<Learned, Error> {
         let mut learnable = self.learnable.clone();
+        if !self.sequences.is_empty() {
+            return self.learned_over_time(learnable, settings, progress);
+        }
         let cases = Cases::new(&mut learnable, &self.observed)?;
         let figures;
         let (statistics, outcomes);
@@ -154,6 +210,37 @@ impl Learner {
             let ln_likelihood = cases.expect(&learnable)?.ln_likelihood;
             figures = Figures { statistics: &statistics, outcomes: &outcomes, ln_likelihood, course: None };
         }
+        let report = report(self, &learnable, figures);
+        Ok(Learned { learnable, report })
+    }
+
+    /// Baum–Welch.
+    fn learned_over_time(
+        &self,
+        mut learnable: Learnable,
+        settings: &Settings,
+        progress: &mut dyn FnMut(usize, f64),
+    ) -> Result<Learned, Error> {
+        let model = &learnable.program.model;
+        if !self.observed.is_empty() {
+            let message = "some cases say what the instant before was, others follow each other";
+            return Err(Error::input(&model.name, message));
+        }
+        if self.weighted {
+            let message = "the instants of a sequence have no weights";
+            return Err(Error::input(&model.name, message));
+        }
+        let sequences = Sequences::new(&mut learnable, &self.sequences)?;
+        let mut generator = Xoshiro256PlusPlus::seed_from_u64(settings.seed);
+        let start = sequences.weighted(&mut |_, _, _, _| generator.random::<f64>().powi(4) + 1e-3);
+        let keep: Vec<bool> = learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
+        let found = maximise(&mut learnable, &sequences, &start, &keep, settings, progress)?;
+        let figures = Figures {
+            statistics: &found.statistics,
+            outcomes: &found.outcomes,
+            ln_likelihood: found.course.ln_likelihood,
+            course: Some(found.course),
+        };
         let report = report(self, &learnable, figures);
         Ok(Learned { learnable, report })
     }

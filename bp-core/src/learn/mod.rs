@@ -32,6 +32,7 @@ mod learner;
 mod likelihood;
 mod maximise;
 mod normals;
+mod over_time;
 mod parametric;
 mod program;
 mod regression;

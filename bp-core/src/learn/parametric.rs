@@ -73,6 +73,8 @@ fn replace(
             replace(model, factor, then, unknowns)?;
             replace(model, factor, otherwise, unknowns)?;
         }
+        // What X^-1 was before the first instant.
+        Form::Previous { at: None, otherwise, .. } => replace(model, factor, otherwise, unknowns)?,
         other => {
             let mut inside = false;
             other.each_part(&mut |part| inside |= matches!(part, Form::Unknown(_)));

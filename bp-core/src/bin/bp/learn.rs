@@ -27,6 +27,7 @@ Examples:
   bp learn weights.bp --data weights.csv --hidden Kind --out learned.bp
   bp learn asia.bp --data records.csv --ignore id --weight count --json
   bp learn binaural.bp --data recordings.csv --hidden O --out calibrated.bp
+  bp learn weather.bp --data days.csv --sequence station --out learned.bp
 
 The first row of the data names the columns: one for each variable, `L[0]`,
 `L[1]`, … for the elements of a family, and the index of a program that is
@@ -36,7 +37,11 @@ hidden, by `--hidden` or by `hidden Kind;` in `identification`; a column that no
 variable has must be ignored. What is hidden or missing is summed out, by
 expectation-maximisation. It ends where neither ln likelihood nor any number
 changes by more than the thresholds say; if it does not get there, the exit status
-is 1, and what was found so far is written all the same.")]
+is 1, and what was found so far is written all the same.
+
+The rows of a program over time (one with variables `X^-1`) follow each other:
+they are one sequence, or several that `--sequence` tells apart. A carried
+variable without a column is hidden (Baum-Welch).")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
@@ -54,6 +59,9 @@ pub(crate) struct Arguments {
     /// The column that says how often each row came: a number of at least 0.
     #[arg(long, value_name = "COLUMN")]
     weight: Option<String>,
+    /// The column that tells sequences apart, of a program over time.
+    #[arg(long, value_name = "COLUMN", conflicts_with = "weight")]
+    sequence: Option<String>,
     /// A size, or a parameter that is not learned: `Grid=64`, `tau_max=0.001`.
     /// The sizes of families and of the program's own set are else those of the
     /// data.
@@ -102,6 +110,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         hidden: arguments.hidden.clone(),
         ignore: arguments.ignore.clone(),
         weight: arguments.weight.clone(),
+        sequence: arguments.sequence.clone(),
     };
     learner.observe_table(&table, &columns)?;
     let settings = Settings {
