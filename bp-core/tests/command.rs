@@ -283,11 +283,13 @@ fn explain_derives_step_by_step() {
     assert!(text.contains("3 factors with 3 free parameters; a table of the joint"), "{text}");
     assert!(text.contains("computed: P(Rain | Wet = true) = (P(Rain) Σ_Sprinkler"), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(text.contains("\nrange: linear, its smallest product above 0 is at least 2^-512\n"), "{text}");
     let latex = well(&["explain", file, "--latex"]);
     assert!(latex.contains("\\begin{align*}\n") && latex.ends_with("\\end{align*}\n"), "{latex}");
     assert!(latex.contains("P(\\mathit{Rain} \\mid \\mathit{Wet}) &= \\frac{"), "{latex}");
     let json: Value = serde_json::from_str(&well(&["explain", file, "rain", "--json"])).unwrap();
     assert_eq!(json["computed"].as_array().unwrap().len(), 1);
+    assert_eq!(json["range"][0]["mark"], "linear", "{json}");
     assert_eq!((&json["question"], &json["free_parameters"]), (&"P(Rain | Wet)".into(), &3.0.into()));
 }
 

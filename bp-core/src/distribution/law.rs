@@ -7,9 +7,9 @@
 //! each bin. Circles: what lies within half a bin of the centre, the shorter way round.
 
 use super::Setting;
-use super::form::normalised;
+use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
-use crate::law::{Law, Numbers, Support};
+use crate::law::{Law, Numbers, Support, Wide};
 use crate::model::{Bins, Domain};
 
 /// Nodes and weights of the Gauss–Legendre rule of five points on [−1, 1] (Abramowitz and Stegun, table 25.4).
@@ -31,12 +31,26 @@ pub(super) fn ln_density(law: Law, x: f64, parameters: &[f64; 2]) -> f64 {
 }
 
 /// P(low < X ≤ high)
-pub(super) fn mass(law: Law, [low, high]: [f64; 2], parameters: &[f64]) -> f64 {
-    law.between(low, high, parameters)
+pub(super) fn mass(law: Law, [low, high]: [f64; 2], parameters: &[f64]) -> Extended {
+    let between = law.between(low, high, parameters);
+    if between.is_normal() {
+        return Extended::from_f64(between);
+    }
+    let closed = law.mass(&mut Wide, Extended::from_f64(low), Extended::from_f64(high), &wide(parameters));
+    closed.unwrap_or_else(|| Extended::from_f64(between)).maximum(Extended::ZERO)
+}
+
+fn wide(parameters: &[f64]) -> Vec<Extended> {
+    parameters.iter().map(|number| Extended::from_f64(*number)).collect()
+}
+
+/// The density at a number, which may be far below what f64 holds.
+fn density(law: Law, x: f64, parameters: &[f64]) -> Extended {
+    law.ln_density(&mut Wide, Extended::from_f64(x), &wide(parameters)).exponential()
 }
 
 /// The x between two bounds below which, from the lower one on, lies this mass: by bisection.
-pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below: f64) -> f64 {
+pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below: Extended) -> f64 {
     let (mut from, mut to) = (low, high);
     loop {
         let middle = 0.5 * (from + to);
@@ -58,34 +72,37 @@ pub(super) fn over(setting: &Setting<'_>, variable: VariableId, law: Law, parame
             _ => in_bins(bins, law, exactly(law, parameters)),
         };
     }
-    let count = setting.count(variable);
     let number = |ordinal: usize| setting.number_at(variable, ordinal as f64);
-    let logarithms: Vec<f64> =
-        (0..count).map(|ordinal| ln_density(law, number(ordinal), parameters)).collect();
-    // Relative to the likeliest value, so that a normal mean far outside leaves something to divide by.
-    let most = match law {
-        Law::Normal => logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        _ => 0.0,
-    };
-    normalised(logarithms.iter().map(|logarithm| (logarithm - most).exp()).collect())
+    let weight = |ordinal: usize| density(law, number(ordinal), exactly(law, parameters));
+    shares((0..setting.count(variable)).map(weight).collect())
+}
+
+/// Each part of the total, however small it is; all 0 where the total is 0.
+fn shares(weights: Vec<Extended>) -> Vec<f64> {
+    let total: Extended = weights.iter().copied().sum();
+    let share =
+        |weight: Extended| if total > Extended::ZERO { weight / total } else { weight * Extended::ZERO };
+    weights.into_iter().map(|weight| share(weight).to_f64()).collect()
 }
 
 fn in_bins(bins: &Bins, law: Law, parameters: &[f64]) -> Vec<f64> {
-    let density = |x: f64| law.ln_density(&mut Numbers, x, parameters).exp();
-    let masses: Vec<f64> = (bins.edges().windows(2).enumerate())
+    let bound = |x: f64| Extended::from_f64(x);
+    let masses = (bins.edges().windows(2).enumerate())
         .map(|(bin, edges)| {
             let (from, to) = (edges[0], edges[1]);
-            if let Some(mass) = law.mass(&mut Numbers, from, to, parameters) {
+            if let Some(mass) = law.mass(&mut Wide, bound(from), bound(to), &wide(parameters)) {
                 return mass;
             }
             if law.support() == Support::Counts {
-                return density(bins.centre(bin));
+                return density(law, bins.centre(bin), parameters);
             }
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-            RULE.iter().map(|(node, weight)| weight * density(middle + node * half)).sum::<f64>() * half
+            let part =
+                |(node, weight): &(f64, f64)| bound(*weight) * density(law, middle + node * half, parameters);
+            RULE.iter().map(part).sum::<Extended>() * bound(half)
         })
         .collect();
-    normalised(masses)
+    shares(masses)
 }
 
 fn on_circle(bins: &Bins, law: Law, [mean, spread]: &[f64; 2]) -> Vec<f64> {
@@ -95,13 +112,10 @@ fn on_circle(bins: &Bins, law: Law, [mean, spread]: &[f64; 2]) -> Vec<f64> {
         .map(|bin| {
             let distance = (bins.centre(bin) - mean + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
             match law {
-                Law::VonMises => {
-                    let angle = distance * std::f64::consts::TAU / turn;
-                    law.ln_density(&mut Numbers, angle, &[0.0, *spread]).exp()
-                }
+                Law::VonMises => density(law, distance * std::f64::consts::TAU / turn, &[0.0, *spread]),
                 _ => mass(law, [distance - 0.5 * width, distance + 0.5 * width], &[0.0, *spread]),
             }
         })
         .collect();
-    normalised(masses)
+    shares(masses)
 }

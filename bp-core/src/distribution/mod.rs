@@ -17,6 +17,7 @@ mod setting;
 
 pub use setting::{Instance, Setting};
 
+use crate::exec::scalar::{Extended, Scalar};
 use crate::law::{Law, Share};
 use rand::Rng;
 use rand::RngExt;
@@ -38,7 +39,7 @@ pub enum Distribution {
         /// The bounds.
         bounds: [f64; 2],
         /// P(low < X ≤ high).
-        mass: f64,
+        mass: Extended,
     },
     /// One real, for sure.
     Point(f64),
@@ -63,8 +64,9 @@ impl Distribution {
             }
             Distribution::Law(law, parameters) => law::ln_density(*law, value, parameters),
             Distribution::Truncated { law, parameters, bounds: [low, high], mass } => {
-                let inside = *low <= value && value <= *high && *mass > 0.0;
-                if inside { law::ln_density(*law, value, parameters) - mass.ln() } else { f64::NEG_INFINITY }
+                let inside = *low <= value && value <= *high && *mass > Extended::ZERO;
+                let ln_mass = || mass.natural_logarithm().to_f64();
+                if inside { law::ln_density(*law, value, parameters) - ln_mass() } else { f64::NEG_INFINITY }
             }
             Distribution::Point(point) => {
                 if value == *point {
@@ -92,7 +94,7 @@ impl Distribution {
             Distribution::Law(law, parameters) => Some(law.draw(by, law::exactly(*law, parameters))),
             Distribution::Truncated { law, parameters, bounds, mass } => {
                 let parameters = law::exactly(*law, parameters);
-                if *mass <= 0.0 {
+                if *mass <= Extended::ZERO {
                     return None;
                 }
                 for _ in 0..MOST_REJECTIONS {
@@ -101,7 +103,8 @@ impl Distribution {
                         return Some(drawn);
                     }
                 }
-                Some(law::inverse(*law, parameters, *bounds, by.random::<f64>() * mass))
+                let below = Extended::from_f64(by.random::<f64>()) * *mass;
+                Some(law::inverse(*law, parameters, *bounds, below))
             }
             Distribution::Point(point) => Some(*point),
             Distribution::Share(share) => Some(share.draw(by)),

@@ -1,8 +1,9 @@
 //! Arithmetic that is either done or written down.
 //!
 //! In: operators on numbers. Out: numbers. Invariant: an equation that is written once, over an [`Arithmetic`], is the
-//! same in f64 ([`Numbers`]) and in a kernel, where its numbers are nodes.
+//! same in f64 ([`Numbers`]), with exponents apart ([`Wide`]) and in a kernel, where its numbers are nodes.
 
+use crate::exec::scalar::{self, Extended, Scalar};
 use crate::operators::{Binary, Unary};
 
 /// Something that an equation can be evaluated by.
@@ -88,5 +89,25 @@ impl Arithmetic for Numbers {
     }
     fn select(&mut self, condition: f64, then: f64, otherwise: f64) -> f64 {
         if condition != 0.0 { then } else { otherwise }
+    }
+}
+
+/// Arithmetic in numbers whose exponents have no end.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wide;
+
+impl Arithmetic for Wide {
+    type Number = Extended;
+    fn constant(&mut self, number: f64) -> Extended {
+        Extended::from_f64(number)
+    }
+    fn unary(&mut self, operator: Unary, x: Extended) -> Extended {
+        scalar::unary(operator, x)
+    }
+    fn binary(&mut self, operator: Binary, x: Extended, y: Extended) -> Extended {
+        scalar::binary(operator, x, y)
+    }
+    fn select(&mut self, condition: Extended, then: Extended, otherwise: Extended) -> Extended {
+        if condition == Extended::ZERO { otherwise } else { then }
     }
 }

@@ -20,7 +20,7 @@ mod uniform;
 mod von_mises;
 mod weibull;
 
-pub use arithmetic::{Arithmetic, Numbers};
+pub use arithmetic::{Arithmetic, Numbers, Wide};
 pub use dirichlet::{Dirichlet, Share};
 pub use fit::Refusal;
 pub use sample::Sample;

@@ -44,6 +44,9 @@ pub struct Marked {
     pub reason: String,
 }
 
+/// So many products are told.
+const MOST_MARKED: usize = 8;
+
 /// log₂ of the total below which a guarded product is computed again.
 const BOUND: f64 = -512.0;
 
@@ -93,7 +96,7 @@ impl Exact {
         self.mark_of(model, self.joint).0
     }
 
-    /// The products that are computed, outermost first.
+    /// The products that are computed, outermost first; of many the first few.
     fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let printer = Printer {
             model,
@@ -104,7 +107,7 @@ impl Exact {
             notation,
         };
         let (mut open, mut marked) = (vec![self.joint], Vec::new());
-        while let Some(id) = open.pop() {
+        while let Some(id) = open.pop().filter(|_| marked.len() < MOST_MARKED) {
             match &self.terms[id] {
                 Term::Product(factors) => open.extend(factors.iter().rev()),
                 Term::Sum(_, body) | Term::Normalise(_, body) => open.push(*body),
@@ -131,15 +134,15 @@ impl Exact {
         }
         match (operands.smallest, operands.count) {
             (Some(smallest), _) if smallest >= BOUND => {
-                (Mark::Linear, "no product of its probabilities but 0 is below 2^-512".to_owned())
+                (Mark::Linear, "its smallest product above 0 is at least 2^-512".to_owned())
             }
             _ if model.plate.is_some() => {
-                (Mark::Linear, "probabilities over a plate; the error is absolute".to_owned())
+                (Mark::Linear, "probabilities over a plate, whose error is absolute".to_owned())
             }
             (_, None) => (Mark::Guarded, "how many probabilities depends on a size".to_owned()),
             (_, Some(count)) => {
                 let word = if count == 1 { "probability" } else { "probabilities" };
-                (Mark::Guarded, format!("{count} {word}, and how small is not known or below 2^-512"))
+                (Mark::Guarded, format!("its {count} {word} may together be below 2^-512"))
             }
         }
     }
@@ -206,8 +209,9 @@ fn density(model: &Model, factor: &Factor, form: &Form) -> Option<&'static str> 
         // A question to another program has been normalised there; what a Dirac says is 0 or 1.
         Form::Ask { .. } | Form::Dirac(_) => None,
         _ if !finite => Some("is a density of a real"),
-        Form::Law { .. } | Form::Weights(_) | Form::Truncated { .. } => {
-            Some("is normalised over its values, which may be tiny before that")
+        // Over a plate their totals are those of probabilities: the error is absolute.
+        Form::Law { .. } | Form::Weights(_) | Form::Truncated { .. } if model.plate.is_none() => {
+            Some("is normalised over its values, which may be tiny before")
         }
         _ => None,
     }

@@ -12,7 +12,7 @@ use bp_core::error::Error;
 use bp_core::kernel::in_words;
 use bp_core::lower::lower;
 use bp_core::model::{Model, Question};
-use bp_core::plan::{Notation, Options, Plan, Route, plan};
+use bp_core::plan::{Marked, Notation, Options, Plan, Route, plan};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -129,6 +129,11 @@ fn write_text(model: &Model, plan: &Plan, bold: bool, out: &mut impl Write) -> s
     for equation in plan.computed(model, Notation::Unicode) {
         write!(out, "{}", wrap::wrapped_equation("computed: ", &equation, 10))?;
     }
+    for marked in plan.marks(model, Notation::Unicode) {
+        let Marked { product, mark, reason } = marked;
+        write!(out, "{}", wrap::wrapped("range: ", &format!("{}, {reason}", mark.word()), 4))?;
+        write!(out, "{}", wrap::wrapped_equation("      ", &product, 10))?;
+    }
     Ok(())
 }
 
@@ -147,6 +152,10 @@ fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl W
         latex::write(model, plan, &asked, out)?;
         if standalone {
             latex::paragraph(&format!("Route: {}", routes(plan)), out)?;
+            for Marked { product, mark, reason } in plan.marks(model, Notation::Latex) {
+                let mark = format!("Range of numbers: {}, {reason}", mark.word());
+                latex::paragraph_with(&mark, &product, out)?;
+            }
             cost::tables(model, plan).iter().try_for_each(|table| latex::cost(table, out))?;
         }
     }
@@ -177,6 +186,11 @@ fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
         .collect();
     let free = parameters::free(model);
     let costs: Vec<Table> = cost::tables(model, plan);
+    let range: Vec<_> = (plan.marks(model, Notation::Unicode).into_iter())
+        .map(|Marked { product, mark, reason }| {
+            json!({ "product": product, "mark": mark.word(), "reason": reason })
+        })
+        .collect();
     json!({
         "question": asked(model, &plan.question),
         "route": routes(plan),
@@ -186,5 +200,6 @@ fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
         "free_parameters_of_tables": free.tables,
         "free_parameters_of_joint": free.joint,
         "cost": costs,
+        "range": range,
     })
 }

@@ -10,7 +10,7 @@ use crate::explain::{asked, routes};
 use crate::{cost, highlight, parameters};
 use bp_core::draw::graph;
 use bp_core::model::{Model, Question};
-use bp_core::plan::{Notation, Plan};
+use bp_core::plan::{Marked, Notation, Plan};
 use bp_core::xml::escaped;
 use std::io::{Result, Write};
 
@@ -63,6 +63,10 @@ fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Resu
         writeln!(out, "{}", mathematics(&equation))?;
     }
     writeln!(out, "<p>The route is {}.</p>", prose(&routes(plan)))?;
+    for Marked { product, mark, reason } in plan.marks(model, Notation::MathMl) {
+        writeln!(out, "<p>Range of numbers: {}, {}:</p>", mark.word(), prose(&reason))?;
+        writeln!(out, "{}", mathematics(&product))?;
+    }
     for table in cost::tables(model, plan) {
         writeln!(out, "<table>\n<thead><tr>")?;
         cost::HEADINGS.iter().try_for_each(|heading| write!(out, "<th>{heading}</th>"))?;

@@ -46,6 +46,11 @@ pub(crate) fn paragraph(text: &str, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\\noindent {}.\n", prose(text))
 }
 
+/// Words, and a line of mathematics after them.
+pub(crate) fn paragraph_with(text: &str, equation: &str, out: &mut impl Write) -> Result<()> {
+    writeln!(out, "\\noindent {}: ${equation}$.\n", prose(text))
+}
+
 /// Writes the derivation of a plan; `asked` is the question as a user would type it.
 pub(crate) fn write(model: &Model, plan: &Plan, asked: &str, out: &mut impl Write) -> Result<()> {
     writeln!(out, "% program {}: {} (amsmath)", model.name, asked.replace('\n', " "))?;
