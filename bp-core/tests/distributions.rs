@@ -205,7 +205,12 @@ fn draws_have_the_distribution_that_they_are_drawn_from() {
     // A normal law far in its tail: 8 to 9 deviations out, where rejection would never end. E = φ(8)/Q(8) ≈ 8.1213.
     let law = Law::Normal;
     let mass = law.mass(&mut bp_core::law::Numbers, 8.0, 9.0, &[0.0, 1.0]).unwrap();
-    let tail = Distribution::Truncated { law, parameters: [0.0, 1.0], bounds: [8.0, 9.0], mass: Extended::from_f64(mass) };
+    let tail = Distribution::Truncated {
+        law,
+        parameters: [0.0, 1.0],
+        bounds: [8.0, 9.0],
+        mass: Extended::from_f64(mass),
+    };
     let drawn: Vec<f64> = (0..4000).map(|_| tail.draw(&mut random).unwrap()).collect();
     assert!(drawn.iter().all(|x| (8.0..=9.0).contains(x)));
     let mean = drawn.iter().sum::<f64>() / 4000.0;

@@ -5,9 +5,10 @@
 //! observations before it have a probability above 0, however small.
 
 use crate::error::{Error, Impossible};
-use crate::exec::{Inputs, LN_EVIDENCE, Lanes};
+use crate::exec::{Inputs, Lanes};
 use crate::ids::VariableId;
-use crate::lower::lower;
+use crate::kernel::LN_EVIDENCE;
+use crate::lower::lower_guarded;
 use crate::model::{Ask, Evidence, Known, Model, Question, Reduction, Value};
 use crate::plan::{Options, Route, plan};
 
@@ -65,7 +66,7 @@ fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f6
     let options = Options { ln_evidence: true, ..Options::default() };
     let routes = plan(model, &question, options).ok()?.routes;
     let [Route::Exact(exact)] = routes.as_slice() else { return None };
-    let lanes = Lanes::new(lower(model, exact, &question.name).ok()?.kernel);
+    let lanes = Lanes::new(lower_guarded(model, exact, &question.name).ok()?.kernel);
     let outputs = lanes.run_guarded(inputs, false).ok()?.outputs;
     Some(outputs.get(LN_EVIDENCE)[0] > f64::NEG_INFINITY)
 }

@@ -6,12 +6,7 @@
 use super::scalar::{Extended, Scalar};
 use super::{Inputs, Lanes, Outputs};
 use crate::error::Error;
-
-/// The output of ln P(evidence).
-pub const LN_EVIDENCE: &str = "ln_evidence";
-
-/// The output of the totals that answers are divided by.
-pub const TOTAL: &str = "total of each context";
+use crate::kernel::{LN_EVIDENCE, TOTAL};
 
 /// A total below this may have lost something: 2⁻⁵¹².
 const SMALLEST_TOTAL: f64 = f64::from_bits((1023 - 512) << 52);

@@ -12,7 +12,7 @@ mod lanes;
 pub mod scalar;
 
 pub use gaussian::{Belief, Filter};
-pub use guarded::{Guarded, LN_EVIDENCE, TOTAL};
+pub use guarded::Guarded;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};
 pub use inputs::{Inputs, Outputs};

@@ -25,6 +25,12 @@ use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, ValueId};
 use crate::operators::{Binary, Unary};
 
+/// The output of ln P(evidence), where there is one.
+pub const LN_EVIDENCE: &str = "ln_evidence";
+
+/// The output of what answers are divided by, where there is one.
+pub const TOTAL: &str = "total of each context";
+
 /// How many values an axis has: `offset`, or `size + offset` where a size is known only at run time.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Extent {

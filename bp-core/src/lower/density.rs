@@ -15,13 +15,25 @@ use crate::operators::Binary;
 impl Lowering<'_> {
     /// The density of a factor; under `prod`s, the product over their indices.
     pub(super) fn factor(&mut self, id: FactorId) -> Result<ValueId, Error> {
+        self.over_products(id, Fold::Product, &mut |lowering, factor| {
+            lowering.density_of(factor, &factor.form)
+        })
+    }
+
+    /// What each element of a factor gives, folded over the indices of its `prod`s.
+    pub(super) fn over_products(
+        &mut self,
+        id: FactorId,
+        fold: Fold,
+        each: &mut dyn FnMut(&mut Self, &Factor) -> Result<ValueId, Error>,
+    ) -> Result<ValueId, Error> {
         let factor = self.model.factors[id].clone();
         let outer = std::mem::take(&mut self.products);
         let mut loops: Vec<AxisId> = Vec::new();
         for (name, over) in &factor.products {
             if let Some(count) = self.model.index_count(over) {
                 // A family of known length: its elements are variables of their own.
-                return self.unrolled(&factor, count, outer);
+                return self.unrolled(&factor, count, outer, fold, each);
             }
             let axes = self.index_axes(name, over);
             let running = self.builder.running(axes[0]);
@@ -34,12 +46,12 @@ impl Lowering<'_> {
             self.products.push(index);
             loops.extend(axes);
         }
-        let value = self.density_of(&factor, &factor.form);
+        let value = each(self, &factor);
         self.products = outer;
         let value = value?;
         match loops.is_empty() {
             true => Ok(self.computed_once(value)),
-            false => Ok(self.fold_over("product", Fold::Product, &loops, value)),
+            false => Ok(self.fold_over("product", fold, &loops, value)),
         }
     }
 
@@ -59,19 +71,27 @@ impl Lowering<'_> {
         self.builder.compute(&name, &axes, Reduce::None, value)
     }
 
-    fn unrolled(&mut self, factor: &Factor, count: usize, outer: Vec<ValueId>) -> Result<ValueId, Error> {
+    fn unrolled(
+        &mut self,
+        factor: &Factor,
+        count: usize,
+        outer: Vec<ValueId>,
+        fold: Fold,
+        each: &mut dyn FnMut(&mut Self, &Factor) -> Result<ValueId, Error>,
+    ) -> Result<ValueId, Error> {
         let crate::model::IndexSpace::Range(range) = factor.products[0].1 else {
             return Err(self.unplanned("nested products over ranges"));
         };
-        let mut product = self.builder.constant(1.0);
+        let operator = if fold == Fold::Sum { Binary::Add } else { Binary::Multiply };
+        let mut folded = self.builder.constant(fold.start());
         for position in 0..count {
             let index = self.builder.constant((range.low + position as i64) as f64);
             self.products = vec![index];
-            let value = self.density_of(factor, &factor.form)?;
-            product = self.builder.binary(Binary::Multiply, product, value);
+            let value = each(self, factor)?;
+            folded = self.builder.binary(operator, folded, value);
         }
         self.products = outer;
-        Ok(product)
+        Ok(folded)
     }
 
     /// The density of one element's factor.

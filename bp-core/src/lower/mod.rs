@@ -11,6 +11,7 @@ mod environment;
 mod expression;
 mod first_scan;
 mod law;
+mod logarithm;
 mod normal;
 mod read_out;
 mod table;
@@ -35,14 +36,14 @@ pub fn lower(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error>
 }
 
 /// Lowers a route to a kernel that has one output more where ln P(evidence) is not asked: the totals that its answers are
-/// divided by, named [`TOTAL`](crate::exec::TOTAL), by which [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) sees
+/// divided by, named [`TOTAL`](crate::kernel::TOTAL), by which [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) sees
 /// whether f64 has lost something.
 ///
 /// # Errors
 /// As [`lower`].
 pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
     let guarded = !exact.ln_evidence;
-    lowered(Lowering { guarded, ..Lowering::new(model, exact, name) })
+    lowered(Lowering { guarded, runs_anew: true, ..Lowering::new(model, exact, name) })
 }
 
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
@@ -81,6 +82,10 @@ struct Lowering<'m> {
     named: usize,
     /// Whether totals are an output.
     guarded: bool,
+    /// Whether the kernel is run anew with exponents apart where numbers are lost: it has no logarithms then.
+    runs_anew: bool,
+    /// Which terms multiply densities of reals, once that is asked.
+    densities: Vec<bool>,
 }
 
 impl<'m> Lowering<'m> {
@@ -97,6 +102,8 @@ impl<'m> Lowering<'m> {
             axes_of: HashMap::new(),
             named: 0,
             guarded: false,
+            runs_anew: false,
+            densities: Vec::new(),
         };
         if let Some(index) = model.plate_index() {
             lowering.plate = lowering.run_through(index);

@@ -5,9 +5,8 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::exec::{LN_EVIDENCE, TOTAL};
 use crate::ids::{AxisId, ValueId, VariableId};
-use crate::kernel::{Fold, Index, Kernel, Reduce, Role};
+use crate::kernel::{Fold, Index, Kernel, LN_EVIDENCE, Reduce, Role, TOTAL};
 use crate::model::{Ask, Reduction, Value};
 use crate::operators::{Binary, Unary};
 
@@ -59,7 +58,8 @@ impl Lowering<'_> {
                 self.run(*variable, value);
             }
         }
-        let joint = self.term(exact.joint)?;
+        let over: Vec<AxisId> = searched.iter().flat_map(|(_, axes)| axes.clone()).collect();
+        let (joint, shift) = self.joint(&over)?;
         let sole = exact.asks.len() == 1 && exact.normalised && !exact.ln_evidence;
         let joint = match sole {
             true => joint,
@@ -75,11 +75,13 @@ impl Lowering<'_> {
             outputs.push(self.answer(ask, joint, &rows, &searched, &mut total)?);
         }
         if exact.ln_evidence {
-            let over: Vec<AxisId> = searched.iter().flat_map(|(_, axes)| axes.clone()).collect();
             let axes = self.output_axes(&rows, &[]);
             let name = self.name("evidence");
             let total = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
-            let ln = self.builder.unary(Unary::NaturalLogarithm, total);
+            let mut ln = self.builder.unary(Unary::NaturalLogarithm, total);
+            if let Some(shift) = shift {
+                ln = self.builder.binary(Binary::Add, ln, shift);
+            }
             let out = self.builder.buffer(LN_EVIDENCE, Role::Output, &axes);
             self.builder.nest(out, Reduce::None, ln);
             outputs.push(Output { name: LN_EVIDENCE.to_owned(), ask: None, variables: exact.each.clone() });

@@ -77,7 +77,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn is_short(&self, variable: VariableId, body: TermId) -> bool {
+    pub(super) fn is_short(&self, variable: VariableId, body: TermId) -> bool {
         let declared = &self.model.variables[variable];
         declared.family.is_none()
             && declared.domain.count().is_some_and(|count| count <= WRITTEN_OUT)
@@ -94,20 +94,32 @@ impl Lowering<'_> {
     }
 
     fn written_out(&mut self, variable: VariableId, body: TermId) -> Result<ValueId, Error> {
-        let count = self.model.variables[variable].domain.count().expect("internal: a short sum has a count");
         let mut sum = self.builder.constant(0.0);
-        for ordinal in 0..count {
-            let value = self.builder.constant(ordinal as f64);
-            self.run(variable, Meaning::Ordinal(value));
-            let term = self.term(body)?;
+        for term in self.each_value(variable, |lowering| lowering.term(body))? {
             sum = self.builder.binary(Binary::Add, sum, term);
         }
-        self.stop(variable);
         Ok(sum)
     }
 
+    /// What stands at each value of a variable.
+    pub(super) fn each_value(
+        &mut self,
+        variable: VariableId,
+        mut term: impl FnMut(&mut Self) -> Result<ValueId, Error>,
+    ) -> Result<Vec<ValueId>, Error> {
+        let count = self.model.variables[variable].domain.count().expect("internal: a short sum has a count");
+        let mut terms = Vec::with_capacity(count);
+        for ordinal in 0..count {
+            let value = self.builder.constant(ordinal as f64);
+            self.run(variable, Meaning::Ordinal(value));
+            terms.push(term(self)?);
+        }
+        self.stop(variable);
+        Ok(terms)
+    }
+
     /// Whether the value that a variable is bound to lies in its domain, and whether it is a finite number.
-    fn inside(&mut self, variable: VariableId) -> Result<(ValueId, ValueId), Error> {
+    pub(super) fn inside(&mut self, variable: VariableId) -> Result<(ValueId, ValueId), Error> {
         let holds = match self.exact.bindings.get(&variable) {
             Some(Binding::Expression(expression)) => self.is_finite(*expression)?,
             _ => self.builder.constant(1.0),

@@ -3,12 +3,14 @@
 //! In: programs whose probabilities and densities underflow. Out: answers beside arithmetic by logarithms, by hand or by
 //! mpmath at 50 digits (each formula stands beside its constant). Invariant: nothing expected comes from our own output.
 
+mod printed;
+#[path = "../support/mod.rs"]
 mod support;
+mod trees;
 
 use bp_core::answer::{Answer, Figure, ask};
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
-use bp_core::tree::{Evidence, Marginals, Network, Table, most_probable};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use std::fmt::Write;
@@ -277,72 +279,6 @@ fn what_is_made_of_tiny_probabilities() {
     let divergence = numbers(&answer(far, "divergence P(H | G = up) from P(H | G = down)", &inputs));
     // ln p(true | up) is −e⁻¹⁶⁰⁰, ln p(true | down) is −2 · 40 · 20.
     near(&divergence, &[1600.0], 1e-12);
-}
-
-#[test]
-fn join_trees_of_tiny_cells() {
-    // 2n binary features of a class: n say 10⁻ᵏ to 1 for `true`, n the other way round; one more says 3 to 1.
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
-    for (pairs, digits) in [(2usize, 200.0), (2, 300.0), (150, 3.0), (400, 30.0)] {
-        let features: Vec<[f64; 2]> = (0..2 * pairs)
-            .map(|at| if at < pairs { [10f64.powf(-digits), 1.0] } else { [1.0, 10f64.powf(-digits)] })
-            .chain([[0.25, 0.75]])
-            .collect();
-        let scale: Vec<f64> = features.iter().map(|_| random.random::<f64>()).collect();
-        let table = |(at, [no, yes]): (usize, &[f64; 2])| Table {
-            variables: vec![0, at + 1],
-            values: [no, yes].into_iter().flat_map(|p| [1.0 - p * scale[at], p * scale[at]]).collect(),
-        };
-        let mut network = Network {
-            cardinalities: vec![2; features.len() + 1],
-            tables: vec![Table { variables: vec![0], values: vec![0.5, 0.5] }],
-            table_of: (0..=features.len()).map(Some).collect(),
-        };
-        network.tables.extend(features.iter().enumerate().map(table));
-        let all: Vec<usize> = (1..=features.len()).collect();
-        let observed = Evidence { hard: all.iter().map(|one| (*one, 1)).collect(), likelihoods: Vec::new() };
-        // ln of both sums, by logarithms.
-        let ln = |class: usize| -> f64 {
-            features.iter().zip(&scale).map(|(p, scale)| p[class].ln() + scale.ln()).sum()
-        };
-        let expected = odds(ln(0), ln(1));
-        let ln_evidence = ln(0).max(ln(1)) + (1.0 + (-(ln(0) - ln(1)).abs()).exp()).ln() - 2f64.ln();
-        for (given, weighed) in [(all.as_slice(), [].as_slice()), (&[], &all)] {
-            let plan = Marginals::new(&network, given, weighed, &[0]).unwrap();
-            let mut session = plan.session();
-            session.ask(&observed).unwrap();
-            near(session.marginal(0), &expected, 1e-9);
-            near(&[session.ln_evidence()], &[ln_evidence], 1e-12);
-        }
-        let (values, ln_best) = most_probable(&network, &observed).unwrap();
-        assert_eq!(values[0], 1);
-        near(&[ln_best], &[ln(1) - 2f64.ln()], 1e-12);
-    }
-}
-
-#[test]
-fn likelihoods_of_trees_are_of_any_size() {
-    let network = Network {
-        cardinalities: vec![2, 2],
-        tables: vec![
-            Table { variables: vec![0], values: vec![0.6, 0.4] },
-            Table { variables: vec![0, 1], values: vec![0.8, 0.2, 0.1, 0.9] },
-        ],
-        table_of: vec![Some(0), Some(1)],
-    };
-    let likelihoods = vec![
-        (0, vec![1e-300, 1.0]),
-        (0, vec![1e-300, 1e-320]),
-        (1, vec![2e-300, 1e-300]),
-        (1, vec![1e-200, 1e-200]),
-        (0, vec![1.0, 1e-280]),
-    ];
-    let plan = Marginals::new(&network, &[], &[0, 1], &[0, 1]).unwrap();
-    let mut session = plan.session();
-    session.ask(&Evidence { hard: Vec::new(), likelihoods }).unwrap();
-    // 0: 0.6 · 10⁻⁶⁰⁰ (0.8 · 2 + 0.2), 1: 0.4 · 10⁻⁶⁰⁰ (0.1 · 2 + 0.9), and 10⁻⁵⁰⁰ for both; 10⁻³²⁰ has four digits.
-    near(session.marginal(0), &[1.08 / 1.52, 0.44 / 1.52], 1e-3);
-    near(&[session.ln_evidence()], &[1.52f64.ln() - 1100.0 * std::f64::consts::LN_10], 1e-6);
 }
 
 #[test]
