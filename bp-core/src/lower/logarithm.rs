@@ -18,16 +18,14 @@ impl Lowering<'_> {
     pub(super) fn joint(&mut self, searched: &[AxisId]) -> Result<(ValueId, Option<ValueId>), Error> {
         let exact = self.exact;
         let over_plate = searched.iter().any(|axis| self.plate.contains(axis));
-        let in_logarithms = match exact.mark(self.model) {
-            Mark::Linear => false,
-            // Probabilities alone, of which nothing is normalised: below f64 they are 0.
-            Mark::Guarded => !exact.normalised,
-            Mark::Log => true,
-        };
-        if self.runs_anew || over_plate || !in_logarithms {
+        if self.runs_anew || over_plate || exact.mark(self.model) == Mark::Linear {
             return Ok((self.term(exact.joint)?, None));
         }
         self.densities = self.of_densities();
+        // Probabilities that nothing divides are 0 where they are below what a number holds.
+        if exact.normalised && !self.densities[exact.joint.position()] {
+            return Ok((self.term(exact.joint)?, None));
+        }
         let ln = self.ln_term(exact.joint)?;
         if exact.normalised {
             return Ok((self.builder.unary(Unary::Exponential, ln), None));
