@@ -309,3 +309,46 @@ fn sounds_and_gazes() {
         }
     }
 }
+
+#[test]
+fn numbers_of_a_field_over_the_plate_stand_in_the_order_of_its_indices() {
+    // Of four cells and three channels, as `bp learn` writes them: the last index fastest, wherever the plate stands.
+    let list = |count: usize, seed: u64| {
+        let numbers: Vec<String> = noise(count, seed).iter().map(f64::to_string).collect();
+        numbers.join(", ")
+    };
+    let text = format!(
+        "program Field over C in Grid {{
+            parameters {{ mu[Grid, Channels] : real = [{}]; nu[Channels, Grid] : real = [{}]; }}
+            variables {{ S : bool; L[k in Channels] : real; }}
+            decomposition {{ P(S) prod(k in Channels) {{ P(L[k] | S) }} }}
+            forms {{ P(S) = uniform; P(L[k] | S) = normal(if S {{ mu[C, k] }} else {{ nu[k, C] }}, 1); }}
+            question source {{ P(S | L = l) }}
+        }}",
+        list(12, 1),
+        list(12, 2)
+    );
+    let given = Given::default().size("Grid", 4).size("Channels", 3).array("l", noise(3, 3));
+    for kernel in kernels(&text, "source", Options::default()) {
+        everywhere("a field over the plate", &kernel, &given);
+        let inputs = Inputs::new().size("Grid", 4).size("Channels", 3);
+        let l = noise(3, 3);
+        let inputs = inputs.array("l", &l);
+        let found = interpret(&kernel, &inputs).unwrap();
+        let (mu, nu) = (noise(12, 1), noise(12, 2));
+        let ln =
+            |means: &dyn Fn(usize) -> f64| -> f64 { (0..3).map(|k| -0.5 * (l[k] - means(k)).powi(2)).sum() };
+        let cells: Vec<f64> = (0..4)
+            .map(|c| {
+                let (yes, no) = (ln(&|k| mu[3 * c + k]).exp(), ln(&|k| nu[4 * k + c]).exp());
+                yes / (yes + no)
+            })
+            .collect();
+        let (_, answer) = &found.arrays[0];
+        for (cell, expected) in cells.iter().enumerate() {
+            assert!((answer[4 + cell] - expected).abs() < 1e-12, "{cell}: {answer:?} {expected}");
+        }
+        let wrong = Inputs::new().size("Grid", 5).size("Channels", 3).array("l", &l);
+        assert!(interpret(&kernel, &wrong).is_err());
+    }
+}

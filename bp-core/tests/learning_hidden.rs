@@ -266,6 +266,7 @@ fn a_component_that_closes_in_on_equal_values_is_held() {
         "P(K) = unknown(histogram); P(X | K) = unknown(normal);",
     );
     let table = format!("X\n{}3\n4\n5\n6\n7\n4.5\n5.5\n5\n4\n6\n", "0\n".repeat(10));
+    let mut highest: Vec<f64> = Vec::new();
     for seed in 0..4 {
         let settings = Settings { seed, threshold: 1e-9, ..Settings::default() };
         let learned = seen(&text, &table).learned_with(&settings, &mut |_, _| {}).unwrap();
@@ -276,9 +277,20 @@ fn a_component_that_closes_in_on_equal_values_is_held() {
         }
         if learned.report.ln_likelihood > 0.0 {
             assert_eq!(learned.report.forms[1].floored, 1, "{seed}");
+            highest.push(learned.report.ln_likelihood);
         }
         model_of(&written(&text, &learned));
     }
+    // The floor is that of the values, not of the start: a component holds the zeros, with a millionth of the deviation of
+    // 0, 3, 4, 4.5, 5, 5.5, 6, 7; the other the rest, of mean 5 and variance 1.25.
+    let values = [0.0, 3.0, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0];
+    let mean = values.iter().sum::<f64>() / 8.0;
+    let floor = 1e-6 * (values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 8.0).sqrt();
+    let rest = [3.0, 4.0, 5.0, 6.0, 7.0, 4.5, 5.5, 5.0, 4.0, 6.0];
+    let of_rest: f64 = rest.iter().map(|x| ln_pdf(*x, 5.0, 1.25_f64.sqrt())).sum();
+    let expected = 20.0 * 0.5_f64.ln() + 10.0 * ln_pdf(0.0, 0.0, floor) + of_rest;
+    assert!(!highest.is_empty());
+    near(&highest, &vec![expected; highest.len()], 1e-6);
 }
 
 #[test]

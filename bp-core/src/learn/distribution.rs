@@ -115,10 +115,15 @@ impl Learnable {
         let distribution = &self.catalogue.distributions[position];
         let head = self.program.head(distribution.factor);
         let mut place = None;
-        if let Ok(setting) = self.program.setting() {
+        // What is learned may be no number yet, and does not tell the context.
+        let mut program = self.program.clone();
+        for id in self.program.unknowns.parameters.keys() {
+            program.model.parameters[*id].default.fill(1.0);
+        }
+        if let Ok(setting) = program.setting() {
             let mut catalogue = Catalogue::default();
-            let mut finder = Finder { setting, program: &self.program, catalogue: &mut catalogue };
-            let families = self.program.families.iter();
+            let mut finder = Finder { setting, program: &program, catalogue: &mut catalogue };
+            let families = program.families.iter();
             for family in families.filter(|family| family.instance.factor == distribution.factor) {
                 let _ = finder.contexts(family, &mut |kind, values| {
                     if *kind == distribution.kind && place.is_none() {

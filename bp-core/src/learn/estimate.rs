@@ -77,11 +77,15 @@ pub(super) fn pooled(learnable: &Learnable, statistics: &[Statistic]) -> Vec<Sam
     of.into_iter().map(|group| group.map_or_else(Sample::default, |group| groups[group].1.clone())).collect()
 }
 
-/// How far all values of each distribution's form lie apart.
+/// How far all values of each distribution's form lie apart, each value once: how often it is expected changes from step
+/// to step, but the floor must not.
 pub(super) fn spreads(learnable: &Learnable, statistics: &[Statistic]) -> Vec<f64> {
     let all = learnable.distributions().iter().zip(pooled(learnable, statistics));
     all.map(|(distribution, sample)| match &distribution.kind {
-        Kind::Law(law, _) => spread(*law, &on_line(*law, &sample, learnable.domain(distribution)).1),
+        Kind::Law(law, _) => {
+            let once = sample.iter().filter(|(_, weight)| *weight > 0.0).map(|(number, _)| number).collect();
+            spread(*law, &on_line(*law, &once, learnable.domain(distribution)).1)
+        }
         _ => 0.0,
     })
     .collect()

@@ -5,7 +5,7 @@
 //! likelihood.
 //!
 //! Where all values of a context are equal, or a component of a mixture closes in on equal values, the likelihood grows
-//! without end as the law narrows. It is stopped at a deviation that is a millionth of that of all values of the form; laws
+//! without end as the law narrows. It is stopped at a deviation that is a millionth of that of all values of the form, each counted once; laws
 //! whose shape alone says how narrow they are stop at a shape of 10⁶; a rate of counts at 10⁻¹².
 
 use crate::law::{Law, Refusal, Sample};

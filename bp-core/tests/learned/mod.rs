@@ -3,6 +3,7 @@
 //! In: programs and tables written here. Out: learned programs. Invariant: as in `learning.rs`: expected numbers are hand
 //! arithmetic.
 
+mod climbs;
 mod columns;
 mod plates;
 mod quoted;
