@@ -41,7 +41,7 @@ fn main() {
     for seen in READINGS {
         let inputs = door::open::Inputs { previous_open: &belief, seen: seen as f64 };
         door::open::run(&inputs, &mut answer).expect("two numbers and a reading");
-        std::mem::swap(&mut belief, &mut answer.p_open_seen_seen);
+        std::mem::swap(&mut belief, &mut answer.p_open);
         println!("seen {seen}: P(Open) = {:.6}", belief[1]);
     }
     assert!((belief[1] - by_hand()).abs() < 1e-12, "{} by hand", by_hand());

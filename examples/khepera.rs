@@ -31,9 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     driver::turn::run(&driver::turn::Inputs {}, &mut answer)?;
     // By [Behaviour][Dir][Prox][Vrot].
     let mean = |context: usize| -> f64 {
-        (0..21)
-            .map(|speed| (speed as f64 - 10.0) * answer.p_vrot_behaviour_dir_prox[21 * context + speed])
-            .sum()
+        (0..21).map(|speed| (speed as f64 - 10.0) * answer.p_vrot[21 * context + speed]).sum()
     };
     let surface = |behaviour: usize| (0..336).map(|place| mean(behaviour * 336 + place)).collect();
     let panels: [(&str, Vec<f64>); 3] =

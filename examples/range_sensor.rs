@@ -17,7 +17,7 @@ fn main() {
     let mut answer = Outputs::default();
     run(&inputs, &mut answer).expect("one ray");
     // P(Z = 3 | O C) by [O][C]; with P(O) = ½ the posterior is the ratio.
-    let (empty, occupied) = answer.p_z_z_o_c.split_at(CELLS);
+    let (empty, occupied) = answer.p_z.split_at(CELLS);
     let posterior: Vec<f64> = empty.iter().zip(occupied).map(|(p, q)| q / (p + q)).collect();
     for (cell, p) in posterior.iter().enumerate() {
         println!("cell {:2}  P(O | Z = 3) = {p:.4}  {}", cell + 1, "█".repeat((40.0 * p) as usize));

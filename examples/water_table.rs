@@ -17,14 +17,13 @@ fn main() {
     let contexts = 11 * 11 * 11 * 11;
     let row = |context: [usize; 4]| -> [f64; 11] {
         let place = context.iter().fold(0, |place, value| 11 * place + value);
-        std::array::from_fn(|o| table.p_o_i0_i1_s_c[11 * place + o])
+        std::array::from_fn(|o| table.p_o[11 * place + o])
     };
     for context in [[1, 0, 5, 10], [0, 1, 5, 10], [5, 5, 5, 5], [0, 5, 9, 5]] {
         println!("I0 I1 S C = {context:?}: {:.4?}", row(context));
     }
-    assert_eq!(table.p_o_i0_i1_s_c.len(), 161_051);
+    assert_eq!(table.p_o.len(), 161_051);
     assert!((row([1, 0, 5, 10])[0] - 2.0 / 7.0).abs() < 1e-12 && (row([0, 1, 5, 10])[0] - 0.3).abs() < 1e-12);
-    let impossible =
-        (0..contexts).filter(|place| (0..11).all(|o| table.p_o_i0_i1_s_c[11 * place + o] == 0.0));
+    let impossible = (0..contexts).filter(|place| (0..11).all(|o| table.p_o[11 * place + o] == 0.0));
     assert_eq!(impossible.count(), 6655);
 }

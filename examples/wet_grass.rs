@@ -28,7 +28,7 @@ fn main() {
     let mut compiled = wet_grass::rain::Outputs::<f64>::default();
     let nothing = wet_grass::rain::Inputs {};
     wet_grass::rain::run(&nothing, &mut compiled).expect("it needs no input");
-    let compiled = compiled.p_rain_wet_true[1];
+    let compiled = compiled.p_rain[1];
 
     // At run time the same text is compiled, and any question can be asked.
     let model = compile(&Source::new("wet_grass", wet_grass::SOURCE)).expect("it compiled above");

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 37] = [
+const PACKAGES: [&str; 38] = [
     "allocation-counter",
     "ariadne",
     "atomic-write-file",
@@ -48,6 +48,7 @@ const PACKAGES: [&str; 37] = [
     "thiserror",
     "toml",
     "trybuild",
+    "unicode-normalization",
     "wgpu",
 ];
 

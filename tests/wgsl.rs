@@ -4,7 +4,7 @@
 //! the shader of each question that has an exact kernel, and finds in it the entry points that are promised.
 
 use bp_core::answer::link;
-use bp_core::emit::wgsl::emit_wgsl;
+use bp_core::emit::wgsl::{emit_wgsl, emit_wgsl_module};
 use bp_core::kernel::{Kernel, Role};
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
@@ -35,16 +35,20 @@ fn kernels(path: &Path) -> Vec<(String, Kernel)> {
 /// Whether naga takes the shader of a kernel, and finds its entry points.
 fn is_valid(name: &str, kernel: &Kernel) {
     let shader = emit_wgsl(kernel);
-    let module = naga::front::wgsl::parse_str(&shader.text)
-        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&shader.text)));
+    let promised: Vec<&str> = shader.passes.iter().map(|pass| pass.entry.as_str()).collect();
+    assert_eq!(entry_points(name, &shader.text), promised, "{name}");
+}
+
+/// The entry points of a text that naga takes.
+fn entry_points(name: &str, text: &str) -> Vec<String> {
+    let module = naga::front::wgsl::parse_str(text)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
     let flags = naga::valid::ValidationFlags::all();
     let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
     if let Err(error) = validator.validate(&module) {
-        panic!("{name}: {}", error.emit_to_string(&shader.text));
+        panic!("{name}: {}", error.emit_to_string(text));
     }
-    let found: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
-    let promised: Vec<&str> = shader.passes.iter().map(|pass| pass.entry.as_str()).collect();
-    assert_eq!(found, promised, "{name}");
+    module.entry_points.into_iter().map(|entry| entry.name).collect()
 }
 
 #[test]
@@ -58,12 +62,51 @@ fn every_exact_kernel_is_a_valid_shader() {
         .collect();
     paths.sort();
     let mut count = 0;
-    for (name, kernel) in paths.iter().flat_map(|path| kernels(path)) {
-        is_valid(&name, &kernel);
-        is_valid(&format!("{name}, sizes known"), &kernel.with_sizes(|_| Some(5)).unwrap());
-        count += 1;
+    for path in paths {
+        let kernels = kernels(&path);
+        for (name, kernel) in &kernels {
+            is_valid(name, kernel);
+            is_valid(&format!("{name}, sizes known"), &kernel.with_sizes(|_| Some(5)).unwrap());
+            count += 1;
+        }
+        // All questions of a program in one module.
+        let name = path.display().to_string();
+        let kernels: Vec<Kernel> = kernels.into_iter().map(|(_, kernel)| kernel).collect();
+        if kernels.is_empty() {
+            continue;
+        }
+        let found = entry_points(&name, &emit_wgsl_module(&kernels));
+        let alone: usize = kernels.iter().map(|kernel| emit_wgsl(kernel).passes.len()).sum();
+        assert_eq!(found.len(), alone, "{name}");
     }
     assert!(count >= 60, "only {count} kernels were found");
+}
+
+#[test]
+fn several_questions_are_one_module_whatever_their_names_are() {
+    let text = "program Names { variables { \"a\u{2028}b\" : bool; X : 3..=5; B : bins[0, 1, 10]; }
+        decomposition { P(\"a\u{2028}b\") P(X | \"a\u{2028}b\") P(B | X) }
+        forms { P(\"a\u{2028}b\") = bernoulli(0.25); P(X | \"a\u{2028}b\") = weights(X); P(B | X) = normal(X, 2); }
+        question fn { P(X | \"a\u{2028}b\" = true) }
+        question Fn { P(X | \"a\u{2028}b\") }
+        question \"__\" { P(X | B = b) }
+        question \"_\" { P(B | X = x) }
+        question \"numbers\" { P(B) }
+    }";
+    let model = compile(&Source::new("names", text)).unwrap();
+    let mut kernels = Vec::new();
+    for question in model.questions.values() {
+        for route in &plan(&model, question, Options::default()).unwrap().routes {
+            let Route::Exact(exact) = route else { panic!("{} is no sum", question.name) };
+            kernels.push(lower(&model, exact, &question.name).unwrap().kernel);
+        }
+    }
+    let text = emit_wgsl_module(&kernels);
+    let found = entry_points("names", &text);
+    for entry in ["fn_pass_0", "fn_2_pass_0", "_pass_0", "_2_pass_0", "numbers_pass_0"] {
+        assert!(found.iter().any(|found| found == entry), "{found:?}");
+    }
+    assert!(text.contains("less 3, where a value is `3..=5`"), "{text}");
 }
 
 #[test]
@@ -97,6 +140,9 @@ fn what_only_its_invocation_reads_is_kept_by_it() {
         }
     }
     assert_eq!((cells, answers), (4, 9 * 324_000), "{}", shader.text);
-    assert!(!shader.text.contains("shape["), "every place is known: {}", shader.text);
+    // Infinity alone is read from there.
+    let read: Vec<&str> = shader.text.lines().filter(|line| line.contains("shape[")).collect();
+    let is_infinity = |line: &&str| line.contains("shape[0]") && !line.contains("how many");
+    assert!(read.iter().all(is_infinity), "every place is known: {}", shader.text);
     assert!(!shader.text.contains("for ("), "short loops are written out: {}", shader.text);
 }

@@ -25,7 +25,7 @@ pub use link::link;
 pub use table::{Column, Table};
 
 use crate::error::Error;
-use crate::exec::{Inputs, scalar::Scalar};
+use crate::exec::{Inputs, compiled::least_tied, scalar::Scalar};
 use crate::model::{Model, Question};
 use crate::sample::Sampling;
 use serde::ser::SerializeMap;
@@ -207,9 +207,6 @@ pub fn ask_over_time(
     check::answers(over_time::answers(model, question, observations, inputs, sampling)?)
 }
 
-/// How close to the largest a score must be to be as good, as a fraction of it.
-const TIE: f64 = 1e-9;
-
 /// Scores of which the best is kept.
 const PART: usize = 4096;
 
@@ -222,9 +219,7 @@ pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
     if best <= T::ZERO {
         return Vec::new();
     }
-    // In f32 neighbouring numbers are further apart than the tolerance; their own spacing is used then.
-    let spacing = if T::from_f64(1.0 + TIE) == T::ONE { 1e-6 } else { TIE };
-    let least = T::from_f64(best.to_f64() * (1.0 - spacing));
+    let least = least_tied(best);
     let tied = (parts.iter().enumerate())
         .filter(|(_, best)| **best >= least)
         .flat_map(|(part, _)| part * PART..scores.len().min((part + 1) * PART))

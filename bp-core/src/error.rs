@@ -93,16 +93,6 @@ pub enum Error {
         /// Why.
         error: Box<Error>,
     },
-    /// Two names of a program that Rust could not tell apart.
-    #[error("`{first}` and `{second}` would both be called `{identifier}` in Rust; rename one of them")]
-    SameName {
-        /// One.
-        first: String,
-        /// The other.
-        second: String,
-        /// What both would be called.
-        identifier: String,
-    },
     /// An answer that would not fit.
     #[error("`{name}` needs {cells} cells, more than the {most} that are allowed; {help}")]
     TooLarge {

@@ -203,8 +203,7 @@ fn upload(shader: &Shader, bound: &Bound<'_, f32>) -> Upload {
         let (numbers, count) = (&mut upload.numbers, bound.length(id));
         let first = numbers.len();
         match &bound.arrays[id] {
-            Array::Given(cells) => numbers.extend_from_slice(cells),
-            Array::Owned(cells) => numbers.extend_from_slice(cells),
+            Array::Given(cells) | Array::Owned(cells) => numbers.extend_from_slice(cells),
             Array::Default => numbers.resize(first + count, bound.default(id) as f32),
             Array::Broadcast(cells) => numbers.extend(spread(bound, id, cells)),
             Array::Positions(cells) => upload.positions.extend_from_slice(cells),

@@ -4,6 +4,7 @@
 //! [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`].
 
 pub mod answer;
+pub mod bins;
 pub mod data;
 pub mod diagnostic;
 pub mod distribution;

@@ -154,28 +154,6 @@ fn a_size_that_is_not_given_is_its_default() {
 }
 
 #[test]
-fn names_that_rust_could_not_tell_apart_are_told() {
-    let program = |parameters: &str, questions: &str| {
-        format!(
-            "program Twins {{ parameters {{ {parameters} }} variables {{ A, B : bool; }}
-            decomposition {{ P(A) P(B | A) }}
-            forms {{ P(A) = bernoulli(rain); P(B | A) = bernoulli(if A {{ Rain }} else {{ 0.5 }}); }}
-            {questions} }}"
-        )
-    };
-    let cases = [
-        ("rain, Rain : probability;", "question a { P(A | B) }"),
-        ("rain, Rain : probability = 0.5;", "question a { P(A) }"),
-        ("rain, Rain : probability = 0.5;", "question ask { P(A) } question Ask { P(B) }"),
-    ];
-    for (parameters, questions) in cases {
-        let text = program(parameters, questions);
-        let error = bp_core::emit::emit_rust(&model_of(&text), &Source::new("twins", &text)).unwrap_err();
-        assert!(error[0].1.to_string().contains("would both be called"), "{error:?}");
-    }
-}
-
-#[test]
 fn before_the_first_instant_holds_what_else_says() {
     let model = model_of(
         "program First { variables { X, X^-1 : bool; } decomposition { P(X^-1) P(X | X^-1) }

@@ -5,13 +5,12 @@
 
 use crate::origin::{self, Origin};
 use bp_core::answer::link;
-use bp_core::diagnostic::{Diagnostic, Diagnostics};
 use bp_core::emit::{emit_rust, snake};
-use bp_core::error::Error;
-use bp_core::syntax::ast::{Program, SectionKind};
+use bp_core::syntax::ast::Program;
 use bp_core::syntax::{check, parse};
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// What the macro writes: the module on success, `compile_error!`s otherwise.
@@ -22,23 +21,14 @@ pub(crate) fn expand(input: TokenStream, root: &Path) -> Result<TokenStream, Tok
     // The last program is the one that is asked; those before it serve it.
     let (program, model) =
         file.programs.pop().zip(models.pop()).expect("internal: the grammar promises a program");
-    let wrong = |wrong| origin.errors(&unanswered(&program, wrong), &source);
-    let model = link(&model).map_err(|error| wrong(vec![(program.name.text.clone(), error)]))?;
-    let body = emit_rust(&model, &source).map_err(wrong)?;
+    // A question that needs what another program cannot answer is left out; the others stay.
+    let (model, unlinked) = match link(&model) {
+        Ok(linked) => (linked, None),
+        Err(error) => (Cow::Borrowed(&model), Some(error)),
+    };
+    let body = emit_rust(&model, &source, unlinked.as_ref()).text;
     let body = body.parse().expect("internal: the emitted text is Rust");
     Ok(module(&program, &origin, body))
-}
-
-/// Each question that cannot be compiled, with the reason, at its name.
-fn unanswered(program: &Program, wrong: Vec<(String, Error)>) -> Diagnostics {
-    let name = |asked: &str| {
-        let question = program.sections.iter().find_map(|section| match &section.kind {
-            SectionKind::Question { name, .. } if name.text == asked => Some(name),
-            _ => None,
-        });
-        question.unwrap_or(&program.name).span()
-    };
-    Diagnostics(wrong.iter().map(|(asked, error)| Diagnostic::new(name(asked), error.to_string())).collect())
 }
 
 fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream {

@@ -80,7 +80,7 @@ fn hidden_cells_and_readings_are_summed_out() {
         heard::run(&inputs, &mut outputs).unwrap();
         for c in 1..=N {
             for o in [false, true] {
-                let found = outputs.p_code_true_o_c[N * usize::from(o) + c - 1];
+                let found = outputs.p_code[N * usize::from(o) + c - 1];
                 let expected = enumerated(c, o, &hidden, &code, sigma);
                 assert!((found - expected).abs() < 1e-6, "C = {c}, O = {o}: {found} is not {expected}");
             }

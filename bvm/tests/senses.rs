@@ -26,7 +26,7 @@ fn posterior<T: Scalar>(z: f64, sigma: f64) -> Vec<f64> {
     };
     let mut outputs = reading::Outputs::default();
     reading::run(&inputs, &mut outputs).unwrap();
-    let p = |o: usize, c: usize| outputs.p_z_z_o_c[10 * o + c].to_f64();
+    let p = |o: usize, c: usize| outputs.p_z[10 * o + c].to_f64();
     (0..10).map(|c| p(1, c) / (p(0, c) + p(1, c))).collect()
 }
 

@@ -61,13 +61,13 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
     for value in inputs.find(name).unwrap_or_default() {
         let inside = match domain {
             Domain::Real | Domain::Vector(_) => value.is_finite(),
-            _ => value.fract() == 0.0 && *value >= 0.0 && count.is_none_or(|count| *value < count as f64),
+            _ => domain.ordinal_among(*value, count).is_some(),
         };
         if !inside {
             let (variable, text) = (model.variable_name(variable), model.domain_text(domain));
             return Err(Error::input(
                 name,
-                format!("{value} is not (the position of) a value of `{variable}`, which is `{text}`"),
+                format!("{value} is not a value of `{variable}`, which is `{text}`"),
             ));
         }
     }

@@ -79,10 +79,10 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
         Evidence::Hard(Value::Ordinal(ordinal)) => format!("{name} = {}", domain.value_spelled(*ordinal)),
         Evidence::Hard(Value::Real(number)) => format!("{name} = {number}"),
         Evidence::Hard(Value::Given(given)) => match inputs.find(given) {
-            Some([number]) if domain.is_finite() => {
-                format!("{name} = {}", domain.value_spelled(*number as usize))
-            }
-            Some([number]) => format!("{name} = {number}"),
+            Some([number]) => match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
+                Some(ordinal) => format!("{name} = {}", domain.value_spelled(ordinal)),
+                None => format!("{name} = {number}"),
+            },
             _ => format!("{name} = {given}"),
         },
         _ => name.to_string(),

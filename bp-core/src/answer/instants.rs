@@ -50,7 +50,7 @@ pub fn read_instants(
         let mut instant = Vec::new();
         for (position, column, values) in &columns {
             if let Some(value) = table.cell(row, *position, values)? {
-                instant.push(((*column).clone(), value.input()));
+                instant.push(((*column).clone(), value.number));
             }
         }
         instants.push(instant);

@@ -178,7 +178,9 @@ impl Reader<'_> {
             match searched.and_then(|searched| searched.at.as_ref()) {
                 Some(Value::Ordinal(wanted)) => ordinal == wanted,
                 Some(Value::Given(name)) => {
-                    self.given(name, context).is_none_or(|given| *ordinal as f64 == given)
+                    let domain = &self.model.variables[column.variable].domain;
+                    let given = self.given(name, context);
+                    given.is_none_or(|given| domain.ordinal_among(given, None) == Some(*ordinal))
                 }
                 _ => true,
             }
@@ -193,13 +195,15 @@ impl Reader<'_> {
     }
 
     fn value_at(&self, variable: VariableId, at: &Value, context: usize) -> String {
-        let finite = self.model.variables[variable].domain.is_finite();
+        let domain = &self.model.variables[variable].domain;
         match at {
             Value::Ordinal(ordinal) => self.model.value_name(variable, *ordinal),
             Value::Real(number) => number.to_string(),
             Value::Given(name) => match self.given(name, context) {
-                Some(ordinal) if finite => self.model.value_name(variable, ordinal as usize),
-                Some(number) => number.to_string(),
+                Some(number) => match domain.ordinal_among(number, None).filter(|_| domain.is_finite()) {
+                    Some(ordinal) => domain.value_name(ordinal),
+                    None => number.to_string(),
+                },
                 None => name.clone(),
             },
         }

@@ -134,7 +134,10 @@ pub(super) fn rows(
                 None => true,
                 Some(Value::Ordinal(ordinal)) => ordinal == value,
                 Some(Value::Given(name)) => {
-                    setting.given(name).is_some_and(|given| given.first() == Some(&(*value as f64)))
+                    let domain = &model.variables[setting.variable_of(*slot)].domain;
+                    let given =
+                        setting.given(name).and_then(|given| domain.ordinal_among(*given.first()?, None));
+                    given == Some(*value)
                 }
                 Some(Value::Real(number)) => {
                     setting.value_at(setting.variable_of(*slot), *number) == Some(*value as f64)

@@ -39,7 +39,10 @@ fn read(text: &str) -> Result<Vec<Vec<Option<f64>>>, String> {
         .map(|column| Values::new(&model, model.variable(column).unwrap(), &|_| None))
         .collect();
     let row = |row: usize| {
-        let cell = |(column, values)| Ok(table.cell(row, column, values)?.map(Value::input));
+        let cell = |(column, values)| {
+            let value = table.cell(row, column, values)?;
+            Ok(value.map(|value| value.ordinal.map_or(value.number, |ordinal| ordinal as f64)))
+        };
         values.iter().enumerate().map(cell).collect::<Result<Vec<_>, Error>>()
     };
     (0..table.len()).map(row).collect::<Result<_, _>>().map_err(|error| error.to_string())

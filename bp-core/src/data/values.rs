@@ -28,13 +28,6 @@ pub struct Value {
     pub number: f64,
 }
 
-impl Value {
-    /// What a kernel reads: the ordinal, or the real.
-    pub fn input(self) -> f64 {
-        self.ordinal.map_or(self.number, |ordinal| ordinal as f64)
-    }
-}
-
 /// The values of a variable, and how they are written.
 #[derive(Clone, Debug)]
 pub struct Values<'m> {

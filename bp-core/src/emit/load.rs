@@ -138,6 +138,30 @@ impl Nests<'_> {
         }
     }
 
+    /// Fetched lanes that are replaced, where they lie outside, by lanes that have to be computed.
+    pub(super) fn is_merged(&self, value: ValueId) -> bool {
+        match &self.kernel.nodes[value] {
+            Node::Load { otherwise: Some(otherwise), .. } => {
+                self.varies(*otherwise) && self.other_lanes(value).is_none()
+            }
+            _ => false,
+        }
+    }
+
+    /// The lanes by which fetched lanes are replaced where they lie outside, if these are fetched themselves.
+    pub(super) fn other_lanes(&self, value: ValueId) -> Option<(ValueId, BufferId)> {
+        let Node::Load { otherwise: Some(otherwise), .. } = &self.kernel.nodes[value] else { return None };
+        match &self.kernel.nodes[*otherwise] {
+            Node::Load { buffer, otherwise: None, indices } if self.is_fetched(*otherwise) => {
+                let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
+                // Lanes that are turned may stand in more than one piece.
+                let whole = !indices.iter().any(|index| matches!(index, Index::Turned { .. }));
+                (!own && whole).then_some((*otherwise, *buffer))
+            }
+            _ => None,
+        }
+    }
+
     /// One cell of a buffer, as a number of the lanes.
     fn cell(&self, buffer: BufferId, offset: &str) -> String {
         let source = local("m", buffer);

@@ -4,8 +4,11 @@
 //! compiled function for each question. Invariant: what is emitted needs only `std`, slices and
 //! [`crate::exec::compiled`]; it reads the same schedule as the lanes.
 
+mod best;
+mod documentation;
 mod fused;
 mod given;
+mod interface;
 mod load;
 mod names;
 mod nest;
@@ -20,46 +23,65 @@ use crate::lower::lower;
 use crate::model::{Ask, Model, Question, Reduction};
 use crate::plan::{self, Options, Route};
 use crate::source::Source;
-use names::Taken;
+use names::Names;
 use text::Text;
 
 pub use names::snake;
 
-/// The body of the module of a program.
-///
-/// # Errors
-/// The questions that have no exact answer, each with the reason, and names that Rust could not tell apart; what
-/// concerns no question bears the name of the program.
-pub fn emit_rust(model: &Model, source: &Source) -> Result<String, Vec<(String, Error)>> {
+/// What is made of a program.
+pub struct Emitted {
+    /// The body of the module: the text, the model, and a module for each question.
+    pub text: String,
+    /// The questions that are not compiled, each with the reason. Their modules say so to whoever calls them.
+    pub refused: Vec<(String, Error)>,
+}
+
+/// The body of the module of a program. `unlinked` is why the programs that it asks have no answer, if that is so.
+pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Emitted {
     let mut text = Text::default();
-    text.line(format!("/// The program's text.\npub const SOURCE: &str = {:?};", source.text));
-    text.open("/// The program's meaning.\npub fn model() -> ::bp_core::model::Model");
+    let name = text::in_a_comment(&model.name);
+    text.line(format!("/// The text of the program `{name}`."));
+    text.line(format!("pub const SOURCE: &::core::primitive::str = {:?};", source.text));
+    text.open("/// What the program means.\npub fn model() -> ::bp_core::model::Model");
     text.line(format!("let source = ::bp_core::source::Source::new({:?}, SOURCE);", model.name));
     text.line(
         "::bp_core::syntax::compile(&source).expect(\"internal: it was checked when it was compiled\")",
     );
     text.close();
-    let mut wrong = Vec::new();
-    let (mut constants, mut modules) = (Taken::default(), Taken::default());
+    let mut constants = Names::default();
     for parameter in model.parameters.values() {
         if let Some(default) = parameter.default_number() {
-            if let Err(error) = constants.take(names::snake(&parameter.name), &parameter.name) {
-                wrong.push((model.name.clone(), error));
-            }
-            let name = names::snake(&parameter.name).to_uppercase();
-            text.line(format!("/// What `{}` is where nothing else is said.", parameter.name));
-            text.line(format!("pub const DEFAULT_{name}: f64 = {default:?};"));
+            let name = constants.unique(&format!("DEFAULT_{}", names::snake(&parameter.name).to_uppercase()));
+            text.documented(&[format!("The default of the parameter `{}`.", parameter.name)]);
+            text.line(format!("pub const {name}: ::core::primitive::f64 = {};", value::constant(default)));
         }
     }
-    for question in model.questions.values() {
-        if let Err(error) = emit_question(model, question, &mut modules, &mut text) {
-            wrong.push((question.name.clone(), error));
+    let mut modules = Names::default();
+    // First the names that the program gives, then those of further parts.
+    let named: Vec<(String, &Question)> = (model.questions.values())
+        .map(|question| (modules.unique(&names::snake(&question.name)), question))
+        .collect();
+    let mut refused = Vec::new();
+    for (name, question) in named {
+        if let Err(error) = emit_question(model, question, &name, &mut modules, &mut text) {
+            let reason = match unlinked {
+                Some(unlinked) => format!("{error} ({unlinked})"),
+                None => error.to_string(),
+            };
+            question::emit_refused(model, question, &name, &reason, &mut text);
+            refused.push((question.name.clone(), error));
         }
     }
-    if wrong.is_empty() { Ok(text.finish()) } else { Err(wrong) }
+    Emitted { text: text.finish(), refused }
 }
 
-fn emit_question(model: &Model, asked: &Question, modules: &mut Taken, text: &mut Text) -> Result<(), Error> {
+fn emit_question(
+    model: &Model,
+    asked: &Question,
+    name: &str,
+    modules: &mut Names,
+    text: &mut Text,
+) -> Result<(), Error> {
     let plan = plan::plan(model, asked, Options::default())?;
     let made_by_the_host = |ask: &&Ask| {
         let emitted = matches!(
@@ -73,16 +95,19 @@ fn emit_question(model: &Model, asked: &Question, modules: &mut Taken, text: &mu
             `answer::ask` answers this one";
         return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
     }
+    let mut parts: Vec<Text> = Vec::new();
     for (number, route) in plan.routes.iter().enumerate() {
-        let mut name = names::snake(&asked.name);
-        if number > 0 {
-            name = format!("{name}_{}", number + 1);
-        }
-        modules.take(name.clone(), &asked.name)?;
+        let name = match number {
+            0 => name.to_owned(),
+            _ => modules.unique(&format!("{}_{}", name.trim_end_matches('_'), number + 1)),
+        };
         let equation = &plan.equations(model, plan::Notation::Unicode)[number];
+        let mut part = Text::default();
         match route {
-            Route::Exact(exact) => question::emit(&lower(model, exact, &asked.name)?, &name, equation, text)?,
-            Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, text),
+            Route::Exact(exact) => {
+                question::emit(model, &lower(model, exact, &asked.name)?, &name, equation, &mut part);
+            }
+            Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, &mut part),
             Route::OverTime(over_time) => {
                 let reason =
                     "over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned();
@@ -94,6 +119,9 @@ fn emit_question(model: &Model, asked: &Question, modules: &mut Taken, text: &mu
                 return Err(Error::Unplanned { question: model.ask_text(&sampled.asks[0]), reason });
             }
         }
+        parts.push(part);
     }
+    // All parts of a question, or none.
+    parts.into_iter().for_each(|part| text.line(part.finish()));
     Ok(())
 }

@@ -9,7 +9,7 @@ use super::question::room;
 use super::text::{Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Buffer, Fold, Index, Kernel, Node, Reduce, Role};
+use crate::kernel::{Buffer, Check, Fold, Index, Kernel, Node, Reduce, Role};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lanes in a block of a plate without rows, where nests leave arrays for each other.
@@ -38,6 +38,9 @@ impl<'k> Nests<'k> {
             text.close();
             let name = local("m", self.kernel.nests[nest.nest].out);
             text.line(format!("let {name}: &[T] = &{name}[..];"));
+            if let Some(check) = self.checked(self.kernel.nests[nest.nest].out) {
+                text.line(counted(check, &name));
+            }
         }
     }
 
@@ -65,7 +68,10 @@ impl<'k> Nests<'k> {
         for nest in &group.nests {
             let out = self.kernel.nests[nest.nest].out;
             if named.contains(local("m", out).as_str()) {
-                outside.insert(local("m", out), format!("vec![T::ZERO; {} * LANES + LINE]", self.cells(out)));
+                outside.insert(
+                    local("m", out),
+                    format!("::std::vec![T::ZERO; {} * LANES + LINE]", self.cells(out)),
+                );
             }
         }
         // Where lanes are copied to: made once, outside the loops.
@@ -84,7 +90,7 @@ impl<'k> Nests<'k> {
         }
         let names: Vec<String> = shared.iter().map(|out| local("y", *out)).collect();
         text.line(format!(
-            "let [{}] = planes else {{ unreachable!(\"internal: a part of each\") }};",
+            "let [{}] = planes else {{ ::core::unreachable!(\"internal: a part of each\") }};",
             names.join(", ")
         ));
         let (lane, rows) = self.kernel.parallel.split_last().expect("internal: a parallel group has axes");
@@ -92,6 +98,7 @@ impl<'k> Nests<'k> {
             true => ("0..1", ("first".to_owned(), "first + count".to_owned())),
             false => ("first..first + count", ("0".to_owned(), local("e", *lane))),
         };
+        text.line("let mut suspects: usize = 0;");
         text.open(format!("for row in {row_range}"));
         text.line("let mut rest = row;");
         for axis in rows.iter().rev() {
@@ -109,6 +116,13 @@ impl<'k> Nests<'k> {
         text.line("start += LANES;");
         text.close();
         text.close();
+        text.line("suspects");
+    }
+
+    /// How suspect cells of a buffer are counted: totals or numbers, if it is checked.
+    pub(super) fn checked(&self, buffer: BufferId) -> Option<Check> {
+        let check = self.kernel.checks.iter().find(|(checked, _)| *checked == buffer);
+        check.map(|(_, check)| *check)
     }
 
     /// How many cells of a buffer stand beside each other in one lane.
@@ -257,15 +271,17 @@ impl<'k> Nests<'k> {
             return (format!("{}[{plane}]", local("m", out)), Vec::new());
         }
         // Lanes are made on the stack, where nothing else can be, and then kept.
-        let copy = match shared.contains(&out) {
+        let mut after: Vec<String> =
+            self.checked(out).into_iter().map(|check| counted(check, "&made[..width]")).collect();
+        after.push(match shared.contains(&out) {
             false => {
                 format!("{}[({plane}) * LANES..][..width].copy_from_slice(&made[..width]);", local("m", out))
             }
             true => {
                 format!("{}[{plane}][place..place + width].copy_from_slice(&made[..width]);", local("y", out))
             }
-        };
-        ("made".to_owned(), vec![copy])
+        });
+        ("made".to_owned(), after)
     }
 
     /// Which plane of a buffer the running cell is in.
@@ -351,30 +367,6 @@ impl<'k> Nests<'k> {
             || matches!(&nest.reduce, Reduce::Scan { initial, .. } if *initial == value)
     }
 
-    /// Fetched lanes that are replaced, where they lie outside, by lanes that have to be computed.
-    pub(super) fn is_merged(&self, value: ValueId) -> bool {
-        match &self.kernel.nodes[value] {
-            Node::Load { otherwise: Some(otherwise), .. } => {
-                self.varies(*otherwise) && self.other_lanes(value).is_none()
-            }
-            _ => false,
-        }
-    }
-
-    /// The lanes by which fetched lanes are replaced where they lie outside, if these are fetched themselves.
-    pub(super) fn other_lanes(&self, value: ValueId) -> Option<(ValueId, BufferId)> {
-        let Node::Load { otherwise: Some(otherwise), .. } = &self.kernel.nodes[value] else { return None };
-        match &self.kernel.nodes[*otherwise] {
-            Node::Load { buffer, otherwise: None, indices } if self.is_fetched(*otherwise) => {
-                let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
-                // Lanes that are turned may stand in more than one piece.
-                let whole = !indices.iter().any(|index| matches!(index, Index::Turned { .. }));
-                (!own && whole).then_some((*otherwise, *buffer))
-            }
-            _ => None,
-        }
-    }
-
     /// A value as an operand at a depth; `usize::MAX`: after the loop over lanes of its own depth.
     pub(super) fn operand(&self, value: ValueId, depth: usize) -> String {
         let position = value.position();
@@ -385,5 +377,13 @@ impl<'k> Nests<'k> {
             return format!("r{position}[l]");
         }
         if self.depth[position] == depth { format!("x{position}") } else { format!("a{position}[l]") }
+    }
+}
+
+/// Counts the suspect ones among some cells.
+fn counted(check: Check, cells: &str) -> String {
+    match check {
+        Check::Total => format!("suspects += suspect_totals({cells});"),
+        Check::Number => format!("suspects += suspect_numbers({cells});"),
     }
 }

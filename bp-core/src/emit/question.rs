@@ -1,36 +1,45 @@
 //! One question: its inputs, its outputs, and the function that computes them.
 //!
-//! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths are checked once, at
-//! the top; the loop below neither allocates nor fails.
+//! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths and values are checked once,
+//! at the top; the loop below neither allocates nor fails.
 
 use super::given::given;
-use super::names::{self, Given, Taken, local, snake};
+use super::interface::{Given, Interface};
+use super::names::local;
 use super::nest::Nests;
-use super::text::{Text, words};
-use crate::error::Error;
+use super::text::{Text, in_a_comment, words};
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
-use crate::kernel::{Kernel, Role, with_plate};
+use crate::kernel::{Buffer, Check, Kernel, Numbers, Role, Values, with_plate};
 use crate::lower::Lowered;
-use crate::model::Question;
+use crate::model::{Model, Question};
 
 /// Writes the module of a question.
-///
-/// # Errors
-/// Two names that would be one in Rust; nothing is written then.
-pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Text) -> Result<(), Error> {
+pub(super) fn emit(model: &Model, lowered: &Lowered, name: &str, equation: &str, text: &mut Text) {
     let kernel = &given(&lowered.kernel);
-    check_names(kernel)?;
-    text.line(format!("/// {equation}"));
+    let interface = Interface::new(model, kernel, &lowered.outputs);
+    text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
+    // Named, because the code around the program may have no prelude.
+    text.line("use ::std::prelude::v1::*;");
     text.line("use ::bp_core::exec::compiled::*;");
     text.line("use ::bp_core::exec::scalar::Scalar;");
-    let generics = structures(kernel, text);
-    text.line("/// Computes the answer; outputs are made as long as they have to be.\n///\n/// # Errors\n/// An input of the wrong length.");
+    text.line("pub use ::bp_core::exec::compiled::Report;");
+    let generics = interface.structures(text).replace("'a", "'_");
+    let impossible = match kernel.parallel.is_empty() && model.plate.is_none() {
+        true => "Evidence of probability zero.",
+        false => "None for evidence of probability zero: its elements are zeros, which the report counts.",
+    };
+    text.line("/// Computes the answer.\n///\n/// # Errors");
+    text.line("/// An array of the wrong length; a number that is not a value of its variable's domain; an answer that is not a");
+    text.line(format!("/// number. {impossible}"));
     text.line("#[allow(clippy::all, unused)]");
-    text.open(format!("pub fn run<T: Scalar>(inputs: &Inputs{}, outputs: &mut Outputs<T>) -> Result<(), ::bp_core::error::Error>", generics.replace("'a", "'_")));
-    extents(kernel, text);
-    buffers(kernel, text);
+    text.open(format!("pub fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::error::Error>"));
+    for (id, axis) in kernel.axes.iter() {
+        text.line(format!("let {}: usize = {};", local("e", id), interface.extent(&axis.extent)));
+    }
+    buffers(kernel, &interface, text);
+    text.line("let mut suspects: usize = 0;");
     let schedule = Schedule::of(kernel);
     for group in &schedule.groups {
         match group.parallel {
@@ -41,16 +50,38 @@ pub(super) fn emit(lowered: &Lowered, name: &str, equation: &str, text: &mut Tex
             },
         }
     }
-    text.line("Ok(())");
+    for id in interface.outputs() {
+        if let Some(best) = interface.best(*id) {
+            best.fill(*id, &kernel.buffers[*id].name, text);
+        }
+    }
+    conclusion(model, kernel, &interface, lowered, text);
     text.close();
     text.close();
-    Ok(())
+}
+
+/// The end of `run`: what is reported.
+fn conclusion(model: &Model, kernel: &Kernel, interface: &Interface<'_>, lowered: &Lowered, text: &mut Text) {
+    let total = kernel.checks.iter().find(|(_, check)| *check == Check::Total);
+    let contexts = match (model.plate, total) {
+        (None, Some((total, _))) => format!("Some({})", local("n", *total)),
+        _ => "None".to_owned(),
+    };
+    let asked = lowered.outputs.iter().find_map(|output| output.ask.as_ref());
+    let asked = asked.map_or_else(|| kernel.name.clone(), |ask| model.ask_text(ask));
+    let outputs = interface
+        .outputs()
+        .iter()
+        .map(|id| format!("({:?}, &outputs.{}[..])", kernel.buffers[*id].name, interface.output(*id)));
+    let outputs = outputs.collect::<Vec<_>>().join(", ");
+    text.line(format!("concluded({asked:?}, suspects, {contexts}, &[{outputs}], not_a_number)"));
 }
 
 /// A question that is answered in closed form: a function that makes its filter.
 pub(super) fn emit_filter(question: &Question, number: usize, name: &str, equation: &str, text: &mut Text) {
-    text.line(format!("/// {equation}"));
+    text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
+    text.line("use ::std::prelude::v1::*;");
     text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value that it cannot have.");
     text.open(
         "pub fn filter(parameters: &[(&str, f64)]) -> Result<::bp_core::exec::Filter, ::bp_core::error::Error>",
@@ -65,86 +96,37 @@ pub(super) fn emit_filter(question: &Question, number: usize, name: &str, equati
     text.line(
         "::bp_core::plan::Route::Gaussian(plan) => ::bp_core::exec::Filter::new(&model, plan, parameters),",
     );
-    text.line("_ => unreachable!(\"internal: it was linear and Gaussian\"),");
+    text.line("_ => ::core::unreachable!(\"internal: it was linear and Gaussian\"),");
     text.close();
     text.close();
     text.close();
 }
 
-/// What goes in and what comes out; gives the generics of the inputs: those that a field needs.
-fn structures(kernel: &Kernel, text: &mut Text) -> &'static str {
-    let mut fields: Vec<String> = Vec::new();
-    let (mut borrows, mut numbers) = (false, false);
-    for (field, kind, what) in names::sizes(kernel) {
-        borrows |= kind.starts_with('&');
-        fields.push(format!("/// {what}\npub {field}: {kind},"));
-    }
-    for (id, buffer) in kernel.inputs() {
-        let shape: Vec<&str> = buffer.axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();
-        let shape = shape.join("][");
-        let once = match buffer.role {
-            Role::Input { broadcast: true, .. } => ", or one for the whole plate",
-            _ => "",
-        };
-        match names::given(kernel, id) {
-            Given::Number(field) => {
-                numbers = true;
-                fields.push(format!("/// `{}`.\npub {field}: T,", buffer.name));
-            }
-            Given::Slice(field) => {
-                (borrows, numbers) = (true, true);
-                fields.push(format!("/// `{}`, by \\[{shape}\\]{once}.\npub {field}: &'a [T],", buffer.name));
-            }
-            Given::Derived(_) => {}
-        }
-    }
-    text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
-    let generics = match (borrows, numbers) {
-        (true, true) => "<'a, T>",
-        (true, false) => "<'a>",
-        (false, true) => "<T>",
-        (false, false) => "",
-    };
-    text.open(format!("pub struct Inputs{generics}"));
-    fields.iter().for_each(|field| text.line(field));
+/// A question that is not compiled: a module that says why, to its reader and to the compiler of a caller.
+pub(super) fn emit_refused(model: &Model, question: &Question, name: &str, reason: &str, text: &mut Text) {
+    let asked: Vec<String> = question.asks.iter().map(|ask| format!("`{}`", model.ask_text(ask))).collect();
+    text.documented(&[
+        format!("{}: this question is not compiled, and calling `run` is an error.", asked.join("; ")),
+        format!("The reason: {reason}."),
+        "`bp_core::answer::ask` asks it of `model()` at run time, where it has an answer.".to_owned(),
+    ]);
+    text.open(format!("pub mod {name}"));
+    text.line("use ::std::prelude::v1::*;");
+    text.line(
+        "/// Nothing: the question is not compiled.\n#[derive(Clone, Copy, Debug)]\npub struct Inputs {}",
+    );
+    text.line("/// Nothing: the question is not compiled.\n#[derive(Clone, Debug)]\npub struct Outputs<T> { nothing: ::core::marker::PhantomData<T> }");
+    text.line("impl<T> Default for Outputs<T> { fn default() -> Self { Self { nothing: ::core::marker::PhantomData } } }");
+    let reason = in_a_comment(&format!("the question `{}` is not compiled: {reason}", question.name));
+    text.line(format!("/// Not compiled: see the module.\n#[deprecated(note = {reason:?})]"));
+    text.open("pub fn run<I: ::bp_core::exec::compiled::Compiled, O>(_inputs: &I, _outputs: &mut O) -> Result<::bp_core::exec::compiled::Report, ::bp_core::error::Error>");
+    text.line("::core::unreachable!(\"internal: no type is compiled\")");
     text.close();
-    text.line("/// What the question answers.\n#[derive(Clone, Debug, Default)]");
-    text.open("pub struct Outputs<T>");
-    for (_, buffer) in kernel.outputs() {
-        let shape: Vec<&str> = buffer.axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();
-        text.line(format!("/// `{}`, by \\[{}\\].", buffer.name, shape.join("][")));
-        text.line(format!("pub {}: Vec<T>,", snake(&buffer.name)));
-    }
     text.close();
-    generics
-}
-
-/// Names of the kernel that would be one name in Rust.
-fn check_names(kernel: &Kernel) -> Result<(), Error> {
-    let mut fields = Taken::default();
-    for (field, _, _) in names::sizes(kernel) {
-        let size =
-            kernel.sizes().into_iter().find(|size| snake(size.split('.').next().unwrap_or(size)) == field);
-        fields.take(field, size.unwrap_or("a size"))?;
-    }
-    for (id, buffer) in kernel.inputs() {
-        match names::given(kernel, id) {
-            Given::Number(field) | Given::Slice(field) => fields.take(field, &buffer.name)?,
-            Given::Derived(_) => {}
-        }
-    }
-    let mut fields = Taken::default();
-    kernel.outputs().try_for_each(|(_, buffer)| fields.take(snake(&buffer.name), &buffer.name))
-}
-
-fn extents(kernel: &Kernel, text: &mut Text) {
-    for (id, axis) in kernel.axes.iter() {
-        text.line(format!("let {}: usize = {};", local("e", id), names::extent(kernel, &axis.extent)));
-    }
 }
 
 /// Binds inputs, makes room for what is made, and gives strides.
-fn buffers(kernel: &Kernel, text: &mut Text) {
+fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
     for (id, buffer) in kernel.buffers.iter() {
         let product = |axes: &mut dyn Iterator<Item = crate::ids::AxisId>| {
             // More than can be counted is refused where room is made.
@@ -159,16 +141,26 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
         text.line(format!("let {len}: usize = {whole};"));
         let broadcast = matches!(buffer.role, Role::Input { broadcast: true, .. });
         match &buffer.role {
-            Role::Input { .. } => match names::given(kernel, id) {
-                Given::Number(field) => {
-                    text.line(format!("let {name}: &[T] = ::std::slice::from_ref(&inputs.{field});"))
-                }
+            Role::Input { .. } => match interface.given(id) {
+                Given::Number(field) => match domain(interface, id, buffer, text) {
+                    Some(domain) => {
+                        text.line(format!("let {name}: [T; 1] = [{domain}.ordinal(inputs.{field})?];"));
+                        text.line(format!("let {name}: &[T] = &{name};"));
+                    }
+                    None => {
+                        text.line(format!("let {name}: &[T] = ::core::slice::from_ref(&inputs.{field});"))
+                    }
+                },
                 Given::Slice(field) => {
                     text.line(format!("let {name}: &[T] = inputs.{field};"));
                     text.line(match broadcast {
                         true => format!("check_broadcast({:?}, {name}.len(), {len}, {once})?;", buffer.name),
                         false => format!("check_length({:?}, {name}.len(), {len})?;", buffer.name),
                     });
+                    if let Some(domain) = domain(interface, id, buffer, text) {
+                        text.line(format!("let {name} = {domain}.ordinals({name})?;"));
+                        text.line(format!("let {name}: &[T] = &{name};"));
+                    }
                 }
                 Given::Derived(expression) => {
                     text.line(format!("let {name} = [{expression}];"));
@@ -184,17 +176,17 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
                 }
             }
             Role::Positions => {
-                let Given::Derived(expression) = names::given(kernel, id) else {
+                let Given::Derived(expression) = interface.given(id) else {
                     unreachable!("internal: positions belong to a set")
                 };
                 text.line(format!("let {name}: &[i32] = {expression};"));
                 text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
             }
-            Role::Output => text.line(format!(
-                "make_room({:?}, {len}, &mut outputs.{})?;",
-                buffer.name,
-                snake(&buffer.name)
-            )),
+            Role::Output => {
+                let field = interface.output(id);
+                text.line(format!("make_room({:?}, {len}, &mut outputs.{field})?;", buffer.name));
+                text.line(format!("let {name}: &mut [T] = &mut outputs.{field}[..];"));
+            }
             Role::Scratch => {}
         }
         // A parallel axis of an input that was given once for the plate has stride 0.
@@ -224,14 +216,36 @@ fn buffers(kernel: &Kernel, text: &mut Text) {
     }
 }
 
+/// The domain of the values that an input holds, as an expression.
+fn domain(interface: &Interface<'_>, id: BufferId, buffer: &Buffer, text: &mut Text) -> Option<String> {
+    let Values { variable, domain, numbers } = buffer.values.as_ref()?;
+    let numbers = match numbers {
+        Numbers::Real => "Numbers::Real".to_owned(),
+        Numbers::Whole { first, count } => {
+            let counts: Vec<String> = count.iter().map(|extent| interface.extent(extent)).collect();
+            let count = counts.into_iter().reduce(|some, more| format!("({some}).saturating_mul({more})"));
+            let count = count.unwrap_or_else(|| "1".to_owned());
+            format!("Numbers::Whole {{ first: {first}, count: {count} }}")
+        }
+        Numbers::Bins(bins) => {
+            let (count, fixed) = (bins.edges().len(), local("EDGES", id));
+            text.line(format!("static {fixed}: [f64; {count}] = {:?};", bins.edges()));
+            format!("Numbers::Bins {{ edges: &{fixed}, circle: {} }}", bins.is_circle())
+        }
+    };
+    let input = &buffer.name;
+    Some(format!(
+        "Domain {{ input: {input:?}, variable: {variable:?}, text: {domain:?}, numbers: {numbers} }}"
+    ))
+}
+
 /// Room for a buffer that a serial group makes, or that a parallel one makes for another.
 pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     let buffer = &kernel.buffers[id];
     let (len, name) = (local("n", id), local("m", id));
     match (&buffer.role, kernel.known_cells(&buffer.axes)) {
-        (Role::Output, _) => {
-            text.line(format!("let {name}: &mut [T] = &mut outputs.{}[..];", snake(&buffer.name)))
-        }
+        // Made where inputs are bound.
+        (Role::Output, _) => {}
         (_, Some(known)) if known <= 1024 => text.line(format!("let mut {name} = [T::ZERO; {known}];")),
         _ => {
             text.line(format!("let mut {name}: Vec<T> = Vec::new();"));
@@ -266,11 +280,11 @@ fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, in_f64: bool, t
     text.line("/// One pass: what it reads.");
     text.open("struct Group<'g, T>");
     fields.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
-    text.line("number: ::std::marker::PhantomData<&'g T>,");
+    text.line("number: ::core::marker::PhantomData<&'g T>,");
     text.close();
     text.open("impl<T: Scalar> Pass<T> for Group<'_, T>");
     text.line("#[inline(always)]");
-    text.open("fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>])");
+    text.open("fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) -> usize");
     let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
     text.line(format!(
         "let Self {{ {} .. }} = *self;",
@@ -292,9 +306,9 @@ fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, in_f64: bool, t
     }
     let (precision, each) = if in_f64 { ("f64", "each_piece_in_f64") } else { ("T", "each_piece") };
     text.line(format!(
-        "let group: Group<'_, {precision}> = Group {{ {given}number: ::std::marker::PhantomData }};"
+        "let group: Group<'_, {precision}> = Group {{ {given}number: ::core::marker::PhantomData }};"
     ));
-    text.line(format!("{each}({units}, {unit}, vec![{}], &group);", slices.join(", ")));
+    text.line(format!("suspects += {each}({units}, {unit}, ::std::vec![{}], &group);", slices.join(", ")));
     text.close();
 }
 

@@ -19,6 +19,16 @@ impl Text {
         }
     }
 
+    /// Documentation of what follows.
+    pub(super) fn documented(&mut self, lines: &[String]) {
+        for (number, line) in lines.iter().enumerate() {
+            if number > 0 {
+                self.line("///");
+            }
+            self.line(format!("/// {}", in_a_comment(line)));
+        }
+    }
+
     /// Opens a block.
     pub(super) fn open(&mut self, head: impl AsRef<str>) {
         self.line(format!("{} {{", head.as_ref()));
@@ -40,6 +50,15 @@ impl Text {
         assert_eq!(self.depth, 0, "internal: a block is left open");
         self.text
     }
+}
+
+/// Text that may stand in a comment: names may hold line ends, and signs that turn the direction of writing.
+pub(super) fn in_a_comment(text: &str) -> String {
+    let is_unsafe = |letter: char| {
+        letter.is_control()
+            || matches!(letter, '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    text.chars().map(|letter| if is_unsafe(letter) { ' ' } else { letter }).collect()
 }
 
 /// The words of a text: names, numbers, keywords.

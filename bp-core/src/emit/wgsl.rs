@@ -13,10 +13,11 @@ mod functions;
 mod layout;
 mod value;
 
-use super::text::Text;
+use super::names::{Names, snake};
+use super::text::{Text, in_a_comment};
 use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Fold, Kernel, Reduce, Role};
+use crate::kernel::{Buffer, Fold, Kernel, Numbers, Reduce, Role, Values};
 pub use layout::Layout;
 use layout::{Place, Term};
 
@@ -51,30 +52,71 @@ pub struct ShaderPass {
 
 /// Writes a kernel as WGSL. The more of its extents are known ([`Kernel::with_sizes`]), the less is looked up.
 pub fn emit_wgsl(kernel: &Kernel) -> Shader {
-    let schedule = Schedule::of(kernel);
-    let layout = Layout::of(kernel, &schedule);
-    let mut text = Text::default();
-    text.line(format!("// {}: made from a Bayesian Program.", kernel.name));
-    for (id, axis) in kernel.axes.iter() {
-        if let Term::Shape(place) = layout.extent(id) {
-            text.line(format!("// shape[{place}]: how many values `{}` has", axis.name));
-        }
+    let part = Part::of(kernel, "");
+    Shader { text: module(std::slice::from_ref(&part)), passes: part.passes, layout: part.layout }
+}
+
+/// Writes several kernels as one module of WGSL: they share the three bindings, and each has entry points that begin with
+/// its name. Names that would be one are told apart by a number.
+pub fn emit_wgsl_module(kernels: &[Kernel]) -> String {
+    if let [kernel] = kernels {
+        return emit_wgsl(kernel).text;
     }
-    kernel.buffers.ids().for_each(|id| describe(kernel, &layout, id, &mut text));
+    let mut names = Names::default();
+    let part = |kernel: &Kernel| {
+        // Identifiers of WGSL begin with one underscore at most.
+        let name = names.unique(snake(&kernel.name).trim_matches('_'));
+        Part::of(kernel, &format!("{name}_"))
+    };
+    module(&kernels.iter().map(part).collect::<Vec<_>>())
+}
+
+/// One kernel of a module.
+struct Part {
+    /// What its comments say.
+    told: String,
+    /// Its entry points.
+    bodies: String,
+    passes: Vec<ShaderPass>,
+    layout: Layout,
+}
+
+impl Part {
+    /// The parts of a kernel; `before` begins the names of its entry points.
+    fn of(kernel: &Kernel, before: &str) -> Self {
+        let schedule = Schedule::of(kernel);
+        let layout = Layout::of(kernel, &schedule);
+        let mut told = Text::default();
+        told.line(format!("// {}: made from a Bayesian Program.", in_a_comment(&kernel.name)));
+        for (id, axis) in kernel.axes.iter() {
+            if let Term::Shape(place) = layout.extent(id) {
+                let name = in_a_comment(&axis.name);
+                told.line(format!("// shape[{place}]: how many values `{name}` has"));
+            }
+        }
+        kernel.buffers.ids().for_each(|id| describe(kernel, &layout, id, &mut told));
+        let (mut passes, mut bodies) = (Vec::new(), Text::default());
+        for (number, group) in schedule.groups.iter().enumerate() {
+            let entry = format!("{before}pass_{number}");
+            let pass = ShaderPass { entry, axes: distributed(kernel, group) };
+            Pass { kernel, layout: &layout, group, axes: &pass.axes }.write(&pass.entry, &mut bodies);
+            passes.push(pass);
+        }
+        Self { told: told.finish(), bodies: bodies.finish(), passes, layout }
+    }
+}
+
+/// The text of a module.
+fn module(parts: &[Part]) -> String {
+    let mut text = Text::default();
+    parts.iter().for_each(|part| text.line(&part.told));
     text.line("@group(0) @binding(0) var<storage, read_write> numbers: array<f32>;");
     text.line("@group(0) @binding(1) var<storage, read> positions: array<i32>;");
     text.line("@group(0) @binding(2) var<storage, read> shape: array<u32>;");
-    let mut passes = Vec::new();
-    let mut bodies = Text::default();
-    for (number, group) in schedule.groups.iter().enumerate() {
-        let pass = ShaderPass { entry: format!("pass_{number}"), axes: distributed(kernel, group) };
-        Pass { kernel, layout: &layout, group, axes: &pass.axes }.write(&pass.entry, &mut bodies);
-        passes.push(pass);
-    }
-    let bodies = bodies.finish();
+    let bodies: String = parts.iter().map(|part| part.bodies.as_str()).collect();
     text.line(functions::needed(&bodies));
     text.line(bodies);
-    Shader { text: text.finish(), passes, layout }
+    text.finish()
 }
 
 /// Says where a buffer stands.
@@ -97,7 +139,20 @@ fn describe(kernel: &Kernel, layout: &Layout, id: BufferId, text: &mut Text) {
     });
     let first = (*first != Term::Known(0) || buffer.axes.is_empty()).then(|| first.told());
     let place: Vec<String> = first.into_iter().chain(axes).collect();
-    text.line(format!("// {array}[{}]: `{}`, {what}", place.join(" + "), buffer.name));
+    let line = format!("// {array}[{}]: `{}`, {what}{}", place.join(" + "), buffer.name, read_as(buffer));
+    text.line(in_a_comment(&line));
+}
+
+/// What stands in an input that holds values of a variable: who fills it converts, as `exec::Inputs` does.
+fn read_as(buffer: &Buffer) -> String {
+    let Some(Values { variable, domain, numbers }) = &buffer.values else { return String::new() };
+    let ordinal = match numbers {
+        Numbers::Real => return String::new(),
+        Numbers::Whole { first: 0, .. } => "which is".to_owned(),
+        Numbers::Whole { first, .. } => format!("less {first}, where a value is"),
+        Numbers::Bins(_) => "as the number of its bin, from 0, where it is".to_owned(),
+    };
+    format!(": a value of `{variable}`, {ordinal} {domain}")
 }
 
 /// The axes of which each cell is an invocation: those of the plate, or of the one buffer that is made.

@@ -11,7 +11,7 @@ use super::nest::Nests;
 use super::text::{Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::Loops;
-use crate::kernel::{Fold, Node};
+use crate::kernel::{Check, Fold, Node};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Tiles that are kept in registers, at most.
@@ -73,7 +73,7 @@ impl Nests<'_> {
                 }
                 _ => {
                     let cells = self.cells(kept);
-                    outside.insert(name, format!("vec![Aligned([T::ZERO; TILE]); {cells}]"));
+                    outside.insert(name, format!("::std::vec![Aligned([T::ZERO; TILE]); {cells}]"));
                 }
             }
         }
@@ -237,13 +237,13 @@ impl Nests<'_> {
         text.open(format!("for {running} in 0..{extent}"));
         parts.inside.iter().for_each(|line| text.line(line));
         for name in &parts.numbers {
-            outside.insert(format!("all_{name}"), format!("vec![T::ZERO; {extent}]"));
+            outside.insert(format!("all_{name}"), format!("::std::vec![T::ZERO; {extent}]"));
             text.line(format!("all_{name}[{running}] = {name};"));
         }
         for (name, (inside, source)) in &parts.fetched {
             if *inside && !source.starts_with('k') {
-                outside.insert(format!("all_p{name}"), format!("vec![Place::default(); {extent}]"));
-                outside.insert(format!("b{name}"), format!("vec![T::ZERO; {extent} * LANES + LINE]"));
+                outside.insert(format!("all_p{name}"), format!("::std::vec![Place::default(); {extent}]"));
+                outside.insert(format!("b{name}"), format!("::std::vec![T::ZERO; {extent} * LANES + LINE]"));
                 text.line(format!("all_p{name}[{running}] = p{name};"));
             }
         }
@@ -324,6 +324,11 @@ impl Nests<'_> {
         shared: &[BufferId],
     ) -> Vec<String> {
         let mut targets = Vec::new();
+        if let Some(check) = self.checked(out) {
+            // The last tile of a row begins with lanes that the one before it has counted.
+            let totals = check == Check::Total;
+            targets.push(format!("suspects += suspect_tile(&TILE_MADE, tile - at, count, {totals});"));
+        }
         if shared.contains(&out) {
             let planes = local("y", out);
             targets.push(format!("write_tile(&mut {planes}[{plane}][..], place + at, count, TILE_MADE);"));

@@ -3,10 +3,15 @@
 //! In: slices. Out: pieces of slices, blocks of lanes. Invariant: pieces are disjoint and each is computed alike
 //! whatever the number of threads; nothing is allocated inside a block.
 
+mod best;
 mod place;
+mod report;
 mod tile;
 
+pub use super::values::{Domain, Numbers};
+pub use best::{Distributions, least_tied};
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
+pub use report::{Compiled, Report, concluded, not_a_number, suspect_numbers, suspect_tile, suspect_totals};
 pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
 
 pub use crate::operators::Unary;
@@ -33,7 +38,8 @@ pub type Planes<'p, T> = Vec<&'p mut [T]>;
 pub trait Pass<T>: Sync {
     /// Makes `count` consecutive units (rows, or lanes of the only row) from `first` on; `planes` are their parts of the
     /// buffers that are made. Always inlined, so that [`each_piece`] has it compiled for each set of instructions.
-    fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]);
+    /// Gives how many cells it finds suspect: totals that are not above 0, numbers that are NaN.
+    fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) -> usize;
 }
 
 /// A call of [`Pass::piece`], to be compiled for the instructions that the processor has.
@@ -45,11 +51,11 @@ struct Call<'c, 'p, T, P> {
 }
 
 impl<T, P: Pass<T>> NullaryFnOnce for Call<'_, '_, T, P> {
-    type Output = ();
+    type Output = usize;
 
     #[inline(always)]
-    fn call(self) {
-        self.pass.piece(self.first, self.count, self.planes);
+    fn call(self) -> usize {
+        self.pass.piece(self.first, self.count, self.planes)
     }
 }
 
@@ -57,8 +63,8 @@ impl<T, P: Pass<T>> NullaryFnOnce for Call<'_, '_, T, P> {
 /// the processor has.
 ///
 /// `made` are the buffers that are made, each a number of planes of `units · unit` cells; a piece gets its part of
-/// each plane, in their order.
-pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<T>) {
+/// each plane, in their order. Gives how many cells are suspect.
+pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<T>) -> usize {
     let pieces = match rayon::current_num_threads() {
         1 => 1,
         threads => PIECES * threads,
@@ -77,11 +83,11 @@ pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pas
     }
     let instructions = pulp::Arch::new();
     let run = |(first, planes): &mut (usize, Vec<Planes<'_, T>>)| {
-        instructions.dispatch(Call { pass, first: *first, count: per_piece.min(units - *first), planes });
+        instructions.dispatch(Call { pass, first: *first, count: per_piece.min(units - *first), planes })
     };
     match pieces.len() {
-        1 => pieces.iter_mut().for_each(run),
-        _ => pieces.par_iter_mut().for_each(run),
+        1 => pieces.iter_mut().map(run).sum(),
+        _ => pieces.par_iter_mut().map(run).sum(),
     }
 }
 
@@ -93,29 +99,36 @@ struct Rounded<'p, P>(&'p P);
 
 impl<T: Scalar, P: Pass<f64>> Pass<T> for Rounded<'_, P> {
     #[inline(always)]
-    fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) {
+    fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) -> usize {
         let unit = planes.iter().flatten().next().map_or(1, |plane| plane.len() / count.max(1)).max(1);
         let at_once = (ROUNDED_CELLS / unit).clamp(1, count.max(1));
         let mut exact: Vec<Vec<Vec<f64>>> =
             planes.iter().map(|planes| vec![vec![0.0; at_once * unit]; planes.len()]).collect();
+        let mut suspects = 0;
         for begin in (0..count).step_by(at_once) {
             let (units, cells) = (at_once.min(count - begin), at_once.min(count - begin) * unit);
             let mut made: Vec<Planes<'_, f64>> = (exact.iter_mut())
                 .map(|planes| planes.iter_mut().map(|plane| &mut plane[..cells]).collect())
                 .collect();
-            self.0.piece(first + begin, units, &mut made);
+            suspects += self.0.piece(first + begin, units, &mut made);
             for (plane, exact) in planes.iter_mut().flatten().zip(made.iter().flatten()) {
                 for (number, exact) in plane[begin * unit..][..cells].iter_mut().zip(exact.iter()) {
                     *number = T::from_f64(*exact);
                 }
             }
         }
+        suspects
     }
 }
 
 /// [`each_piece`] of a pass that computes in f64, whatever the precision of what is made.
-pub fn each_piece_in_f64<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<f64>) {
-    each_piece(units, unit, made, &Rounded(pass));
+pub fn each_piece_in_f64<T: Scalar>(
+    units: usize,
+    unit: usize,
+    made: Vec<&mut [T]>,
+    pass: &impl Pass<f64>,
+) -> usize {
+    each_piece(units, unit, made, &Rounded(pass))
 }
 
 /// Makes an array as long as it has to be.

@@ -4,9 +4,10 @@
 //! length. Invariant: errors name the input, what was found and what was expected.
 
 use super::scalar::{Extended, Scalar};
+use super::values;
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
-use crate::kernel::{Kernel, Role};
+use crate::kernel::{Buffer, Extent, Kernel, Numbers, Role, Values};
 use crate::space::{Moves, Space};
 use std::any::Any;
 use std::borrow::Cow;
@@ -124,18 +125,14 @@ impl<'a, T: Clone> Inputs<'a, T> {
     where
         T: Scalar,
     {
+        let size = |name: &str| {
+            let given = self.find_size(name).or_else(|| kernel.size_default(name));
+            let missing = "this size was not given; give the number of its elements";
+            given.ok_or_else(|| Error::input(name, missing))
+        };
         let mut extents = Vec::with_capacity(kernel.axes.len());
         for axis in kernel.axes.values() {
-            let size = match &axis.extent.size {
-                None => 0,
-                Some(name) => {
-                    let given = self.find_size(name).or_else(|| kernel.size_default(name));
-                    given.ok_or_else(|| {
-                        Error::input(name, "this size was not given; give the number of its elements")
-                    })?
-                }
-            };
-            extents.push(axis.count(size)?);
+            extents.push(axis.count(axis.extent.size.as_deref().map_or(Ok(0), size)?)?);
         }
         let mut bound = Bound { kernel, extents, arrays: Arena::default() };
         for (id, buffer) in kernel.buffers.iter() {
@@ -146,10 +143,10 @@ impl<'a, T: Clone> Inputs<'a, T> {
             }
             bound.arrays.push(match &buffer.role {
                 Role::Input { default, broadcast } => {
-                    self.bind_array(&bound, id, default.is_some(), *broadcast)?
+                    self.bind_array(&bound, id, default.is_some(), *broadcast, &size)?
                 }
                 Role::Table(numbers) => match self.arrays.contains_key(&buffer.name) {
-                    true => self.bind_array(&bound, id, false, false)?,
+                    true => self.bind_array(&bound, id, false, false, &size)?,
                     false => {
                         check_length(&buffer.name, numbers.len(), bound.length(id))?;
                         Array::Owned(in_precision(numbers))
@@ -175,15 +172,19 @@ impl<'a, T: Clone> Inputs<'a, T> {
         id: BufferId,
         optional: bool,
         broadcast: bool,
-    ) -> Result<Array<'k, T>, Error> {
+        size: &dyn Fn(&str) -> Result<usize, Error>,
+    ) -> Result<Array<'k, T>, Error>
+    where
+        T: Scalar,
+    {
         let name = &bound.kernel.buffers[id].name;
         match self.arrays.get(name) {
             Some(values) if broadcast && values.len() == bound.serial_length(id) => {
-                Ok(Array::Broadcast(values))
+                Ok(Array::Broadcast(ordinals(&bound.kernel.buffers[id], values, size)?))
             }
             Some(values) => {
                 check_length(name, values.len(), bound.length(id))?;
-                Ok(Array::Given(values))
+                Ok(Array::Given(ordinals(&bound.kernel.buffers[id], values, size)?))
             }
             None if optional => Ok(Array::Default),
             None => Err(Error::input(name, "it was not given, and it has no default")),
@@ -207,11 +208,35 @@ fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> 
     }
 }
 
+/// What a kernel reads of an input: for values of a variable their ordinals.
+fn ordinals<'n, T: Scalar>(
+    buffer: &Buffer,
+    numbers: &'n [T],
+    size: &dyn Fn(&str) -> Result<usize, Error>,
+) -> Result<Cow<'n, [T]>, Error> {
+    let Some(Values { variable, domain, numbers: known }) = &buffer.values else {
+        return Ok(Cow::Borrowed(numbers));
+    };
+    let known = match known {
+        Numbers::Real => values::Numbers::Real,
+        Numbers::Bins(bins) => values::Numbers::Bins { edges: bins.edges(), circle: bins.is_circle() },
+        Numbers::Whole { first, count } => {
+            let extent = |extent: &Extent| {
+                let size = extent.size.as_deref().map_or(Ok(0), size)?;
+                Ok(usize::try_from(size as i64 + extent.offset).unwrap_or(0))
+            };
+            let counts = count.iter().map(extent).collect::<Result<Vec<usize>, Error>>()?;
+            values::Numbers::Whole { first: *first, count: counts.into_iter().fold(1, usize::saturating_mul) }
+        }
+    };
+    values::Domain { input: &buffer.name, variable, text: domain, numbers: known }.ordinals(numbers)
+}
+
 /// How a buffer is backed.
 pub(crate) enum Array<'k, T: Clone> {
-    Given(&'k [T]),
+    Given(Cow<'k, [T]>),
     /// One value for all cells along the parallel axes.
-    Broadcast(&'k [T]),
+    Broadcast(Cow<'k, [T]>),
     /// The default, everywhere.
     Default,
     /// The numbers that come with the kernel.

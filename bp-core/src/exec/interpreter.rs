@@ -99,9 +99,10 @@ impl Machine<'_> {
                 self.value(if self.value(*condition) != 0.0 { *then } else { *otherwise })
             }
             Node::Load { buffer, indices, otherwise } => match self.position(*buffer, indices) {
-                Some(position) => match self.bound.arrays[*buffer] {
-                    Array::Given(values) | Array::Broadcast(values) => values[position],
-                    Array::Owned(ref values) => values[position],
+                Some(position) => match &self.bound.arrays[*buffer] {
+                    Array::Given(values) | Array::Broadcast(values) | Array::Owned(values) => {
+                        values[position]
+                    }
                     Array::Default => self.bound.default(*buffer),
                     Array::Positions(values) => f64::from(values[position]),
                     Array::Made => self.made[buffer.position()][position],

@@ -136,8 +136,7 @@ impl<T: Scalar> Ready<T> {
             let mut taken: Vec<Vec<T>> =
                 pass.made.iter().map(|(out, _)| std::mem::take(&mut self.made[out.position()])).collect();
             let numbers = kernel.buffers.ids().map(|id| match &bound.arrays[id] {
-                Array::Given(cells) | Array::Broadcast(cells) => *cells,
-                Array::Owned(cells) => cells,
+                Array::Given(cells) | Array::Broadcast(cells) | Array::Owned(cells) => cells,
                 Array::Default => &self.defaults[id.position()..][..1],
                 Array::Positions(_) => &[],
                 Array::Made => self.made[id.position()].as_slice(),

@@ -10,6 +10,7 @@ mod inputs;
 mod interpreter;
 mod lanes;
 pub mod scalar;
+pub mod values;
 
 pub use gaussian::{Belief, Filter};
 pub use guarded::Guarded;

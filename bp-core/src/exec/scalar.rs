@@ -62,6 +62,8 @@ pub trait Scalar:
     fn normal_cumulative(self) -> Self;
     /// −x ln x, and 0 at 0 and below.
     fn entropy_term(self) -> Self;
+    /// Whether it is one of the whole numbers 0, 1, … below `count`; counts beyond 2³¹ are taken for 2³¹.
+    fn is_below(self, count: usize) -> bool;
     /// An operator that has no version of its own in this precision: it is computed in f64.
     #[inline]
     fn in_f64(self, f: impl Fn(f64) -> f64) -> Self {

@@ -3,7 +3,7 @@
 //! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and an operator that
 //! has only constants under it is one whose value f64 cannot hold.
 
-use super::{Axis, Buffer, Extent, Fold, Index, Kernel, Nest, Node, Reduce, Role};
+use super::{Axis, Buffer, Check, Extent, Fold, Index, Kernel, Nest, Node, Reduce, Role, Values};
 use crate::ids::{Arena, AxisId, BufferId, ValueId};
 use crate::operators::{Binary, Unary};
 use std::collections::HashMap;
@@ -64,7 +64,26 @@ impl KernelBuilder {
         {
             return id;
         }
-        self.kernel.buffers.push(Buffer { name: name.to_owned(), role, axes: axes.to_vec() })
+        self.kernel.buffers.push(Buffer { name: name.to_owned(), role, axes: axes.to_vec(), values: None })
+    }
+
+    /// An input that holds values of a variable.
+    pub fn given(&mut self, name: &str, values: Values, axes: &[AxisId]) -> BufferId {
+        let buffer = self.buffer(name, Role::Input { default: None, broadcast: true }, axes);
+        self.kernel.buffers[buffer].values = Some(values);
+        buffer
+    }
+
+    /// Has a buffer checked: the one that a load reads.
+    pub fn check(&mut self, value: ValueId, check: Check) {
+        if let Node::Load { buffer, .. } = self.kernel.nodes[value] {
+            self.kernel.checks.push((buffer, check));
+        }
+    }
+
+    /// Has a buffer checked.
+    pub fn check_buffer(&mut self, buffer: BufferId, check: Check) {
+        self.kernel.checks.push((buffer, check));
     }
 
     /// Adds a nest.

@@ -13,12 +13,14 @@ mod plate;
 mod rewrite;
 pub mod schedule;
 mod shift;
+mod values;
 mod words;
 
 pub use build::KernelBuilder;
 pub(crate) use plate::with_plate;
 pub(crate) use rewrite::{rewritten, without_copies};
 pub(crate) use shift::share_between_neighbours;
+pub use values::{Numbers, Values};
 pub use words::in_words;
 
 use crate::error::Error;
@@ -108,6 +110,17 @@ pub struct Buffer {
     pub role: Role,
     /// Its axes, slowest first.
     pub axes: Vec<AxisId>,
+    /// For an input that holds values of a variable: which. A kernel reads their ordinals; whoever binds inputs converts.
+    pub values: Option<Values>,
+}
+
+/// What a buffer tells of an answer once it is made. Back ends that report count the cells that fail.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Check {
+    /// Each cell is the total of one context: above 0, or the context cannot be. NaN is an invalid number.
+    Total,
+    /// No cell may be NaN.
+    Number,
 }
 
 /// Where an axis of a buffer is read.
@@ -229,13 +242,21 @@ pub struct Kernel {
     pub size_defaults: Vec<(String, usize)>,
     /// The axes of the plate, slowest first: every cell along them is independent of the others.
     pub parallel: Vec<AxisId>,
+    /// What is checked while it is made.
+    pub checks: Vec<(BufferId, Check)>,
 }
 
 impl Kernel {
     /// The names of the sizes that the host gives, in order of first use.
     pub fn sizes(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
-        for name in self.axes.values().filter_map(|axis| axis.extent.size.as_deref()) {
+        let axes = self.axes.values().map(|axis| &axis.extent);
+        // A domain of which values are given has a size too.
+        let domains = self.buffers.values().filter_map(|buffer| match &buffer.values {
+            Some(Values { numbers: Numbers::Whole { count, .. }, .. }) => Some(count),
+            _ => None,
+        });
+        for name in axes.chain(domains.flatten()).filter_map(|extent| extent.size.as_deref()) {
             if !names.contains(&name) {
                 names.push(name);
             }
@@ -257,6 +278,18 @@ impl Kernel {
         for axis in kernel.axes.ids() {
             if let Some(size) = self.axes[axis].extent.size.as_deref().and_then(&size) {
                 kernel.axes[axis].extent = Extent::constant(self.axes[axis].count(size)?);
+            }
+        }
+        for buffer in self.buffers.ids() {
+            let Some(Values { numbers: Numbers::Whole { count, .. }, .. }) =
+                &mut kernel.buffers[buffer].values
+            else {
+                continue;
+            };
+            for extent in count {
+                if let Some(known) = extent.size.as_deref().and_then(&size) {
+                    *extent = Extent { size: None, offset: known as i64 + extent.offset };
+                }
             }
         }
         Ok(kernel)

@@ -82,7 +82,9 @@ pub(super) fn at_another(
 /// Nests that only copy what one before them made, and nobody else reads, are left out.
 pub(crate) fn without_copies(mut kernel: Kernel) -> Kernel {
     while let Some((maker, copy)) = copy_of(&kernel) {
-        kernel.nests[maker].out = kernel.nests[copy].out;
+        let (made, out) = (kernel.nests[maker].out, kernel.nests[copy].out);
+        kernel.checks.iter_mut().filter(|(checked, _)| *checked == made).for_each(|check| check.0 = out);
+        kernel.nests[maker].out = out;
         kernel.nests.remove(copy);
     }
     kernel

@@ -83,7 +83,7 @@ impl Lowering<'_> {
         }
         indices.extend(self.plate.iter().map(|axis| Index::Axis(*axis)));
         axes.extend(&self.plate);
-        let buffer = self.builder.buffer(name, Role::Input { default: None, broadcast: true }, &axes);
+        let buffer = self.given_buffer(variable, name, &axes);
         let value = self.builder.load(buffer, indices);
         match self.model.variables[variable].domain {
             Domain::Real => Meaning::Real(value),

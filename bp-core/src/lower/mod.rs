@@ -10,6 +10,7 @@ mod density;
 mod environment;
 mod expression;
 mod first_scan;
+mod given;
 mod law;
 mod logarithm;
 mod normal;

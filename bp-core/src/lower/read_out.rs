@@ -5,10 +5,12 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{AxisId, ValueId, VariableId};
-use crate::kernel::{Fold, Index, Kernel, LN_EVIDENCE, Reduce, Role, TOTAL};
+use crate::ids::{Arena, AxisId, BufferId, TermId, ValueId, VariableId};
+use crate::kernel::{Check, Fold, Index, Kernel, LN_EVIDENCE, Reduce, Role, TOTAL};
 use crate::model::{Ask, Reduction, Value};
 use crate::operators::{Binary, Unary};
+use crate::plan::Term;
+use std::collections::BTreeSet;
 
 /// A kernel and what its outputs mean.
 #[derive(Clone, PartialEq, Debug)]
@@ -28,6 +30,21 @@ pub struct Output {
     pub ask: Option<Ask>,
     /// Its axes before the plate's: known variables of which each value is a row, then the searched ones.
     pub variables: Vec<VariableId>,
+}
+
+/// The terms that a term is made of, itself among them.
+fn reachable(terms: &Arena<TermId, Term>, root: TermId) -> BTreeSet<TermId> {
+    let (mut seen, mut rest) = (BTreeSet::new(), vec![root]);
+    while let Some(id) = rest.pop() {
+        if seen.insert(id) {
+            match &terms[id] {
+                Term::Product(parts) => rest.extend(parts),
+                Term::Sum(_, body) | Term::Normalise(_, body) => rest.push(*body),
+                _ => {}
+            }
+        }
+    }
+    seen
 }
 
 /// What a joint is divided by.
@@ -74,6 +91,9 @@ impl Lowering<'_> {
         for ask in &exact.asks {
             outputs.push(self.answer(ask, joint, &rows, &searched, &mut total)?);
         }
+        if total.is_none() {
+            self.check_without_total(&rows)?;
+        }
         if exact.ln_evidence {
             let axes = self.output_axes(&rows, &[]);
             let name = self.name("evidence");
@@ -87,6 +107,28 @@ impl Lowering<'_> {
             outputs.push(Output { name: LN_EVIDENCE.to_owned(), ask: None, variables: exact.each.clone() });
         }
         Ok(outputs)
+    }
+
+    /// What is checked where nothing is divided by a total: that no output is NaN, and that the evidence is possible.
+    fn check_without_total(&mut self, rows: &[AxisId]) -> Result<(), Error> {
+        let outputs: Vec<BufferId> = self.builder.so_far().outputs().map(|(id, _)| id).collect();
+        outputs.into_iter().for_each(|id| self.builder.check_buffer(id, Check::Number));
+        let terms = &self.exact.terms;
+        let possible: Vec<TermId> = (reachable(terms, self.exact.joint).into_iter())
+            .filter(|id| matches!(terms[*id], Term::Possible(_)))
+            .collect();
+        if possible.is_empty() {
+            return Ok(());
+        }
+        let mut all = self.builder.constant(1.0);
+        for term in possible {
+            let term = self.term(term)?;
+            all = self.builder.binary(Binary::Multiply, all, term);
+        }
+        let name = self.name("possible");
+        let all = self.builder.compute(&name, &self.output_axes(rows, &[]), Reduce::None, all);
+        self.builder.check(all, Check::Total);
+        Ok(())
     }
 
     /// Whether only one value of a searched variable is wanted, and nothing sums over the others.
@@ -106,8 +148,7 @@ impl Lowering<'_> {
             Some(Value::Ordinal(ordinal)) => Ok(Meaning::Ordinal(self.builder.constant(ordinal as f64))),
             Some(Value::Given(name)) => {
                 let axes = self.plate.clone();
-                let role = Role::Input { default: None, broadcast: true };
-                let buffer = self.builder.buffer(&name, role, &axes);
+                let buffer = self.given_buffer(variable, &name, &axes);
                 let indices = axes.iter().map(|axis| Index::Axis(*axis)).collect();
                 Ok(Meaning::Ordinal(self.builder.load(buffer, indices)))
             }
@@ -188,6 +229,7 @@ impl Lowering<'_> {
     fn total(&mut self, totals: &[AxisId], over: &[AxisId], value: ValueId) -> Total {
         let name = self.name("total");
         let total = self.builder.fold(&name, totals, Fold::Sum, over, value);
+        self.builder.check(total, Check::Total);
         if self.guarded {
             let out = self.builder.buffer(TOTAL, Role::Output, totals);
             self.builder.nest(out, Reduce::None, total);
@@ -236,8 +278,7 @@ impl Lowering<'_> {
                 Some(Value::Ordinal(ordinal)) => self.builder.constant(ordinal as f64),
                 Some(Value::Given(name)) => {
                     let axes = self.plate.clone();
-                    let role = Role::Input { default: None, broadcast: true };
-                    let buffer = self.builder.buffer(&name, role, &axes);
+                    let buffer = self.given_buffer(*variable, &name, &axes);
                     self.builder.load(buffer, axes.iter().map(|axis| Index::Axis(*axis)).collect())
                 }
                 _ => return Err(self.unplanned("a finite variable is searched at a real value")),

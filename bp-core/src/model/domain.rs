@@ -85,12 +85,19 @@ impl Domain {
     pub fn ordinal_at(&self, number: f64) -> Option<usize> {
         match self {
             Domain::Bins(bins) => bins.holding(number),
-            _ => {
-                let ordinal = number - self.base() as f64;
-                let inside = ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < self.count()? as f64;
-                inside.then_some(ordinal as usize)
-            }
+            _ => self.ordinal_among(number, Some(self.count()?)),
         }
+    }
+
+    /// The ordinal of the value that is this number, among as many values as are known to be there.
+    pub fn ordinal_among(&self, number: f64, count: Option<usize>) -> Option<usize> {
+        if let Domain::Bins(bins) = self {
+            return bins.holding(number);
+        }
+        let ordinal = number - self.base() as f64;
+        let inside =
+            number.fract() == 0.0 && ordinal >= 0.0 && count.is_none_or(|count| ordinal < count as f64);
+        inside.then_some(ordinal as usize)
     }
 
     /// What is added to a value's ordinal to give the number that it is in an expression; bins have none.

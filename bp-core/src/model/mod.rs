@@ -7,7 +7,6 @@
 //! Bessière, Mazer, Ahuactzin and Mekhnacha, *Bayesian Programming*, CRC 2013:
 //! Program = { Description = { Specification = { Variables, Decomposition, Forms }, Identification }, Question }.
 
-mod bins;
 mod builder;
 mod domain;
 mod evaluate;
@@ -17,7 +16,7 @@ mod notation;
 mod question;
 mod validate;
 
-pub use bins::{Bins, MOST_BINS};
+pub use crate::bins::{Bins, MOST_BINS};
 pub use builder::ModelBuilder;
 pub use domain::{Bound, Domain, Range};
 pub use expression::{Expression, VariableUse};

@@ -81,23 +81,23 @@ impl Observations {
         Ok(())
     }
 
-    /// Observes the value of a slot.
+    /// Observes the value of a slot: the number that the program writes for it, not its ordinal.
     ///
     /// # Errors
     /// It is none of its variable.
     pub fn observe(&mut self, setting: &Setting<'_>, slot: usize, value: f64) -> Result<(), Error> {
         let variable = setting.variable_of(slot);
         let domain = &setting.model.variables[variable].domain;
-        let inside = match domain.is_finite() {
-            true => value >= 0.0 && value.fract() == 0.0 && value < setting.count(variable) as f64,
-            false => value.is_finite(),
+        let read = match domain.is_finite() {
+            true => domain.ordinal_among(value, Some(setting.count(variable))).map(|ordinal| ordinal as f64),
+            false => Some(value).filter(|value| value.is_finite()),
         };
-        if !inside {
+        let Some(read) = read else {
             let (name, text) = (setting.slot_name(slot), setting.model.domain_text(domain));
-            let message = format!("{value} is not (the position of) a value of `{name}`, which is `{text}`");
+            let message = format!("{value} is not a value of `{name}`, which is `{text}`");
             return Err(Error::input(name, message));
-        }
-        self.values[slot] = value;
+        };
+        self.values[slot] = read;
         Ok(())
     }
 }

@@ -95,7 +95,7 @@ pub fn instants(
                 .observe(setting, *slot, *value)
                 .map_err(|error| Error::input(format!("instant {}", position + 1), error.to_string()))?;
             instant.retain(|(own, _)| own != slot);
-            instant.push((*slot, *value));
+            instant.push((*slot, checked.values[*slot]));
         }
         instant.sort_by_key(|(slot, _)| *slot);
         all.push(instant);

@@ -74,8 +74,12 @@ pub(crate) fn scale(seconds: f64) {
         };
         let mut made = cell::step::Outputs::default();
         let times = [1, 2].map(|threads| {
-            let mut tasks: Vec<Task<'_>> =
-                vec![("step", Box::new(|| cell::step::run(&inputs, black_box(&mut made)).expect("fits")))];
+            let mut tasks: Vec<Task<'_>> = vec![(
+                "step",
+                Box::new(|| {
+                    cell::step::run(&inputs, black_box(&mut made)).expect("fits");
+                }),
+            )];
             race_on(threads, 0.3 * seconds, &mut tasks)[0].least * 1e9 / plane as f64
         });
         let bytes = 4.0 * (FLOATS * plane) as f64 / 1e6;
@@ -159,13 +163,13 @@ pub(crate) fn run(seconds: f64) {
     by_hand(hand::Question::Step, &cells, &mut planes);
     close(&seven.concat(), &planes.concat(), "the loop for seven velocities");
     cell::step::run(&step, &mut stepped).expect("it fits");
-    close(&planes[..2].concat(), &stepped.p_o_z, "P(O)");
-    close(&planes[2..].concat(), &stepped.p_v_z, "P(V)");
+    close(&planes[..2].concat(), &stepped.p_o, "P(O)");
+    close(&planes[2..].concat(), &stepped.p_v, "P(V)");
     by_hand(hand::Question::Observe, &cells, &mut more);
     cell::observe::run(&observe, &mut observed).expect("it fits");
-    close(&more[..2].concat(), &observed.p_o_z, "P(O) of observe");
-    close(&more[9], &observed.entropy_p_o_v_z, "H(O V)");
-    close(&more[10], &observed.entropy_p_o_z, "H(O)");
+    close(&more[..2].concat(), &observed.p_o, "P(O) of observe");
+    close(&more[9], &observed.entropy_o_v, "H(O V)");
+    close(&more[10], &observed.entropy_o, "H(O)");
     let mut tasks: Vec<Task<'_>> = vec![
         (
             "by hand, for 7 velocities",
@@ -175,7 +179,12 @@ pub(crate) fn run(seconds: f64) {
             "by hand, for any number",
             Box::new(|| by_hand(hand::Question::Step, &cells, black_box(&mut planes))),
         ),
-        ("emitted Rust", Box::new(|| cell::step::run(&step, black_box(&mut stepped)).expect("fits"))),
+        (
+            "emitted Rust",
+            Box::new(|| {
+                cell::step::run(&step, black_box(&mut stepped)).expect("fits");
+            }),
+        ),
         ("lanes", Box::new(|| step_lanes.run_into(&inputs, black_box(&mut by_lanes[0])).expect("fits"))),
     ];
     let title = format!("step: P(O), P(V) of {plane} cells, 7 velocities");
@@ -186,7 +195,12 @@ pub(crate) fn run(seconds: f64) {
     on_a_device(&[kernel("step"), kernel("observe")], &inputs, seconds);
     let mut tasks: Vec<Task<'_>> = vec![
         ("by hand", Box::new(|| by_hand(hand::Question::Observe, &cells, black_box(&mut more)))),
-        ("emitted Rust", Box::new(|| cell::observe::run(&observe, black_box(&mut observed)).expect("fits"))),
+        (
+            "emitted Rust",
+            Box::new(|| {
+                cell::observe::run(&observe, black_box(&mut observed)).expect("fits");
+            }),
+        ),
         ("lanes", Box::new(|| observe_lanes.run_into(&inputs, black_box(&mut by_lanes[1])).expect("fits"))),
     ];
     let title = "observe: step, H(O V) and H(O)";
@@ -196,7 +210,7 @@ pub(crate) fn run(seconds: f64) {
     let answer = interpret(&interpreted, &inputs_64).expect("it fits");
     println!("  {:<32}{:>10.0}  (once, f64, step)", "interpreter", start.elapsed().as_secs_f64() * 1e3);
     let single: Vec<f32> = answer.get("P(V | Z)").iter().map(|x| *x as f32).collect();
-    close(&single, &stepped.p_v_z, "P(V) of the interpreter");
+    close(&single, &stepped.p_v, "P(V) of the interpreter");
 }
 
 /// The same kernels as shaders, their inputs on the device already.

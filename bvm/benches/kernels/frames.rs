@@ -52,11 +52,7 @@ fn sphere(seconds: f64) {
         for depth in 0..grid.cells_rho() {
             let cell = depth * grid.directions() + direction;
             if grid.edges_m()[depth + 1] < f64::from(reading.range_m) - 3.0 * SIGMA_M {
-                assert!(
-                    still.0.now.p_o_z[cell] > 0.5,
-                    "cell {cell} is before a range of {}",
-                    reading.range_m
-                );
+                assert!(still.0.now.p_o[cell] > 0.5, "cell {cell} is before a range of {}", reading.range_m);
             }
         }
     }
@@ -114,7 +110,7 @@ fn camera(seconds: f64) {
             rho: &rho,
         };
         line_of_sight::reading::run(&inputs, &mut answer).expect("it fits");
-        state.estimate(&space, &answer.p_z_z_o_c);
+        state.estimate(&space, &answer.p_z);
     };
     let mut tasks: Vec<Task<'_>> = vec![("occupancy", Box::new(&mut frame))];
     let title = format!("a frame: 640 x 480 ranges into {} cells", space.cells());
@@ -131,8 +127,8 @@ struct State {
 impl State {
     fn new(space: &Space, velocities: usize) -> Self {
         let now = cell::step::Outputs {
-            p_o_z: vec![0.5; 2 * space.cells()],
-            p_v_z: vec![1.0 / velocities as f32; velocities * space.cells()],
+            p_o: vec![0.5; 2 * space.cells()],
+            p_v: vec![1.0 / velocities as f32; velocities * space.cells()],
         };
         Self { velocities, now, next: cell::step::Outputs::default() }
     }
@@ -144,8 +140,8 @@ impl State {
             sensors: 1,
             epsilon: 0.01,
             motion: &vec![1.0 / self.velocities as f32; self.velocities],
-            previous_o: &self.now.p_o_z,
-            previous_v: &self.now.p_v_z,
+            previous_o: &self.now.p_o,
+            previous_v: &self.now.p_v,
             sensors_i_reading: likelihood,
         };
         cell::step::run(&inputs, &mut self.next).expect("it fits");

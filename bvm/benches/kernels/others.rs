@@ -58,8 +58,7 @@ fn range_sensor(seconds: f64) {
         .flat_map(|at| &made[at..at + rays])
         .copied()
         .collect();
-    let far =
-        |other: &[f32]| other.iter().zip(&emitted.p_z_z_o_c).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+    let far = |other: &[f32]| other.iter().zip(&emitted.p_z).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
     let apart = far(&made).min(far(&swapped));
     assert!(apart < 1e-5, "the range sensor by hand is {apart} away");
     let program = line_of_sight::model();
@@ -90,7 +89,9 @@ fn range_sensor(seconds: f64) {
         ),
         (
             "emitted Rust",
-            Box::new(|| line_of_sight::reading::run(&inputs, black_box(&mut emitted)).expect("fits")),
+            Box::new(|| {
+                line_of_sight::reading::run(&inputs, black_box(&mut emitted)).expect("fits");
+            }),
         ),
         ("lanes", Box::new(|| lanes.run_into(&given, black_box(&mut by_lanes)).expect("fits"))),
     ];
@@ -117,7 +118,7 @@ fn gaze_choice(seconds: f64) {
     gaze::look::run(&inputs, &mut emitted).expect("it fits");
     let mut made = vec![0.0f32; space.cells()];
     hand_senses::gaze(extents, eta, &occupied, &entropy, &mut made);
-    for (x, y) in made.iter().zip(&emitted.argmax_p_g_nearest_heading) {
+    for (x, y) in made.iter().zip(&emitted.scores_g) {
         assert!((x - y).abs() < 1e-5, "the gaze by hand: {x} is not {y}");
     }
     let mut tasks: Vec<Task<'_>> = vec![
@@ -138,7 +139,7 @@ fn gaze_choice(seconds: f64) {
             "emitted Rust",
             Box::new(|| {
                 gaze::look::run(&inputs, black_box(&mut emitted)).expect("fits");
-                black_box(argmax(&emitted.argmax_p_g_nearest_heading, Some(&away)));
+                black_box(argmax(&emitted.scores_g, Some(&away)));
             }),
         ),
     ];
@@ -163,7 +164,7 @@ fn small_question(seconds: f64) {
     };
     wet_grass::rain::run(&inputs, &mut answer).expect("it fits");
     let expected = by_hand(0.3, 0.9);
-    let found = answer.p_rain_wet.iter().zip(expected.as_flattened());
+    let found = answer.p_rain.iter().zip(expected.as_flattened());
     assert!(found.into_iter().all(|(found, expected)| (found - expected).abs() < 1e-12), "{answer:?}");
     let model = wet_grass::model();
     let typed = compile(&model, model.question("rain").expect("it is declared")).expect("a plan");

@@ -61,7 +61,7 @@ impl Hearing {
     /// None that data can cause; the kernel's own checks.
     pub fn likelihood(&mut self, cues: &Cues) -> Result<Likelihood, Error> {
         reading::run(&inputs!(reading, self, cues), &mut self.answer)?;
-        let likelihood = &self.answer.p_tau_tau_l_l_o;
+        let likelihood = &self.answer.p_tau_l;
         // The cues' density is the same number in every cell that does not fit; only ratios matter to the map.
         let most = likelihood.iter().fold(f32::MIN_POSITIVE, |most, value| most.max(*value));
         Ok(likelihood.iter().map(|value| value / most).collect())
@@ -73,6 +73,6 @@ impl Hearing {
     /// None that data can cause; the kernel's own checks.
     pub fn sounding(&mut self, cues: &Cues) -> Result<&[f32], Error> {
         source::run(&inputs!(source, self, cues), &mut self.sounding)?;
-        Ok(&self.sounding.p_s_tau_tau_l_l[self.cells..])
+        Ok(&self.sounding.p_s[self.cells..])
     }
 }

@@ -62,7 +62,7 @@ impl Gradient {
             map_h: map.entropy(),
         };
         gaze::look::run(&inputs, &mut self.answer)?;
-        let scores = &self.answer.argmax_p_g_nearest_heading;
+        let scores = &self.answer.scores_g;
         let nearest: Vec<f32> = away(grid, heading).into_iter().cycle().take(grid.cells()).collect();
         let chosen = argmax(scores, Some(&nearest)).first().copied();
         Ok(match chosen.and_then(|index| grid.cell(index).map(|cell| (grid.centre(cell), scores[index]))) {
@@ -116,7 +116,7 @@ impl View {
         let gain = self.gains(map);
         let inputs = view::look::Inputs { directions: grid.directions(), gain: &gain };
         view::look::run(&inputs, &mut self.answer)?;
-        let chosen = argmax(&self.answer.argmax_p_g_nearest_heading, Some(&away(grid, heading)));
+        let chosen = argmax(&self.answer.scores_g, Some(&away(grid, heading)));
         Ok(
             match chosen.first().and_then(|index| grid.direction(*index).map(|direction| (*index, direction)))
             {

@@ -13,6 +13,7 @@ pub use heading::Heading;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::programs::cell;
+use bp_core::exec::compiled::Report;
 use bp_core::space::{Edge, Moves, Space};
 
 /// The displacements that a cell's content can make in a step, along (ρ, φ, θ).
@@ -54,10 +55,10 @@ impl Map {
             .collect();
         let unknown: f32 = 2f32.ln() - motion.iter().map(|p| p * p.ln()).sum::<f32>();
         let state = cell::observe::Outputs {
-            p_o_z: vec![0.5; 2 * cells],
-            p_v_z: motion.iter().flat_map(|p| std::iter::repeat_n(*p, cells)).collect(),
-            entropy_p_o_v_z: vec![unknown; cells],
-            entropy_p_o_z: vec![2f32.ln(); cells],
+            p_o: vec![0.5; 2 * cells],
+            p_v: motion.iter().flat_map(|p| std::iter::repeat_n(*p, cells)).collect(),
+            entropy_o_v: vec![unknown; cells],
+            entropy_o: vec![2f32.ln(); cells],
         };
         let epsilon = cell::DEFAULT_EPSILON as f32;
         let next = cell::observe::Outputs::default();
@@ -76,20 +77,19 @@ impl Map {
             self.readings.resize(2 * self.grid.cells(), 1.0);
         }
         let mut next = std::mem::take(&mut self.next);
-        self.step(likelihoods.len().max(1), &self.readings, &mut next)?;
+        let report = self.step(likelihoods.len().max(1), &self.readings, &mut next)?;
         let cells = self.grid.cells();
-        let (empty, occupied) = next.p_o_z.split_at(cells);
-        // What is not a number is not above one half either.
-        let is_possible = |cell: &usize| empty[*cell] + occupied[*cell] > 0.5;
-        let impossible: Vec<usize> = (0..cells).filter(|cell| !is_possible(cell)).collect();
-        if !impossible.is_empty() {
+        if report.impossible > 0 {
+            let (empty, occupied) = next.p_o.split_at(cells);
+            let is_possible = |cell: &usize| empty[*cell] + occupied[*cell] > 0.5;
+            let impossible: Vec<usize> = (0..cells).filter(|cell| !is_possible(cell)).collect();
             let mut predicted = cell::observe::Outputs::default();
             self.step(1, &vec![1.0; 2 * cells], &mut predicted)?;
             let pairs = [
-                (&mut next.p_o_z, &predicted.p_o_z),
-                (&mut next.p_v_z, &predicted.p_v_z),
-                (&mut next.entropy_p_o_v_z, &predicted.entropy_p_o_v_z),
-                (&mut next.entropy_p_o_z, &predicted.entropy_p_o_z),
+                (&mut next.p_o, &predicted.p_o),
+                (&mut next.p_v, &predicted.p_v),
+                (&mut next.entropy_o_v, &predicted.entropy_o_v),
+                (&mut next.entropy_o, &predicted.entropy_o),
             ];
             for (to, from) in pairs {
                 for (to, from) in to.chunks_exact_mut(cells).zip(from.chunks_exact(cells)) {
@@ -107,15 +107,15 @@ impl Map {
         sensors: usize,
         readings: &[f32],
         next: &mut cell::observe::Outputs<f32>,
-    ) -> Result<(), Error> {
+    ) -> Result<Report, Error> {
         let inputs = cell::observe::Inputs {
             grid: &self.space,
             velocity: &self.moves,
             sensors,
             epsilon: self.epsilon,
             motion: &self.motion,
-            previous_o: &self.state.p_o_z,
-            previous_v: &self.state.p_v_z,
+            previous_o: &self.state.p_o,
+            previous_v: &self.state.p_v,
             sensors_i_reading: readings,
         };
         Ok(cell::observe::run(&inputs, next)?)
@@ -133,21 +133,21 @@ impl Map {
 
     /// P(O = 1) of each cell.
     pub fn occupancy(&self) -> &[f32] {
-        &self.state.p_o_z[self.grid.cells()..]
+        &self.state.p_o[self.grid.cells()..]
     }
 
     /// P(V = v) of each cell, by \[velocity\]\[ρ\]\[φ\]\[θ\].
     pub fn velocity(&self) -> &[f32] {
-        &self.state.p_v_z
+        &self.state.p_v
     }
 
     /// H(O, V) of each cell, in nats (paper, Eq. 5).
     pub fn entropy(&self) -> &[f32] {
-        &self.state.entropy_p_o_v_z
+        &self.state.entropy_o_v
     }
 
     /// H(O) of each cell, in nats.
     pub fn occupancy_entropy(&self) -> &[f32] {
-        &self.state.entropy_p_o_z
+        &self.state.entropy_o
     }
 }

@@ -153,9 +153,9 @@ impl Sight {
         };
         reading::run(&inputs, &mut self.read)?;
         if seen.rays.len() == readings.len() {
-            return Ok(std::mem::take(&mut self.read.p_z_z_o_c));
+            return Ok(std::mem::take(&mut self.read.p_z));
         }
-        Ok(seen.spread(grid, readings.len(), &self.read.p_z_z_o_c))
+        Ok(seen.spread(grid, readings.len(), &self.read.p_z))
     }
 
     /// The likelihood of a glance, with the hidden cells occupied as the map `before` says, or each with probability ½.
@@ -202,7 +202,7 @@ impl Sight {
             code: &code,
         };
         heard::run(&inputs, &mut self.heard)?;
-        Ok(seen.spread(grid, readings.len(), &self.heard.p_code_true_o_c))
+        Ok(seen.spread(grid, readings.len(), &self.heard.p_code))
     }
 }
 

@@ -53,9 +53,10 @@ pub(crate) fn ask(
         let name = model.variable_name(id);
         match (value, inputs.find(&name)) {
             (Some(Value::Given(given)), Some([number])) if *given == name => {
-                Filled::With(match model.variables[id].domain.is_finite() {
-                    true => Value::Ordinal(*number as usize),
-                    false => Value::Real(*number),
+                let domain = &model.variables[id].domain;
+                Filled::With(match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
+                    Some(ordinal) => Value::Ordinal(ordinal),
+                    None => Value::Real(*number),
                 })
             }
             _ => Filled::Not,
@@ -133,7 +134,7 @@ pub(crate) fn answers(
         let mut missing = BTreeSet::new();
         for (id, column, values) in &columns {
             match table.cell(row, *column, values)? {
-                Some(value) => inputs = inputs.number(&model.variable_name(*id), value.input()),
+                Some(value) => inputs = inputs.number(&model.variable_name(*id), value.number),
                 None => drop(missing.insert(*id)),
             }
         }

@@ -6,8 +6,7 @@
 use crate::failure::Failure;
 use crate::{output, program};
 use bp_core::answer::link;
-use bp_core::emit::{emit_rust, wgsl::emit_wgsl};
-use bp_core::error::Error;
+use bp_core::emit::{Emitted, emit_rust, wgsl::emit_wgsl_module};
 use bp_core::kernel::Kernel;
 use bp_core::lower::lower;
 use bp_core::model::Model;
@@ -50,7 +49,7 @@ pub(crate) struct Arguments {
 enum Language {
     /// The module that `bayesian_program!` writes.
     Rust,
-    /// A compute shader for each question that has exact loops.
+    /// One module of compute shaders for all questions that have exact loops.
     Wgsl,
 }
 
@@ -68,24 +67,42 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         questions.into_iter().for_each(|question| {
             model.questions.push(question);
         });
-        let told = |wrong: Vec<(String, Error)>| match wrong.into_iter().next() {
-            Some((_, error)) => Failure::Data(error),
-            None => Failure::Told,
-        };
-        write!(page, "{}", emit_rust(&model, &source).map_err(told)?)?;
+        let asked = model.questions.len();
+        let Emitted { text, refused } = emit_rust(&model, &source, None);
+        refuse(asked, refused.into_iter().map(|(name, error)| (name, Failure::Data(error))).collect())?;
+        write!(page, "{text}")?;
         return output::write(arguments.out.as_deref(), &page, out);
     }
-    let mut written = Vec::new();
+    let (mut written, mut refused) = (Vec::new(), Vec::new());
     for question in &questions {
-        written.extend(kernels(&model, question)?);
+        match kernels(&model, question) {
+            Ok(kernels) => written.extend(kernels),
+            Err(error) => refused.push((question.name.clone(), error)),
+        }
     }
+    refuse(questions.len(), refused)?;
     has_sizes(&written, &arguments.sizes)?;
-    for kernel in written {
-        let size =
-            |name: &str| arguments.sizes.iter().find(|(known, _)| known == name).map(|(_, size)| *size);
-        write!(page, "{}", emit_wgsl(&kernel.with_sizes(size)?).text)?;
-    }
+    let size = |name: &str| arguments.sizes.iter().find(|(known, _)| known == name).map(|(_, size)| *size);
+    let sized: Vec<Kernel> =
+        written.iter().map(|kernel| kernel.with_sizes(size)).collect::<Result<_, _>>()?;
+    write!(page, "{}", emit_wgsl_module(&sized))?;
     output::write(arguments.out.as_deref(), &page, out)
+}
+
+/// Questions that are not compiled: an error where none is, else a warning for each.
+fn refuse(asked: usize, refused: Vec<(String, Failure)>) -> Result<(), Failure> {
+    let none_is_compiled = refused.len() == asked;
+    for (name, failure) in refused {
+        let reason = match failure {
+            failure if none_is_compiled => return Err(failure),
+            Failure::Data(error) => error.to_string(),
+            Failure::Words(words) => words,
+            other => return Err(other),
+        };
+        // Where stderr is closed there is nobody to be told.
+        let _ = writeln!(std::io::stderr(), "warning: the question `{name}` is left out: {reason}");
+    }
+    Ok(())
 }
 
 /// Refuses sizes that no kernel has, or that are given twice.

@@ -124,10 +124,10 @@ impl Settings {
         self.arrays.contains_key(name)
     }
 
-    /// A value of a variable by its name: the ordinal that a kernel reads, or a real.
+    /// A value of a variable by its name, as the number that the host gives for it.
     fn value(&self, model: &Model, variable: VariableId, name: &str, text: &str) -> Result<f64, Error> {
         match Values::new(model, variable, &|size| self.size(size)).read(text) {
-            Ok(Some(value)) => Ok(value.input()),
+            Ok(Some(value)) => Ok(value.number),
             Ok(None) => Err(Error::input(name, format!("`{text}` is no value: leave out what is not known"))),
             Err(expected) => Err(Error::input(name, format!("`{text}` is {expected}"))),
         }

@@ -58,6 +58,11 @@ impl Scalar for f64 {
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
     #[inline(always)]
+    fn is_below(self, count: usize) -> bool {
+        let whole = self as i32;
+        (whole as f64 == self) & (whole >= 0) & ((whole as usize) < count)
+    }
+    #[inline(always)]
     fn from_f64(number: f64) -> f64 {
         number
     }

@@ -156,6 +156,10 @@ impl Scalar for Extended {
     const ZERO: Self = Self { mantissa: 0.0, exponent: 0 };
     const ONE: Self = Self { mantissa: 1.0, exponent: 0 };
     #[inline]
+    fn is_below(self, count: usize) -> bool {
+        self.to_f64().is_below(count)
+    }
+    #[inline]
     fn from_f64(number: f64) -> Self {
         match number.is_subnormal() {
             true => Self::scaled(number * Self::power_of_two(54), -54),

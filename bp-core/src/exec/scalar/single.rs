@@ -56,6 +56,11 @@ impl Scalar for f32 {
     const ZERO: f32 = 0.0;
     const ONE: f32 = 1.0;
     #[inline(always)]
+    fn is_below(self, count: usize) -> bool {
+        let whole = self as i32;
+        (whole as f32 == self) & (whole >= 0) & ((whole as usize) < count)
+    }
+    #[inline(always)]
     fn from_f64(number: f64) -> f32 {
         number as f32
     }

@@ -69,14 +69,7 @@ impl Bins {
 
     /// The bin that holds a number.
     pub fn holding(&self, number: f64) -> Option<usize> {
-        let (low, high) = self.ends();
-        let number = if self.circle { low + (number - low).rem_euclid(high - low) } else { number };
-        if !(low..=high).contains(&number) {
-            return None;
-        }
-        let above = self.edges.partition_point(|edge| *edge <= number);
-        // On a circle rounding may give the upper end, which is the lower one.
-        Some(if self.circle && above > self.count() { 0 } else { (above - 1).min(self.count() - 1) })
+        holding(&self.edges, self.circle, number)
     }
 
     /// The centre of a bin, with no more digits than tell it from its neighbours by a billionth.
@@ -86,6 +79,19 @@ impl Bins {
         // −0 is 0; numbers too large to have such digits are written as they are.
         if rounded.is_finite() { (rounded + 0.0).to_string() } else { self.centre(bin).to_string() }
     }
+}
+
+/// The bin between these edges that holds a number; the ends meet on a circle.
+pub fn holding(edges: &[f64], circle: bool, number: f64) -> Option<usize> {
+    let count = edges.len() - 1;
+    let (low, high) = (edges[0], edges[count]);
+    let number = if circle { low + (number - low).rem_euclid(high - low) } else { number };
+    if !(low..=high).contains(&number) {
+        return None;
+    }
+    let above = edges.partition_point(|edge| *edge <= number);
+    // On a circle rounding may give the upper end, which is the lower one.
+    Some(if circle && above > count { 0 } else { (above - 1).min(count - 1) })
 }
 
 #[cfg(test)]

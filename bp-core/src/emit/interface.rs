@@ -1,0 +1,291 @@
+//! The interface of a question: the fields of its inputs and outputs, their names and what is said of them.
+//!
+//! In: a lowered question. Out: an [`Interface`], which knows the field of each buffer and size. Invariant: names within a
+//! structure are unique; the documentation of an array tells its indices, slowest first, and how long it is.
+
+use super::best::{Best, is_scores};
+use super::documentation as told;
+use super::names::{Names, snake};
+use super::text::Text;
+use crate::ids::BufferId;
+use crate::kernel::{Extent, Kernel, Role};
+use crate::lower::Output;
+use crate::model::{Model, Reduction};
+use std::collections::HashMap;
+
+/// How an input is given.
+#[derive(Clone)]
+pub(super) enum Given {
+    /// A field of the inputs, one number.
+    Number(String),
+    /// A field of the inputs, a slice.
+    Slice(String),
+    /// An expression of other fields.
+    Derived(String),
+}
+
+/// A field that gives sizes.
+struct SizeField {
+    /// The set, the grid or the size.
+    of: String,
+    field: String,
+    kind: &'static str,
+    told: String,
+}
+
+/// The field where an output is made.
+struct OutputField {
+    field: String,
+    told: Vec<String>,
+    /// What is answered instead, where the most probable values are asked.
+    best: Option<Best>,
+}
+
+/// The fields of a question.
+pub(super) struct Interface<'k> {
+    kernel: &'k Kernel,
+    sizes: Vec<SizeField>,
+    inputs: Vec<(BufferId, Given)>,
+    /// For `nearest`: the field of each name.
+    fields: Vec<(String, String)>,
+    outputs: HashMap<BufferId, OutputField>,
+    /// The outputs in order.
+    order: Vec<BufferId>,
+}
+
+impl<'k> Interface<'k> {
+    /// The fields of a kernel whose outputs mean these things.
+    pub(super) fn new(model: &Model, kernel: &'k Kernel, meant: &[Output]) -> Self {
+        let mut names = Names::default();
+        let mut interface = Self {
+            kernel,
+            sizes: Vec::new(),
+            inputs: Vec::new(),
+            fields: Vec::new(),
+            outputs: HashMap::new(),
+            order: Vec::new(),
+        };
+        for size in kernel.sizes() {
+            let (of, kind, told) = match size.split_once('.') {
+                Some((grid, _)) => (grid, "&'a ::bp_core::space::Space", format!("The grid `{grid}`.")),
+                None if is_displacements(kernel, size) => (
+                    size,
+                    "&'a ::bp_core::space::Moves",
+                    format!("Where the displacements `{size}` come from."),
+                ),
+                None => (size, "usize", format!("The size `{size}`.")),
+            };
+            if !interface.sizes.iter().any(|known| known.of == of) {
+                let field = names.unique(&snake(of));
+                interface.sizes.push(SizeField { of: of.to_owned(), field, kind, told });
+            }
+        }
+        for (id, buffer) in kernel.inputs() {
+            let name = &buffer.name;
+            let given = match (name.strip_suffix(".wraps"), name.split_once(" from "), &buffer.role) {
+                (Some(grid), ..) => {
+                    let grid = interface.size_field(grid);
+                    Given::Derived(format!("if inputs.{grid}.wraps() {{ T::ONE }} else {{ T::ZERO }}"))
+                }
+                (_, Some((set, part)), Role::Positions) => Given::Derived(match set.strip_suffix(" step") {
+                    Some(grid) => format!("&inputs.{}.steps().{part}", interface.size_field(grid)),
+                    None => format!("&inputs.{}.{part}", interface.size_field(set)),
+                }),
+                _ if buffer.axes.is_empty() && interface.has_size(name) => {
+                    Given::Derived(format!("T::from_f64(inputs.{} as f64)", interface.size_field(name)))
+                }
+                _ if buffer.axes.is_empty() => Given::Number(names.unique(&input_name(name))),
+                _ => Given::Slice(names.unique(&input_name(name))),
+            };
+            interface.inputs.push((id, given));
+        }
+        let mut inputs = names;
+        let mut names = Names::default();
+        let mut fields: Vec<(String, String)> = Vec::new();
+        for (id, buffer) in kernel.outputs() {
+            let output = meant.iter().find(|output| output.name == buffer.name);
+            let output = output.expect("internal: each output of a kernel means something");
+            let best = Best::of(model, kernel, id, output, &mut names, |nearest| {
+                if let Some((_, field)) = fields.iter().find(|(known, _)| known == nearest) {
+                    return field.clone();
+                }
+                let field = inputs.unique(&snake(nearest));
+                fields.push((nearest.to_owned(), field.clone()));
+                field
+            });
+            let wanted = match best {
+                Some(_) => "scores".to_owned(),
+                None => output_name(model, output),
+            };
+            let (field, told) = (names.unique(&wanted), told::output(model, kernel, id, output));
+            interface.outputs.insert(id, OutputField { field, told, best });
+            interface.order.push(id);
+        }
+        interface.fields = fields;
+        interface
+    }
+
+    /// How an input is given.
+    pub(super) fn given(&self, id: BufferId) -> &Given {
+        let found = self.inputs.iter().find(|(known, _)| *known == id);
+        &found.expect("internal: every input has a field").1
+    }
+
+    /// The field of an output.
+    pub(super) fn output(&self, id: BufferId) -> &str {
+        &self.outputs[&id].field
+    }
+
+    /// What is answered instead of an output, where its most probable values are asked.
+    pub(super) fn best(&self, id: BufferId) -> Option<&Best> {
+        self.outputs[&id].best.as_ref()
+    }
+
+    /// The outputs, in order.
+    pub(super) fn outputs(&self) -> &[BufferId] {
+        &self.order
+    }
+
+    /// An extent, as an expression of the inputs.
+    pub(super) fn extent(&self, extent: &Extent) -> String {
+        let Some(size) = &extent.size else { return extent.offset.to_string() };
+        let field = match size.split_once('.') {
+            Some((grid, part)) => {
+                let axis = ["depth", "rows", "lanes"].iter().position(|known| *known == part).unwrap_or(0);
+                format!("inputs.{}.extents()[{axis}]", self.size_field(grid))
+            }
+            None if is_displacements(self.kernel, size) => {
+                format!("inputs.{}.displacements", self.size_field(size))
+            }
+            None => format!("inputs.{}", self.size_field(size)),
+        };
+        match extent.offset {
+            0 => field,
+            more if more > 0 => format!("{field}.saturating_add({more})"),
+            less => format!("{field}.saturating_sub({})", less.unsigned_abs()),
+        }
+    }
+
+    fn has_size(&self, of: &str) -> bool {
+        self.sizes.iter().any(|known| known.of == of)
+    }
+
+    fn size_field(&self, of: &str) -> &str {
+        let found = self.sizes.iter().find(|known| known.of == of);
+        &found.expect("internal: every size has a field").field
+    }
+
+    /// Writes `Inputs` and `Outputs`; gives the generics of the inputs: those that a field needs.
+    pub(super) fn structures(&self, text: &mut Text) -> &'static str {
+        let mut fields = Text::default();
+        let (mut borrows, mut numbers) = (false, false);
+        for SizeField { field, kind, told, .. } in &self.sizes {
+            borrows |= kind.starts_with('&');
+            fields.documented(&[told.clone()]);
+            fields.line(format!("pub {field}: {kind},"));
+        }
+        for (id, given) in &self.inputs {
+            let (field, kind) = match given {
+                Given::Number(field) => (field, "T"),
+                Given::Slice(field) => (field, "&'a [T]"),
+                Given::Derived(_) => continue,
+            };
+            borrows |= kind.starts_with('&');
+            numbers = true;
+            fields.documented(&told::input(self.kernel, *id));
+            fields.line(format!("pub {field}: {kind},"));
+        }
+        for (name, field) in &self.fields {
+            (borrows, numbers) = (true, true);
+            let what = format!("`{name}`: a number for each value, or for each value in each context.");
+            fields
+                .documented(&[what, "Among equals the value is chosen at which it is smallest.".to_owned()]);
+            fields.line(format!("pub {field}: &'a [T],"));
+        }
+        text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
+        let generics = match (borrows, numbers) {
+            (true, true) => "<'a, T>",
+            (true, false) => "<'a>",
+            (false, true) => "<T>",
+            (false, false) => "",
+        };
+        text.open(format!("pub struct Inputs{generics}"));
+        text.line(fields.finish());
+        text.close();
+        text.line("/// What the question answers. `run` makes the arrays as long as they have to be.\n#[derive(Clone, Debug, Default)]");
+        text.open("pub struct Outputs<T>");
+        for id in &self.order {
+            let OutputField { field, told, best } = &self.outputs[id];
+            match best {
+                Some(best) => {
+                    best.fields(text);
+                    text.documented(&["Where the distribution is made.".to_owned()]);
+                    text.line(format!("{field}: Vec<T>,"));
+                }
+                None => {
+                    text.documented(told);
+                    text.line(format!("pub {field}: Vec<T>,"));
+                }
+            }
+        }
+        text.close();
+        generics
+    }
+}
+
+fn is_displacements(kernel: &Kernel, size: &str) -> bool {
+    kernel.buffer(&format!("{size} from depth")).is_some()
+}
+
+/// The field of an input: its name without the values that a question in it fixes.
+fn input_name(name: &str) -> String {
+    let mut plain = String::new();
+    let mut parts = name.split(" = ");
+    plain.push_str(parts.next().unwrap_or_default());
+    for part in parts {
+        // The value ends where the next name begins.
+        plain.push_str(part.find([' ', ',', '|', ')']).map_or("", |end| &part[end..]));
+    }
+    snake(&plain)
+}
+
+/// The field of an output: what is made of the distribution, and the variables that are searched.
+fn output_name(model: &Model, output: &Output) -> String {
+    let Some(ask) = &output.ask else { return "ln_evidence".to_owned() };
+    let word = match ask.reduction {
+        Reduction::Probability => "p".to_owned(),
+        _ if is_scores(model, output) => "scores".to_owned(),
+        ref other => snake(&other.word()),
+    };
+    let searched = ask.searched.iter().map(|item| {
+        let variable = &model.variables[item.variable];
+        match variable.previous_of {
+            Some(_) => format!("previous_{}", snake(&variable.name)),
+            None => snake(&variable.name),
+        }
+    });
+    std::iter::once(word)
+        .chain(searched)
+        .map(|part| part.trim_matches('_').to_owned())
+        .collect::<Vec<_>>()
+        .join("_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::input_name;
+
+    #[test]
+    fn inputs_are_named_without_the_values_that_are_fixed() {
+        let cases = [
+            ("map.P(O | C)", "map_p_o_c"),
+            ("map.P(O = true | C)", "map_p_o_c"),
+            ("map.P(O = true, V | C = 3)", "map_p_o_v_c"),
+            ("previous V", "previous_v"),
+            ("m²", "m2"),
+        ];
+        for (name, field) in cases {
+            assert_eq!(input_name(name), field, "{name}");
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Values that are given when a question is asked: the inputs of a kernel that hold them.
+//!
+//! In: a variable, and the name under which its value is given. Out: the input, which knows the domain. Invariant: the host
+//! gives values as the program writes them; what is read in the kernel is their ordinal.
+
+use super::Lowering;
+use crate::ids::{AxisId, BufferId, VariableId};
+use crate::kernel::{Extent, Numbers, Values};
+use crate::model::{Domain, SetKind};
+
+/// Labels of which a message lists the numbers, at most.
+const MOST_LABELS: usize = 12;
+
+impl Lowering<'_> {
+    /// The input that holds values of a variable.
+    pub(super) fn given_buffer(&mut self, variable: VariableId, name: &str, axes: &[AxisId]) -> BufferId {
+        let values = self.values_of(variable);
+        self.builder.given(name, values, axes)
+    }
+
+    /// The numbers that are values of a variable.
+    fn values_of(&self, variable: VariableId) -> Values {
+        let domain = &self.model.variables[variable].domain;
+        let whole = |count| Numbers::Whole { first: domain.base(), count };
+        let numbers = match domain {
+            Domain::Real | Domain::Vector(_) => Numbers::Real,
+            Domain::Bins(bins) => Numbers::Bins(bins.clone()),
+            Domain::Set(set) if self.model.sets[*set].kind == SetKind::Grid => {
+                let name = &self.model.sets[*set].name;
+                whole(
+                    ["depth", "rows", "lanes"].map(|part| Extent::named(&format!("{name}.{part}"))).to_vec(),
+                )
+            }
+            domain => whole(vec![self.extent(domain)]),
+        };
+        let text = format!("`{}`", self.model.domain_text(domain));
+        Values { variable: self.model.variable_name(variable), domain: text + &numbered(domain), numbers }
+    }
+}
+
+/// Which numbers the values are that are not numbers themselves.
+fn numbered(domain: &Domain) -> String {
+    let labels = match domain {
+        Domain::Boolean => 2,
+        Domain::Finite { labels, .. } => labels.len(),
+        Domain::Set(_) => return ": elements are counted from 0".to_owned(),
+        _ => 0,
+    };
+    if labels == 0 {
+        return String::new();
+    }
+    let number = |ordinal: usize| format!("{} is `{}`", domain.number(ordinal), domain.value_name(ordinal));
+    let listed: Vec<String> = (0..labels.min(MOST_LABELS)).map(number).collect();
+    format!(": {}{}", listed.join(", "), if labels > MOST_LABELS { ", …" } else { "" })
+}

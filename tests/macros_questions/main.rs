@@ -1,0 +1,196 @@
+//! The macro's questions: numbers given at run time are values, names are any that the checker takes, and what cannot be
+//! answered is told.
+//!
+//! In: programs written here. Out: answers counted by hand. Invariant: what is no value of a domain is an error that names the
+//! input, the number and the domain; the code around a program may deny warnings or have no prelude.
+#![deny(warnings)]
+
+use bp_core::answer::{ask, compile};
+use bp_core::error::Error;
+use bp_core::exec::Inputs;
+use bp_core::exec::compiled::Report;
+use bp_core::model::Model;
+use bp_macros::bayesian_program;
+
+mod best;
+mod names;
+
+bayesian_program! {
+    program Dice {
+        variables { First, Second : 1..=6; Sum : 2..=12; Far : { Near } or 5..=10; }
+        decomposition { P(First) P(Second) P(Sum | First Second) P(Far | First) }
+        forms {
+            P(First) = uniform;
+            P(Second) = uniform;
+            P(Sum | First Second) = dirac(First + Second);
+            P(Far | First) = dirac(First + 4);
+        }
+        question first { P(First | Sum = s) }
+        question at { P(First = f | Sum = s) }
+        question far { P(First | Far = d) }
+        question whole { P(First | Sum) }
+    }
+}
+
+bayesian_program! {
+    program Lamps {
+        parameters { w : real = 2; }
+        variables { Fault : bool; Lamp : { Off, Dim, Bright }; Angle : circle(0, 360, 4); Volt : bins[0, 1, 10]; X : real; }
+        decomposition { P(Fault) P(Lamp | Fault) P(Angle | Fault) P(Volt | Fault) P(X | Fault) }
+        forms {
+            P(Fault) = bernoulli(0.25);
+            P(Lamp | Fault) = table { false: 0.1, 0.2, 0.7; true: 0.6, 0.3, 0.1; };
+            P(Angle | Fault) = table { false: 0.1, 0.2, 0.3, 0.4; true: 0.4, 0.3, 0.2, 0.1; };
+            P(Volt | Fault) = table { false: 0.8, 0.2; true: 0.5, 0.5; };
+            P(X | Fault) = if Fault { uniform(0, 4) } else { uniform(0, 1) };
+        }
+        question lamp { P(Fault | Lamp = lamp) }
+        question angle { P(Fault | Angle = angle) }
+        question volt { P(Fault | Volt = volt) }
+        question x { P(Fault | X = x) }
+        question fault { P(Lamp | Fault = fault) }
+    }
+}
+
+bayesian_program! {
+    program Family over c in Cells {
+        parameters { N : size; }
+        variables { A : bool; Z[i in 1..=N] : 3..=5; }
+        decomposition { P(A) prod(i) { P(Z[i] | A) } }
+        forms { P(A) = uniform; P(Z[i] | A) = table { false: 0.5, 0.5, 0; true: 0, 0.25, 0.75; }; }
+        question a { P(A | Z = z) }
+    }
+}
+
+/// A question's answer, or the words of its error.
+macro_rules! asked {
+    ($question:path, $inputs:expr, $field:ident) => {{
+        use $question as question;
+        let mut answer = question::Outputs::<f64>::default();
+        question::run(&$inputs, &mut answer).map(|_| answer.$field).map_err(|error| error.to_string())
+    }};
+}
+
+fn near(found: Result<Vec<f64>, String>, expected: &[f64]) {
+    let found = found.unwrap();
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    assert!(found.iter().zip(expected).all(|(p, q)| (p - q).abs() < 1e-15), "{found:?}, not {expected:?}");
+}
+
+/// The same question of the text, with one number given.
+fn of_text(model: &Model, question: &str, name: &str, number: f64) -> Result<Vec<f64>, String> {
+    let answers = ask(model, model.question(question).unwrap(), &Inputs::new().number(name, number));
+    let answers = answers.map_err(|error| error.to_string())?;
+    Ok(answers[0].answer.iter().map(|row| row.p().unwrap()).collect())
+}
+
+#[test]
+fn a_number_is_a_value_through_every_door() {
+    // Sum 9 is 3+6, 4+5, 5+4, 6+3; 12 is 6+6 alone.
+    let nine = [0.0, 0.0, 0.25, 0.25, 0.25, 0.25];
+    near(asked!(dice::first, dice::first::Inputs { s: 9.0 }, p_first), &nine);
+    near(of_text(&dice::model(), "first", "s", 9.0), &nine);
+    near(asked!(dice::first, dice::first::Inputs { s: 12.0 }, p_first), &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    near(asked!(dice::at, dice::at::Inputs { f: 4.0, s: 9.0 }, p_first), &[0.25]);
+    // Of `{ Near } or 5..=10`, 5 and more are themselves, and Near is the number below.
+    near(asked!(dice::far, dice::far::Inputs { d: 6.0 }, p_first), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    near(of_text(&dice::model(), "far", "d", 6.0), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    // P(Fault | Dim): 0.75 · 0.2 against 0.25 · 0.3.
+    near(asked!(lamps::lamp, lamps::lamp::Inputs { lamp: 1.0 }, p_fault), &[2.0 / 3.0, 1.0 / 3.0]);
+    near(asked!(lamps::fault, lamps::fault::Inputs { fault: 1.0 }, p_lamp), &[0.6, 0.3, 0.1]);
+    // 100° is in the second quarter, −10° and 350° in the last: .75 · .4 against .25 · .1.
+    near(asked!(lamps::angle, lamps::angle::Inputs { angle: 100.0 }, p_fault), &[2.0 / 3.0, 1.0 / 3.0]);
+    for angle in [-10.0, 350.0, 710.0] {
+        near(asked!(lamps::angle, lamps::angle::Inputs { angle }, p_fault), &[12.0 / 13.0, 1.0 / 13.0]);
+        near(of_text(&lamps::model(), "angle", "angle", angle), &[12.0 / 13.0, 1.0 / 13.0]);
+    }
+    // 1 V is in the second bin: .75 · .2 against .25 · .5.
+    for volt in [1.0, 3.0, 10.0] {
+        near(asked!(lamps::volt, lamps::volt::Inputs { volt }, p_fault), &[6.0 / 11.0, 5.0 / 11.0]);
+        near(of_text(&lamps::model(), "volt", "volt", volt), &[6.0 / 11.0, 5.0 / 11.0]);
+    }
+    near(asked!(lamps::x, lamps::x::Inputs { x: 0.5 }, p_fault), &[12.0 / 13.0, 1.0 / 13.0]);
+}
+
+#[test]
+fn what_is_no_value_is_refused_with_its_domain() {
+    let told = |told: Result<Vec<f64>, String>, number: f64, words: &[&str]| {
+        let told = told.unwrap_err();
+        let number = format!("{number} is not a value of");
+        assert!(words.iter().chain([&number.as_str()]).all(|word| told.contains(word)), "{told}");
+    };
+    for s in [-1.0, 1.0, 13.0, 3.5, f64::NAN, 1e30, f64::INFINITY] {
+        told(asked!(dice::first, dice::first::Inputs { s }, p_first), s, &["`s`", "`Sum`", "2..=12"]);
+        told(of_text(&dice::model(), "first", "s", s), s, &["`s`", "`Sum`", "2..=12"]);
+    }
+    for f in [0.0, 7.0, 2.5, f64::NAN] {
+        told(asked!(dice::at, dice::at::Inputs { f, s: 9.0 }, p_first), f, &["`f`", "`First`", "1..=6"]);
+    }
+    for lamp in [3.0, -1.0, 0.5, f64::NAN] {
+        let found = asked!(lamps::lamp, lamps::lamp::Inputs { lamp }, p_fault);
+        told(found, lamp, &["`lamp`", "`Lamp`", "0 is `Off`, 1 is `Dim`, 2 is `Bright`"]);
+    }
+    told(asked!(lamps::fault, lamps::fault::Inputs { fault: 2.0 }, p_lamp), 2.0, &["`fault`", "1 is `true`"]);
+    told(
+        asked!(lamps::volt, lamps::volt::Inputs { volt: 11.0 }, p_fault),
+        11.0,
+        &["`volt`", "bins[0, 1, 10]"],
+    );
+    for angle in [f64::NAN, f64::INFINITY] {
+        told(asked!(lamps::angle, lamps::angle::Inputs { angle }, p_fault), angle, &["`angle`", "circle"]);
+        told(asked!(lamps::x, lamps::x::Inputs { x: angle }, p_fault), angle, &["`x`", "real"]);
+    }
+}
+
+#[test]
+fn impossible_evidence_is_an_error_where_there_is_no_plate() {
+    // X above 4 cannot be; Far cannot be Near.
+    let mut answer = lamps::x::Outputs::<f64>::default();
+    let told = lamps::x::run(&lamps::x::Inputs { x: 5.0 }, &mut answer).unwrap_err();
+    assert!(matches!(&told, Error::Impossible(why) if why.question == "P(Fault | X = x)"), "{told}");
+    assert!(
+        dice::far::run(
+            &dice::far::Inputs { d: 4.0 },
+            &mut Default::default() as &mut dice::far::Outputs<f64>
+        )
+        .is_err()
+    );
+    // The whole table has no context that is impossible; the zeros of one are counted.
+    let mut table = dice::whole::Outputs::<f32>::default();
+    assert_eq!(dice::whole::run(&dice::whole::Inputs {}, &mut table).unwrap(), Report { impossible: 0 });
+    assert_eq!(table.p_first.len(), 66);
+}
+
+#[test]
+fn over_a_plate_values_are_values_and_the_impossible_is_counted() {
+    // By [i][c]: 3 is impossible with A, 5 without, so that 3 and 5 together are impossible.
+    let z = [3.0, 4.0, 5.0, 3.0, 4.0, 5.0, 5.0, 5.0];
+    let run = |z: &[f64]| {
+        let mut answer = family::a::Outputs::<f64>::default();
+        let inputs = family::a::Inputs { n: 2, cells: 4, z };
+        family::a::run(&inputs, &mut answer)
+            .map(|report| (report, answer.p_a))
+            .map_err(|error| error.to_string())
+    };
+    let (report, p) = run(&z).unwrap();
+    assert_eq!(report, Report { impossible: 1 });
+    // Cells: (3, 4), (4, 5), (5, 5), (3, 5).
+    near(Ok(p), &[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
+    // Two cells of 4: .25 : .0625.
+    let (report, p) = run(&[4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]).unwrap();
+    assert_eq!((report.impossible, p[0]), (0, 0.8));
+    for (place, wrong) in [(0, 2.0), (5, 6.0), (7, 3.5), (2, f64::NAN)] {
+        let mut z = z;
+        z[place] = wrong;
+        let told = run(&z).unwrap_err();
+        let words = [format!("`z[{place}]`"), format!("{wrong} is not"), "3..=5".to_owned()];
+        assert!(words.iter().all(|word| told.contains(word.as_str())), "{told}");
+    }
+    // By lanes, the same.
+    let model = family::model();
+    let compiled = compile(&model, model.question("a").unwrap()).unwrap();
+    let inputs = Inputs::new().size("N", 2).number("N", 2.0).size("Cells", 4).array("z", &z);
+    let found: Vec<f64> =
+        compiled.ask(&inputs).unwrap()[0].answer.iter().map(|row| row.p().unwrap()).collect();
+    assert_eq!(found.iter().filter(|p| **p == 1.0).count(), 3, "{found:?}");
+}
