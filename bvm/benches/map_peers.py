@@ -27,12 +27,12 @@ def sphere():
     elevation = np.radians(2 * np.arange(90) + 1.0 - 90)
     elevation, azimuth = np.meshgrid(elevation, azimuth, indexing="ij")
     across = np.cos(elevation)
-    return np.stack([across * np.sin(azimuth), np.sin(elevation), across * np.cos(azimuth)], axis=-1).reshape(-1, 3)
+    return np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)], axis=-1).reshape(-1, 3)
 
 
 def camera():
-    y, x = np.meshgrid((239.5 - np.arange(480)) / 554.0, (np.arange(640) - 319.5) / 554.0, indexing="ij")
-    rays = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
+    up, left = np.meshgrid((239.5 - np.arange(480)) / 554.0, (319.5 - np.arange(640)) / 554.0, indexing="ij")
+    rays = np.stack([np.ones_like(left), left, up], axis=-1).reshape(-1, 3)
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
@@ -40,7 +40,7 @@ def ranges(rays):
     random = np.random.default_rng(SEED)
     with np.errstate(divide="ignore"):
         inverse = 1.0 / rays
-    room = np.array([3.0, 1.5, 2.5])
+    room = np.array([2.5, 3.0, 1.5])  # ahead, left, up
     nearest = np.min(np.where(rays > 0, room, -room) * inverse, axis=1)
     for _ in range(6):
         size = random.uniform(0.2, 0.5, 3)

@@ -12,7 +12,8 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version, about)]
 #[command(
-    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0"
+    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n\n\
+Frame: x ahead, y left, z up; azimuth and yaw are positive to the left."
 )]
 struct Arguments {
     #[command(subcommand)]

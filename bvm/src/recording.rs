@@ -5,6 +5,7 @@
 //! [`Posture`], how the body is turned over time. Invariant: times increase; each number is finite.
 
 use crate::error::Error;
+use crate::frame::{Spherical, wrap_angle};
 use crate::vestibular::{Balance, Vestibular};
 use crate::vision::VisionError;
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -100,7 +101,7 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
 pub struct Posture {
     balance: Vestibular,
     bias: Vector3<f64>,
-    /// Right, up and ahead of the first frame, in the body's frame then.
+    /// Ahead, left and up of the first frame, in the body's frame then: the axes of the map.
     level: [Vector3<f64>; 3],
     /// From the body's frame now to that of the first frame.
     turned: Rotation3<f64>,
@@ -130,7 +131,7 @@ impl Posture {
         Ok(Self {
             balance: Vestibular::at_rest(Balance::Gyroscope)?,
             bias: mean(|row| row.angular_velocity),
-            level: [ahead.cross(&up), up, ahead],
+            level: [ahead, up.cross(&ahead), up],
             turned: Rotation3::identity(),
             time: begin,
             pending: (0, 0.0),
@@ -149,8 +150,7 @@ impl Posture {
         self.time = row.time;
         let rate = row.angular_velocity - self.bias;
         let seconds = step as f64 * 1e-9;
-        // To the right is positive; about the vertical, to the left is.
-        let yaw_rate = -(self.turned * rate).dot(&self.level[1]);
+        let yaw_rate = (self.turned * rate).dot(&self.level[2]);
         if let Some(axis) = Unit::try_new(rate, 1e-12) {
             self.turned *= Rotation3::from_axis_angle(&axis, rate.norm() * seconds);
         }
@@ -165,25 +165,22 @@ impl Posture {
         Ok(())
     }
 
-    /// The yaw that balance estimates, radians to the right.
+    /// The yaw that balance estimates, radians to the left.
     pub fn yaw(&self) -> f64 {
         self.balance.yaw()
     }
 
     /// Azimuth and elevation of a direction given in the body's frame, radians, of a head that is turned but not tilted.
     pub fn direction(&self, body: Vector3<f64>) -> (f64, f64) {
-        let level = |of: Vector3<f64>| {
-            let [right, up, ahead] = self.level.map(|axis| axis.dot(&of));
-            (right.atan2(ahead), up.atan2(right.hypot(ahead)))
-        };
-        let (azimuth, elevation) = level(self.turned * body);
-        (crate::grid::wrap_angle(azimuth - self.integrated_yaw()), elevation)
+        let turned = self.turned * body;
+        let seen = Spherical::from_cartesian(self.level.map(|axis| axis.dot(&turned)));
+        (wrap_angle(seen.azimuth - self.integrated_yaw()), seen.elevation)
     }
 
     /// The yaw of the integrated turn.
     fn integrated_yaw(&self) -> f64 {
-        let now = self.turned * self.level[2];
-        self.level[0].dot(&now).atan2(self.level[2].dot(&now))
+        let now = self.turned * self.level[0];
+        self.level[1].dot(&now).atan2(self.level[0].dot(&now))
     }
 }
 
@@ -207,9 +204,9 @@ mod tests {
         let recording = turning(-0.8);
         let mut posture = Posture::at_rest(&recording, Vector3::z()).unwrap();
         recording.inertial.iter().for_each(|row| posture.feel(row).unwrap());
-        // −0.8 rad/s about the vertical for 0.5 s is 0.4 rad to the right; the filter lags by its prior, a little.
-        assert!((posture.integrated_yaw() - 0.4).abs() < 1e-9, "{}", posture.integrated_yaw());
-        assert!((posture.yaw() - 0.4).abs() < 0.01, "{}", posture.yaw());
+        // −0.8 rad/s about the vertical for 0.5 s is −0.4 rad, to the right; the filter lags by its prior, a little.
+        assert!((posture.integrated_yaw() + 0.4).abs() < 1e-9, "{}", posture.integrated_yaw());
+        assert!((posture.yaw() + 0.4).abs() < 0.01, "{}", posture.yaw());
         // What is ahead of the turned head stays ahead of it, and level.
         let (azimuth, elevation) = posture.direction(Vector3::z());
         assert!(azimuth.abs() < 1e-9 && elevation.abs() < 1e-9);

@@ -252,6 +252,16 @@ fn wrong_calibrations_are_named_by_key() {
     }
     refused(calibration("", None) + "fokal_px = 3\n", &["fokal_px", "unknown"]);
     refused("focal_px = = 3\n".to_owned(), &["line 1"]);
+    // Of other pictures than these: Middlebury's file says which.
+    let middlebury = |width: usize, doffs: f64| {
+        format!(
+            "cam0=[100 0 48; 0 100 32; 0 0 1]\ncam1=[100 0 48; 0 100 32; 0 0 1]\ndoffs={doffs}\nbaseline=100\n\
+             width={width}\nheight={}\nndisp=16\n",
+            width * 2 / 3
+        )
+    };
+    refused(middlebury(192, 0.0), &["`width`", "192x128", "96x64", "by 0.5"]);
+    refused(middlebury(96, 7.0), &["`doffs`", "is 7", "is 0.000"]);
     pair.write("wide.toml", calibration("max_disparity_px", Some("96")).as_bytes());
     pair.refused("left.png", "right.png", "wide.toml", &["96 disparities", "96 pixels wide"]);
 }
@@ -345,4 +355,15 @@ fn calibration_of_sight_leaves_out_what_is_no_number() {
     }
     let small = arguments.iter().map(|word| word.replace("truth.pfm", "small.pfm")).collect::<Vec<_>>();
     refuses(&small.iter().map(String::as_str).collect::<Vec<_>>(), &["48x128", "96x64"]);
+    // A perfect pair: the truth is what the matcher finds. Its errors have no deviation, and none is astray.
+    let look = ["look", "--left", paths[0], "--right", paths[1], "--calibration", paths[2]];
+    succeeds(&[&look[..], &["--disparity", text(&pair.path("own.pfm"))]].concat());
+    let own = arguments.iter().map(|word| word.replace("truth.pfm", "own.pfm")).collect::<Vec<_>>();
+    let output = succeeds(&own.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(!String::from_utf8_lossy(&output.stdout).contains("null"), "what there is none of is left out");
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&told[0]["sigma_min_px"], &told[0]["wrong_by_1_matched"]), (&0.0.into(), &0.0.into()));
+    for class in told[0]["classes"].as_array().unwrap() {
+        assert_eq!((&class["sigma_px"], &class["astray"]), (&0.0.into(), &0.0.into()), "{class}");
+    }
 }

@@ -7,7 +7,8 @@
 use bp_core::exec::Filter;
 use bp_core::exec::scalar::Scalar;
 use bvm::audition::Hearing;
-use bvm::grid::{Grid, GridConfiguration, Spherical};
+use bvm::frame::Spherical;
+use bvm::grid::{Grid, GridConfiguration};
 use bvm::programs::{line_of_sight::reading, vestibular::rotation};
 use bvm::world::World;
 use bvm::world::sensors::cues_of;

@@ -141,9 +141,10 @@ impl Scope<'_> {
                 _ => f64::NAN,
             },
             Expression::Vector(name, parts) => self.vector(name, parts),
-            Expression::Foreign { .. } | Expression::GradientNorm { .. } | Expression::Frontier { .. } => {
-                f64::NAN
-            }
+            Expression::Foreign { .. }
+            | Expression::GradientNorm { .. }
+            | Expression::Frontier { .. }
+            | Expression::Innermost { .. } => f64::NAN,
         }
     }
 

@@ -71,8 +71,9 @@ impl Lowering<'_> {
                 None => self.first_of(family, with),
             },
             Expression::Foreign { path, at } => self.foreign(&path, at),
-            Expression::GradientNorm { field, at } => self.gradient_norm(field, at),
+            Expression::GradientNorm { field, at, before } => self.gradient_norm(field, at, before),
             Expression::Frontier { condition, at } => self.frontier(condition, at),
+            Expression::Innermost { at } => self.innermost(at),
             Expression::Vector(name, _) => {
                 Err(self.unplanned(format!("`{name}` works on vectors, which have no kernel")))
             }
@@ -165,8 +166,14 @@ impl Lowering<'_> {
         }
     }
 
-    /// ‖∇H‖ by backward differences of one cell (paper, Eq. 6). Beyond an end there is no difference.
-    fn gradient_norm(&mut self, field: ExpressionId, at: ExpressionId) -> Result<ValueId, Error> {
+    /// ‖∇H‖ by backward differences of one cell (paper, Eq. 6). Beyond an end there is no difference, unless the field is
+    /// known there: `gap` before the first cell of a line.
+    fn gradient_norm(
+        &mut self,
+        field: ExpressionId,
+        at: ExpressionId,
+        gap: Option<ExpressionId>,
+    ) -> Result<ValueId, Error> {
         let Expression::Foreign { path, .. } = self.model.expressions[field].clone() else {
             return Err(self.unplanned("a gradient is taken of another program's field"));
         };
@@ -175,13 +182,15 @@ impl Lowering<'_> {
         let buffer = self.builder.so_far().buffer(&path).expect("internal: the field has just been read");
         let plate = self.model.plate.expect("internal: a cell has a grid");
         let grid = self.model.sets[plate.set].name.clone();
+        let gap = gap.map(|gap| self.expression(gap)).transpose()?;
         let mut squares = self.builder.constant(0.0);
-        for axis in 0..3 {
-            let axis = self.builder.constant(f64::from(axis));
+        for number in 0..3 {
+            let axis = self.builder.constant(f64::from(number));
             let Meaning::Cell(before) = self.displaced(&grid, &format!("{grid} step"), &cell, axis)? else {
                 unreachable!("internal: a displaced cell is a cell")
             };
-            let before = self.builder.load_or(buffer, before.to_vec(), here);
+            let outside = gap.filter(|_| number == 0).unwrap_or(here);
+            let before = self.builder.load_or(buffer, before.to_vec(), outside);
             let difference = self.builder.binary(Binary::Subtract, here, before);
             let square = self.builder.binary(Binary::Multiply, difference, difference);
             squares = self.builder.binary(Binary::Add, squares, square);
@@ -211,6 +220,15 @@ impl Lowering<'_> {
         let ends = self.builder.unary(Unary::Not, further);
         let reached = self.builder.binary(Binary::And, holds, nearer);
         Ok(self.builder.binary(Binary::And, reached, ends))
+    }
+
+    /// Whether a cell is the first, walking outwards.
+    fn innermost(&mut self, at: ExpressionId) -> Result<ValueId, Error> {
+        let [Index::Axis(depth), ..] = self.cell(at)? else {
+            return Err(self.unplanned("the innermost cell is looked for along the plate's grid"));
+        };
+        let (running, zero) = (self.builder.running(depth), self.builder.constant(0.0));
+        Ok(self.builder.binary(Binary::Equal, running, zero))
     }
 
     /// A sum over axes, as a nest over all others that the value depends on.

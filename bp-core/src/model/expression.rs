@@ -73,12 +73,19 @@ pub enum Expression {
         field: ExpressionId,
         /// The cell.
         at: ExpressionId,
+        /// What the field is before the first cell of a line; without it there is no difference there.
+        before: Option<ExpressionId>,
     },
     /// `frontier(condition, C)`: whether C is the last cell, walking outwards from the first, before the first
     /// one at which the condition fails (paper, section 3, step 1). The condition is written of the same C.
     Frontier {
         /// A truth value at each cell.
         condition: ExpressionId,
+        /// The cell.
+        at: ExpressionId,
+    },
+    /// `innermost(C)`: whether C is the first cell, walking outwards.
+    Innermost {
         /// The cell.
         at: ExpressionId,
     },

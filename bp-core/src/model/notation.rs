@@ -186,16 +186,18 @@ impl Model {
                 }
             }
             Expression::Foreign { path, .. } => path.clone(),
-            Expression::GradientNorm { field, at } => {
+            Expression::GradientNorm { field, at, before } => {
                 let field = match &self.expressions[*field] {
                     Expression::Foreign { path, .. } => path.clone(),
                     _ => text(*field, 0),
                 };
-                format!("norm(gradient({field}, {}))", text(*at, 0))
+                let before = before.map_or_else(String::new, |before| format!(", {}", text(before, 0)));
+                format!("norm(gradient({field}, {}{before}))", text(*at, 0))
             }
             Expression::Frontier { condition, at } => {
                 format!("frontier({}, {})", text(*condition, 0), text(*at, 0))
             }
+            Expression::Innermost { at } => format!("innermost({})", text(*at, 0)),
             Expression::Vector(name, parts) if name == "component" => {
                 format!("{}[{}]", text(parts[0], 0), text(parts[1], 0))
             }

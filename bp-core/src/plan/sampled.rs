@@ -144,9 +144,10 @@ pub(super) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
 fn refused_expression(model: &Model, id: ExpressionId) -> Option<&'static str> {
     let inner = |ids: &[ExpressionId]| ids.iter().find_map(|id| refused_expression(model, *id));
     match &model.expressions[id] {
-        Expression::Foreign { .. } | Expression::GradientNorm { .. } | Expression::Frontier { .. } => {
-            Some("reads a field of another program")
-        }
+        Expression::Foreign { .. }
+        | Expression::GradientNorm { .. }
+        | Expression::Frontier { .. }
+        | Expression::Innermost { .. } => Some("reads a field of another program"),
         Expression::Unary(_, operand) => inner(&[*operand]),
         Expression::Binary(_, left, right) => inner(&[*left, *right]),
         Expression::If { condition, then, otherwise } => inner(&[*condition, *then, *otherwise]),

@@ -32,8 +32,11 @@ pub(super) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) 
                 rest.extend(with.iter().flat_map(|(value, at)| [*value, *at]));
             }
             Expression::Foreign { at, .. } => rest.extend(at),
-            Expression::GradientNorm { at, field } => rest.extend([*field, *at]),
+            Expression::GradientNorm { field, at, before } => {
+                rest.extend([*field, *at].into_iter().chain(*before))
+            }
             Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
+            Expression::Innermost { at } => rest.push(*at),
         }
     }
 }

@@ -71,8 +71,8 @@ fn camera(seconds: f64) {
     let rays = rows * columns;
     let angles = |pixel: usize| {
         let [x, y] = [pixel % width, pixel / width].map(|at| at as f64);
-        let (right, up) = ((x - 319.5) / focal, (239.5 - y) / focal);
-        (right.atan(), (up / right.hypot(1.0)).atan())
+        let (left, up) = ((319.5 - x) / focal, (239.5 - y) / focal);
+        (left.atan(), (up / left.hypot(1.0)).atan())
     };
     let directions: Vec<(f64, f64)> = (0..width * height).map(angles).collect();
     let ranges = ranges("FRAME_CAMERA", &directions);

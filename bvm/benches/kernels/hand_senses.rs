@@ -83,13 +83,16 @@ pub(crate) fn gaze(
             }
         }
         for lane in 0..lanes {
-            if last[lane] == 0 {
+            let first = row * lanes + lane;
+            let unknown = last[lane] == 0 && (occupied[first] - 0.5).abs() <= eta;
+            if last[lane] == 0 && !unknown {
                 continue;
             }
-            let depth = last[lane] - 1;
+            let depth = last[lane].saturating_sub(1);
             let at = (depth * rows + row) * lanes;
             let h = entropy[at + lane];
-            let near = if depth > 0 { h - entropy[at - rows * lanes + lane] } else { 0.0 };
+            // The gap is empty for sure: its entropy is 0 (A14).
+            let near = h - if depth > 0 { entropy[at - rows * lanes + lane] } else { 0.0 };
             let below = if row > 0 { h - entropy[at - lanes + lane] } else { 0.0 };
             let left = h - entropy[at + (lane + lanes - 1) % lanes];
             let score = (1.0 - occupied[at + lane]) * (near * near + below * below + left * left).sqrt();

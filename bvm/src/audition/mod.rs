@@ -1,19 +1,23 @@
 //! Hearing: interaural cues as evidence for the map (`models/binaural.bp`).
 //!
-//! In: the time and level differences of one moment. Out: their likelihood for each cell, empty or occupied, in
-//! the head's frame. Invariant: the cues that each cell would make are those of a spherical head, computed once;
-//! a cell that does not fit says nothing, so hearing is evidence for occupancy, and almost none for emptiness.
+//! In: the time and level differences of one moment, and how the head is turned. Out: their likelihood for each cell of
+//! the map, empty or occupied. Invariant: the cues that each cell would make are those of a spherical head at the exact
+//! angle of the cell's centre; a cell that does not fit says nothing, so hearing is evidence for occupancy, and almost
+//! none for emptiness.
 
 use crate::error::Error;
+use crate::frame::Spherical;
 use crate::grid::Grid;
-use crate::map::Likelihood;
+use crate::map::{Heading, Likelihood};
 use crate::programs::binaural::{self, reading, source};
 use crate::world::sensors::{CHANNELS, Cues, cues_of};
 
 /// The calibrated ears.
 #[derive(Clone, Debug)]
 pub struct Hearing {
+    grid: Grid,
     cells: usize,
+    heading: Heading,
     mu_tau: Vec<f32>,
     mu_l: Vec<f32>,
     answer: reading::Outputs<f32>,
@@ -40,19 +44,41 @@ macro_rules! inputs {
 }
 
 impl Hearing {
-    /// Ears on a spherical head, calibrated for each cell of a grid.
+    /// Ears on a spherical head that looks ahead, calibrated for each cell of a grid.
     pub fn calibrated(grid: &Grid) -> Self {
         let cells = grid.cells();
-        let (mut mu_tau, mut mu_l) = (Vec::with_capacity(cells), vec![0.0; CHANNELS * cells]);
-        for index in 0..cells {
-            let cell = grid.cell(index).expect("internal: an index below the number of cells");
-            let cues = cues_of(grid.centre(cell));
-            mu_tau.push(cues.itd_s as f32);
+        let mut hearing = Self {
+            grid: grid.clone(),
+            cells,
+            heading: Heading::default(),
+            mu_tau: vec![0.0; cells],
+            mu_l: vec![0.0; CHANNELS * cells],
+            answer: Default::default(),
+            sounding: Default::default(),
+        };
+        hearing.calibrate();
+        hearing
+    }
+
+    /// The same ears on a head that is turned: what each cell of the map would sound like then.
+    pub fn turned(&mut self, heading: Heading) -> &mut Self {
+        if heading != self.heading {
+            self.heading = heading;
+            self.calibrate();
+        }
+        self
+    }
+
+    fn calibrate(&mut self) {
+        for index in 0..self.cells {
+            let cell = self.grid.cell(index).expect("internal: an index below the number of cells");
+            let centre = self.grid.centre(cell);
+            let cues = cues_of(Spherical { azimuth: self.heading.relative(centre.azimuth), ..centre });
+            self.mu_tau[index] = cues.itd_s as f32;
             for (channel, level) in cues.ild_db.iter().enumerate() {
-                mu_l[channel * cells + index] = *level as f32;
+                self.mu_l[channel * self.cells + index] = *level as f32;
             }
         }
-        Self { cells, mu_tau, mu_l, answer: Default::default(), sounding: Default::default() }
     }
 
     /// The likelihood of cues: P(τ ΔL | O C).

@@ -67,13 +67,19 @@ struct Figures {
     matcher: String,
     /// Part of the pixels that count which got a disparity.
     density: f64,
-    wrong_by_1_matched: f64,
-    wrong_by_2_matched: f64,
+    /// Of what got one; left out, as the next two, where nothing did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wrong_by_1_matched: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wrong_by_2_matched: Option<f64>,
     wrong_by_2_all: f64,
     /// Part of the truth within the 90 % intervals of range.
-    covered_by_90: f64,
-    /// Deviation of what is right, of all claims together, pixels: σ_min of Eq. 3.
-    sigma_min_px: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    covered_by_90: Option<f64>,
+    /// Deviation of what is right, of all claims together, pixels: σ_min of Eq. 3. Left out for exact depth, and where
+    /// nothing was claimed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma_min_px: Option<f64>,
     classes: Vec<Class>,
     /// Of the map, for each pair and each way to hear it.
     maps: Vec<MapFigures>,
@@ -87,10 +93,12 @@ struct MapFigures {
     /// How often a head at rest heard the pair.
     times: usize,
     directions: usize,
-    /// Mean −ln P of the true occupancy of the cells up to the surface, nats.
-    log_loss: f64,
+    /// Mean −ln P of the true occupancy of the cells up to the surface, nats; left out where no surface is in reach.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    log_loss: Option<f64>,
     /// Part of the directions whose first occupied cell is that of the surface, or the one before or behind it.
-    first_right_or_adjacent: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    first_right_or_adjacent: Option<f64>,
 }
 
 pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
@@ -131,16 +139,17 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         };
         // Exact depths have no law of errors.
         let classes = if matcher.is_some() { classes(&scored)? } else { Vec::new() };
-        let identified = if matcher.is_some() && !scored.is_empty() { identified(&scored)?.0 } else { 0.0 };
+        let has_law = matcher.is_some() && !scored.is_empty();
+        let sigma_min_px = has_law.then(|| identified(&scored)).transpose()?.map(|(sigma, _)| sigma);
         let density = scored.len() as f64 / counted as f64;
         figures.push(Figures {
             matcher: name.to_owned(),
             density,
             wrong_by_1_matched: wrong(&scored, 1.0),
             wrong_by_2_matched: wrong(&scored, 2.0),
-            wrong_by_2_all: density * wrong(&scored, 2.0) + 1.0 - density,
+            wrong_by_2_all: density * wrong(&scored, 2.0).unwrap_or(0.0) + 1.0 - density,
             covered_by_90: part(&scored, |claim| claim.error.abs() <= 1.644_854 * claim.sigma),
-            sigma_min_px: identified,
+            sigma_min_px,
             classes,
             maps,
         });
@@ -156,14 +165,14 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
     print("matcher       density  bad>1   bad>2   bad>2 all  90 % covers  sigma");
     for one in &figures {
         print(&format!(
-            "{:<12} {:>6.1} % {:>5.2} % {:>5.2} % {:>7.2} % {:>9.1} % {:>7.3} px",
+            "{:<12} {:>6.1} % {} % {} % {:>7.2} % {} % {} px",
             one.matcher,
             100.0 * one.density,
-            100.0 * one.wrong_by_1_matched,
-            100.0 * one.wrong_by_2_matched,
+            told(one.wrong_by_1_matched, 100.0, 5, 2),
+            told(one.wrong_by_2_matched, 100.0, 5, 2),
             100.0 * one.wrong_by_2_all,
-            100.0 * one.covered_by_90,
-            one.sigma_min_px
+            told(one.covered_by_90, 100.0, 9, 1),
+            told(one.sigma_min_px, 1.0, 7, 3)
         ));
     }
     print("");
@@ -172,7 +181,10 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         let ways = one.maps.len() / pairs.len();
         for (way, first) in one.maps.iter().enumerate().take(ways) {
             let maps: Vec<String> = (one.maps.iter().skip(way).step_by(ways))
-                .map(|map| format!("{:.3} nats, {:.1} %", map.log_loss, 100.0 * map.first_right_or_adjacent))
+                .map(|map| {
+                    let right = told(map.first_right_or_adjacent, 100.0, 1, 1);
+                    format!("{} nats, {right} %", told(map.log_loss, 1.0, 1, 3))
+                })
                 .collect();
             let (evidence, hidden) = (first.evidence.name(), first.hidden.name());
             print(&format!(
@@ -200,13 +212,32 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
     Ok(())
 }
 
-/// σ of what is right, pixels, and the part astray: identified by the program from up to 4000 claims.
+/// A number in so many columns with so many decimals, times a factor; a dash where there is none.
+fn told(number: Option<f64>, factor: f64, width: usize, decimals: usize) -> String {
+    let text = number.map_or_else(|| "–".to_owned(), |number| format!("{:.decimals$}", factor * number));
+    format!("{text:>width$}")
+}
+
+/// To what part of a pixel errors are known. Disparities and truths are rounded somewhere; errors that are equal by that
+/// alone are no sign of a law without a deviation.
+const RESOLUTION_PX: f64 = 0.01;
+/// 2 / (1 + √5).
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// σ of what is right, pixels, and the part astray: identified by the program from up to 4000 claims. Errors that are
+/// all below [`RESOLUTION_PX`] went nowhere: σ is their root mean square, which is 0 for a perfect pair. Others lie
+/// anywhere within it of what was written, evenly: the places of a golden-section sequence.
 fn identified(scored: &[Scored]) -> Result<(f64, f64), Error> {
+    if scored.iter().all(|claim| f64::from(claim.error.abs()) < RESOLUTION_PX) {
+        let squares = scored.iter().map(|claim| f64::from(claim.error).powi(2)).sum::<f64>();
+        return Ok(((squares / scored.len().max(1) as f64).sqrt(), 0.0));
+    }
     let model = stereo_error::model();
     let error = model.variable("Error").expect("internal: a variable of the program");
     let mut learner = Learner::new(&model)?;
-    for claim in scored.iter().step_by(scored.len().div_ceil(4000)) {
-        learner.observe(&Case::new(&model).with(error, f64::from(claim.error)))?;
+    for (number, claim) in scored.iter().step_by(scored.len().div_ceil(4000)).enumerate() {
+        let place = (number as f64 * GOLDEN).fract() - 0.5;
+        learner.observe(&Case::new(&model).with(error, f64::from(claim.error) + RESOLUTION_PX * place))?;
     }
     let settings = Settings { iterations: 200, tolerance: 1e-5, ..Settings::default() };
     let learned = learner.learned_with(&settings, &mut |_, _| {})?;
@@ -228,7 +259,7 @@ fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
         Ok(Class {
             lambda: mean(claims, |claim| claim.confidence),
             claims: claims.len(),
-            right: 1.0 - wrong(claims, 1.0),
+            right: 1.0 - wrong(claims, 1.0).unwrap_or(0.0),
             told_sigma_px: mean(claims, |claim| claim.sigma * claim.sigma).sqrt(),
             sigma_px,
             astray,
@@ -247,19 +278,19 @@ fn against(
     truth: &Truth,
 ) -> Result<Vec<MapFigures>, Error> {
     let Seen { map, glance, .. } = mapped(pair, found, heard)?;
-    let told = |map: &Map, hidden, times| MapFigures {
+    let figures_of = |map: &Map, hidden, times| MapFigures {
         evidence: heard.evidence,
         hidden,
         times,
         ..compared(pair, map, truth)
     };
-    let mut figures = vec![told(&map, Hidden::Uniform, 1)];
+    let mut figures = vec![figures_of(&map, Hidden::Uniform, 1)];
     for hidden in [Hidden::Uniform, Hidden::Map].into_iter().filter(|_| again) {
         let before = (hidden == Hidden::Map).then_some(&map);
         let likelihood = Sight::default().likelihood_of(map.grid(), &glance, before)?;
         let mut next = map.clone();
         next.observe(&[&likelihood])?;
-        figures.push(told(&next, hidden, 2));
+        figures.push(figures_of(&next, hidden, 2));
     }
     Ok(figures)
 }
@@ -298,8 +329,8 @@ fn compared(pair: &Pair, map: &Map, truth: &Truth) -> MapFigures {
         hidden: Hidden::default(),
         times: 1,
         directions,
-        log_loss: loss / cells as f64,
-        first_right_or_adjacent: right as f64 / directions as f64,
+        log_loss: (cells > 0).then(|| loss / cells as f64),
+        first_right_or_adjacent: (directions > 0).then(|| right as f64 / directions as f64),
     }
 }
 
@@ -321,8 +352,7 @@ fn pictures(
         .map(|(name, scored, counted)| {
             let point = |percent: usize| {
                 let kept = &scored[..scored.len() * percent / 100];
-                (!kept.is_empty())
-                    .then(|| (100.0 * kept.len() as f64 / *counted as f64, 100.0 * wrong(kept, 2.0)))
+                wrong(kept, 2.0).map(|part| (100.0 * kept.len() as f64 / *counted as f64, 100.0 * part))
             };
             Line { name: name.clone(), points: (2..=100).filter_map(point).collect() }
         })

@@ -6,6 +6,7 @@
 use super::{check_folder, print};
 use bvm::error::Error;
 use bvm::exploration::{Gaze, Gradient};
+use bvm::frame::DESCRIPTION;
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
 use bvm::report::{
@@ -117,6 +118,8 @@ struct Figures {
 
 #[derive(Serialize)]
 pub(super) struct MapFigures {
+    /// Axes and angles of the map.
+    frame: &'static str,
     /// Directions with a range.
     readings: usize,
     /// Nearest and farthest range, m.
@@ -228,6 +231,7 @@ pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &Heard<'_>) -> Re
     map.observe(&[&Sight::default().likelihood_of(&grid, &glance, None)?])?;
     let gaze = Gradient::default().choose(&map, &Heading::default())?;
     let figures = MapFigures {
+        frame: DESCRIPTION,
         readings: glance.readings.iter().flatten().count(),
         nearest_m: nearest,
         farthest_m: farthest,
@@ -280,7 +284,7 @@ fn write(
         occupancy: map.occupancy(),
         truth: None,
         heading: 0.0,
-        field: (window.azimuth_degrees[1] - window.azimuth_degrees[0]).to_radians(),
+        field: (window.azimuth_degrees[0] - window.azimuth_degrees[1]).to_radians(),
         band: 3f64.to_radians(),
     };
     for (name, picture) in [
@@ -325,8 +329,6 @@ fn window(grid: &Grid, seen: &[Option<RangeReading>]) -> Window {
         let high = centres.iter().map(value).fold(f64::NEG_INFINITY, f64::max).to_degrees();
         [(low - 3.0).max(-end), (high + 3.0).min(end)]
     };
-    Window {
-        azimuth_degrees: bounds(&|centre| centre.0, 180.0),
-        elevation_degrees: bounds(&|centre| centre.1, 90.0),
-    }
+    let [right, left] = bounds(&|centre| centre.0, 180.0);
+    Window { azimuth_degrees: [left, right], elevation_degrees: bounds(&|centre| centre.1, 90.0) }
 }

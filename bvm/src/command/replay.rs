@@ -8,6 +8,7 @@
 use super::look::{EvidenceName, MatcherName};
 use super::{check_folder, print};
 use bvm::error::Error;
+use bvm::frame::DESCRIPTION;
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
 use bvm::recording::{Posture, Recording};
@@ -71,6 +72,7 @@ struct Frame {
     time_ns: i64,
     density: f64,
     readings: usize,
+    /// To the left is positive.
     yaw_degrees: f64,
     /// Mean entropy of the occupancy of all cells, nats.
     entropy: f64,
@@ -78,6 +80,8 @@ struct Frame {
 
 #[derive(Serialize)]
 struct Figures {
+    /// Axes and angles of the map.
+    frame: &'static str,
     grid: GridConfiguration,
     frames: Vec<Frame>,
 }
@@ -123,13 +127,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             Evidence::Hard => (pair.matched(arguments.matcher.into())?, None),
         };
         let grid = map.grid();
-        let direction = |x: f64, y: f64| posture.direction(to_body * Vector3::from(rig.ray(x, y)));
+        let heading = Heading { yaw: posture.yaw() };
+        let direction = |x: f64, y: f64| {
+            let (azimuth, elevation) = posture.direction(to_body * Vector3::from(rig.ray(x, y)));
+            (heading.absolute(azimuth), elevation)
+        };
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
         let speakers = speakers(&found, &rig, direction, cells, steps)?;
-        let heading = Heading { yaw: posture.yaw() };
         let heard = Heard { evidence, population: population.as_ref() };
-        let glance = Glance::of(&speakers, &found, &rig, grid, REACH_M[0], &heard).turned(&heading, grid);
+        let glance = Glance::of(&speakers, &found, &rig, grid, REACH_M[0], &heard);
         let before = (Hidden::from(arguments.hidden) == Hidden::Map).then_some(&map);
         let likelihood = sight.likelihood_of(grid, &glance, before)?;
         map.observe(&[&likelihood])?;
@@ -146,7 +153,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let figures = Figures { grid: *map.grid().configuration(), frames };
+    let figures = Figures { frame: DESCRIPTION, grid: *map.grid().configuration(), frames };
     let files = write(arguments, &map, &posture, &tiles, &figures)?;
     if arguments.json {
         print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
@@ -196,7 +203,7 @@ fn tile(pair: &Pair, found: &DisparityMap, map: &Map) -> Result<Tile, Error> {
     for y in 0..height {
         for x in 0..width {
             let share = |at: usize, of: usize| 2.0 * (at as f64 + 0.5) / of as f64 - 1.0;
-            let azimuth = (SHOWN[0] * share(x, width)).to_radians();
+            let azimuth = (-SHOWN[0] * share(x, width)).to_radians();
             let elevation = (-SHOWN[1] * share(y, height)).to_radians();
             let direction = grid.direction_of(azimuth, elevation);
             let range = direction.map_or(f64::NAN, |direction| ranges[grid.direction_index(direction)]);
@@ -230,7 +237,7 @@ fn write(
     write_png_rgb(&written[0], across * width, down * height, &strip)?;
     let grid = map.grid();
     let first = first_occupied_range(grid, map.occupancy(), 0.05)?;
-    let window = Window { azimuth_degrees: [-SHOWN[0], SHOWN[0]], elevation_degrees: [-SHOWN[1], SHOWN[1]] };
+    let window = Window { azimuth_degrees: [SHOWN[0], -SHOWN[0]], elevation_degrees: [-SHOWN[1], SHOWN[1]] };
     let sphere = Panorama {
         title: "First occupied cell",
         quantity: "range (m)",

@@ -8,7 +8,8 @@
 //! `view.bp` asks the same of whole views: how much entropy a look would show, as far as nothing occludes it.
 
 use crate::error::Error;
-use crate::grid::{Direction, Grid, great_circle};
+use crate::frame::great_circle;
+use crate::grid::{Direction, Grid};
 use crate::map::{Heading, Map};
 use crate::programs::{gaze, view};
 use crate::world::sensors::DepthCamera;
@@ -17,14 +18,15 @@ use bp_core::answer::argmax;
 /// A direction to look at.
 #[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
 pub struct Gaze {
-    /// Azimuth in the map's frame, rad.
+    /// Azimuth in the map's frame, rad to the left.
     pub azimuth: f64,
-    /// Elevation, rad.
+    /// Elevation, rad upwards.
     pub elevation: f64,
     /// By what it was chosen: (1 − P(O = 1)) ‖∇H‖ of the frontier cell, or the entropy in view, nats; 0 where
     /// there was nothing to choose by.
     pub score: f64,
     /// Distance of the chosen frontier cell, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub range_m: Option<f64>,
 }
 
@@ -42,14 +44,15 @@ fn away(grid: &Grid, heading: &Heading) -> Vec<f32> {
         .collect()
 }
 
-/// The paper's rule (section 3, steps 1 to 3); keeps its buffers.
+/// The paper's rule (section 3, steps 1 to 3); keeps its buffers. Directions never looked at are candidates: their
+/// innermost cell is a frontier against the empty gap.
 #[derive(Clone, Debug, Default)]
 pub struct Gradient {
     answer: gaze::look::Outputs<f32>,
 }
 
 impl Gradient {
-    /// The best frontier cell. Straight ahead where there is none: nothing has been seen yet.
+    /// The best frontier cell. Straight ahead where there is none: every direction is blocked next to the head.
     ///
     /// # Errors
     /// None that data can cause; the kernel's own checks.
@@ -159,5 +162,68 @@ impl View {
             .sum()
         };
         (0..directions).map(|direction| view(direction / columns, direction % columns) as f32).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::GridConfiguration;
+
+    /// A map that has seen, over and over, what `is_occupied` says of each cell; `None`: nothing.
+    fn seen(is_occupied: impl Fn(usize, (f64, f64)) -> Option<bool>) -> Map {
+        let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
+        let (cells, directions) = (grid.cells(), grid.directions());
+        let mut likelihood = vec![1.0f32; 2 * cells];
+        for index in 0..cells {
+            let direction = grid.direction(index % directions).unwrap();
+            if let Some(occupied) = is_occupied(index / directions, grid.direction_centre(direction)) {
+                likelihood[if occupied { index } else { cells + index }] = 1e-4;
+            }
+        }
+        let mut map = Map::new(grid).unwrap();
+        map.observe(&[&likelihood]).unwrap();
+        map
+    }
+
+    #[test]
+    fn of_a_map_that_knows_nothing_the_innermost_cell_ahead_is_the_frontier() {
+        let map = Map::new(Grid::new(GridConfiguration::default_exploration()).unwrap()).unwrap();
+        for yaw in [0.0, 1.0, -2.0] {
+            let gaze = Gradient::default().choose(&map, &Heading { yaw }).unwrap();
+            let first = map.grid().centre(crate::grid::Cell { rho: 0, elevation: 0, azimuth: 0 }).rho_m;
+            assert_eq!(gaze.range_m, Some(first));
+            // (1 − ½) ‖∇H‖, with H itself as the difference to the gap, whose state is certain.
+            assert!((gaze.score - 0.5 * f64::from(map.entropy()[0])).abs() < 1e-5, "{gaze:?}");
+            let away = great_circle((gaze.azimuth, gaze.elevation), (yaw, 0.0));
+            assert!(away < 2f64.to_radians() * 2f64.sqrt(), "as near to the heading as a cell's centre");
+        }
+    }
+
+    #[test]
+    fn what_was_never_looked_at_is_a_candidate_and_what_is_blocked_is_none() {
+        // Ahead everything is empty and known; on the left the innermost cell is a wall; on the right nothing is known.
+        let blocked = |azimuth: f64| azimuth > 0.5;
+        let known = |azimuth: f64| azimuth.abs() <= 0.5;
+        let map = seen(|rho, (azimuth, _)| match azimuth {
+            azimuth if known(azimuth) => Some(false),
+            azimuth if blocked(azimuth) && rho == 0 => Some(true),
+            _ => None,
+        });
+        let mut rule = Gradient::default();
+        rule.choose(&map, &Heading::default()).unwrap();
+        let grid = map.grid();
+        let scores = &rule.answer.argmax_p_g_nearest_heading;
+        for direction in grid.all_directions() {
+            let (azimuth, _) = grid.direction_centre(direction);
+            let score = |rho: usize| scores[grid.index(direction.at(rho))];
+            let inner = score(0);
+            assert!((1..grid.cells_rho() - 1).all(|rho| score(rho) == 0.0), "an open ray ends at N");
+            if known(azimuth) || blocked(azimuth) {
+                assert_eq!(inner, 0.0, "{azimuth}");
+            } else {
+                assert!(inner > 0.3, "{azimuth}: {inner}");
+            }
+        }
     }
 }

@@ -15,7 +15,7 @@ use crate::grid::{Grid, GridConfiguration};
 use crate::map::{Heading, Map};
 use crate::vestibular::{Balance, Vestibular};
 use crate::vision::Sight;
-use crate::world::sensors::{DepthCamera, Ears, Gyroscope, turn_profile};
+use crate::world::sensors::{DepthCamera, Ears, Gyroscope, Pose, turn_profile};
 use crate::world::{World, seeded};
 use rand::{Rng, RngExt};
 use serde::Serialize;
@@ -60,9 +60,9 @@ impl Rule {
 pub struct Step {
     /// Where the head looked, in the map's frame.
     pub gaze: Gaze,
-    /// Where the head really pointed, rad.
+    /// Where the head really pointed, rad to the left.
     pub true_yaw: f64,
-    /// Where balance said that it pointed, rad.
+    /// Where balance said that it pointed, rad to the left.
     pub estimated_yaw: f64,
     /// Whether a sound was heard.
     pub heard: bool,
@@ -112,17 +112,13 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
     let mut history = Vec::with_capacity(steps);
     for number in 0..steps {
         let heading = Heading { yaw: balance.yaw() };
-        let mut readings = camera.look(&world, &grid, true_yaw, gaze.elevation, time_s, &mut noise[0]);
-        heading.turn_rows(&grid, &mut readings);
+        let pose = Pose { yaw: true_yaw, heading, pitch: gaze.elevation };
+        let readings = camera.look(&world, &grid, pose, time_s, &mut noise[0]);
         let seen = sight.likelihood(&grid, &readings, camera.sigma_min_m)?;
         let cues = ears.hear(&world, true_yaw, &mut noise[1]);
         let heard = match &cues {
             None => None,
-            Some(cues) => {
-                let mut likelihood = hearing.likelihood(cues)?;
-                heading.turn_rows(&grid, &mut likelihood);
-                Some(likelihood)
-            }
+            Some(cues) => Some(hearing.turned(heading).likelihood(cues)?),
         };
         let likelihoods: Vec<_> = std::iter::once(&seen).chain(&heard).collect();
         map.observe(&likelihoods)?;

@@ -19,6 +19,8 @@ const MARGIN: f32 = 0.05;
 /// A run, as `run.json` tells it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
+    /// Axes and angles of the map.
+    frame: &'static str,
     seed: u64,
     steps: usize,
     grid: crate::grid::GridConfiguration,
@@ -68,6 +70,7 @@ impl Report {
         });
         let grid = episodes.first().map(|episode| *episode.map.grid().configuration());
         Self {
+            frame: crate::frame::DESCRIPTION,
             seed,
             steps: episodes.first().map_or(0, |episode| episode.steps.len()),
             grid: grid.unwrap_or_else(crate::grid::GridConfiguration::default_exploration),
@@ -151,7 +154,7 @@ fn pictures(world: &World, episode: &Episode) -> Result<Vec<(&'static str, Pictu
     let path: Vec<(f64, f64)> = episode
         .steps
         .iter()
-        .map(|step| (crate::grid::wrap_angle(step.gaze.azimuth), step.gaze.elevation))
+        .map(|step| (crate::frame::wrap_angle(step.gaze.azimuth), step.gaze.elevation))
         .collect();
     let draw = |title: &str, quantity: &str, values: &[f64], colours, limits, gaze_path: &[(f64, f64)]| {
         panorama(

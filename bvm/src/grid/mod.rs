@@ -1,7 +1,8 @@
 //! The egocentric log-spherical grid of the Bayesian Volumetric Map.
 //!
 //! In: a [`GridConfiguration`] (how many cells, which distances). Out: a checked [`Grid`] that turns points
-//! into cells and cells into intervals, centres and storage indices.
+//! into cells and cells into intervals, centres and storage indices. Axes and angles are those of [`crate::frame`]:
+//! columns run counter-clockwise, from behind over the right-hand side to ahead, then over the left.
 //!
 //! Equations 1 and 2 (Ferreira, Pinho and Dias, "Active exploration using Bayesian models for multimodal
 //! perception", ICIAR 2008), with the base that makes N unit partitions:
@@ -16,13 +17,13 @@
 //! Invariant (memory layout): `index = (rho * elevation_cells + elevation) * azimuth_cells + azimuth`.
 
 mod configuration;
-mod geometry;
 #[cfg(test)]
 mod tests;
 
+pub use crate::frame::Spherical;
 pub use configuration::{GridConfiguration, GridError, MAX_CELLS};
-pub use geometry::{Spherical, great_circle, unit_vector, wrap_angle};
 
+use crate::frame::wrap_angle;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A direction of the grid, that is one line of sight: 0-based storage indices.
@@ -30,7 +31,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub struct Direction {
     /// Row, from 0 (lowest, just above -90 deg) to `elevation_cells - 1`.
     pub elevation: usize,
-    /// Column, from 0 (just right of -180 deg, behind) to `azimuth_cells - 1` (up to and with 180 deg).
+    /// Column, counter-clockwise: from 0 (just above -180 deg, behind and to the right) to `azimuth_cells - 1` (up to
+    /// and with 180 deg, behind and to the left).
     pub azimuth: usize,
 }
 
@@ -203,7 +205,7 @@ impl Grid {
         Some(self.direction_of(point.azimuth, point.elevation)?.at(rho))
     }
 
-    /// The cell that holds a point given as `[x, y, z]` in metres (right, up, ahead); `None` outside the
+    /// The cell that holds a point given as `[x, y, z]` in metres (ahead, left, up); `None` outside the
     /// grid.
     pub fn cell_of_point(&self, point: [f64; 3]) -> Option<Cell> {
         self.cell_of(Spherical::from_cartesian(point))

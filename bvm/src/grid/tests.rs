@@ -77,26 +77,16 @@ fn centre_and_corners_by_hand() {
 }
 
 #[test]
-fn axes_are_right_up_ahead() {
-    let right = Spherical::from_cartesian([2.0, 0.0, 0.0]);
-    assert_eq!((right.rho_m, right.azimuth, right.elevation), (2.0, FRAC_PI_2, 0.0));
-    let up = Spherical::from_cartesian([0.0, 3.0, 0.0]);
-    assert_eq!((up.rho_m, up.azimuth, up.elevation), (3.0, 0.0, FRAC_PI_2));
-    let behind = Spherical::from_cartesian([-0.0, 0.0, -1.0]);
-    assert_eq!(behind.azimuth, PI);
-    assert_eq!(Spherical::from_cartesian([0.0; 3]), Spherical { rho_m: 0.0, azimuth: 0.0, elevation: 0.0 });
-}
-
-#[test]
-fn great_circle_angles() {
-    let degrees = |a: (f64, f64), b: (f64, f64)| {
-        great_circle((a.0.to_radians(), a.1.to_radians()), (b.0.to_radians(), b.1.to_radians())).to_degrees()
-    };
-    assert!((degrees((170.0, 0.0), (-170.0, 0.0)) - 20.0).abs() < 1e-12);
-    assert!((degrees((0.0, 80.0), (180.0, 80.0)) - 20.0).abs() < 1e-12);
-    assert!((degrees((0.0, 0.0), (180.0, 0.0)) - 180.0).abs() < 1e-12);
-    assert!((degrees((0.0, 0.0), (1e-9, 0.0)) - 1e-9).abs() < 1e-20);
-    assert!((degrees((0.0, 0.0), (60.0, 60.0)) - 0.25_f64.acos().to_degrees()).abs() < 1e-12);
+fn columns_run_counter_clockwise() {
+    let grid = exploration();
+    let column = |point: [f64; 3]| grid.cell_of_point(point).unwrap().azimuth;
+    // 4° each, from behind: ]-92; -88] on the right, ]-4; 0] ahead, ]88; 92] on the left.
+    assert_eq!(column([0.0, -1.0, 0.0]), 22);
+    assert_eq!(column([1.0, 0.0, 0.0]), 44);
+    assert_eq!(column([0.0, 1.0, 0.0]), 67);
+    assert_eq!(column([-1.0, 0.0, 0.0]), 89);
+    let row = |point: [f64; 3]| grid.cell_of_point(point).unwrap().elevation;
+    assert!(row([1.0, 0.0, -1.0]) < row([1.0, 0.0, 0.0]) && row([1.0, 0.0, 0.0]) < row([1.0, 0.0, 1.0]));
 }
 
 #[test]

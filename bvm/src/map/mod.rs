@@ -1,8 +1,8 @@
 //! The Bayesian Volumetric Map: a log-spherical grid whose cells are filtered by `models/cell.bp`.
 //!
 //! In: for each sensor, the likelihood of what it read given that a cell is empty or occupied. Out: P(O), P(V) and
-//! the entropies of every cell. Invariant: the map stands still in the world; the head turns over it by an index
-//! shift (paper, section 2.3), so that nothing is resampled.
+//! the entropies of every cell. Invariant: the map stands still in the world; the head turns over it, and what it senses
+//! is placed at its exact angle ([`Heading`]), so that nothing of the map is resampled.
 //!
 //! Layout: \[value\]\[ρ\]\[φ\]\[θ\], θ contiguous (see [`crate::grid`]).
 

@@ -2,7 +2,7 @@
 //!
 //! In: where the rectangle is on the canvas, what its sides mean, where the ticks are. Out: pixels for
 //! coordinates, and the drawn axes, titles and colour bars. Lengths are canvas pixels (twice those of the
-//! finished picture). Invariant: the first coordinate grows to the right, the second upwards.
+//! finished picture). Invariant: the first coordinate runs across, the second upwards; either may fall.
 
 use super::colour::{ColourMap, INK};
 use super::picture::{Canvas, Drawn};
@@ -17,7 +17,7 @@ const TICK: i32 = 10;
 pub(super) struct Frame {
     /// Left, top, right and bottom pixel.
     pub(super) pixels: [i32; 4],
-    /// First and last value from left to right.
+    /// First and last value from left to right; the first may be the larger one.
     pub(super) across: [f64; 2],
     /// First and last value from bottom to top.
     pub(super) upwards: [f64; 2],

@@ -1,9 +1,9 @@
 //! The whole sphere around the head, unrolled.
 //!
 //! In: one value for each direction, `[elevation_cells][azimuth_cells]`, and the way that the gaze went. Out:
-//! a picture with azimuth from left to right, elevation upwards, one degree as long as the other, and a
-//! colour bar. Invariant: a direction to the right of the head is right of the middle; NaN is drawn as "no
-//! data".
+//! a picture as one who stands there sees it: azimuth falls from left to right, elevation grows upwards, one degree as
+//! long as the other, and a colour bar. Invariant: what is to the left of the head (azimuth above 0) is left of the
+//! middle; NaN is drawn as "no data".
 
 use super::colour::{ColourMap, GAZE, NO_DATA};
 use super::frame::{Frame, swatches, ticks};
@@ -14,10 +14,10 @@ use crate::grid::Grid;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-/// A part of the sphere, in degrees, `[first, last]` from left to right and from bottom to top.
+/// A part of the sphere, in degrees: `[left, right]` and `[bottom, top]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// Between -180 and 180.
+    /// From the left, the larger azimuth, to the right; between 180 and -180.
     pub azimuth_degrees: [f64; 2],
     /// Between -90 and 90.
     pub elevation_degrees: [f64; 2],
@@ -26,22 +26,23 @@ pub struct Window {
 impl Default for Window {
     /// The whole sphere.
     fn default() -> Window {
-        Window { azimuth_degrees: [-180.0, 180.0], elevation_degrees: [-90.0, 90.0] }
+        Window { azimuth_degrees: [180.0, -180.0], elevation_degrees: [-90.0, 90.0] }
     }
 }
 
 impl Window {
     /// Whether the window has an area and lies on the sphere.
     fn is_usable(&self) -> bool {
-        let inside = |[first, last]: [f64; 2], end: f64| first >= -end && last <= end && last - first >= 1.0;
-        inside(self.azimuth_degrees, 180.0) && inside(self.elevation_degrees, 90.0)
+        let inside = |[low, high]: [f64; 2], end: f64| low >= -end && high <= end && high - low >= 1.0;
+        let [left, right] = self.azimuth_degrees;
+        inside([right, left], 180.0) && inside(self.elevation_degrees, 90.0)
     }
 
     /// The frame on the canvas: as large as fits in 2160 x 1080, one degree as long across as upwards.
     fn frame(&self) -> Frame {
         let (across, upwards) = (self.azimuth_degrees, self.elevation_degrees);
-        let scale = (2160.0 / (across[1] - across[0])).min(1080.0 / (upwards[1] - upwards[0]));
-        let length = |[first, last]: [f64; 2]| ((last - first) * scale).round() as i32;
+        let scale = (2160.0 / (across[0] - across[1])).min(1080.0 / (upwards[1] - upwards[0]));
+        let length = |[first, last]: [f64; 2]| ((last - first).abs() * scale).round() as i32;
         Frame { pixels: [180, 100, 180 + length(across), 100 + length(upwards)], across, upwards }
     }
 }
@@ -96,7 +97,7 @@ pub fn panorama(grid: &Grid, what: &Panorama) -> Result<Picture, ReportError> {
             what.colours.on_scale(value, limits)
         })?;
         draw_path(canvas, &frame, what.gaze_path)?;
-        let names = ["azimuth (positive to the right)", "elevation"];
+        let names = ["azimuth (positive to the left)", "elevation"];
         frame.axes(canvas, names, &degree_ticks(frame.across), &degree_ticks(frame.upwards), "°")?;
         frame.title(canvas, what.title)?;
         if what.values.iter().any(|value| value.is_nan()) {
@@ -108,22 +109,23 @@ pub fn panorama(grid: &Grid, what: &Panorama) -> Result<Picture, ReportError> {
 
 /// Multiples of 45 degrees on a side of half a turn or more, else round numbers.
 fn degree_ticks(limits: [f64; 2]) -> Vec<f64> {
-    if limits[1] - limits[0] < 180.0 {
+    let (low, high) = (limits[0].min(limits[1]), limits[0].max(limits[1]));
+    if high - low < 180.0 {
         return ticks(limits);
     }
     let eighths = (-4..=4).map(|i| f64::from(i) * 45.0);
-    eighths.filter(|tick| (limits[0]..=limits[1]).contains(tick)).collect()
+    eighths.filter(|tick| (low..=high).contains(tick)).collect()
 }
 
 /// The way of the gaze: thin lines that fade with age between dots that grow redder with time, a few
 /// numbered, and a cross at the last; what lies outside the frame is left out.
 fn draw_path(canvas: &Canvas, frame: &Frame, path: &[(f64, f64)]) -> Drawn {
     let inside = |(x, y): (f64, f64)| {
-        (frame.across[0]..=frame.across[1]).contains(&x) && (frame.upwards[0]..=frame.upwards[1]).contains(&y)
+        (frame.across[1]..=frame.across[0]).contains(&x) && (frame.upwards[0]..=frame.upwards[1]).contains(&y)
     };
     let degrees: Vec<_> = path
         .iter()
-        .map(|(azimuth, elevation)| (crate::grid::wrap_angle(*azimuth).to_degrees(), elevation.to_degrees()))
+        .map(|(azimuth, elevation)| (crate::frame::wrap_angle(*azimuth).to_degrees(), elevation.to_degrees()))
         .collect();
     for (step, pair) in degrees.windows(2).enumerate() {
         let age = (degrees.len() - 2 - step) as f64;

@@ -52,7 +52,7 @@ fn reductions_by_hand() {
 }
 
 #[test]
-fn right_is_right_and_up_is_up() {
+fn left_is_left_and_up_is_up() {
     let grid = small();
     let mut values = vec![0.0; grid.directions()];
     values[grid.direction_index(grid.direction_of(1.0, 1.0).unwrap())] = 1.0;
@@ -68,7 +68,7 @@ fn right_is_right_and_up_is_up() {
     let picture = panorama(&grid, &what).unwrap();
     let (width, _) = picture.size();
     let pixel = |azimuth: f64, elevation: f64| {
-        let (x, y) = (90.0 + 3.0 * (azimuth + 180.0), 50.0 + 3.0 * (90.0 - elevation));
+        let (x, y) = (90.0 + 3.0 * (180.0 - azimuth), 50.0 + 3.0 * (90.0 - elevation));
         let at = 3 * (y as usize * width as usize + x as usize);
         [picture.pixels()[at], picture.pixels()[at + 1], picture.pixels()[at + 2]]
     };
@@ -78,7 +78,7 @@ fn right_is_right_and_up_is_up() {
     }
     let wrong = Panorama { values: &values[1..], ..what.clone() };
     assert!(panorama(&grid, &wrong).is_err());
-    for azimuth_degrees in [[10.0, 10.0], [f64::NAN, 10.0], [0.0, 200.0]] {
+    for azimuth_degrees in [[10.0, 10.0], [f64::NAN, 10.0], [200.0, 0.0], [-10.0, 10.0]] {
         let window = Window { azimuth_degrees, ..Window::default() };
         let message = panorama(&grid, &Panorama { window, ..what.clone() }).err().unwrap().to_string();
         assert!(message.contains("`occupancy`") && message.contains("window"), "{message}");
@@ -99,12 +99,12 @@ fn the_top_view_has_ahead_on_top() {
     let what = TopView { occupancy: &occupancy, truth: None, heading: 0.0, field: 0.0, band: 0.2 };
     let picture = top_view(&grid, &what).unwrap();
     let (width, _) = picture.size();
-    let pixel = |x: f64, z: f64| {
+    let pixel = |x: f64, y: f64| {
         let scale = 540.0 / (2.0 * 1.04 * 8.0);
-        let (column, row) = (95.0 + 270.0 + scale * x, 50.0 + 270.0 - scale * z);
+        let (column, row) = (95.0 + 270.0 - scale * y, 50.0 + 270.0 - scale * x);
         picture.pixels()[3 * (row as usize * width as usize + column as usize)]
     };
-    assert!(pixel(3.0, 3.0) < 40, "azimuth 0 to 90 degrees is ahead and to the right");
+    assert!(pixel(3.0, 3.0) < 40, "azimuth 0 to 90 degrees is ahead and to the left");
     assert_eq!([pixel(-3.0, 3.0), pixel(3.0, -3.0), pixel(-3.0, -3.0)], [255; 3]);
 }
 

@@ -1,14 +1,15 @@
 //! The map from above, beside the truth.
 //!
 //! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and what is truly
-//! there. Out: two plans of the same slice around the horizon at the same scale, x to the right and z (ahead)
-//! upwards, in metres. Invariant: both plans go through the same reduction, [`strongest`].
+//! there. Out: two plans of the same slice around the horizon at the same scale, in metres, as one sees them who looks
+//! down and stands behind the head: x (ahead) upwards, y to the left. Invariant: both plans go through the same reduction, [`strongest`].
 
 use super::colour::{ColourMap, GAZE, INK, NO_DATA};
 use super::frame::{Frame, swatches, ticks};
 use super::picture::{Canvas, Drawn};
 use super::{Picture, ReportError, slice_around_horizon, strongest};
-use crate::grid::{Grid, unit_vector};
+use crate::frame::{Spherical, unit_vector};
+use crate::grid::Grid;
 use plotters::prelude::*;
 
 /// What to draw from above. Everything is in the frame of the map: for a map fixed to the world, `heading` is
@@ -17,10 +18,10 @@ use plotters::prelude::*;
 pub struct TopView<'a> {
     /// Occupancy of every cell, `[cells_rho][elevation_cells][azimuth_cells]`.
     pub occupancy: &'a [f32],
-    /// What is truly at `[x, y, z]` (metres): 0 empty, 1 solid, 1/2 out of sight. Without it, the map is
+    /// What is truly at `[x, y, z]` (metres; ahead, left, up): 0 empty, 1 solid, 1/2 out of sight. Without it, the map is
     /// drawn alone.
     pub truth: Option<&'a dyn Fn([f64; 3]) -> f64>,
-    /// Where the head points, an azimuth in radians.
+    /// Where the head points, an azimuth in radians: to the left is positive.
     pub heading: f64,
     /// Opening of the field of view in radians, drawn as two lines; 0 for none.
     pub field: f64,
@@ -58,12 +59,13 @@ pub fn top_view(grid: &Grid, what: &TopView) -> Result<Picture, ReportError> {
 fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f64) -> Picture {
     let (gap, reach) = (grid.configuration().rho_min_m, grid.configuration().rho_max_m);
     let side = [-1.04 * reach, 1.04 * reach];
-    let frame = Frame { pixels: [190, 100, 190 + SIDE, 100 + SIDE], across: side, upwards: side };
+    let frame =
+        Frame { pixels: [190, 100, 190 + SIDE, 100 + SIDE], across: [side[1], side[0]], upwards: side };
     Picture::draw(660, 680, |canvas| {
-        frame.paint(canvas, |x, z| {
-            let rho = x.hypot(z);
-            let inside = rho >= gap && rho <= reach;
-            let occupancy = if inside { value(rho, x.atan2(z)) } else { f64::NAN };
+        frame.paint(canvas, |y, x| {
+            let seen = Spherical::from_cartesian([x, y, 0.0]);
+            let inside = seen.rho_m >= gap && seen.rho_m <= reach;
+            let occupancy = if inside { value(seen.rho_m, seen.azimuth) } else { f64::NAN };
             ColourMap::Occupancy.on_scale(occupancy, [0.0, 1.0])
         })?;
         for radius in [gap, reach] {
@@ -71,7 +73,7 @@ fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f6
         }
         head(canvas, &frame, what, reach)?;
         let metres = ticks(side);
-        frame.axes(canvas, ["x, to the right (m)", "z, ahead (m)"], &metres, &metres, "")?;
+        frame.axes(canvas, ["y, to the left (m)", "x, ahead (m)"], &metres, &metres, "")?;
         frame.title(canvas, title)?;
         let named = [(0.0, "empty"), (0.5, "unknown, out of sight"), (1.0, "occupied")];
         let named = named.map(|(value, name)| (ColourMap::Occupancy.on_scale(value, [0.0, 1.0]), name));
@@ -80,28 +82,33 @@ fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f6
     })
 }
 
+/// The pixel of a place at the height of the head.
+fn place(frame: &Frame, azimuth: f64, rho_m: f64) -> (i32, i32) {
+    let [x, y, _] = unit_vector(azimuth, 0.0).map(|component| component * rho_m);
+    frame.pixel(y, x)
+}
+
 /// A thin circle around the head.
 fn circle(canvas: &Canvas, frame: &Frame, radius: f64) -> Drawn {
     let points: Vec<_> = (0..=180)
         .map(|i| f64::from(i) * std::f64::consts::TAU / 180.0)
-        .map(|angle| frame.pixel(radius * angle.sin(), radius * angle.cos()))
+        .map(|angle| place(frame, angle, radius))
         .collect();
     canvas.draw(&PathElement::new(points, INK.mix(0.5).stroke_width(2)))
 }
 
 /// The head as an arrowhead that points along the heading, and the sides of its field of view.
 fn head(canvas: &Canvas, frame: &Frame, what: &TopView, reach: f64) -> Drawn {
-    let place = |azimuth: f64, rho: f64| frame.pixel(rho * azimuth.sin(), rho * azimuth.cos());
     if what.field > 0.0 {
         for side in [-0.5, 0.5] {
             let azimuth = what.heading + side * what.field;
-            let ends = [place(azimuth, 0.05 * reach), place(azimuth, reach)];
+            let ends = [place(frame, azimuth, 0.05 * reach), place(frame, azimuth, reach)];
             canvas.draw(&PathElement::new(ends, GAZE.mix(0.75).stroke_width(3)))?;
         }
     }
     let size = 0.055 * reach;
     let arrow = [(0.0, 1.5), (2.5, 1.0), (std::f64::consts::PI, 0.45), (-2.5, 1.0)]
-        .map(|(turn, length)| place(what.heading + turn, length * size));
+        .map(|(turn, length)| place(frame, what.heading + turn, length * size));
     canvas.draw(&Polygon::new(arrow.to_vec(), GAZE.filled()))?;
     canvas.draw(&PathElement::new([arrow, arrow].concat()[..5].to_vec(), NO_DATA.stroke_width(2)))
 }

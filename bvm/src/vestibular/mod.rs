@@ -1,6 +1,6 @@
 //! Balance: how far the head has turned (`models/vestibular.bp`, as the compiler's closed-form filter).
 //!
-//! In: what the canal, or a gyroscope, reports at each instant. Out: the estimated yaw. Invariant: the filter is
+//! In: what the canal, or a gyroscope, reports at each instant. Out: the estimated yaw, positive to the left. Invariant: the filter is
 //! the program's; this file only chooses between two sets of parameters.
 
 use crate::error::Error;
@@ -44,7 +44,8 @@ impl Vestibular {
         Ok(Self { filter: heading::filter(&balance.parameters())?, yaw: 0.0 })
     }
 
-    /// One instant: the measured yaw rate in rad/s. Gives the estimated yaw in rad.
+    /// One instant: the measured yaw rate in rad/s, counter-clockwise about the upward z axis (a turn to the
+    /// left is positive). Gives the estimated yaw in rad.
     ///
     /// # Errors
     /// A rate that is not finite.
@@ -54,7 +55,7 @@ impl Vestibular {
         Ok(self.yaw)
     }
 
-    /// The estimated yaw in rad.
+    /// The estimated yaw in rad to the left.
     pub fn yaw(&self) -> f64 {
         self.yaw
     }

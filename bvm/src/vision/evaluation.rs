@@ -111,14 +111,15 @@ impl Truth {
     }
 }
 
-/// Part of the claims that are off by more than `most` pixels.
-pub fn wrong(scored: &[Scored], most: f32) -> f64 {
+/// Part of the claims that are off by more than `most` pixels; `None` where there are none.
+pub fn wrong(scored: &[Scored], most: f32) -> Option<f64> {
     part(scored, |claim| claim.error.abs() > most)
 }
 
-/// Part of the claims of which something holds; not a number where there are none.
-pub fn part(scored: &[Scored], holds: impl Fn(&Scored) -> bool) -> f64 {
-    scored.iter().filter(|claim| holds(claim)).count() as f64 / scored.len() as f64
+/// Part of the claims of which something holds; `None` where there are none.
+pub fn part(scored: &[Scored], holds: impl Fn(&Scored) -> bool) -> Option<f64> {
+    let count = scored.iter().filter(|claim| holds(claim)).count();
+    (!scored.is_empty()).then(|| count as f64 / scored.len() as f64)
 }
 
 #[cfg(test)]
@@ -139,7 +140,7 @@ mod tests {
         };
         let scored = truth.score(&map).unwrap();
         assert_eq!(scored.len(), 1);
-        assert_eq!((scored[0].error, wrong(&scored, 2.0), wrong(&scored, 3.0)), (2.5, 1.0, 0.0));
+        assert_eq!((scored[0].error, wrong(&scored, 2.0), wrong(&scored, 3.0)), (2.5, Some(1.0), Some(0.0)));
         assert!(Truth::new(3, vec![1.0; 6]).score(&map).unwrap_err().to_string().contains("3x2"));
     }
 }

@@ -222,6 +222,10 @@ mod tests {
     fn netpbm_by_hand() {
         close(&decode(b"P5 2 1 255\n\x07\xc8").unwrap(), &[7.0, 200.0]);
         close(&decode(b"P5\n# a note\n2 1\n# and one\n100\n\x64\x32").unwrap(), &[255.0, 127.5]);
+        // Lines of the header that end in CRLF; and a CR before data that begin with LF.
+        close(&decode(b"P5\r\n2 1\r\n255\r\n\x07\xc8").unwrap(), &[7.0, 200.0]);
+        close(&decode(b"P5\n2 1\n255\r\n\x07\xc8").unwrap(), &[7.0, 200.0]);
+        close(&decode(b"P5 2 1 255\r\n\xc8").unwrap(), &[10.0, 200.0]);
         close(&decode(b"P5 1 2 65535\n\xff\xff\x01\x01").unwrap(), &[255.0, 1.0]);
         close(&decode(b"P6 1 1 255\n\x00\xff\x00").unwrap(), &[0.587 * 255.0]);
     }
@@ -232,13 +236,14 @@ mod tests {
         let mut zero = whole.clone();
         zero[16..20].fill(0);
         let huge = b"P5 4000000 4000000 255\n";
-        let cases: [(&[u8], &str); 12] = [
+        let cases: [(&[u8], &str); 13] = [
             (b"", "empty"),
             (b"GIF89a", "expected PNG"),
             (&whole[..8], "truncated"),
             (&whole[..whole.len() - 16], "truncated"),
             (&zero, "PNG"),
             (b"P5 2 2 255\n\x01\x02", "truncated: 2x2 needs 4 bytes, found 2"),
+            (b"P5\r\n2 2\r\n255\r\n\x01\x02\x03", "truncated: 2x2 needs 4 bytes, found 3"),
             (b"P5 0 2 255\n", "0x2"),
             (b"P5 2", "no height"),
             (b"P5 -2 2 255\n", "no width"),

@@ -1,7 +1,7 @@
 //! Binary PGM (P5) and PPM (P6) images.
 //!
 //! In: the bytes of a file. Out: a [`GreyImage`], or what is wrong with the bytes. Header: magic, width,
-//! height, largest value (1..=65535), separated by white space and `#` comments, then one white space and the
+//! height, largest value (1..=65535), separated by white space and `#` comments, then one white space (or CRLF) and the
 //! samples (two bytes each, most significant first, when the largest value exceeds 255).
 //! Invariant: nothing is allocated before the announced size has been found in the file.
 //! Reference: the `pgm` and `ppm` pages of the Netpbm documentation.
@@ -19,12 +19,10 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<GreyImage, String> {
     if !(1..=65_535).contains(&largest) {
         return Err(format!("the largest value of the {name} is {largest}, expected 1..=65535"));
     }
-    match bytes.get(at) {
-        Some(byte) if byte.is_ascii_whitespace() => at += 1,
-        _ => return Err(format!("the header of the {name} does not end in white space")),
-    }
     let sample_bytes = if largest > 255 { 2 } else { 1 };
     let needed = width * height * channels * sample_bytes;
+    at = data_start(bytes, at, needed)
+        .ok_or_else(|| format!("the header of the {name} does not end in white space"))?;
     let found = bytes.len() - at;
     let Some(data) = bytes.get(at..at + needed) else {
         return Err(format!("the {name} is truncated: {width}x{height} needs {needed} bytes, found {found}"));
@@ -35,6 +33,18 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<GreyImage, String> {
         _ => u16::from_be_bytes([data[2 * at], data[2 * at + 1]]),
     };
     grey(width, height, channels, |at| f32::from(whole(at)) * scale)
+}
+
+/// Where the data begin after a header that ends at `at`: one white space later, or two bytes later where lines end in
+/// CRLF. These two are told from a CR before data that begin with LF by the other lines of the header, or by the
+/// `needed` bytes of data. `None` where no white space follows.
+pub(super) fn data_start(bytes: &[u8], at: usize, needed: usize) -> Option<usize> {
+    let crlf = bytes.get(at..)?.starts_with(b"\r\n");
+    let ends_lines = || bytes[..at].windows(2).any(|pair| pair == b"\r\n");
+    if crlf && (ends_lines() || bytes.len() >= at + 2 + needed) {
+        return Some(at + 2);
+    }
+    bytes.get(at)?.is_ascii_whitespace().then_some(at + 1)
 }
 
 /// The next decimal number of the header; `at` moves behind it.

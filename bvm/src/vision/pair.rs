@@ -25,7 +25,7 @@ impl Pair {
     /// Reads a pair.
     ///
     /// # Errors
-    /// A file that cannot be read, is no image or no calibration; pictures that do not fit the cameras.
+    /// A file that cannot be read, is no image or no calibration; pictures that do not fit the cameras or the calibration.
     pub fn read(left: &Path, right: &Path, calibration: &Path) -> Result<Self, VisionError> {
         let raw = RawPair::find(calibration)?;
         let rig = match &raw {
@@ -35,7 +35,10 @@ impl Pair {
         let (left, right) = (image::read(left)?, image::read(right)?);
         match raw {
             Some(raw) => Self::rectified(&raw, &left, &right),
-            None => Ok(Self { left, right, calibration: rig, seen: None }),
+            None => {
+                rig.check_pictures(calibration, left.width(), left.height())?;
+                Ok(Self { left, right, calibration: rig, seen: None })
+            }
         }
     }
 

@@ -1,12 +1,13 @@
 //! Fields of numbers as portable float maps.
 //!
 //! In: rows of numbers from the top. Out: a PFM file: `Pf`, width and height, −1 (least significant byte first), then
-//! the rows from the bottom; and back. Infinity stands where nothing is said. Invariant: a file appears whole or not
+//! the rows from the bottom; and back. Lines of the header may end in CRLF. Infinity stands where nothing is said. Invariant: a file appears whole or not
 //! at all; nothing is allocated before the announced size has been found in the file.
 //! Reference: P. Debevec's PFM, as the Middlebury stereo pages use it.
 
 use super::VisionError;
 use super::image::check_size;
+use super::netpbm::data_start;
 use crate::report::write_atomically;
 use std::path::Path;
 
@@ -60,10 +61,10 @@ fn decode(bytes: &[u8]) -> Result<Field, String> {
     let (width, height, scale) = (number("width")?, number("height")?, number("scale")?);
     let (width, height) = (width.max(0.0) as usize, height.max(0.0) as usize);
     check_size(width, height)?;
-    let data = bytes.get(at + 1..at + 1 + 4 * width * height);
-    let data = data.ok_or_else(|| {
-        format!("the PFM is truncated: {width}x{height} needs {} bytes", 4 * width * height)
-    })?;
+    let needed = 4 * width * height;
+    let start = data_start(bytes, at, needed);
+    let data = start.and_then(|start| bytes.get(start..start + needed));
+    let data = data.ok_or_else(|| format!("the PFM is truncated: {width}x{height} needs {needed} bytes"))?;
     let value =
         |four: &[u8; 4]| if scale < 0.0 { f32::from_le_bytes(*four) } else { f32::from_be_bytes(*four) };
     let values: Vec<f32> = data.as_chunks().0.iter().map(value).collect();
@@ -88,6 +89,25 @@ mod tests {
         assert_eq!(read(&path).unwrap(), field);
         let other = [b"Pf\n1 1\n1.0\n".as_slice(), &2.5f32.to_be_bytes()].concat();
         assert_eq!(decode(&other).unwrap().values, [2.5]);
+    }
+
+    #[test]
+    fn lines_of_the_header_may_end_in_crlf() {
+        let values = [1.5f32, -2.25];
+        let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        for header in ["Pf\r\n2 1\r\n-1.0\r\n", "Pf\n2 1\n-1.0\r\n", "Pf 2 1 -1.0\r\n", "Pf\r2 1\r-1.0\r"] {
+            let bytes = [header.as_bytes(), &data].concat();
+            assert_eq!(decode(&bytes).unwrap().values, values, "{header:?}");
+            if header.starts_with("Pf\r\n") {
+                // One byte short: what is there is not taken for other numbers.
+                let message = decode(&bytes[..bytes.len() - 1]).unwrap_err();
+                assert!(message.contains("truncated"), "{message}");
+            }
+        }
+        // A lone CR ends the header; the data begin with LF: 0x0a = 10, the least byte of a small number.
+        let number = f32::from_le_bytes([0x0a, 0, 0, 0x3f]);
+        let bytes = [b"Pf 1 1 -1.0\r".as_slice(), &number.to_le_bytes()].concat();
+        assert_eq!(decode(&bytes).unwrap().values, [number]);
     }
 
     #[test]

@@ -152,9 +152,9 @@ mod tests {
     }
 
     #[test]
-    fn right_and_up_are_positive() {
-        let found = quadrants(&map(&[(4, 0, 25.0, 0.5)]));
-        // Slopes 0.02 and −0.01: ρ = 2·√(1 + 0.0004 + 0.0001).
+    fn left_and_up_are_positive() {
+        let found = quadrants(&map(&[(0, 0, 25.0, 0.5)]));
+        // Slopes −0.02 and −0.01: ρ = 2·√(1 + 0.0004 + 0.0001). Column 2 is ]0; 90°], to the left; row 1 is up.
         let reading = found[4 + 2].unwrap();
         assert!((f64::from(reading.range_m) - 2.0 * 1.0005f64.sqrt()).abs() < 1e-6);
         assert_eq!(found.iter().flatten().count(), 1);
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn the_most_confident_pixel_speaks_then_the_nearest() {
-        let found = quadrants(&map(&[(0, 1, 25.0, 0.5), (1, 1, 10.0, 0.9), (2, 1, 20.0, 0.9)]));
+        let found = quadrants(&map(&[(4, 1, 25.0, 0.5), (3, 1, 10.0, 0.9), (2, 1, 20.0, 0.9)]));
         let reading = found[1].unwrap();
         assert!(reading.range_m == 2.5 && (reading.confidence - 0.9).abs() < 1e-6);
     }

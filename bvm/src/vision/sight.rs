@@ -11,7 +11,7 @@ use super::stereo::GRAIN_PX;
 use super::{Calibration, DisparityMap, RangeReading};
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::map::{Heading, Likelihood, Map};
+use crate::map::{Likelihood, Map};
 use crate::programs::line_of_sight::reading;
 use crate::programs::population_code::heard;
 use serde::Serialize;
@@ -106,15 +106,6 @@ impl Glance {
     /// Readings as they are, with the deviation `sigma_min_m / λ`.
     pub fn hard(readings: Vec<Option<RangeReading>>, sigma_min_m: f64) -> Self {
         Self { readings, codes: None, sigma_min_m }
-    }
-
-    /// The same, seen by a head that is turned: in the map's frame.
-    pub fn turned(mut self, heading: &Heading, grid: &Grid) -> Self {
-        heading.turn_rows(grid, &mut self.readings);
-        if let Some(codes) = &mut self.codes {
-            heading.turn_rows(grid, codes);
-        }
-        self
     }
 }
 

@@ -4,7 +4,7 @@
 //! whether it is inside something; where the sound comes from. The world knows nothing of the map;
 //! [`truth`](World::truth_state) only labels a grid's cells so that a map can be compared.
 //!
-//! Axes and angles are those of [`crate::grid`], with the head at the origin and yaw 0 looking along z;
+//! Axes and angles are those of [`crate::frame`], with the head at the origin and yaw 0 looking along x;
 //! lengths are in metres, times in seconds. Invariant: the head is inside the room and outside every thing at
 //! all times, and the same seed gives the same world.
 
@@ -18,7 +18,7 @@ pub use bp_core::random::{Random, seeded};
 pub use shape::Shape;
 pub use truth::{CellTruth, WALL_M};
 
-use crate::grid::{Spherical, unit_vector};
+use crate::frame::{Spherical, unit_vector};
 use rand_distr::{Distribution, Uniform};
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ pub struct Thing {
 /// Someone who walks to and fro between two places, slowing down at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Walker {
-    /// The two ends `[x, z]` in metres.
+    /// The two ends `[x, y]` in metres.
     pub ends: [[f64; 2]; 2],
     /// Time to go and come back, in seconds.
     pub period_s: f64,
@@ -47,7 +47,7 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// The place `[x, z]` in metres at a time in seconds.
+    /// The place `[x, y]` in metres at a time in seconds.
     pub fn place(&self, time_s: f64) -> [f64; 2] {
         let share = 0.5 - 0.5 * (TAU * (time_s / self.period_s + self.phase)).cos();
         let [from, to] = self.ends;
@@ -83,35 +83,34 @@ impl World {
             Err(_) => 0.0,
         };
         let (floor, ceiling) = (-1.25, 1.45);
-        let room = [
-            [-2.7 + jitter(0.2), floor, -2.3 + jitter(0.2)],
-            [3.5 + jitter(0.2), ceiling, 4.9 + jitter(0.2)],
-        ];
+        let [left, behind] = [2.7 - jitter(0.2), -2.3 + jitter(0.2)];
+        let [right, ahead] = [-3.5 - jitter(0.2), 4.9 + jitter(0.2)];
+        let room = [[behind, right, floor], [ahead, left, ceiling]];
         let mut things = Vec::new();
-        let mut place = |name, shape: Shape, x: f64, z: f64| {
-            things.push(Thing { name, shape: shape.moved(x, z) });
+        let mut place = |name, shape: Shape, to_the_right: f64, ahead: f64| {
+            things.push(Thing { name, shape: shape.moved(ahead, -to_the_right) });
         };
-        let block = |x: [f64; 2], top: f64, z: [f64; 2]| Shape::Block {
-            min: [x[0], floor, z[0]],
-            max: [x[1], top, z[1]],
+        let block = |x: [f64; 2], y: [f64; 2], top: f64| Shape::Block {
+            min: [x[0], y[0], floor],
+            max: [x[1], y[1], top],
         };
-        place("table", block([1.2, 2.3], -0.35, [0.9, 1.9]), jitter(0.2), jitter(0.2));
-        place("cupboard", block([room[0][0], -2.0], 0.75, [-0.1, 1.4]), 0.0, jitter(0.25));
-        place("shelf", block([0.2, 1.7], 0.45, [room[0][2], -1.75]), jitter(0.25), 0.0);
-        place("armchair", block([-1.8, -0.9], -0.2, [-1.7, -0.9]), jitter(0.15), jitter(0.15));
-        let pillar = Shape::Cylinder { axis: [-1.1, 3.4], radius: 0.24, height: [floor, ceiling] };
+        place("table", block([0.9, 1.9], [-2.3, -1.2], -0.35), jitter(0.2), jitter(0.2));
+        place("cupboard", block([-0.1, 1.4], [2.0, left], 0.75), 0.0, jitter(0.25));
+        place("shelf", block([behind, -1.75], [-1.7, -0.2], 0.45), jitter(0.25), 0.0);
+        place("armchair", block([-1.7, -0.9], [0.9, 1.8], -0.2), jitter(0.15), jitter(0.15));
+        let pillar = Shape::Cylinder { axis: [3.4, 1.1], radius: 0.24, height: [floor, ceiling] };
         place("pillar", pillar, jitter(0.25), jitter(0.25));
-        let lamp = Shape::Ball { centre: [0.3, 0.85, 2.3], radius: 0.22 };
+        let lamp = Shape::Ball { centre: [2.3, -0.3, 0.85], radius: 0.22 };
         place("lamp", lamp, jitter(0.25), jitter(0.25));
         let speaker_moves = [jitter(0.2), jitter(0.2)];
-        let speaker = Shape::Block { min: [2.1, -0.3, -0.75], max: [2.5, 0.3, -0.35] };
-        let stand = Shape::Cylinder { axis: [2.3, -0.55], radius: 0.08, height: [floor, -0.3] };
+        let speaker = Shape::Block { min: [-0.75, -2.5, -0.3], max: [-0.35, -2.1, 0.3] };
+        let stand = Shape::Cylinder { axis: [-0.55, -2.3], radius: 0.08, height: [floor, -0.3] };
         place("stand", stand, speaker_moves[0], speaker_moves[1]);
         place("loudspeaker", speaker, speaker_moves[0], speaker_moves[1]);
-        let face = speaker.moved(speaker_moves[0], speaker_moves[1]);
+        let face = speaker.moved(speaker_moves[1], -speaker_moves[0]);
         let sound_source = face.sounding_point();
         let walker = Walker {
-            ends: [[-1.2, 1.8], [1.7, 3.3]],
+            ends: [[1.8, 1.2], [3.3, -1.7]],
             period_s: 16.0,
             phase: 0.5 + jitter(0.5),
             radius_m: 0.24,
@@ -144,9 +143,9 @@ impl World {
             || self.things.iter().any(|thing| thing.shape.contains(point))
     }
 
-    /// Where the sound comes from, seen from a head turned by `yaw` radians.
+    /// Where the sound comes from, seen from a head turned by `yaw` radians (to the left).
     pub fn source_from(&self, yaw: f64) -> Spherical {
         let source = Spherical::from_cartesian(self.sound_source);
-        Spherical { azimuth: crate::grid::wrap_angle(source.azimuth - yaw), ..source }
+        Spherical { azimuth: crate::frame::wrap_angle(source.azimuth - yaw), ..source }
     }
 }

@@ -23,27 +23,27 @@ pub enum Shape {
     },
     /// An upright cylinder.
     Cylinder {
-        /// Where its axis crosses the ground, `[x, z]`.
+        /// Where its axis crosses the ground, `[x, y]`.
         axis: [f64; 2],
         /// Its radius.
         radius: f64,
-        /// Lowest and highest y.
+        /// Lowest and highest z.
         height: [f64; 2],
     },
 }
 
 impl Shape {
-    /// The same solid `x` metres further right and `z` metres further ahead.
-    pub fn moved(self, x: f64, z: f64) -> Shape {
+    /// The same solid `x` metres further ahead and `y` metres further to the left.
+    pub fn moved(self, x: f64, y: f64) -> Shape {
         match self {
             Shape::Block { min, max } => {
-                Shape::Block { min: [min[0] + x, min[1], min[2] + z], max: [max[0] + x, max[1], max[2] + z] }
+                Shape::Block { min: [min[0] + x, min[1] + y, min[2]], max: [max[0] + x, max[1] + y, max[2]] }
             }
             Shape::Ball { centre, radius } => {
-                Shape::Ball { centre: [centre[0] + x, centre[1], centre[2] + z], radius }
+                Shape::Ball { centre: [centre[0] + x, centre[1] + y, centre[2]], radius }
             }
             Shape::Cylinder { axis, radius, height } => {
-                Shape::Cylinder { axis: [axis[0] + x, axis[1] + z], radius, height }
+                Shape::Cylinder { axis: [axis[0] + x, axis[1] + y], radius, height }
             }
         }
     }
@@ -56,8 +56,8 @@ impl Shape {
                 (0..3).map(|i| (point[i] - centre[i]).powi(2)).sum::<f64>() <= radius * radius
             }
             Shape::Cylinder { axis, radius, height } => {
-                (height[0]..=height[1]).contains(&point[1])
-                    && (point[0] - axis[0]).powi(2) + (point[2] - axis[1]).powi(2) <= radius * radius
+                (height[0]..=height[1]).contains(&point[2])
+                    && (point[0] - axis[0]).powi(2) + (point[1] - axis[1]).powi(2) <= radius * radius
             }
         }
     }
@@ -73,10 +73,10 @@ impl Shape {
                 roots(1.0, along, square)?
             }
             Shape::Cylinder { axis, radius, height } => {
-                let [x, _, z] = ray;
+                let [x, y, z] = ray;
                 let square = axis[0] * axis[0] + axis[1] * axis[1] - radius * radius;
-                let side = roots(x * x + z * z, x * axis[0] + z * axis[1], square);
-                overlap([side, slab(height[0], height[1], ray[1])].into_iter())?
+                let side = roots(x * x + y * y, x * axis[0] + y * axis[1], square);
+                overlap([side, slab(height[0], height[1], z)].into_iter())?
             }
         };
         (leaves > 0.0 && enters > 0.0).then_some(enters)
@@ -88,7 +88,7 @@ impl Shape {
         let centre = match *self {
             Shape::Block { min, max } => [0, 1, 2].map(|i| 0.5 * (min[i] + max[i])),
             Shape::Ball { centre, .. } => centre,
-            Shape::Cylinder { axis, height, .. } => [axis[0], 0.5 * (height[0] + height[1]), axis[1]],
+            Shape::Cylinder { axis, height, .. } => [axis[0], axis[1], 0.5 * (height[0] + height[1])],
         };
         let distance = centre.iter().map(|c| c * c).sum::<f64>().sqrt();
         let ray = centre.map(|c| c / distance);

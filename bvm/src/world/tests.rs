@@ -4,6 +4,7 @@
 use super::sensors::*;
 use super::*;
 use crate::grid::{Grid, GridConfiguration};
+use crate::map::Heading;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn degrees(azimuth: f64, elevation: f64) -> (f64, f64) {
@@ -11,7 +12,7 @@ fn degrees(azimuth: f64, elevation: f64) -> (f64, f64) {
 }
 
 fn bare() -> World {
-    World { things: Vec::new(), room: [[-2.0, -1.0, -3.0], [3.0, 1.5, 4.0]], ..World::embedded(1) }
+    World { things: Vec::new(), room: [[-3.0, -3.0, -1.0], [4.0, 2.0, 1.5]], ..World::embedded(1) }
 }
 
 fn close(found: f64, expected: f64, tolerance: f64) {
@@ -23,13 +24,13 @@ fn walls_by_hand() {
     let walker = Walker { height_m: [-0.9, -0.8], ..bare().walker };
     let world = World { walker, ..bare() };
     close(world.range(degrees(0.0, 0.0), 0.0), 4.0, 1e-12);
-    close(world.range(degrees(90.0, 0.0), 0.0), 3.0, 1e-12);
+    close(world.range(degrees(-90.0, 0.0), 0.0), 3.0, 1e-12);
     close(world.range(degrees(180.0, 0.0), 0.0), 3.0, 1e-12);
-    close(world.range(degrees(-90.0, 0.0), 0.0), 2.0, 1e-12);
+    close(world.range(degrees(90.0, 0.0), 0.0), 2.0, 1e-12);
     close(world.range(degrees(0.0, 90.0), 0.0), 1.5, 1e-12);
     close(world.range(degrees(0.0, -30.0), 0.0), 2.0, 1e-12);
-    close(world.range(degrees(45.0, 0.0), 0.0), 3.0 * 2.0_f64.sqrt(), 1e-12);
-    assert!(world.occupied([0.0, 0.0, 4.1], 0.0) && !world.occupied([0.0, 0.0, 3.9], 0.0));
+    close(world.range(degrees(-45.0, 0.0), 0.0), 3.0 * 2.0_f64.sqrt(), 1e-12);
+    assert!(world.occupied([4.1, 0.0, 0.0], 0.0) && !world.occupied([3.9, 0.0, 0.0], 0.0));
 }
 
 #[test]
@@ -38,14 +39,14 @@ fn solids_by_hand() {
         let (azimuth, elevation) = degrees(azimuth, elevation);
         shape.first_hit(unit_vector(azimuth, elevation))
     };
-    let block = Shape::Block { min: [-0.5, -0.5, 2.0], max: [0.5, 0.5, 3.0] };
+    let block = Shape::Block { min: [2.0, -0.5, -0.5], max: [3.0, 0.5, 0.5] };
     close(hit(block, 0.0, 0.0).unwrap(), 2.0, 1e-12);
     assert_eq!(hit(block, 180.0, 0.0), None);
     assert_eq!(hit(block, 20.0, 0.0), None);
-    let ball = Shape::Ball { centre: [0.0, 0.0, 5.0], radius: 3.0 };
+    let ball = Shape::Ball { centre: [5.0, 0.0, 0.0], radius: 3.0 };
     close(hit(ball, 0.0, 0.0).unwrap(), 2.0, 1e-12);
     close(hit(ball, 0.6_f64.asin().to_degrees(), 0.0).unwrap(), 4.0, 1e-6);
-    let pole = Shape::Cylinder { axis: [0.0, 2.0], radius: 0.5, height: [-1.0, 0.0] };
+    let pole = Shape::Cylinder { axis: [2.0, 0.0], radius: 0.5, height: [-1.0, 0.0] };
     close(hit(pole, 0.0, -10.0).unwrap(), 1.5 / 10.0_f64.to_radians().cos(), 1e-12);
     assert_eq!(hit(pole, 0.0, 1.0), None);
     let lid = Shape::Cylinder { axis: [0.0, 0.0], radius: 0.5, height: [-2.0, -1.0] };
@@ -82,12 +83,12 @@ fn the_seed_decides_the_world_and_the_walker_walks() {
     for seed in 0..50 {
         let world = World::embedded(seed);
         for time in 0..64 {
-            let [x, z] = world.walker.place(f64::from(time) / 4.0);
-            let body = |angle: f64| [x + 0.24 * angle.sin(), z + 0.24 * angle.cos()];
-            let free = |[x, z]: [f64; 2]| {
+            let [x, y] = world.walker.place(f64::from(time) / 4.0);
+            let body = |angle: f64| [x + 0.24 * angle.cos(), y + 0.24 * angle.sin()];
+            let free = |[x, y]: [f64; 2]| {
                 [-1.2, -0.4, 0.0, 0.4]
                     .iter()
-                    .all(|&y| !world.things.iter().any(|thing| thing.shape.contains([x, y, z])))
+                    .all(|&z| !world.things.iter().any(|thing| thing.shape.contains([x, y, z])))
             };
             assert!(
                 (0..16).all(|i| free(body(f64::from(i) * PI / 8.0))),
@@ -105,6 +106,29 @@ fn the_sound_comes_from_the_first_surface_towards_the_loudspeaker() {
         close(world.range((source.azimuth, source.elevation), 0.0), source.rho_m - 0.01, 1e-9);
         close(world.source_from(0.3).azimuth, source.azimuth - 0.3, 1e-12);
     }
+}
+
+#[test]
+fn what_is_on_the_left_of_the_room_is_seen_and_heard_on_the_left() {
+    // The room as a person would describe it: cupboard and armchair on the left, table and loudspeaker on the right.
+    let world = World::embedded(1);
+    let side = |name: &str| {
+        let thing = world.things.iter().find(|thing| thing.name == name).unwrap();
+        thing.shape.sounding_point()[1]
+    };
+    assert!(side("cupboard") > 1.9 && side("armchair") > 0.5, "left is positive");
+    assert!(side("table") < -0.5 && side("loudspeaker") < -1.5, "right is negative");
+    // The wall on the left is nearer than that on the right: 2.7 against 3.5 m, each to 0.2 m.
+    let wall = |azimuth: f64| {
+        let far = World { things: Vec::new(), ..world.clone() };
+        far.range(degrees(azimuth, 20.0), 0.0) * 20f64.to_radians().cos()
+    };
+    assert!((wall(90.0) - 2.7).abs() <= 0.2 && (wall(-90.0) - 3.5).abs() <= 0.2);
+    // The loudspeaker is on the right: the left ear is late and hears less. A head that turns to it hears it ahead.
+    let source = world.source_from(0.0);
+    let cues = cues_of(source);
+    assert!(source.azimuth < 0.0 && cues.itd_s < -3e-4 && cues.ild_db.iter().all(|level| *level < 0.0));
+    assert!(cues_of(world.source_from(source.azimuth)).itd_s.abs() < 1e-12);
 }
 
 #[test]
@@ -154,13 +178,16 @@ fn depth_errors_grow_as_stereo_errors_do() {
     let grid =
         Grid::new(GridConfiguration { rho_max_m: 3.0, ..GridConfiguration::default_exploration() }).unwrap();
     let world = World::embedded(5);
-    let (yaw, pitch) = (2.5, -0.2);
+    // The head takes itself to be turned by a little less than it is.
+    let (yaw, heading, pitch) = (2.5, Heading { yaw: 2.49 }, -0.2);
+    let pose = Pose { yaw, heading, pitch };
     let (mut square, mut count, mut lost, mut beyond) = (0.0, 0.0, 0.0, 0);
     for seed in 0..20 {
-        let readings = camera.look(&world, &grid, yaw, pitch, 1.0, &mut seeded(seed, "camera"));
-        assert_eq!(readings, camera.look(&world, &grid, yaw, pitch, 1.0, &mut seeded(seed, "camera")));
+        let readings = camera.look(&world, &grid, pose, 1.0, &mut seeded(seed, "camera"));
+        assert_eq!(readings, camera.look(&world, &grid, pose, 1.0, &mut seeded(seed, "camera")));
         for (reading, direction) in readings.iter().zip(grid.all_directions()) {
             let centre = grid.direction_centre(direction);
+            let centre = (heading.relative(centre.0), centre.1);
             let Some(cosine) = camera.sees(centre, pitch) else {
                 assert_eq!(*reading, None);
                 continue;
@@ -191,19 +218,19 @@ fn interaural_cues_by_hand() {
     };
     let ahead = source(2.0, 0.0, 20.0);
     assert!(ahead.itd_s == 0.0 && ahead.ild_db.iter().all(|level| level.abs() < 1e-12));
-    let right = source(2.0, 90.0, 0.0);
-    close(right.itd_s, 0.0875 / 343.0 * (FRAC_PI_2 + 1.0), 1e-15);
-    close(right.itd_s, 0.656e-3, 1e-6);
+    let left = source(2.0, 90.0, 0.0);
+    close(left.itd_s, 0.0875 / 343.0 * (FRAC_PI_2 + 1.0), 1e-15);
+    close(left.itd_s, 0.656e-3, 1e-6);
     let spreading = 20.0 * (2.0875_f64 / 1.9125).log10();
-    close(right.ild_db[0], 0.18 * 500.0_f64.sqrt() + spreading, 1e-12);
-    close(right.ild_db[3], 11.384 + spreading, 1e-3);
-    let (front, back, left) = (source(1.5, 40.0, 10.0), source(1.5, 140.0, 10.0), source(1.5, -40.0, 10.0));
+    close(left.ild_db[0], 0.18 * 500.0_f64.sqrt() + spreading, 1e-12);
+    close(left.ild_db[3], 11.384 + spreading, 1e-3);
+    let (front, back, right) = (source(1.5, 40.0, 10.0), source(1.5, 140.0, 10.0), source(1.5, -40.0, 10.0));
     close(front.itd_s, back.itd_s, 1e-15);
     close(front.ild_db[2], back.ild_db[2], 1e-12);
-    close(front.itd_s, -left.itd_s, 1e-15);
-    close(front.ild_db[1], -left.ild_db[1], 1e-12);
+    close(front.itd_s, -right.itd_s, 1e-15);
+    close(front.ild_db[1], -right.ild_db[1], 1e-12);
     assert!(
-        source(0.3, 90.0, 0.0).ild_db[0] > right.ild_db[0] + 3.0,
+        source(0.3, 90.0, 0.0).ild_db[0] > left.ild_db[0] + 3.0,
         "near sounds are louder at the near ear"
     );
 }

@@ -1,12 +1,13 @@
 //! What a perfect map of the world would say, in the cells of a grid.
 //!
 //! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage
-//! order, with azimuth 0 along the world's z (head yaw 0). Each direction is judged by the one ray through
+//! order, with azimuth 0 along the world's x (head yaw 0). Each direction is judged by the one ray through
 //! its centre, which is the ray that the simulated depth camera senses. Invariant: the labels along a line of
 //! sight read free ... free, surface, hidden ... hidden.
 
 use super::World;
-use crate::grid::{Grid, Spherical};
+use crate::frame::Spherical;
+use crate::grid::Grid;
 
 /// Thickness in metres at which [`World::plan`] draws the walls.
 pub const WALL_M: f64 = 0.12;

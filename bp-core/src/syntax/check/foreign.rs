@@ -184,7 +184,19 @@ impl Checker<'_> {
                 at = Some(self.value_of(id, None, occurrence.at.0, scope)?.0);
             }
         }
-        Some((self.node(span, Expression::Foreign { path: expr.to_string(), at }), Type::Number))
+        let path = expr.to_string();
+        let otherwise = |node: &Expression| match node {
+            Expression::Foreign { path: other, at: elsewhere } => {
+                *other == path && elsewhere.is_some() != at.is_some()
+            }
+            _ => false,
+        };
+        if self.model.so_far().expressions.values().any(otherwise) {
+            let message = format!("`{path}` is read at each cell in one place, and as one number in another");
+            self.complain_and_help(span, &message, "write `P(… | C)` for the number at a cell");
+            return None;
+        }
+        Some((self.node(span, Expression::Foreign { path, at }), Type::Number))
     }
 
     /// `first(G with O at C)`

@@ -16,9 +16,29 @@ use crate::syntax::ast::{
     At, Expr, ExprKind, Name, Occurrence, Pattern, PatternKind, Sign, Value, ValueKind,
 };
 
-const FUNCTIONS: [&str; 21] = [
-    "min", "max", "abs", "exp", "ln", "log2", "sqrt", "floor", "ceil", "round", "sin", "cos", "ln_gamma",
-    "atan2", "pow", "mod", "norm", "rotate", "gradient", "frontier", "first",
+const FUNCTIONS: [&str; 22] = [
+    "min",
+    "max",
+    "abs",
+    "exp",
+    "ln",
+    "log2",
+    "sqrt",
+    "floor",
+    "ceil",
+    "round",
+    "sin",
+    "cos",
+    "ln_gamma",
+    "atan2",
+    "pow",
+    "mod",
+    "norm",
+    "rotate",
+    "gradient",
+    "frontier",
+    "innermost",
+    "first",
 ];
 
 impl Checker<'_> {
@@ -74,6 +94,12 @@ impl Checker<'_> {
                 None
             }
             "frontier" => self.frontier(span, name, arguments, scope),
+            "innermost" => {
+                let [cell] = self.arguments(span, name, arguments)?;
+                let (at, set) = self.element_of(cell, scope)?;
+                self.grid(set, cell.span())?;
+                Some((self.node(span, Expression::Innermost { at }), Type::Boolean))
+            }
             "first" => {
                 let [family] = self.arguments(span, name, arguments)?;
                 let ExprKind::Name(of) = &family.kind else {
@@ -146,17 +172,27 @@ impl Checker<'_> {
         Some((self.node(span, node), Type::Number))
     }
 
-    /// `norm(gradient(map.H, C))`, or the length of a vector.
+    /// `norm(gradient(map.H, C))`, perhaps with what the field is before the first cell, or the length of a vector.
     fn norm(&mut self, span: Span, name: &Name, arguments: &[Expr], scope: &Scope) -> Option<Typed> {
         let [argument] = self.arguments(span, name, arguments)?;
         if let ExprKind::Call(inner, parts) = &argument.kind
             && inner.text == "gradient"
         {
-            let [field, cell] = self.arguments(argument.span(), inner, parts)?;
+            let (field, cell, gap) = match parts.as_slice() {
+                [field, cell, gap] => (field, cell, Some(gap)),
+                _ => {
+                    let [field, cell] = self.arguments(argument.span(), inner, parts)?;
+                    (field, cell, None)
+                }
+            };
             let (at, set) = self.element_of(cell, scope)?;
             let (field, _) = self.foreign(field, Some(at), scope)?;
             self.grid(set, cell.span())?;
-            return Some((self.node(span, Expression::GradientNorm { field, at }), Type::Number));
+            let before = match gap {
+                Some(gap) => Some(self.number_of(gap, scope)?),
+                None => None,
+            };
+            return Some((self.node(span, Expression::GradientNorm { field, at, before }), Type::Number));
         }
         let (id, kind) = self.expression(argument, scope, None)?;
         if !matches!(kind, Type::Vector(_)) {

@@ -10,6 +10,7 @@
 //! A KITTI file does not bound the disparity: [`KITTI_DISPARITIES`] are searched. Its cameras 0 and 1 are grey, 2 and 3
 //! in colour; the folder of the left image (`image_0`, `image_00`) says which, else the colour cameras where the file
 //! has them.
+//! `doffs` must be what the two cameras say, and `width`, `height` and KITTI's `S_rect` those of the pictures.
 //! Invariant: a file either makes a checked calibration or an error with the file and the key.
 
 use super::{Calibration, checked};
@@ -19,6 +20,9 @@ use std::path::Path;
 
 /// Disparities that are searched where the file names no bound.
 pub const KITTI_DISPARITIES: usize = 128;
+
+/// How far numbers that a file says twice may be apart, pixels: they are written with three decimals.
+const TOLERANCE_PX: f64 = 0.05;
 
 fn wrong(path: &Path, key: &str, reason: impl Into<String>) -> VisionError {
     VisionError::CalibrationKey { path: path.to_path_buf(), key: key.to_string(), reason: reason.into() }
@@ -65,16 +69,45 @@ pub(super) fn middlebury(text: &str, path: &Path) -> Result<Calibration, VisionE
         Err(wrong(path, key, format!("has {} numbers, expected {count}", found.len())))
     };
     let (left, right) = (several("cam0", 9)?, several("cam1", 9)?);
-    let doffs = match lines.contains_key("doffs") {
-        true => several("doffs", 1)?[0],
-        false => right[2] - left[2],
-    };
+    // Both are of one rectified pair.
+    for (at, name) in [(0, "focal length"), (5, "cy")] {
+        if (left[at] - right[at]).abs() > TOLERANCE_PX {
+            let reason = format!(
+                "{name} is {}, but {} in `cam0`: the two cameras of a rectified pair have the same",
+                right[at], left[at]
+            );
+            return Err(wrong(path, "cam1", reason));
+        }
+    }
+    let offset = right[2] - left[2];
+    let doffs = if lines.contains_key("doffs") { several("doffs", 1)?[0] } else { offset };
+    if (doffs - offset).abs() > TOLERANCE_PX {
+        let reason = format!(
+            "is {doffs}, but cx of `cam1` minus cx of `cam0` is {offset:.3}; every range depends on it: \
+             correct the one that is wrong, or leave `doffs` out"
+        );
+        return Err(wrong(path, "doffs", reason));
+    }
     let most = several("ndisp", 1)?[0];
     if most.fract() != 0.0 || !(1.0..=1e6).contains(&most) {
         return Err(wrong(path, "ndisp", format!("is {most}, expected a whole number of at least 1")));
     }
     let baseline_m = several("baseline", 1)?[0] / 1000.0;
-    checked(path, [left[0], left[2], left[5], baseline_m, doffs], most as usize)
+    let calibration = checked(path, [left[0], left[2], left[5], baseline_m, doffs], most as usize)?;
+    let side = |key: &str| match lines.contains_key(key) {
+        true => size(path, key, several(key, 1)?[0]).map(Some),
+        false => Ok(None),
+    };
+    let picture_px = side("width")?.zip(side("height")?).map(|(width, height)| [width, height]);
+    Ok(Calibration { picture_px, ..calibration })
+}
+
+/// A number of pixels along a side of a picture.
+fn size(path: &Path, key: &str, value: f64) -> Result<usize, VisionError> {
+    if value.fract() != 0.0 || !(1.0..=1e6).contains(&value) {
+        return Err(wrong(path, key, format!("is {value}, expected a whole number of at least 1")));
+    }
+    Ok(value as usize)
 }
 
 /// The calibration of a KITTI pair, the left image of which lies at `left`.
@@ -97,7 +130,16 @@ pub(super) fn kitti(text: &str, path: &Path, left: Option<&Path>) -> Result<Cali
     };
     let (left, right) = (projection(first)?, projection(first + 1)?);
     let baseline_m = (left[3] - right[3]) / left[0];
-    checked(path, [left[0], left[2], left[6], baseline_m, right[2] - left[2]], KITTI_DISPARITIES)
+    let numbers_of = [left[0], left[2], left[6], baseline_m, right[2] - left[2]];
+    let calibration = checked(path, numbers_of, KITTI_DISPARITIES)?;
+    let key = format!("S_rect_0{first}");
+    let picture_px =
+        match lines.get(key.as_str()).map(|text| numbers(path, &key, text)).transpose()?.as_deref() {
+            None => None,
+            Some([width, height]) => Some([size(path, &key, *width)?, size(path, &key, *height)?]),
+            Some(other) => return Err(wrong(path, &key, format!("has {} numbers, expected 2", other.len()))),
+        };
+    Ok(Calibration { picture_px, ..calibration })
 }
 
 #[cfg(test)]
@@ -125,6 +167,34 @@ mod tests {
     }
 
     #[test]
+    fn a_calibration_is_held_to_the_size_of_the_pictures() {
+        let refused = |rig: &Calibration, width, height| {
+            rig.check_pictures(Path::new("calib.txt"), width, height).unwrap_err().to_string()
+        };
+        let rig = read(MIDDLEBURY, "im0.png").unwrap();
+        assert!(rig.check_pictures(Path::new(""), 2964, 1988).is_ok());
+        let quarter = refused(&rig, 741, 497);
+        assert!(
+            quarter.contains("`width`: the file is for 2964x1988, but the pictures are 741x497"),
+            "{quarter}"
+        );
+        assert!(quarter.contains("scale its pixels by 0.2500"), "{quarter}");
+        let other = refused(&rig, 2964, 2000);
+        assert!(
+            other.contains("`height`") && other.contains("use the calibration of these pictures"),
+            "{other}"
+        );
+        // A file that is silent fits any picture; KITTI's may say it.
+        let silent = MIDDLEBURY.replace("width=2964\nheight=1988\n", "");
+        assert!(read(&silent, "").unwrap().check_pictures(Path::new(""), 5, 5).is_ok());
+        let kitti = format!("S_rect_02: 1.242e+03 3.75e+02\n{KITTI}");
+        let rig = read(&kitti, "image_2/0.png").unwrap();
+        assert!(rig.check_pictures(Path::new(""), 1242, 375).is_ok());
+        assert!(refused(&rig, 1241, 376).contains("1242x375"));
+        assert!(read(&kitti, "image_0/0.png").unwrap().check_pictures(Path::new(""), 9, 9).is_ok());
+    }
+
+    #[test]
     fn kitti_s_baselines_are_those_of_its_cameras() {
         // Grey: 50 px·m apart, so 0.5 m at f = 100; colour: 60 px·m.
         assert_eq!(read(KITTI, "data/image_0/000000_10.png").unwrap().depth_m(25.0), Some(2.0));
@@ -140,6 +210,12 @@ mod tests {
             ("baseline=193.001", "baseline=-1", "`baseline_m`"),
             ("baseline=193.001", "baseline=wide", "`baseline`: `wide` is not a finite number"),
             ("0 0 1]\ncam1", "0 1]\ncam1", "`cam0`: has 8 numbers, expected 9"),
+            // 1369.115 − 1244.772 = 124.343.
+            ("doffs=124.343", "doffs=40", "`doffs`: is 40, but cx of `cam1` minus cx of `cam0` is 124.343"),
+            ("doffs=124.343", "doffs=0", "`doffs`: is 0, but"),
+            ("width=2964", "width=wide", "`width`: `wide` is not a finite number"),
+            ("height=1988", "height=0.5", "`height`: is 0.5, expected a whole number"),
+            ("cam1=[3979.911", "cam1=[3900", "`cam1`: focal length is 3900, but 3979.911 in `cam0`"),
         ] {
             let message = read(&MIDDLEBURY.replace(good, bad), "").unwrap_err().to_string();
             assert!(message.contains(expected) && message.contains("calib.txt"), "{message}");

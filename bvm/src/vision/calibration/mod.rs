@@ -3,15 +3,16 @@
 //! In: a TOML file with the keys `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
 //! (`doffs_px` is cx of the right camera minus cx of the left; whole disparities below `max_disparity_px` are
 //! searched), or a file of Middlebury's or KITTI's. Out: [`Calibration`], checked, which turns pixels and disparities
-//! into directions and ranges:
+//! into directions and ranges of the map's frame ([`crate::frame`]: to the left is positive):
 //!
 //! ```text
 //! Z = f·B / (d + doffs)     X = (x − cx)·Z/f     Y = (y − cy)·Z/f      (Y points down, as rows do)
-//! ρ = √(X² + Y² + Z²)       θ = atan2(X, Z)      φ = atan2(−Y, √(X² + Z²))
+//! ρ = √(X² + Y² + Z²)       θ = atan2(−X, Z)     φ = atan2(−Y, √(X² + Z²))
 //! σ_Z = Z²·σ_d / (f·B)      because |dZ/dd| = f·B/(d + doffs)² = Z²/(f·B)
 //! ```
 //!
-//! Invariant: every number is finite, focal length and baseline are positive, `max_disparity_px >= 1`.
+//! Invariant: every number is finite, focal length and baseline are positive, `max_disparity_px >= 1`; what a file says
+//! of the size of the pictures, and twice of their offset, is held to both.
 
 use std::path::Path;
 
@@ -19,6 +20,7 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::error::VisionError;
+use crate::frame::{Spherical, from_camera};
 
 mod files;
 pub mod raw;
@@ -36,6 +38,9 @@ pub struct Calibration {
     baseline_m: f64,
     doffs_px: f64,
     max_disparity_px: usize,
+    /// Width and height of the pictures that it is of, pixels, where the file says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture_px: Option<[usize; 2]>,
 }
 
 impl Calibration {
@@ -92,12 +97,35 @@ impl Calibration {
         }
     }
 
+    /// Whether this is the calibration of pictures of this size; `path` is only named in errors. A file that names no size
+    /// fits any.
+    ///
+    /// # Errors
+    /// Another width or height, with the factor that lies between them if there is one.
+    pub fn check_pictures(&self, path: &Path, width: usize, height: usize) -> Result<(), VisionError> {
+        let Some([own_width, own_height]) = self.picture_px else { return Ok(()) };
+        if (own_width, own_height) == (width, height) {
+            return Ok(());
+        }
+        let key = if own_width == width { "height" } else { "width" };
+        let factor = width as f64 / own_width as f64;
+        let scaled = (own_height as f64 * factor - height as f64).abs() <= 1.0;
+        let way_out = match scaled {
+            true => format!("scale its pixels by {factor:.4}, or use the pictures of its own size"),
+            false => "use the calibration of these pictures".to_owned(),
+        };
+        let reason = format!(
+            "the file is for {own_width}x{own_height}, but the pictures are {width}x{height}: {way_out}"
+        );
+        Err(VisionError::CalibrationKey { path: path.to_path_buf(), key: key.to_owned(), reason })
+    }
+
     /// f·B, pixels times metres: depth times disparity.
     pub fn depth_times_disparity(&self) -> f64 {
         self.focal_px * self.baseline_m
     }
 
-    /// The ray through a pixel: X/Z, Y/Z and 1 (right, down, ahead).
+    /// The ray through a pixel, in the camera's frame: X/Z, Y/Z and 1 (right, down, ahead).
     pub fn ray(&self, x_px: f64, y_px: f64) -> [f64; 3] {
         let (right, down) = self.slopes(x_px, y_px);
         [right, down, 1.0]
@@ -116,10 +144,17 @@ impl Calibration {
         (shift > 0.0 && depth.is_finite() && depth > 0.0).then_some(depth)
     }
 
-    /// Direction of a pixel: azimuth θ (positive to the right) and elevation φ (positive up), radians.
+    /// Direction of a pixel: azimuth θ (positive to the left) and elevation φ (positive up), radians.
     pub fn direction(&self, x_px: f64, y_px: f64) -> (f64, f64) {
-        let (right, down) = self.slopes(x_px, y_px);
-        (right.atan(), (-down).atan2(right.hypot(1.0)))
+        let seen = Spherical::from_cartesian(from_camera(self.ray(x_px, y_px)));
+        (seen.azimuth, seen.elevation)
+    }
+
+    /// Where a pixel with a disparity is in the map's frame, `[ahead, left, up]` in metres from the left camera; `None`
+    /// where there is no depth.
+    pub fn point_m(&self, x_px: f64, y_px: f64, disparity_px: f64) -> Option<[f64; 3]> {
+        let depth = self.depth_m(disparity_px)?;
+        Some(from_camera(self.ray(x_px, y_px).map(|slope| slope * depth)))
     }
 
     /// Range ρ from the left camera, metres, of a pixel with a disparity; `None` where there is no depth.
@@ -163,7 +198,7 @@ fn checked(path: &Path, numbers: [f64; 5], max_disparity_px: usize) -> Result<Ca
         }
     }
     let [focal_px, cx_px, cy_px, baseline_m, doffs_px] = numbers;
-    Ok(Calibration { focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px })
+    Ok(Calibration { focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px, picture_px: None })
 }
 
 #[cfg(test)]
@@ -188,10 +223,12 @@ mod tests {
         // Slope 3/4 makes a 3-4-5 triangle: range 2 · 5/4.
         assert_eq!(rig.range_m(125.0, 40.0, 15.0), Some(2.5));
         assert_eq!(rig.disparity_px(125.0, 40.0, 2.5), 15.0);
-        let right = 0.75f64.atan();
-        assert!((rig.direction(125.0, 40.0).0 - right).abs() < 1e-15);
-        assert!((rig.direction(-25.0, 40.0).0 + right).abs() < 1e-15);
-        assert!((rig.direction(50.0, -35.0).1 - right).abs() < 1e-15);
+        let angle = 0.75f64.atan();
+        assert!((rig.direction(125.0, 40.0).0 + angle).abs() < 1e-15, "to the right is negative");
+        assert!((rig.direction(-25.0, 40.0).0 - angle).abs() < 1e-15);
+        assert!((rig.direction(50.0, -35.0).1 - angle).abs() < 1e-15);
+        // 2 m deep, 1.5 m to the right, 2.5 m up.
+        assert_eq!(rig.point_m(125.0, -85.0, 15.0), Some([2.0, -1.5, 2.5]));
         // Slopes 3/4 right and 5/4 up: √(1 + 9/16) = 5/4, so 45° up.
         assert!((rig.direction(125.0, -85.0).1 - FRAC_PI_4).abs() < 1e-15);
         assert!((rig.range_m(125.0, -85.0, 15.0).unwrap() - 2.0 * 3.125f64.sqrt()).abs() < 1e-12);
@@ -255,7 +292,7 @@ mod tests {
             let (azimuth, elevation) = rig.direction(x, y);
             let flat = range * elevation.cos();
             prop_assert!((flat * azimuth.cos() - depth).abs() < 1e-9);
-            prop_assert!((flat * azimuth.sin() - (x - 50.0) / 100.0 * depth).abs() < 1e-9);
+            prop_assert!((flat * azimuth.sin() + (x - 50.0) / 100.0 * depth).abs() < 1e-9);
             prop_assert!((range * elevation.sin() + (y - 40.0) / 100.0 * depth).abs() < 1e-9);
         }
     }

@@ -4,10 +4,13 @@
 //! [`RawPair`], which turns pictures into those of two ideal cameras side by side, and their [`Calibration`].
 //!
 //! ```text
-//! x = X/Z, y = Y/Z, r² = x² + y²                                        (Brown 1966; the order k1 k2 p1 p2)
-//! x' = x (1 + k1 r² + k2 r⁴) + 2 p1 x y + p2 (r² + 2 x²)                u = fu x' + cu
-//! y' = y (1 + k1 r² + k2 r⁴) + p1 (r² + 2 y²) + 2 p2 x y                v = fv y' + cv
+//! x = X/Z, y = Y/Z, r² = x² + y²                  (Brown 1966; the order k1 k2 p1 p2 k3 k4 k5 k6)
+//! x' = x q + 2 p1 x y + p2 (r² + 2 x²)                                  u = fu x' + cu
+//! y' = y q + p1 (r² + 2 y²) + 2 p2 x y                                  v = fv y' + cv
+//! q  = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶)
 //! ```
+//!
+//! EuRoC writes four coefficients; with five there is k3, with eight k4 k5 k6 too, in the order of OpenCV.
 //!
 //! The ideal cameras look alike: right along the baseline; ahead as near to the mean of the two optical axes as a
 //! right angle to the baseline allows (Fusiello, Trucco and Verri 2000). Each ideal pixel looks up where the real
@@ -22,6 +25,10 @@ use std::path::{Path, PathBuf};
 /// Disparities that are searched where no file names a bound.
 pub const RAW_DISPARITIES: usize = 96;
 
+/// The key of the coefficients of distortion, and how many of them are understood.
+const DISTORTION: &str = "distortion_coefficients";
+const COUNTS: &str = "4 (k1 k2 p1 p2), 5 (and k3) or 8 (and k4 k5 k6)";
+
 /// A camera as its file describes it.
 #[derive(Clone, Debug)]
 struct Camera {
@@ -30,8 +37,8 @@ struct Camera {
     height: usize,
     /// fu, fv, cu, cv in pixels.
     intrinsics: [f64; 4],
-    /// k1, k2, p1, p2.
-    distortion: [f64; 4],
+    /// k1, k2, p1, p2, k3, k4, k5, k6; 0 where the file has fewer.
+    distortion: [f64; 8],
     /// From the camera's frame to the body's.
     pose: Matrix4<f64>,
 }
@@ -183,7 +190,7 @@ impl Camera {
             key: key.to_string(),
             reason,
         };
-        let numbers = |key: &str, count: usize| -> Result<Vec<f64>, VisionError> {
+        let list = |key: &str| -> Result<Vec<f64>, VisionError> {
             // `key: [a, b, …]`, perhaps over several lines.
             let after = text.match_indices(key).map(|(at, _)| &text[at + key.len()..]);
             let list = after.filter_map(|after| after.trim_start().strip_prefix(':')).next();
@@ -193,11 +200,28 @@ impl Camera {
             let inside = inside.ok_or_else(|| wrong(key, "is no list in brackets".into()))?;
             let parsed: Result<Vec<f64>, _> = inside.split(',').map(|word| word.trim().parse()).collect();
             let found = parsed.map_err(|_| wrong(key, "holds what is no number".into()))?;
-            if found.len() != count || found.iter().any(|value: &f64| !value.is_finite()) {
-                return Err(wrong(key, format!("has {} numbers, expected {count} finite ones", found.len())));
+            match found.iter().find(|value: &&f64| !value.is_finite()) {
+                Some(value) => Err(wrong(key, format!("holds {value}, expected finite numbers"))),
+                None => Ok(found),
             }
-            Ok(found)
         };
+        let numbers = |key: &str, count: usize| match list(key)? {
+            found if found.len() == count => Ok(found),
+            found => Err(wrong(key, format!("has {} numbers, expected {count}", found.len()))),
+        };
+        let mut distortion = [0.0; 8];
+        let found = list(DISTORTION)?;
+        match found.len() {
+            4 | 5 | 8 => distortion[..found.len()].copy_from_slice(&found),
+            count @ (12 | 14) => {
+                let reason = format!(
+                    "has {count} numbers, with thin prisms or a tilt, which are not supported: undistort the \
+                     pictures first, or calibrate with {COUNTS}"
+                );
+                return Err(wrong(DISTORTION, reason));
+            }
+            count => return Err(wrong(DISTORTION, format!("has {count} numbers, expected {COUNTS}"))),
+        }
         for (key, expected) in [("camera_model", "pinhole"), ("distortion_model", "radial-tangential")] {
             let line =
                 text.lines().find_map(|line| line.trim().strip_prefix(key)?.trim_start().strip_prefix(':'));
@@ -208,8 +232,7 @@ impl Camera {
                 None => return Err(wrong(key, "missing".into())),
             }
         }
-        let four = |key: &str| numbers(key, 4).map(|found| [found[0], found[1], found[2], found[3]]);
-        let resolution = numbers("resolution", 2)?;
+        let (intrinsics, resolution) = (numbers("intrinsics", 4)?, numbers("resolution", 2)?);
         if resolution.iter().any(|&size| size < 1.0 || size.fract() != 0.0 || size > 1e5) {
             return Err(wrong("resolution", format!("is {resolution:?}, expected two whole numbers")));
         }
@@ -217,18 +240,19 @@ impl Camera {
             path: path.to_path_buf(),
             width: resolution[0] as usize,
             height: resolution[1] as usize,
-            intrinsics: four("intrinsics")?,
-            distortion: four("distortion_coefficients")?,
+            intrinsics: std::array::from_fn(|at| intrinsics[at]),
+            distortion,
             pose: Matrix4::from_row_slice(&numbers("data", 16)?),
         })
     }
 
     /// Where the camera sees the ray of slopes X/Z, Y/Z, pixels.
     fn pixel(&self, x: f64, y: f64) -> [f64; 2] {
-        let [k1, k2, p1, p2] = self.distortion;
+        let [k1, k2, p1, p2, k3, k4, k5, k6] = self.distortion;
         let [fu, fv, cu, cv] = self.intrinsics;
         let square = x * x + y * y;
-        let radial = 1.0 + square * (k1 + k2 * square);
+        let series = |a: f64, b: f64, c: f64| 1.0 + square * (a + square * (b + square * c));
+        let radial = series(k1, k2, k3) / series(k4, k5, k6);
         let across = x * radial + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x);
         let down = y * radial + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y;
         [fu * across + cu, fv * down + cv]
@@ -276,6 +300,32 @@ mod tests {
         let camera = Camera::parse(&yaml(0.0, -0.4), Path::new("cam0.yaml")).unwrap();
         let [x, y] = camera.pixel(0.5, 0.0);
         assert!((x - 8.5).abs() < 1e-12 && (y - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn further_coefficients_by_hand() {
+        let with = |more: &str| {
+            let text =
+                yaml(0.0, -0.4).replace("[-0.4, 0.0, 0.0, 0.0]", &format!("[-0.4, 0.0, 0.0, 0.0{more}]"));
+            Camera::parse(&text, Path::new("cam0.yaml"))
+        };
+        // Slope 1/2, r² = 1/4: k3 = 6.4 adds 6.4 / 64 = 0.1, so 1/2 · (0.9 + 0.1) = 0.5, 5 px from the centre.
+        let [x, y] = with(", 6.4").unwrap().pixel(0.5, 0.0);
+        assert!((x - 9.0).abs() < 1e-12 && (y - 3.0).abs() < 1e-12);
+        // k4 = 1, k5 = 4, k6 = 0 divide by 1 + 1/4 + 4/16 = 1.5.
+        let [x, _] = with(", 6.4, 1.0, 4.0, 0.0").unwrap().pixel(0.5, 0.0);
+        assert!((x - (4.0 + 5.0 / 1.5)).abs() < 1e-12);
+        for (more, expected) in [
+            (", 0.0, 0.0", "has 6 numbers, expected 4 (k1 k2 p1 p2), 5 (and k3) or 8 (and k4 k5 k6)"),
+            (
+                ", 0, 0, 0, 0, 0, 0, 0, 0",
+                "has 12 numbers, with thin prisms or a tilt, which are not supported",
+            ),
+            (", nan", "holds NaN, expected finite numbers"),
+        ] {
+            let message = with(more).unwrap_err().to_string();
+            assert!(message.contains("`distortion_coefficients`") && message.contains(expected), "{message}");
+        }
     }
 
     #[test]

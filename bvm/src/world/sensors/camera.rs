@@ -1,12 +1,14 @@
 //! A depth camera with the error of a stereo pair.
 //!
-//! In: the world, the grid, where the camera points. Out: for every direction of the grid, relative to the
-//! head's yaw, one reading or none. For rectified parallel cameras `Z = f B / delta`, so that a disparity
+//! In: the world, the grid, where the camera points. Out: for every direction of the grid one reading or none, along
+//! the ray through its centre as far as the head knows how it is turned. For rectified parallel cameras `Z = f B / delta`, so that a disparity
 //! error `sigma_delta` gives `sigma_Z = Z^2 sigma_delta / (f B)`, and along the ray `sigma_rho = sigma_Z rho
 //! / Z`. The confidence is `lambda = sigma_min / sigma_rho`, so that equation 3's `sigma_rho = sigma_min /
 //! lambda` gives the error back. Invariant: a confidence is in `]0; 1]`.
 
-use crate::grid::{Grid, unit_vector};
+use crate::frame::unit_vector;
+use crate::grid::Grid;
+use crate::map::Heading;
 use crate::vision::RangeReading;
 use crate::world::World;
 use rand::Rng;
@@ -44,6 +46,17 @@ impl Default for DepthCamera {
     }
 }
 
+/// How the head is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// How far it is truly turned, radians to the left.
+    pub yaw: f64,
+    /// How far it takes itself to be turned: by this the rays are chosen that pass through the centres of cells.
+    pub heading: Heading,
+    /// How far the camera is tilted, radians upwards.
+    pub pitch: f64,
+}
+
 impl DepthCamera {
     /// Standard deviation in metres of a reading of `range_m` metres on a ray whose angle to the optical axis
     /// has the cosine `cosine`; never less than `sigma_min_m`.
@@ -59,34 +72,35 @@ impl DepthCamera {
     pub fn sees(&self, direction: (f64, f64), pitch: f64) -> Option<f64> {
         let [x, y, z] = unit_vector(direction.0, direction.1);
         let (sine, cosine) = pitch.sin_cos();
-        let (up, ahead) = (cosine * y - sine * z, sine * y + cosine * z);
+        let (up, ahead) = (cosine * z - sine * x, sine * z + cosine * x);
         let reach =
             self.field_degrees.map(|degrees| (0.5 * degrees).to_radians().tan() * ahead * (1.0 + 1e-12));
-        (ahead > 0.0 && x.abs() <= reach[0] && up.abs() <= reach[1]).then_some(ahead)
+        (ahead > 0.0 && y.abs() <= reach[0] && up.abs() <= reach[1]).then_some(ahead)
     }
 
-    /// One look. Angles in radians, time in seconds. Out: one entry for each direction of the grid relative
-    /// to the head's yaw, `[elevation_cells][azimuth_cells]`; `None` outside the field of view and where the
-    /// reading was lost. A surface beyond the grid's reach is reported at its distance, not dropped.
+    /// One look, at a time in seconds. Out: one entry for each direction of the grid, `[elevation_cells][azimuth_cells]`:
+    /// what the ray through its centre reads. The ray is exact to the fraction of a column, but for the error of
+    /// `pose.heading`. `None` outside the field of view and where the reading was lost. A surface beyond the grid's
+    /// reach is reported at its distance, not dropped.
     pub fn look(
         &self,
         world: &World,
         grid: &Grid,
-        yaw: f64,
-        pitch: f64,
+        pose: Pose,
         time_s: f64,
         random: &mut impl Rng,
     ) -> Vec<Option<RangeReading>> {
         grid.all_directions()
             .map(|direction| {
                 let (azimuth, elevation) = grid.direction_centre(direction);
-                let cosine = self.sees((azimuth, elevation), pitch)?;
+                let azimuth = pose.heading.relative(azimuth);
+                let cosine = self.sees((azimuth, elevation), pose.pitch)?;
                 let lost: f64 = StandardUniform.sample(random);
                 let noise: f64 = StandardNormal.sample(random);
                 if lost < self.drop_out {
                     return None;
                 }
-                let range = world.range((azimuth + yaw, elevation), time_s);
+                let range = world.range((azimuth + pose.yaw, elevation), time_s);
                 let measured = (range + noise * self.sigma_m(range, cosine)).max(self.sigma_min_m);
                 let confidence = (self.sigma_min_m / self.sigma_m(measured, cosine)).min(1.0);
                 Some(RangeReading { range_m: measured as f32, confidence: confidence as f32 })

@@ -1,18 +1,18 @@
 //! Two ears on a rigid sphere.
 //!
 //! In: where a sound is, seen from the head. Out: how much earlier (ITD, seconds) and how much louder (ILD,
-//! decibels, one for each frequency channel) it is at the right ear. With the lateral angle `theta_l =
-//! asin(sin(azimuth) cos(elevation))`, positive to the right:
+//! decibels, one for each frequency channel) it is at the left ear. With the lateral angle `theta_l =
+//! asin(sin(azimuth) cos(elevation))`, positive to the left as azimuth is:
 //!
 //! - `ITD = (a / c) (theta_l + sin theta_l)` (Woodworth 1938): 0.656 ms at most; the same in front and
 //!   behind;
-//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_left / r_right)`: a head shadow that grows with
+//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_right / r_left)`: a head shadow that grows with
 //!   frequency (Van Opstal 2016), and spherical spreading from the two ears, which tells near from far
 //!   (Shinn-Cunningham 2000).
 //!
 //! Invariant: mirroring the source left to right changes the sign of every cue.
 
-use crate::grid::Spherical;
+use crate::frame::Spherical;
 use crate::world::World;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
@@ -26,12 +26,12 @@ pub const HEAD_RADIUS_M: f64 = 0.0875;
 /// Speed of sound in metres per second.
 pub const SOUND_SPEED_M_S: f64 = 343.0;
 
-/// Interaural differences; positive when the source is on the right.
+/// Interaural differences; positive when the source is on the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cues {
-    /// Lead of the right ear in seconds.
+    /// Lead of the left ear in seconds.
     pub itd_s: f64,
-    /// Excess level at the right ear in decibels, one for each of [`CHANNEL_HZ`].
+    /// Excess level at the left ear in decibels, one for each of [`CHANNEL_HZ`].
     pub ild_db: [f64; CHANNELS],
 }
 
@@ -41,9 +41,10 @@ pub fn cues_of(source: Spherical) -> Cues {
     let sine = (source.azimuth.sin() * source.elevation.cos()).clamp(-1.0, 1.0);
     let lateral = sine.asin();
     let rho = source.rho_m.max(HEAD_RADIUS_M * 1.01);
+    // The left ear is at y = +a.
     let ear = |side: f64| {
         let [x, y, z] = Spherical { rho_m: rho, ..source }.to_cartesian();
-        (x - side * HEAD_RADIUS_M).hypot(y).hypot(z)
+        (y - side * HEAD_RADIUS_M).hypot(x).hypot(z)
     };
     let spreading = 20.0 * (ear(-1.0) / ear(1.0)).log10();
     Cues {

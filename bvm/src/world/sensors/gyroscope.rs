@@ -1,4 +1,4 @@
-//! A gyroscope about the vertical, and the turns that it measures.
+//! A gyroscope about the vertical (z, upwards), and the turns that it measures: to the left is positive.
 //!
 //! In: an angle to turn by (radians) and a sampling time (seconds). Out: yaw rates (radians per second) along
 //! a raised cosine, `rate(t) = (angle / T) (1 - cos(2 pi t / T))`, which starts and ends at rest; the
