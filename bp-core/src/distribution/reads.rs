@@ -56,6 +56,7 @@ impl Setting<'_> {
                     Expression::Foreign { .. }
                         | Expression::GradientNorm { .. }
                         | Expression::Frontier { .. }
+                        | Expression::Innermost { .. }
                 );
             });
         });

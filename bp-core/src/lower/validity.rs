@@ -158,7 +158,10 @@ impl Lowering<'_> {
         };
         match &self.model.expressions[id] {
             Expression::Number(number) => number.is_finite(),
-            Expression::Index(_) | Expression::First { .. } | Expression::Frontier { .. } => true,
+            Expression::Index(_)
+            | Expression::First { .. }
+            | Expression::Frontier { .. }
+            | Expression::Innermost { .. } => true,
             Expression::Variable(use_) => self.model.variables[use_.variable].domain.is_finite(),
             Expression::Parameter { parameter, .. } => {
                 self.model.parameters[*parameter].kind == ParameterKind::Size

@@ -140,7 +140,7 @@ impl View {
         let shown = |direction: usize| {
             let line = (0..grid.cells_rho()).map(|depth| depth * directions + direction);
             let open = |cell: &usize| map.occupancy()[*cell] < OCCLUDES;
-            line.take_while(open).map(|cell| f64::from(map.entropy()[cell])).sum::<f64>()
+            line.take_while(open).map(|cell| f64::from(map.entropy()[cell].max(0.0))).sum::<f64>()
         };
         // Sums over columns from the first, twice around, so that any stretch is a difference.
         let sums: Vec<Vec<f64>> = (0..grid.elevation_cells())
