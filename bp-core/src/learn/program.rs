@@ -240,7 +240,9 @@ impl Program {
                 Expression::First { with: Some((value, at)), .. } => rest.extend([*value, *at]),
                 Expression::Variable(VariableUse { element: Some(element), .. }) => rest.push(*element),
                 Expression::Vector(_, parts) => rest.extend(parts),
-                Expression::GradientNorm { field, at } => rest.extend([*field, *at]),
+                Expression::GradientNorm { field, at, before } => {
+                    rest.extend([*field, *at].into_iter().chain(*before));
+                }
                 Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
                 Expression::Foreign { at: Some(at), .. } => rest.push(*at),
                 _ => {}
