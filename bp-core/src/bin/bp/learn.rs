@@ -32,12 +32,12 @@ Examples:
 The first row of the data names the columns: one for each variable, `L[0]`,
 `L[1]`, … for the elements of a family, and the index of a program that is
 repeated over a set (`C` of `program Binaural over C in Grid`). An empty cell,
-`NA`, `NaN` and `?` are missing. A variable that has no column must be said to be
-hidden, by `--hidden` or by `hidden Kind;` in `identification`; a column that no
-variable has must be ignored. What is hidden or missing is summed out, by
-expectation-maximisation. It ends where neither ln likelihood nor any number
-changes by more than the thresholds say; if it does not get there, the exit status
-is 1, and what was found so far is written all the same.
+`NA`, `NaN` and `?` are missing. A variable that has no column must be said to
+be hidden, by `--hidden` or by `hidden Kind;` in `identification`; a column
+that no variable has must be ignored. What is hidden or missing is summed out,
+by expectation-maximisation. It ends where neither ln likelihood nor any number
+changes by more than the thresholds say; if it does not get there, the exit
+status is 1, and what was found so far is written all the same.
 
 The rows of a program over time (one with variables `X^-1`) follow each other:
 they are one sequence, or several that `--sequence` tells apart. A carried
