@@ -57,7 +57,9 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     }
     if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
         let name = model.variable_name(item.variable);
-        return Err(refused(format!("over time all values of `{name}` are told, not one")));
+        return Err(refused(format!(
+            "over time the whole distribution is answered: search `{name}`, without a value"
+        )));
     }
     let carried: Vec<(VariableId, VariableId)> =
         model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect();
