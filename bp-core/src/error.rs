@@ -146,14 +146,3 @@ impl Error {
 fn in_context(context: &str) -> String {
     if context.is_empty() { String::new() } else { format!(", where {context}") }
 }
-
-/// A number as a person writes it: to twelve digits, without those that rounding leaves.
-pub fn written(number: f64) -> String {
-    let rounded: f64 = format!("{number:.11e}").parse().unwrap_or(number);
-    match rounded.abs() {
-        size if size == 0.0 || (1e-5..1e15).contains(&size) || !size.is_finite() => {
-            (rounded + 0.0).to_string()
-        }
-        _ => format!("{rounded:e}"),
-    }
-}

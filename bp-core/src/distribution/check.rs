@@ -5,10 +5,11 @@
 //! sum to one, weights are finite and not negative, parameters lie in the domain of their law.
 
 use super::form::Evaluation;
-use crate::error::{Error, written};
+use crate::error::Error;
 use crate::ids::ExpressionId;
 use crate::law::{Constraint, Dirichlet, Law};
 use crate::model::{Form, VariableUse, row_tolerance};
+use crate::spelling::number as written;
 
 /// The most elements of a family that a context names.
 const MOST_NAMED: usize = 8;

@@ -6,7 +6,7 @@
 
 mod smooth;
 
-use crate::error::{Error, written};
+use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::plan::{Gaussian, LinearForm, Source, components};
