@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::plan::{Gaussian, LinearForm, Source, components};
+use crate::spelling::number as written;
 use nalgebra::{DMatrix, DVector};
 use std::collections::HashMap;
 
