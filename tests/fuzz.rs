@@ -117,7 +117,7 @@ fn put_through(text: &str) -> (bool, bool) {
         let Ok(plan) = plan_for_answer(&model, question) else { continue };
         let cheap = plan.routes.iter().all(|route| match route {
             Route::Exact(exact) => exact.cost <= MOST_VALUES,
-            Route::Gaussian(_) => true,
+            Route::Tree(_) | Route::Gaussian(_) => true,
             // A hundred thousand draws of each mutant would take too long.
             Route::Sampled(_) | Route::OverTime(_) => false,
         });

@@ -21,6 +21,7 @@ const PACKAGES: [&str; 38] = [
     "clap_complete",
     "criterion",
     "csv",
+    "ctrlc",
     "dejavu",
     "flate2",
     "indicatif",

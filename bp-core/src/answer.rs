@@ -17,6 +17,7 @@ mod rows;
 mod sampled;
 mod soft;
 mod table;
+mod tree;
 
 pub use check::refused_number;
 pub use compiled::{CompiledQuestion, compile, plan_for_answer};

@@ -3,6 +3,7 @@
 //! In: a name and what was found. Out: an [`Error`] that says what to mend. Invariant: a wrong *program* never
 //! comes here: that is a `Diagnostic`.
 
+use crate::memory::{self, bytes_text, count_text};
 use std::path::{Path, PathBuf};
 
 /// What can be wrong with data, and with a question that cannot be answered.
@@ -94,7 +95,10 @@ pub enum Error {
         error: Box<Error>,
     },
     /// An answer that would not fit.
-    #[error("`{name}` needs {cells} cells, more than the {most} that are allowed; {help}")]
+    #[error(
+        "`{name}` needs {} cells ({}), but at most {} are allowed{}; {help}",
+        count_text(*cells), bytes_text(*cells * 8.0), count_text(*most), free_text()
+    )]
     TooLarge {
         /// What would be too large.
         name: String,
@@ -105,6 +109,29 @@ pub enum Error {
         /// The way out.
         help: String,
     },
+    /// Work that was stopped before it had anything to say.
+    #[error("interrupted before there was an answer")]
+    Interrupted,
+    /// An answer that would take too long.
+    #[error(
+        "`{question}` takes about {} products, but at most {} are computed; {help}",
+        count_text(*products), count_text(*most)
+    )]
+    TooLong {
+        /// The question.
+        question: String,
+        /// Products that are summed.
+        products: f64,
+        /// How many there may be.
+        most: f64,
+        /// The way out.
+        help: String,
+    },
+}
+
+/// What the machine has free, as a remark.
+fn free_text() -> String {
+    memory::free().map_or_else(String::new, |bytes| format!("; {} of memory are free", bytes_text(bytes)))
 }
 
 /// Evidence of probability zero: the program says 0 of it, it is not merely small.

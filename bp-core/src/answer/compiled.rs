@@ -5,14 +5,14 @@
 
 use super::rows::Reader;
 use super::table::Table;
-use super::{Answer, check, compare, gaussian, impossible, link, sampled, soft};
+use super::{Answer, check, compare, gaussian, impossible, link, sampled, soft, tree};
 use crate::error::Error;
 use crate::exec::{Guarded, Inputs, Lanes};
 use crate::ids::VariableId;
 use crate::kernel::{Kernel, LN_EVIDENCE};
 use crate::lower::{Output, lower_guarded};
 use crate::model::{Ask, Evidence, Model, Question, Reduction};
-use crate::plan::{self, Gaussian, Mark, Options, Plan, Route, Sampled, parts};
+use crate::plan::{self, Gaussian, JoinTree, Mark, Options, Plan, Route, Sampled, parts};
 use crate::sample::Sampling;
 use std::borrow::Cow;
 
@@ -37,6 +37,7 @@ struct Part {
 #[derive(Clone, Debug)]
 enum Compiled {
     Exact(Exact),
+    Tree(JoinTree),
     Gaussian(Gaussian),
     Sampled(Sampled),
     OverTime(Ask),
@@ -99,6 +100,7 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
                     outputs: lowered.outputs,
                 })
             }
+            Route::Tree(tree) => Compiled::Tree(tree),
             Route::Gaussian(gaussian) => Compiled::Gaussian(gaussian),
             Route::Sampled(sampled) => Compiled::Sampled(sampled),
             Route::OverTime(over_time) => Compiled::OverTime(over_time.ask),
@@ -207,6 +209,11 @@ impl CompiledQuestion<'_> {
                         question: model.ask_text(ask),
                         reason: reason.to_owned(),
                     });
+                }
+                Compiled::Tree(route) => {
+                    let tables = tree::tables(model, route, inputs)?.into_iter();
+                    said.extend(tables.map(|(text, table, ln)| (text, Said::Table(table, ln))));
+                    continue;
                 }
                 Compiled::Exact(exact) => {
                     said.extend(self.run_exact(exact, inputs)?);

@@ -6,10 +6,22 @@
 use super::{Answer, Figure, Row};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::exec::{Filter, Inputs};
+use crate::exec::{Filter, Inputs, condition};
+use crate::ids::VariableId;
 use crate::model::{Model, Reduction};
-use crate::plan::Gaussian;
+use crate::plan::{Gaussian, components};
 use crate::sample::Observations;
+
+/// With more variables than these, only those that are still needed are kept.
+const MANY_VARIABLES: usize = 200;
+
+/// Whether a program is long, and of one instant.
+fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
+    gaussian.sources.len() > MANY_VARIABLES
+        && gaussian.carried.is_empty()
+        && gaussian.initial.is_empty()
+        && gaussian.sources.iter().all(|source| components(model, source.variable) == 1)
+}
 
 pub(super) fn answers(
     model: &Model,
@@ -38,7 +50,18 @@ pub(super) fn answers(
         slots.map(|slot| (setting.slot_name(slot), evidence.values[slot])).collect();
     let observations: Vec<(&str, f64)> =
         observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    let belief = Filter::new(model, gaussian, &parameters)?.step(&observations)?;
+    let belief = match is_long(model, gaussian) {
+        true => {
+            let number = |name: &str| {
+                let given = parameters.iter().find(|(known, _)| *known == name).map(|(_, number)| *number);
+                given.or_else(|| setting.number(name)).unwrap_or(f64::NAN)
+            };
+            let slot = |variable: VariableId| setting.slots_of(variable).start;
+            let observed = gaussian.observed.iter().map(|id| (*id, evidence.values[slot(*id)])).collect();
+            condition(model, gaussian, &number, &observed)?
+        }
+        false => Filter::new(model, gaussian, &parameters)?.step(&observations)?,
+    };
     let numbers = belief.mean.iter().chain(belief.covariance.iter()).chain([&belief.ln_evidence]);
     if !numbers.copied().all(f64::is_finite) {
         return Err(setting.not_a_number(&model.ask_text(&gaussian.asks[0]), &evidence.values));

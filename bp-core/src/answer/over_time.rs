@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Model, Question, Reduction};
 use crate::plan::{self, Options, Route};
+use crate::progress;
 use crate::sample::Sampling;
 use crate::time::{self, Told, What};
 
@@ -53,13 +54,14 @@ pub(super) fn answers(
 fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
     let What::Cloud { draws, effective, .. } = &told.what else { return None };
     let least = (effective.iter().copied().enumerate()).min_by(|one, other| one.1.total_cmp(&other.1))?;
-    let warning = (least.1 < sampled::FEW).then(|| {
+    let stopped = || format!("interrupted: this is the answer after instant {}", effective.len());
+    let warning = progress::is_stopped().then(stopped).or((least.1 < sampled::FEW).then(|| {
         format!(
             "at instant {} the particles say no more than {:.0} of equal weight would: take more (--particles)",
             least.0 + 1,
             least.1
         )
-    });
+    }));
     let effective = *effective.last()?;
     Some(Estimate {
         particles: draws.count(),

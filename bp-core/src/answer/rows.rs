@@ -12,6 +12,9 @@ use crate::model::{Ask, Model, Reduction, Value};
 use crate::random::seeded;
 use rand::RngExt;
 
+/// The most rows with the names of their values.
+const MOST_ROWS: f64 = 5e6;
+
 /// The most values that are drawn at once.
 const MOST_DRAWS: f64 = 1e7;
 
@@ -39,6 +42,7 @@ impl Reader<'_> {
                 return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
             }
         }
+        self.fits()?;
         let left: Vec<Vec<usize>> =
             (0..self.table.width()).map(|at| Column::ordinals(&self.table.left, at)).collect();
         let mut rows = Vec::new();
@@ -120,6 +124,16 @@ impl Reader<'_> {
             }));
         }
         Ok(rows)
+    }
+
+    /// Refuses more rows than there is room for. What is made of a context is less than the context itself.
+    fn fits(&self) -> Result<(), Error> {
+        let cells = self.table.numbers.len() as f64;
+        if cells > MOST_ROWS {
+            let help = "`--table` writes the numbers alone; or search and know fewer variables".to_owned();
+            return Err(Error::TooLarge { name: self.table.question.clone(), cells, most: MOST_ROWS, help });
+        }
+        Ok(())
     }
 
     /// The field that breaks ties: one number for each value, or for each value in each context.

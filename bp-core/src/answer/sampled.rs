@@ -7,8 +7,10 @@ use super::{Answer, Estimate, Figure, Row};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::memory;
 use crate::model::{Ask, Evidence, Model, Reduction, Value};
 use crate::plan::Sampled;
+use crate::progress;
 use crate::sample::{Draws, MOST_R_HAT, Method, Moments, Observations, Sampling, gibbs, weigh};
 
 /// Effective draws below which an answer is said to be rough.
@@ -34,6 +36,7 @@ pub(super) fn answers(
         .collect();
     kept.sort_unstable();
     kept.dedup();
+    fits(model.ask_text(ask), &kept, sampling)?;
     let by = match sampling.method {
         Method::Weighting => weigh,
         Method::Gibbs => gibbs,
@@ -47,6 +50,19 @@ pub(super) fn answers(
         .iter()
         .any(|known| !matches!(known.evidence, Evidence::Each) || known_real(model, known.variable));
     route.asks.iter().map(|ask| answer(&setting, ask, &draws, &kept, sampling, known)).collect()
+}
+
+/// Refuses draws for which there is no memory.
+fn fits(name: String, kept: &[usize], sampling: Sampling) -> Result<(), Error> {
+    // Of each draw its values, gathered twice, and its weight.
+    let cells = sampling.particles as f64 * (2.0 * kept.len() as f64 + 8.0);
+    match memory::free() {
+        Some(free) if 8.0 * cells > free => {
+            let help = "make fewer draws (--particles), or search fewer variables".to_owned();
+            Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn known_real(model: &Model, variable: crate::ids::VariableId) -> bool {
@@ -74,6 +90,10 @@ pub(super) fn answer(
 fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -> Estimate {
     let effective = draws.effective();
     let warning = match draws.r_hat() {
+        _ if progress::is_stopped() => {
+            let made = draws.count();
+            Some(format!("interrupted: {made} draws were made, of the {} asked for", sampling.particles))
+        }
         Some(r_hat) if r_hat > MOST_R_HAT => Some(format!(
             "the chains do not tell the same (R-hat {r_hat:.2} > {MOST_R_HAT}): they have not been everywhere; \
              take more (--particles), or `--method weighting`"

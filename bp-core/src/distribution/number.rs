@@ -7,7 +7,7 @@
 
 use super::setting::{Instance, Setting};
 use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
-use crate::model::{Domain, Expression, IndexSpace, VariableUse};
+use crate::model::{Domain, Expression, Folded, IndexSpace, VariableUse};
 
 /// Where an expression stands: what its variables and indices are.
 #[derive(Clone, Copy)]
@@ -74,7 +74,9 @@ impl Setting<'_> {
         instance: &Instance,
         values: &[f64],
     ) -> Option<usize> {
-        self.scope(instance, values).place(parameter, indices)
+        let scope = self.scope(instance, values);
+        let index = |id: &ExpressionId| scope.with_component(0).number(*id);
+        scope.place(parameter, indices.iter().map(index))
     }
 
     fn scope<'s>(&'s self, instance: &'s Instance, values: &'s [f64]) -> Scope<'s> {
@@ -104,12 +106,15 @@ impl Scope<'_> {
 
     /// The value of a variable, or of one element of a family.
     pub(super) fn value(&self, use_: &VariableUse) -> f64 {
+        let index = use_.element.map(|element| self.with_component(0).number(element));
+        self.element_value(use_, index)
+    }
+
+    /// The value of a variable, or of the element of a family at an index.
+    fn element_value(&self, use_: &VariableUse, index: Option<f64>) -> f64 {
         let setting = self.setting;
         let components = setting.components(use_.variable);
-        let element = match use_.element {
-            None => Some(0),
-            Some(element) => setting.element(use_.variable, self.with_component(0).number(element)),
-        };
+        let element = index.map_or(Some(0), |index| setting.element(use_.variable, index));
         let component = if components == 1 { 0 } else { self.component };
         element.map_or(f64::NAN, |element| {
             self.at(setting.slots_of(use_.variable).start + element * components + component)
@@ -120,35 +125,122 @@ impl Scope<'_> {
         Self { component, ..*self }
     }
 
-    /// The number that an expression is.
+    /// The number that an expression is. A short one is walked as a tree; in a longer one, and in one that shares many of
+    /// its parts, each node is worked out once.
     pub(super) fn number(&self, id: ExpressionId) -> f64 {
-        match &self.setting.model.expressions[id] {
+        self.walked(id, &mut { MOST_STEPS }).unwrap_or_else(|| self.in_order(id))
+    }
+
+    /// The number that an expression is; `None` where that takes more steps than are left.
+    fn walked(&self, id: ExpressionId, steps: &mut usize) -> Option<f64> {
+        *steps = steps.checked_sub(1)?;
+        let scalar = self.with_component(0);
+        Some(match &self.setting.model.expressions[id] {
             Expression::Number(number) => *number,
-            Expression::Parameter { parameter, indices } => self.parameter(*parameter, indices),
-            Expression::Variable(use_) => self.setting.number_at(use_.variable, self.value(use_)),
+            Expression::Parameter { parameter, indices } => {
+                let indices = indices.iter().map(|index| scalar.walked(*index, steps));
+                self.parameter(*parameter, indices.collect::<Option<Vec<f64>>>()?.into_iter())
+            }
+            Expression::Variable(use_) => {
+                let index = match use_.element {
+                    Some(element) => Some(scalar.walked(element, steps)?),
+                    None => None,
+                };
+                self.setting.number_at(use_.variable, self.element_value(use_, index))
+            }
             Expression::Index(depth) => self.indices.get(*depth).copied().unwrap_or(f64::NAN),
-            Expression::Unary(operator, operand) => operator.apply(self.number(*operand)),
+            Expression::Unary(operator, operand) => operator.apply(self.walked(*operand, steps)?),
             Expression::Binary(operator, left, right) => {
-                operator.apply(self.number(*left), self.number(*right))
+                operator.apply(self.walked(*left, steps)?, self.walked(*right, steps)?)
             }
             Expression::If { condition, then, otherwise } => {
-                let condition = self.with_component(0).number(*condition);
-                self.number(if condition != 0.0 { *then } else { *otherwise })
+                let condition = scalar.walked(*condition, steps)?;
+                return self.walked(if condition != 0.0 { *then } else { *otherwise }, steps);
             }
-            Expression::First { family, with } => self.first(*family, *with),
+            Expression::First { family, with } => {
+                let with = match with {
+                    Some((value, at)) => Some((self.walked(*value, steps)?, self.walked(*at, steps)?)),
+                    None => None,
+                };
+                self.first(*family, with)
+            }
+            // What looks at several components of a vector works out all of them.
+            Expression::Vector(name, parts) if name == "vector" => {
+                return parts.get(self.component).map_or(Some(f64::NAN), |part| scalar.walked(*part, steps));
+            }
+            Expression::Vector(..) => return None,
+            other => self.foreign(other),
+        })
+    }
+
+    /// The number that an expression is, each node worked out once, all components of a vector together.
+    fn in_order(&self, id: ExpressionId) -> f64 {
+        let of = |expression: &Expression, below: &Folded<Vec<f64>>| self.components(expression, below);
+        let all = self.setting.model.fold(id, of).root();
+        component(&all, self.component)
+    }
+
+    /// The components of a node, given those of its operands.
+    fn components(&self, expression: &Expression, below: &Folded<Vec<f64>>) -> Vec<f64> {
+        let first = |id: &ExpressionId| component(below.of(*id), 0);
+        let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at));
+        match expression {
+            Expression::Number(number) => vec![*number],
+            Expression::Parameter { parameter, indices } => {
+                vec![self.parameter(*parameter, indices.iter().map(first))]
+            }
+            Expression::Variable(use_) => {
+                let index = use_.element.as_ref().map(first);
+                let of = |component| {
+                    let value = self.with_component(component).element_value(use_, index);
+                    self.setting.number_at(use_.variable, value)
+                };
+                (0..self.setting.components(use_.variable)).map(of).collect()
+            }
+            Expression::Index(depth) => vec![self.indices.get(*depth).copied().unwrap_or(f64::NAN)],
+            Expression::Unary(operator, operand) => {
+                below.of(*operand).iter().map(|number| operator.apply(*number)).collect()
+            }
+            Expression::Binary(operator, left, right) => {
+                let (left, right) = (below.of(*left), below.of(*right));
+                let of = |at| operator.apply(component(left, at), component(right, at));
+                (0..left.len().max(right.len())).map(of).collect()
+            }
+            Expression::If { condition, then, otherwise } => {
+                below.of(if first(condition) != 0.0 { *then } else { *otherwise }).clone()
+            }
+            Expression::First { family, with } => {
+                vec![self.first(*family, with.as_ref().map(|(value, at)| (first(value), first(at))))]
+            }
+            Expression::Vector(name, parts) => match (name.as_str(), parts.as_slice()) {
+                ("vector", parts) => parts.iter().map(first).collect(),
+                ("component", [vector, index]) => {
+                    let (vector, index) = (below.of(*vector), first(index));
+                    let inside = index >= 0.0 && index.fract() == 0.0 && index < vector.len() as f64;
+                    vec![if inside { vector[index as usize] } else { f64::NAN }]
+                }
+                ("rotate", [vector, by]) => rotated(three(vector), three(by)).to_vec(),
+                ("norm", [vector]) => {
+                    vec![below.of(*vector).iter().map(|part| part.powi(2)).sum::<f64>().sqrt()]
+                }
+                _ => vec![f64::NAN],
+            },
+            other => vec![self.foreign(other)],
+        }
+    }
+
+    /// One number of another program; its fields are not read here.
+    fn foreign(&self, expression: &Expression) -> f64 {
+        match expression {
             Expression::Foreign { path, at: None } => match self.setting.inputs.find(path) {
                 Some([number]) => *number,
                 _ => f64::NAN,
             },
-            Expression::Vector(name, parts) => self.vector(name, parts),
-            Expression::Foreign { .. }
-            | Expression::GradientNorm { .. }
-            | Expression::Frontier { .. }
-            | Expression::Innermost { .. } => f64::NAN,
+            _ => f64::NAN,
         }
     }
 
-    fn parameter(&self, parameter: ParameterId, indices: &[ExpressionId]) -> f64 {
+    fn parameter(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> f64 {
         let numbers = &self.setting.parameters[parameter.position()];
         if numbers.len() == 1 {
             return numbers[0];
@@ -158,15 +250,15 @@ impl Scope<'_> {
     }
 
     /// The place of a field that some indices mean, row-major.
-    fn place(&self, parameter: ParameterId, indices: &[ExpressionId]) -> Option<usize> {
+    fn place(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> Option<usize> {
         let mut place = 0;
-        for (index, over) in indices.iter().zip(&self.setting.model.parameters[parameter].over) {
+        for (index, over) in indices.zip(&self.setting.model.parameters[parameter].over) {
             let low = match over {
                 IndexSpace::Range(range) => range.low as f64,
                 IndexSpace::Set(_) => 0.0,
             };
             let length = self.setting.length(over).unwrap_or(0);
-            let index = self.with_component(0).number(*index) - low;
+            let index = index - low;
             if !(index >= 0.0 && index < length as f64) {
                 return None;
             }
@@ -175,56 +267,29 @@ impl Scope<'_> {
         Some(place)
     }
 
-    /// The index of the first true element; one past the last where none is true.
-    fn first(&self, family: VariableId, with: Option<(ExpressionId, ExpressionId)>) -> f64 {
+    /// The index of the first true element, where `with` is (value, index); one past the last where none is true.
+    fn first(&self, family: VariableId, with: Option<(f64, f64)>) -> f64 {
         let slots = self.setting.slots_of(family);
         let low = match self.setting.model.variables[family].family.map(|family| family.over) {
             Some(IndexSpace::Range(range)) => range.low as f64,
             _ => 0.0,
         };
-        let with = with.map(|(value, at)| (self.number(value), self.number(at)));
         let is_true = |position: usize| match with {
             Some((value, at)) if at == low + position as f64 => value != 0.0,
             _ => self.at(slots.start + position) != 0.0,
         };
         low + (0..slots.len()).find(|position| is_true(*position)).unwrap_or(slots.len()) as f64
     }
-
-    fn vector(&self, name: &str, parts: &[ExpressionId]) -> f64 {
-        let all = |id: ExpressionId| [0, 1, 2].map(|component| self.with_component(component).number(id));
-        match (name, parts) {
-            ("vector", parts) => {
-                parts.get(self.component).map_or(f64::NAN, |part| self.with_component(0).number(*part))
-            }
-            ("component", [vector, index]) => {
-                let (index, length) =
-                    (self.with_component(0).number(*index), vector_length(self.setting, *vector));
-                let inside = index >= 0.0 && index.fract() == 0.0 && index < length as f64;
-                if inside { self.with_component(index as usize).number(*vector) } else { f64::NAN }
-            }
-            ("rotate", [vector, by]) => rotated(all(*vector), all(*by))[self.component.min(2)],
-            ("norm", [vector]) => {
-                let length = vector_length(self.setting, *vector);
-                let square = |component| self.with_component(component).number(*vector).powi(2);
-                (0..length).map(square).sum::<f64>().sqrt()
-            }
-            _ => f64::NAN,
-        }
-    }
 }
 
-/// How many components a vector has; 1 for a number.
-fn vector_length(setting: &Setting<'_>, id: ExpressionId) -> usize {
-    match &setting.model.expressions[id] {
-        Expression::Variable(use_) => setting.components(use_.variable),
-        Expression::Unary(_, operand) => vector_length(setting, *operand),
-        Expression::Binary(_, left, right) => {
-            vector_length(setting, *left).max(vector_length(setting, *right))
-        }
-        Expression::If { then, .. } => vector_length(setting, *then),
-        Expression::Vector(name, parts) if name == "vector" => parts.len(),
-        Expression::Vector(name, _) if name == "rotate" => 3,
-        _ => 1,
+/// Steps of a walk after which each node is worked out once instead.
+const MOST_STEPS: usize = 256;
+
+/// A component of a vector; a number is its own component everywhere.
+fn component(all: &[f64], at: usize) -> f64 {
+    match all {
+        [number] => *number,
+        several => several.get(at).copied().unwrap_or(f64::NAN),
     }
 }
 

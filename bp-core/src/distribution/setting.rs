@@ -11,6 +11,9 @@ use crate::model::{Bound, Domain, IndexSpace, Model, VariableUse};
 use crate::spelling::number as written;
 use std::ops::Range;
 
+/// The most variables, elements of families and components of vectors together.
+const MOST_SLOTS: usize = 1 << 25;
+
 /// A model with numbers for its parameters.
 #[derive(Clone, Debug)]
 pub struct Setting<'m> {
@@ -47,7 +50,7 @@ impl<'m> Setting<'m> {
             .map(|set| {
                 inputs.find_size(&set.name).or_else(|| {
                     let extent = |part| inputs.find_size(&format!("{}.{part}", set.name));
-                    Some(extent("depth")? * extent("rows")? * extent("lanes")?)
+                    Some(extent("depth")?.saturating_mul(extent("rows")?).saturating_mul(extent("lanes")?))
                 })
             })
             .collect();
@@ -86,7 +89,11 @@ impl<'m> Setting<'m> {
                 }
                 Domain::Set(set) => setting.set_size(*set)?,
                 Domain::Finite { labels, range: Some(range) } => {
-                    labels.len() + usize::try_from(setting.bound(range.high) + 1 - range.low).unwrap_or(0)
+                    labels.len()
+                        + usize::try_from(
+                            setting.bound(range.high).saturating_add(1).saturating_sub(range.low),
+                        )
+                        .unwrap_or(0)
                 }
                 domain => domain.count().unwrap_or(0),
             };
@@ -99,7 +106,16 @@ impl<'m> Setting<'m> {
                 _ => 1,
             };
             setting.counts.push(count);
-            setting.offsets.push(setting.offsets[id.position()] + family * components);
+            let slots = family.saturating_mul(components).saturating_add(setting.offsets[id.position()]);
+            if slots > MOST_SLOTS {
+                return Err(Error::TooLarge {
+                    name: model.variable_name(id),
+                    cells: family as f64 * components as f64,
+                    most: MOST_SLOTS as f64,
+                    help: "its elements are variables of their own here: make the family shorter".to_owned(),
+                });
+            }
+            setting.offsets.push(slots);
         }
         Ok(setting)
     }
@@ -112,6 +128,15 @@ impl<'m> Setting<'m> {
     /// What the host gives under a name.
     pub fn given(&self, name: &str) -> Option<&[f64]> {
         self.inputs.find(name)
+    }
+
+    /// A parameter that is one number.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let id = self.model.parameters.find(|parameter| parameter.name == name)?;
+        match self.parameters[id.position()].as_slice() {
+            [number] => Some(*number),
+            _ => None,
+        }
     }
 
     /// How many slots an assignment has.
@@ -159,7 +184,8 @@ impl<'m> Setting<'m> {
     }
 
     fn bound(&self, bound: Bound) -> i64 {
-        bound.size.map_or(0, |size: ParameterId| self.parameters[size.position()][0] as i64) + bound.offset
+        let size = bound.size.map_or(0, |size: ParameterId| self.parameters[size.position()][0] as i64);
+        size.saturating_add(bound.offset)
     }
 
     fn set_size(&self, set: SetId) -> Result<usize, Error> {
@@ -174,7 +200,8 @@ impl<'m> Setting<'m> {
         match over {
             IndexSpace::Set(set) => self.set_size(*set),
             IndexSpace::Range(range) => {
-                Ok(usize::try_from(self.bound(range.high) + 1 - range.low).unwrap_or(0))
+                let count = self.bound(range.high).saturating_add(1).saturating_sub(range.low);
+                Ok(usize::try_from(count).unwrap_or(0))
             }
         }
     }
@@ -241,26 +268,10 @@ impl<'m> Setting<'m> {
     /// As [`Setting::instances`].
     pub fn ordered(&self) -> Result<Vec<Instance>, Error> {
         let mut instances = Vec::new();
-        for factor in factors_in_order(self.model) {
+        let factors: Vec<FactorId> = self.model.factors.ids().collect();
+        for factor in self.model.parents_first(&factors) {
             instances.extend(self.instances(factor)?);
         }
         Ok(instances)
     }
-}
-
-/// The factors of a model, parents first; in the order of the decomposition where that is free.
-fn factors_in_order(model: &Model) -> Vec<FactorId> {
-    let mut known: Vec<VariableId> =
-        (model.variables.ids()).filter(|id| model.factor_of(*id).is_none()).collect();
-    let mut rest: Vec<FactorId> = model.factors.ids().collect();
-    let mut ordered = Vec::with_capacity(rest.len());
-    while !rest.is_empty() {
-        let ready =
-            |id: &FactorId| model.factors[*id].right.iter().all(|use_| known.contains(&use_.variable));
-        let next = rest.iter().position(ready).expect("internal: a checked decomposition has an order");
-        let factor = rest.remove(next);
-        known.extend(model.factors[factor].left.iter().map(|use_| use_.variable));
-        ordered.push(factor);
-    }
-    ordered
 }

@@ -16,7 +16,7 @@ mod layout;
 mod order;
 mod svg;
 
-use crate::ids::VariableId;
+use crate::ids::{Id, VariableId};
 use crate::model::{Evidence, Family, Form, IndexSpace, Model, Question};
 use std::collections::BTreeSet;
 
@@ -73,6 +73,7 @@ pub fn graph(model: &Model, question: Option<&Question>) -> Graph {
     let position = |id: VariableId| ids.binary_search(&id).expect("internal: every used variable is drawn");
     let mut repeated: Vec<Family> = Vec::new();
     let mut nodes = Vec::with_capacity(ids.len());
+    let distributions = model.distributions();
     for id in &ids {
         let variable = &model.variables[*id];
         let plate = variable.family.map(|family| {
@@ -81,7 +82,7 @@ pub fn graph(model: &Model, question: Option<&Question>) -> Graph {
                 repeated.len() - 1
             })
         });
-        let form = model.factor_of(*id).map(|factor| &model.factors[factor].form);
+        let form = distributions[id.position()].map(|factor| &model.factors[factor].form);
         nodes.push(Node {
             name: variable.name.clone(),
             index: variable.family.map(|family| index_of(model, &family)),

@@ -107,6 +107,15 @@ fn emit_question(
             Route::Exact(exact) => {
                 question::emit(model, &lower(model, exact, &asked.name)?, &name, equation, &mut part);
             }
+            Route::Tree(tree) => {
+                let reason = format!(
+                    "it takes {} factors; emitted code holds a loop for each, and at most {} are written: \
+                     `answer::ask` answers it by a join tree",
+                    tree.factors.len(),
+                    plan::MANY_FACTORS
+                );
+                return Err(Error::Unplanned { question: model.ask_text(&tree.exact.asks[0]), reason });
+            }
             Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, &mut part),
             Route::OverTime(over_time) => {
                 let reason =

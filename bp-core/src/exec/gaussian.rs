@@ -4,7 +4,10 @@
 //! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
 //! factor, conditioned once, and only what the next instant needs is carried.
 
+mod frontier;
 mod smooth;
+
+pub(crate) use frontier::condition;
 
 use crate::error::Error;
 use crate::ids::VariableId;
@@ -284,11 +287,22 @@ fn extension(
     size: usize,
     parameter: &dyn Fn(&str) -> f64,
 ) -> Result<Extension, Error> {
-    let form = LinearForm::of(model, source.mean, component, parameter);
+    let (form, variance) = law_of(model, source, component, parameter)?;
     let mut coefficients = DVector::zeros(size);
     for (variable, coefficient) in &form.coefficients {
         coefficients[rows[variable]] = *coefficient;
     }
+    Ok(Extension { coefficients, constant: form.constant, variance })
+}
+
+/// The mean of a component of a variable, linear in others, and the variance of its own noise.
+fn law_of(
+    model: &Model,
+    source: &Source,
+    component: usize,
+    parameter: &dyn Fn(&str) -> f64,
+) -> Result<(LinearForm, f64), Error> {
+    let form = LinearForm::of(model, source.mean, component, parameter);
     let deviation =
         source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, parameter).constant);
     let refused = |message: String| {
@@ -308,11 +322,11 @@ fn extension(
             "the standard deviation is {found}, whose square is beyond the range of numbers"
         )));
     }
-    if let Some(number) = [form.constant].iter().chain(coefficients.iter()).find(|number| !number.is_finite())
-    {
-        return Err(refused(format!("the mean is {}, but it must be a finite number", written(*number))));
+    let mut numbers = [form.constant].into_iter().chain(form.coefficients.values().copied());
+    if let Some(number) = numbers.find(|number| !number.is_finite()) {
+        return Err(refused(format!("the mean is {}, but it must be a finite number", written(number))));
     }
-    Ok(Extension { coefficients, constant: form.constant, variance })
+    Ok((form, variance))
 }
 
 /// K = Σ Hᵀ (H Σ Hᵀ)⁻¹, and H Σ Hᵀ.

@@ -7,7 +7,8 @@ use super::scalar::{Extended, Scalar};
 use super::values;
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
-use crate::kernel::{Buffer, Extent, Kernel, Numbers, Role, Values};
+use crate::kernel::{Buffer, Extent, Kernel, Numbers, Reduce, Role, Values};
+use crate::memory;
 use crate::space::{Moves, Space};
 use std::any::Any;
 use std::borrow::Cow;
@@ -163,6 +164,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
                 Role::Scratch | Role::Output => Array::Made,
             });
         }
+        bound.fits()?;
         Ok(bound)
     }
 
@@ -252,7 +254,49 @@ pub(crate) struct Bound<'k, T: Clone> {
     pub(crate) arrays: Arena<BufferId, Array<'k, T>>,
 }
 
+/// Arrays of more bytes than these are made only where there is memory for them.
+const SMALL_BYTES: f64 = 256e6;
+
+/// The most cells that all loops together go through: some ten seconds of one core.
+const MOST_WORK: f64 = 2e10;
+
 impl<T: Clone> Bound<'_, T> {
+    /// Refuses arrays for which there is no memory, and loops without an end in sight.
+    fn fits(&self) -> Result<(), Error> {
+        let (mut cells, mut largest) = (0.0, (0.0, ""));
+        let (mut work, mut longest) = (0.0, (0.0, ""));
+        for nest in &self.kernel.nests {
+            let buffer = &self.kernel.buffers[nest.out];
+            let own: f64 = buffer.axes.iter().map(|axis| self.extent(*axis) as f64).product();
+            let inner: f64 = match &nest.reduce {
+                Reduce::Fold(_, axes) => axes.iter().map(|axis| self.extent(*axis) as f64).product(),
+                _ => 1.0,
+            };
+            cells += own;
+            work += own * inner;
+            if own > largest.0 {
+                largest = (own, &buffer.name);
+            }
+            if own * inner > longest.0 {
+                longest = (own * inner, &buffer.name);
+            }
+        }
+        if work > MOST_WORK {
+            let help = "give smaller sizes, or ask for a part at a time".to_owned();
+            let question = longest.1.to_owned();
+            return Err(Error::TooLong { question, products: work, most: MOST_WORK, help });
+        }
+        let bytes = cells * size_of::<T>() as f64;
+        match (bytes > SMALL_BYTES).then(memory::free).flatten() {
+            Some(free) if bytes > free => {
+                let (name, help) = (largest.1.to_owned(), "ask a smaller question".to_owned());
+                let most = (free / size_of::<T>() as f64).floor();
+                Err(Error::TooLarge { name, cells, most, help })
+            }
+            _ => Ok(()),
+        }
+    }
+
     pub(crate) fn extent(&self, axis: AxisId) -> usize {
         self.extents[axis.position()]
     }

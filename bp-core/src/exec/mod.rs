@@ -12,6 +12,7 @@ mod lanes;
 pub mod scalar;
 pub mod values;
 
+pub(crate) use gaussian::condition;
 pub use gaussian::{Belief, Filter};
 pub use guarded::Guarded;
 #[cfg(feature = "gpu")]

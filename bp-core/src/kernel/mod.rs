@@ -74,7 +74,7 @@ impl Axis {
     /// # Errors
     /// It would have none.
     pub(crate) fn count(&self, size: usize) -> Result<usize, Error> {
-        let extent = size as i64 + self.extent.offset;
+        let extent = i64::try_from(size).unwrap_or(i64::MAX).saturating_add(self.extent.offset);
         let none =
             || Error::input(&self.name, format!("it would have {extent} values; at least 1 is needed"));
         usize::try_from(extent).ok().filter(|count| *count > 0).ok_or_else(none)

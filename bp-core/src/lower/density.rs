@@ -9,8 +9,12 @@ use crate::error::Error;
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, Reduce};
 use crate::law::Law;
-use crate::model::{Domain, Factor, Form, VariableUse};
+use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
+use crate::plan::Binding;
+
+/// The longest product over a family that is given which is written out; a longer one is a loop.
+const WRITTEN_OUT: usize = 64;
 
 impl Lowering<'_> {
     /// The density of a factor; under `prod`s, the product over their indices.
@@ -31,7 +35,9 @@ impl Lowering<'_> {
         let outer = std::mem::take(&mut self.products);
         let mut loops: Vec<AxisId> = Vec::new();
         for (name, over) in &factor.products {
-            if let Some(count) = self.model.index_count(over) {
+            if let Some(count) = self.model.index_count(over)
+                && (count <= WRITTEN_OUT || self.is_enumerated(&factor))
+            {
                 // A family of known length: its elements are variables of their own.
                 return self.unrolled(&factor, count, outer, fold, each);
             }
@@ -53,6 +59,15 @@ impl Lowering<'_> {
             true => Ok(self.computed_once(value)),
             false => Ok(self.fold_over("product", fold, &loops, value)),
         }
+    }
+
+    /// Whether a factor speaks of a family whose elements run one by one; those that are given are an array.
+    fn is_enumerated(&self, factor: &Factor) -> bool {
+        let families = factor.left.iter().chain(&factor.right).map(|use_| use_.variable);
+        families.into_iter().any(|id| {
+            self.model.variables[id].family.is_some()
+                && !matches!(self.exact.bindings.get(&id), Some(Binding::Value(Value::Given(_))))
+        })
     }
 
     /// What does not depend on the plate, but takes some computing, is a small array that is filled once.

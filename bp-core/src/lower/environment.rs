@@ -5,9 +5,9 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{AxisId, BufferId, ValueId, VariableId};
+use crate::ids::{AxisId, BufferId, ExpressionId, ValueId, VariableId};
 use crate::kernel::{Extent, Index, Role};
-use crate::model::{Domain, SetKind, Value};
+use crate::model::{Domain, Expression, SetKind, Value};
 use crate::operators::Binary;
 use crate::plan::Binding;
 
@@ -35,6 +35,9 @@ impl Lowering<'_> {
                 if let (Some(said), None) = (self.said.get(&variable), self.first) {
                     return Ok(said.clone());
                 }
+                if self.first.is_none() {
+                    self.say_below(expression)?;
+                }
                 let number = self.expression(expression)?;
                 let meaning = self.meaning_of(variable, number);
                 if self.first.is_none() {
@@ -45,6 +48,38 @@ impl Lowering<'_> {
             Some(Binding::Antecedent { cell, displacement }) => self.antecedent(cell, displacement),
             None => Err(self.unplanned(format!("`{name}` would be needed, but nothing says what it is"))),
         }
+    }
+
+    /// Says what the Diracs below one say, those first that the others need: a chain of them takes no stack.
+    fn say_below(&mut self, root: ExpressionId) -> Result<(), Error> {
+        let mut waiting: Vec<VariableId> = self.unsaid(root);
+        while let Some(variable) = waiting.last().copied() {
+            let Some(Binding::Expression(value)) = self.exact.bindings.get(&variable) else {
+                unreachable!("internal: what waits is bound by a Dirac")
+            };
+            let open = if self.said.contains_key(&variable) { Vec::new() } else { self.unsaid(*value) };
+            if !open.is_empty() {
+                waiting.extend(open);
+                continue;
+            }
+            waiting.pop();
+            self.meaning(variable, None)?;
+        }
+        Ok(())
+    }
+
+    /// The variables in an expression that a Dirac binds, and that have not been said.
+    fn unsaid(&self, root: ExpressionId) -> Vec<VariableId> {
+        let variable = |id: ExpressionId| match &self.model.expressions[id] {
+            Expression::Variable(use_) => Some(use_.variable),
+            _ => None,
+        };
+        let is_open = |variable: &VariableId| {
+            matches!(self.exact.bindings.get(variable), Some(Binding::Expression(_)))
+                && !self.said.contains_key(variable)
+                && !self.running.contains_key(variable)
+        };
+        self.model.nodes_below(root).into_iter().filter_map(variable).filter(is_open).collect()
     }
 
     /// The element of a family at a computed index: a chain of choices.

@@ -11,7 +11,49 @@ use crate::model::{Expression, IndexSpace, SetKind};
 use crate::operators::{Binary, Unary};
 
 impl Lowering<'_> {
+    /// The value of an expression. What a `let` shares is lowered once, and depth takes no stack: operands come first, from
+    /// a list of those that are waited for.
     pub(super) fn expression(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
+        let outer = self.lowered.is_none();
+        self.lowered.get_or_insert_default();
+        let value = self.shared(id);
+        if outer {
+            self.lowered = None;
+        }
+        value
+    }
+
+    fn shared(&mut self, root: ExpressionId) -> Result<ValueId, Error> {
+        let mut waiting = vec![root];
+        while let Some(id) = waiting.last().copied() {
+            let known = |id: &ExpressionId| self.lowered.as_ref().is_some_and(|known| known.contains_key(id));
+            let mut open = Vec::new();
+            if !known(&id) {
+                let model = self.model;
+                if let Expression::Unary(..) | Expression::Binary(..) | Expression::If { .. } =
+                    &model.expressions[id]
+                {
+                    model.expressions[id].each_operand(&mut |operand| open.push(operand));
+                    open.retain(|operand| !known(operand));
+                }
+                if open.is_empty() {
+                    let value = self.node(id)?;
+                    self.lowered.get_or_insert_default().insert(id, value);
+                }
+            }
+            match open.is_empty() {
+                true => drop(waiting.pop()),
+                false => waiting.extend(open.into_iter().rev()),
+            }
+        }
+        self.node(root)
+    }
+
+    /// The value of one node, whose operands have been lowered where it is arithmetic.
+    fn node(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
+        if let Some(known) = self.lowered.as_ref().and_then(|known| known.get(&id)) {
+            return Ok(*known);
+        }
         match self.model.expressions[id].clone() {
             Expression::Number(number) => Ok(self.builder.constant(number)),
             Expression::Parameter { parameter, indices } => {
@@ -54,16 +96,16 @@ impl Lowering<'_> {
             }
             Expression::Index(depth) => Ok(self.products[depth]),
             Expression::Unary(operator, operand) => {
-                let operand = self.expression(operand)?;
+                let operand = self.node(operand)?;
                 Ok(self.builder.unary(operator, operand))
             }
             Expression::Binary(operator, left, right) => {
-                let (left, right) = (self.expression(left)?, self.expression(right)?);
+                let (left, right) = (self.node(left)?, self.node(right)?);
                 Ok(self.builder.binary(operator, left, right))
             }
             Expression::If { condition, then, otherwise } => {
-                let condition = self.expression(condition)?;
-                let (then, otherwise) = (self.expression(then)?, self.expression(otherwise)?);
+                let condition = self.node(condition)?;
+                let (then, otherwise) = (self.node(then)?, self.node(otherwise)?);
                 Ok(self.builder.select(condition, then, otherwise))
             }
             Expression::First { family, with } => match self.first {

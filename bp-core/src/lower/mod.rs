@@ -22,7 +22,7 @@ mod validity;
 pub use read_out::{Lowered, Output};
 
 use crate::error::Error;
-use crate::ids::{AxisId, ValueId, VariableId};
+use crate::ids::{AxisId, ExpressionId, Id, ValueId, VariableId};
 use crate::kernel::{Extent, Index, Kernel, KernelBuilder, Node, share_between_neighbours, without_copies};
 use crate::model::{Bound, Domain, IndexSpace, Model, ParameterKind, SetKind};
 use crate::plan::Exact;
@@ -74,11 +74,14 @@ struct Lowering<'m> {
     running: HashMap<VariableId, Meaning>,
     /// What Diracs say of variables, while no loop begins or ends: chains of them are lowered once.
     said: HashMap<VariableId, Meaning>,
+    /// While an expression is lowered: its nodes so far.
+    lowered: Option<HashMap<ExpressionId, ValueId>>,
     /// The indices of the `prod`s around the factor that is being lowered, outermost first.
     products: Vec<ValueId>,
     /// While a factor is lowered inside a scan: what its `first(…)` is.
     first: Option<ValueId>,
-    axes_of: HashMap<ValueId, BTreeSet<AxisId>>,
+    /// The axes on which each value depends, as far as that has been asked.
+    axes_of: Vec<BTreeSet<AxisId>>,
     /// How many nests have been named.
     named: usize,
     /// Whether totals are an output.
@@ -98,9 +101,10 @@ impl<'m> Lowering<'m> {
             plate: Vec::new(),
             running: HashMap::new(),
             said: HashMap::new(),
+            lowered: None,
             products: Vec::new(),
             first: None,
-            axes_of: HashMap::new(),
+            axes_of: Vec::new(),
             named: 0,
             guarded: false,
             runs_anew: false,
@@ -184,7 +188,7 @@ impl<'m> Lowering<'m> {
             Domain::Boolean => Extent::constant(2),
             Domain::Finite { labels, range: None } => Extent::constant(labels.len()),
             Domain::Finite { labels, range: Some(range) } => {
-                self.bounded(range.high, labels.len() as i64 + 1 - range.low)
+                self.bounded(range.high, (labels.len() as i64 + 1).saturating_sub(range.low))
             }
             Domain::Bins(bins) => Extent::constant(bins.count()),
             Domain::Set(set) => Extent::named(&self.model.sets[*set].name),
@@ -194,7 +198,7 @@ impl<'m> Lowering<'m> {
 
     fn bounded(&self, high: Bound, more: i64) -> Extent {
         let size = high.size.map(|parameter| self.model.parameters[parameter].name.clone());
-        Extent { size, offset: high.offset + more }
+        Extent { size, offset: high.offset.saturating_add(more) }
     }
 
     /// Axes for one index of a parameter or a family; the plate's own where it runs over the plate's set.
@@ -208,7 +212,7 @@ impl<'m> Lowering<'m> {
                 vec![self.builder.axis(name, extent)]
             }
             IndexSpace::Range(range) => {
-                let extent = self.bounded(range.high, 1 - range.low);
+                let extent = self.bounded(range.high, 1i64.saturating_sub(range.low));
                 vec![self.builder.axis(name, extent)]
             }
         }
@@ -216,15 +220,17 @@ impl<'m> Lowering<'m> {
 
     /// The axes on which a value depends.
     fn axes(&mut self, value: ValueId) -> BTreeSet<AxisId> {
-        if let Some(axes) = self.axes_of.get(&value) {
-            return axes.clone();
+        // Operands come before what is made of them.
+        let kernel = self.builder.so_far();
+        for position in self.axes_of.len()..=value.position() {
+            let id = ValueId::new(position);
+            let mut axes: BTreeSet<AxisId> = kernel.nodes[id].axes().into_iter().collect();
+            for operand in kernel.operands(id) {
+                axes.extend(&self.axes_of[operand.position()]);
+            }
+            self.axes_of.push(axes);
         }
-        let mut axes: BTreeSet<AxisId> = self.builder.so_far().nodes[value].axes().into_iter().collect();
-        for operand in self.builder.so_far().operands(value) {
-            axes.extend(self.axes(operand));
-        }
-        self.axes_of.insert(value, axes.clone());
-        axes
+        self.axes_of[value.position()].clone()
     }
 
     /// The axes of a value but some, those of the plate last.

@@ -13,68 +13,114 @@ use crate::plan::{Binding, Term};
 /// The longest sum that is written out.
 const WRITTEN_OUT: usize = 4;
 
+/// What is to be done for a term.
+enum Task {
+    /// Lower it.
+    Term(TermId),
+    /// Multiply the last two values.
+    Multiply,
+    /// Keep the last value where this one lies inside its domain.
+    Guard(TermId),
+    /// Sum the last value over these axes, along which these variables have run.
+    Sum(Vec<VariableId>, Vec<AxisId>),
+}
+
+/// The last value, and the one before it.
+fn two(values: &mut Vec<ValueId>) -> (ValueId, ValueId) {
+    let last = values.pop().expect("internal: there are two values");
+    (last, values.pop().expect("internal: there are two values"))
+}
+
 impl Lowering<'_> {
+    /// The value of a term. Sums nest as deeply as a chain is long: what is to be done waits on a list, not on the stack.
     pub(super) fn term(&mut self, id: TermId) -> Result<ValueId, Error> {
-        match self.exact.terms[id].clone() {
-            Term::Joint => unreachable!("internal: a finished plan has no joint left"),
-            Term::Factor(factor) => self.factor(factor),
-            Term::Likelihood(variable, weights) => {
-                let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
-                    return Err(self.unplanned("virtual evidence is on a finite variable"));
-                };
-                let mut chosen = self.builder.constant(*weights.last().expect("internal: checked evidence"));
-                for (position, weight) in weights.iter().enumerate().rev().skip(1) {
-                    let (position, weight) =
-                        (self.builder.constant(position as f64), self.builder.constant(*weight));
-                    let here = self.builder.binary(Binary::Equal, ordinal, position);
-                    chosen = self.builder.select(here, weight, chosen);
+        let (mut tasks, mut values) = (vec![Task::Term(id)], Vec::new());
+        while let Some(task) = tasks.pop() {
+            match task {
+                Task::Term(id) => self.begin(id, &mut tasks, &mut values)?,
+                Task::Multiply => {
+                    let (factor, product) = two(&mut values);
+                    values.push(self.builder.binary(Binary::Multiply, product, factor));
                 }
-                Ok(chosen)
+                Task::Guard(guard) => {
+                    let Term::Inside(variable) = self.exact.terms[guard] else {
+                        unreachable!("internal: a guard says that a value is inside")
+                    };
+                    let product = values.pop().expect("internal: a product is guarded");
+                    let zero = self.builder.constant(0.0);
+                    let (inside, holds) = self.inside(variable)?;
+                    let product = self.builder.select(inside, product, zero);
+                    values.push(self.only_if(holds, product));
+                }
+                Task::Sum(variables, axes) => {
+                    variables.iter().for_each(|variable| self.stop(*variable));
+                    let value = values.pop().expect("internal: a sum has a body");
+                    values.push(self.fold_over("sum", Fold::Sum, &axes, value));
+                }
             }
+        }
+        Ok(values.pop().expect("internal: a term has a value"))
+    }
+
+    /// Pushes the value of a term, or what is to be done for it.
+    fn begin(&mut self, id: TermId, tasks: &mut Vec<Task>, values: &mut Vec<ValueId>) -> Result<(), Error> {
+        let value = match self.exact.terms[id].clone() {
+            Term::Joint => unreachable!("internal: a finished plan has no joint left"),
+            Term::Factor(factor) => self.factor(factor)?,
+            Term::Likelihood(variable, weights) => self.likelihood(variable, &weights)?,
             Term::Inside(variable) => {
                 let (inside, holds) = self.inside(variable)?;
-                Ok(self.only_if(holds, inside))
+                self.only_if(holds, inside)
             }
             Term::Possible(factor) => {
                 // What is NaN stays so.
                 let (value, zero) = (self.factor(factor)?, self.builder.constant(0.0));
                 let (one, positive) =
                     (self.builder.constant(1.0), self.builder.binary(Binary::Greater, value, zero));
-                Ok(self.builder.select(positive, one, value))
+                self.builder.select(positive, one, value)
             }
             Term::Product(factors) => {
                 // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
                 let is_guard = |id: &TermId| matches!(self.exact.terms[*id], Term::Inside(_));
                 let (guards, factors): (Vec<_>, Vec<_>) = factors.into_iter().partition(is_guard);
-                let mut product = self.builder.constant(1.0);
-                for factor in factors {
-                    let factor = self.term(factor)?;
-                    product = self.builder.binary(Binary::Multiply, product, factor);
-                }
-                let zero = self.builder.constant(0.0);
-                for guard in guards {
-                    let Term::Inside(variable) = self.exact.terms[guard] else { continue };
-                    let (inside, holds) = self.inside(variable)?;
-                    product = self.builder.select(inside, product, zero);
-                    product = self.only_if(holds, product);
-                }
-                Ok(product)
+                tasks.extend(guards.into_iter().rev().map(Task::Guard));
+                tasks.extend(
+                    factors.into_iter().rev().flat_map(|factor| [Task::Multiply, Task::Term(factor)]),
+                );
+                self.builder.constant(1.0)
             }
             Term::Sum(over, body) => match over.as_slice() {
-                [one] if self.is_short(*one, body) => self.written_out(*one, body),
+                [one] if self.is_short(*one, body) => self.written_out(*one, body)?,
                 several => {
                     let mut axes: Vec<AxisId> = Vec::new();
                     for variable in several {
                         axes.extend(self.run_through(*variable));
                     }
-                    let value = self.term(body)?;
-                    several.iter().for_each(|variable| self.stop(*variable));
-                    Ok(self.fold_over("sum", Fold::Sum, &axes, value))
+                    tasks.extend([Task::Sum(over, axes), Task::Term(body)]);
+                    return Ok(());
                 }
             },
-            Term::FirstScan(scan) => self.first_scan(&scan),
-            Term::Normalise(_, body) => self.term(body),
+            Term::FirstScan(scan) => self.first_scan(&scan)?,
+            Term::Normalise(_, body) => {
+                tasks.push(Task::Term(body));
+                return Ok(());
+            }
+        };
+        values.push(value);
+        Ok(())
+    }
+
+    fn likelihood(&mut self, variable: VariableId, weights: &[f64]) -> Result<ValueId, Error> {
+        let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
+            return Err(self.unplanned("virtual evidence is on a finite variable"));
+        };
+        let mut chosen = self.builder.constant(*weights.last().expect("internal: checked evidence"));
+        for (position, weight) in weights.iter().enumerate().rev().skip(1) {
+            let (position, weight) = (self.builder.constant(position as f64), self.builder.constant(*weight));
+            let here = self.builder.binary(Binary::Equal, ordinal, position);
+            chosen = self.builder.select(here, weight, chosen);
         }
+        Ok(chosen)
     }
 
     pub(super) fn is_short(&self, variable: VariableId, body: TermId) -> bool {
@@ -85,12 +131,16 @@ impl Lowering<'_> {
     }
 
     fn has_sum(&self, id: TermId) -> bool {
-        match &self.exact.terms[id] {
-            Term::Sum(..) | Term::FirstScan(_) => true,
-            Term::Product(factors) => factors.iter().any(|factor| self.has_sum(*factor)),
-            Term::Normalise(_, body) => self.has_sum(*body),
-            _ => false,
+        let mut rest = vec![id];
+        while let Some(id) = rest.pop() {
+            match &self.exact.terms[id] {
+                Term::Sum(..) | Term::FirstScan(_) => return true,
+                Term::Product(factors) => rest.extend(factors),
+                Term::Normalise(_, body) => rest.push(*body),
+                _ => {}
+            }
         }
+        false
     }
 
     fn written_out(&mut self, variable: VariableId, body: TermId) -> Result<ValueId, Error> {

@@ -76,7 +76,7 @@ impl Domain {
     pub fn number(&self, ordinal: usize) -> f64 {
         match self {
             Domain::Bins(bins) => bins.centre(ordinal),
-            _ => (self.base() + ordinal as i64) as f64,
+            _ => self.base().saturating_add(ordinal as i64) as f64,
         }
     }
 
@@ -103,7 +103,7 @@ impl Domain {
     /// What is added to a value's ordinal to give the number that it is in an expression; bins have none.
     pub fn base(&self) -> i64 {
         match self {
-            Domain::Finite { labels, range: Some(range) } => range.low - labels.len() as i64,
+            Domain::Finite { labels, range: Some(range) } => range.low.saturating_sub(labels.len() as i64),
             _ => 0,
         }
     }
@@ -115,7 +115,8 @@ impl Domain {
             Domain::Bins(bins) => Some(bins.count()),
             Domain::Finite { labels, range: None } => Some(labels.len()),
             Domain::Finite { labels, range: Some(Range { low, high: Bound { size: None, offset } }) } => {
-                Some(labels.len() + usize::try_from(offset - low + 1).unwrap_or(0))
+                let integers = offset.checked_sub(*low).map_or(i64::MAX, |last| last.saturating_add(1));
+                Some(labels.len().saturating_add(usize::try_from(integers).unwrap_or(0)))
             }
             _ => None,
         }
@@ -132,7 +133,7 @@ impl Domain {
             Domain::Boolean => (if ordinal == 0 { "false" } else { "true" }).to_owned(),
             Domain::Finite { labels, .. } if ordinal < labels.len() => labels[ordinal].clone(),
             Domain::Bins(bins) if ordinal < bins.count() => bins.name(ordinal),
-            _ => (self.base() + ordinal as i64).to_string(),
+            _ => self.base().saturating_add(ordinal as i64).to_string(),
         }
     }
 

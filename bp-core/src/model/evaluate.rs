@@ -3,7 +3,7 @@
 //! In: an expression, and values of variables. Out: a number. Invariant: `None` where it depends on more; nothing is
 //! guessed.
 
-use super::{Domain, Expression, IndexSpace, Model};
+use super::{Domain, Expression, Folded, IndexSpace, Model};
 use crate::ids::{ExpressionId, Id, QuestionId, VariableId};
 
 impl Model {
@@ -14,19 +14,22 @@ impl Model {
 
     /// The number that an expression is where variables have these values; `None` if it depends on more.
     pub fn evaluate(&self, id: ExpressionId, value: &impl Fn(VariableId) -> Option<f64>) -> Option<f64> {
-        match &self.expressions[id] {
+        if let Expression::Number(number) = &self.expressions[id] {
+            return Some(*number);
+        }
+        let of = |expression: &Expression, below: &Folded<Option<f64>>| match expression {
             Expression::Number(number) => Some(*number),
             Expression::Variable(use_) if use_.element.is_none() => value(use_.variable),
-            Expression::Unary(operator, operand) => Some(operator.apply(self.evaluate(*operand, value)?)),
+            Expression::Unary(operator, operand) => Some(operator.apply((*below.of(*operand))?)),
             Expression::Binary(operator, left, right) => {
-                Some(operator.apply(self.evaluate(*left, value)?, self.evaluate(*right, value)?))
+                Some(operator.apply((*below.of(*left))?, (*below.of(*right))?))
             }
             Expression::If { condition, then, otherwise } => {
-                let branch = if self.evaluate(*condition, value)? != 0.0 { *then } else { *otherwise };
-                self.evaluate(branch, value)
+                *below.of(if (*below.of(*condition))? != 0.0 { *then } else { *otherwise })
             }
             _ => None,
-        }
+        };
+        self.fold(id, of).root()
     }
 
     /// How many elements an index space has, where that is known without any size.

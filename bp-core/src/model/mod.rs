@@ -13,16 +13,20 @@ mod evaluate;
 mod expression;
 mod form;
 mod notation;
+mod order;
 mod question;
 mod validate;
+mod walk;
 
 pub use crate::bins::{Bins, MOST_BINS};
 pub use builder::ModelBuilder;
 pub use domain::{Bound, Domain, Range};
 pub use expression::{Expression, VariableUse};
 pub use form::{Fit, Form, row_tolerance};
+pub(crate) use order::in_order;
 pub use question::{Ask, Evidence, Known, Question, Reduction, Searched, Value};
 pub use validate::{Fault, Place};
+pub use walk::Folded;
 
 use crate::ids::{Arena, ExpressionId, FactorId, Id, ParameterId, QuestionId, SetId, VariableId};
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,8 @@
 //! part of the model.
 
 use super::{
-    Ask, Domain, Evidence, Expression, Factor, Form, IndexSpace, Known, Model, Reduction, Value, VariableUse,
+    Ask, Domain, Evidence, Expression, Factor, Folded, Form, IndexSpace, Known, Model, Reduction, Value,
+    VariableUse,
 };
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
@@ -12,6 +13,31 @@ use crate::spelling::quoted;
 
 /// The longest arguments of a form that a message repeats, in characters.
 const LONGEST: usize = 48;
+
+/// Bytes of the longest expression that is written out: what a `let` shares may be exponentially longer than its program.
+const LONGEST_EXPRESSION: usize = 4000;
+
+/// How a function of one number is written.
+fn function(operator: Unary) -> &'static str {
+    match operator {
+        Unary::Absolute => "abs",
+        Unary::Exponential => "exp",
+        Unary::NaturalLogarithm => "ln",
+        Unary::SquareRoot => "sqrt",
+        Unary::Floor => "floor",
+        Unary::Ceiling => "ceil",
+        Unary::Round => "round",
+        Unary::Sine => "sin",
+        Unary::Cosine => "cos",
+        Unary::BinaryLogarithm => "log2",
+        Unary::LnGamma => "ln_gamma",
+        Unary::LnBessel => "ln_bessel",
+        Unary::NormalCumulative => "normal_cumulative",
+        Unary::EntropyTerm => "entropy_term",
+        Unary::Negate => "-",
+        Unary::Not => "not ",
+    }
+}
 
 impl Model {
     /// A variable's name as written: `O`, `O^-1`.
@@ -118,15 +144,26 @@ impl Model {
         }
     }
 
-    /// An expression, as written in a form under these `prod`s.
+    /// An expression, as written in a form under these `prod`s; `…` stands for parts that are very long.
     pub fn expression_text(&self, id: ExpressionId, products: &[(String, IndexSpace)]) -> String {
-        self.expression_at(id, products, 0)
+        self.fold(id, |expression, below| self.node_text(expression, below, products)).root().0
     }
 
-    fn expression_at(&self, id: ExpressionId, products: &[(String, IndexSpace)], loosest: u8) -> String {
-        let text = |id, loosest| self.expression_at(id, products, loosest);
-        let list = |ids: &[ExpressionId]| ids.iter().map(|id| text(*id, 0)).collect::<Vec<_>>().join(", ");
-        match &self.expressions[id] {
+    /// A node as written, and how tightly it binds.
+    fn node_text(
+        &self,
+        expression: &Expression,
+        below: &Folded<(String, u8)>,
+        products: &[(String, IndexSpace)],
+    ) -> (String, u8) {
+        const TIGHT: u8 = u8::MAX;
+        let text = |id: &ExpressionId, loosest: u8| {
+            let (text, tightness) = below.of(*id);
+            if *tightness < loosest { format!("({text})") } else { text.clone() }
+        };
+        let list = |ids: &[ExpressionId]| ids.iter().map(|id| text(id, 0)).collect::<Vec<_>>().join(", ");
+        let mut tightness = TIGHT;
+        let written = match expression {
             Expression::Number(number) => number.to_string(),
             Expression::Parameter { parameter, indices } if indices.is_empty() => {
                 self.parameters[*parameter].name.clone()
@@ -134,74 +171,53 @@ impl Model {
             Expression::Parameter { parameter, indices } => {
                 format!("{}[{}]", self.parameters[*parameter].name, list(indices))
             }
-            Expression::Variable(use_) => self.use_name(use_, products),
+            Expression::Variable(use_) => match &use_.element {
+                Some(element) => format!("{}[{}]", self.spelled(use_.variable), text(element, 0)),
+                None => self.spelled(use_.variable),
+            },
             Expression::Index(depth) => {
                 products.get(*depth).map_or_else(|| format!("index{depth}"), |(name, _)| name.clone())
             }
-            Expression::Unary(Unary::Negate, operand) => format!("-{}", text(*operand, 6)),
-            Expression::Unary(Unary::Not, operand) => format!("not {}", text(*operand, 6)),
-            Expression::Unary(operator, operand) => {
-                let name = match operator {
-                    Unary::Absolute => "abs",
-                    Unary::Exponential => "exp",
-                    Unary::NaturalLogarithm => "ln",
-                    Unary::SquareRoot => "sqrt",
-                    Unary::Floor => "floor",
-                    Unary::Ceiling => "ceil",
-                    Unary::Round => "round",
-                    Unary::Sine => "sin",
-                    Unary::Cosine => "cos",
-                    Unary::BinaryLogarithm => "log2",
-                    Unary::LnGamma => "ln_gamma",
-                    Unary::LnBessel => "ln_bessel",
-                    Unary::NormalCumulative => "normal_cumulative",
-                    Unary::EntropyTerm => "entropy_term",
-                    Unary::Negate | Unary::Not => unreachable!("internal: written as signs"),
-                };
-                format!("{name}({})", text(*operand, 0))
-            }
+            Expression::Unary(Unary::Negate, operand) => format!("-{}", text(operand, 6)),
+            Expression::Unary(Unary::Not, operand) => format!("not {}", text(operand, 6)),
+            Expression::Unary(operator, operand) => format!("{}({})", function(*operator), text(operand, 0)),
             Expression::Binary(operator, left, right) if operator.is_function() => {
-                format!("{}({}, {})", operator.notation().1, text(*left, 0), text(*right, 0))
+                format!("{}({}, {})", operator.notation().1, text(left, 0), text(right, 0))
             }
             Expression::Binary(operator, left, right) => {
-                let (tightness, sign) = operator.notation();
-                let inner = format!("{} {sign} {}", text(*left, tightness), text(*right, tightness + 1));
-                if tightness < loosest { format!("({inner})") } else { inner }
+                let (own, sign) = operator.notation();
+                tightness = own;
+                format!("{} {sign} {}", text(left, own), text(right, own + 1))
             }
             Expression::If { condition, then, otherwise } => {
-                format!(
-                    "if {} {{ {} }} else {{ {} }}",
-                    text(*condition, 0),
-                    text(*then, 0),
-                    text(*otherwise, 0)
-                )
+                let [condition, then, otherwise] = [condition, then, otherwise].map(|part| text(part, 0));
+                format!("if {condition} {{ {then} }} else {{ {otherwise} }}")
             }
             Expression::First { family, with } => {
                 let name = self.spelled(*family);
                 match with {
-                    Some((value, at)) => {
-                        format!("first({name} with {} at {})", text(*value, 0), text(*at, 0))
-                    }
+                    Some((value, at)) => format!("first({name} with {} at {})", text(value, 0), text(at, 0)),
                     None => format!("first({name})"),
                 }
             }
             Expression::Foreign { path, .. } => path.clone(),
             Expression::GradientNorm { field, at, before } => {
-                let field = match &self.expressions[*field] {
-                    Expression::Foreign { path, .. } => path.clone(),
-                    _ => text(*field, 0),
-                };
-                let before = before.map_or_else(String::new, |before| format!(", {}", text(before, 0)));
-                format!("norm(gradient({field}, {}{before}))", text(*at, 0))
+                let before =
+                    before.as_ref().map_or_else(String::new, |before| format!(", {}", text(before, 0)));
+                format!("norm(gradient({}, {}{before}))", text(field, 0), text(at, 0))
             }
             Expression::Frontier { condition, at } => {
-                format!("frontier({}, {})", text(*condition, 0), text(*at, 0))
+                format!("frontier({}, {})", text(condition, 0), text(at, 0))
             }
-            Expression::Innermost { at } => format!("innermost({})", text(*at, 0)),
+            Expression::Innermost { at } => format!("innermost({})", text(at, 0)),
             Expression::Vector(name, parts) if name == "component" => {
-                format!("{}[{}]", text(parts[0], 0), text(parts[1], 0))
+                format!("{}[{}]", text(&parts[0], 0), text(&parts[1], 0))
             }
             Expression::Vector(name, parts) => format!("{name}({})", list(parts)),
+        };
+        match written.len() <= LONGEST_EXPRESSION {
+            true => (written, tightness),
+            false => ("…".to_owned(), TIGHT),
         }
     }
 

@@ -11,7 +11,7 @@ use super::draft::{Draft, are};
 use super::scope::{self, Scope};
 use crate::ids::{FactorId, VariableId};
 use crate::law::Law;
-use crate::model::{Domain, Expression, Form, Model};
+use crate::model::{Domain, Expression, Folded, Form, Model};
 use std::collections::{BTreeSet, HashMap};
 
 pub(super) fn remove(draft: &mut Draft<'_>) {
@@ -114,7 +114,7 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
 /// Whether an expression is true or false by construction.
 pub(super) fn is_truth(model: &Model, id: crate::ids::ExpressionId) -> bool {
     use crate::operators::{Binary, Unary};
-    match &model.expressions[id] {
+    let of = |expression: &Expression, below: &Folded<bool>| match expression {
         Expression::Number(number) => *number == 0.0 || *number == 1.0,
         Expression::Variable(use_) => model.variables[use_.variable].domain == Domain::Boolean,
         Expression::Unary(Unary::Not, _) => true,
@@ -130,7 +130,8 @@ pub(super) fn is_truth(model: &Model, id: crate::ids::ExpressionId) -> bool {
                 | Binary::Remainder
                 | Binary::ArcTangent
         ),
-        Expression::If { then, otherwise, .. } => is_truth(model, *then) && is_truth(model, *otherwise),
+        Expression::If { then, otherwise, .. } => *below.of(*then) && *below.of(*otherwise),
         _ => false,
-    }
+    };
+    model.fold(id, of).root()
 }

@@ -7,7 +7,7 @@
 //! before: P(C) P(O | C) P(Z | O C) / Σ_Z …      after: P(Z | O C)
 
 use super::draft::Draft;
-use super::{Term, barren, scope};
+use super::{Term, barren, elision, scope};
 use crate::ids::ExpressionId;
 use crate::law::Law;
 use crate::model::{Form, Model};
@@ -48,12 +48,18 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
         }
     }
     if !dropped.is_empty() {
-        draft.record(CONSTANTS, format!("constant in what is normalised: {}", dropped.join(", ")));
+        draft.record(CONSTANTS, format!("constant in what is normalised: {}", listed(&dropped)));
     }
     if !reduced.is_empty() {
-        let reason = format!("constant in what is normalised, unless it is 0: {}", reduced.join(", "));
+        let reason = format!("constant in what is normalised, unless it is 0: {}", listed(&reduced));
         draft.record(CONSTANTS, reason);
     }
+}
+
+/// Heads of factors, a long list shortened.
+fn listed(heads: &[String]) -> String {
+    let others = |count| format!("… ({} more)", elision::grouped(count));
+    elision::list(heads.len(), |at| heads[at].clone(), others).join(", ")
 }
 
 /// Whether a form gives no value probability 0, whatever its parents are.

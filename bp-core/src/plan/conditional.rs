@@ -9,7 +9,7 @@
 use super::scope::{self, Scope};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
-use crate::model::{Expression, Form, Model};
+use crate::model::{Expression, Folded, Form, Model};
 use crate::operators::{Binary, Unary};
 
 /// The variables that are linear and Gaussian given the others.
@@ -75,8 +75,13 @@ pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
 
 /// The degree of an expression in some variables: 0, 1, or `None` where it is not linear in them.
 fn degree(model: &Model, id: ExpressionId, linear: &Scope) -> Option<u8> {
-    let of = |id: ExpressionId| degree(model, id, linear);
-    match &model.expressions[id] {
+    model.fold(id, |expression, below| degree_of(expression, below, linear)).root()
+}
+
+/// The degree of a node, given those of its operands: 0 where none of the variables is in it.
+fn degree_of(expression: &Expression, below: &Folded<Option<u8>>, linear: &Scope) -> Option<u8> {
+    let of = |id: ExpressionId| *below.of(id);
+    match expression {
         Expression::Variable(use_) => Some(u8::from(linear.contains(&use_.variable))),
         Expression::Unary(Unary::Negate, operand) => of(*operand),
         Expression::Binary(Binary::Add | Binary::Subtract, left, right) => Some(of(*left)?.max(of(*right)?)),
@@ -92,10 +97,11 @@ fn degree(model: &Model, id: ExpressionId, linear: &Scope) -> Option<u8> {
         }
         // A rotation is linear in what it turns.
         Expression::Vector(name, parts) if name == "rotate" => (of(parts[1])? == 0).then_some(of(parts[0])?),
+        Expression::First { family, .. } if linear.contains(family) => None,
         _ => {
-            let mut used = Scope::new();
-            scope::of_expression(model, id, &mut used);
-            used.is_disjoint(linear).then_some(0)
+            let mut without = true;
+            expression.each_operand(&mut |operand| without &= of(operand) == Some(0));
+            without.then_some(0)
         }
     }
 }

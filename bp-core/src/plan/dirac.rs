@@ -7,16 +7,27 @@
 //! after:  P(V | C − V)                 the sum over antecedents is a gather
 
 use super::draft::Draft;
-use super::{Binding, Term, barren, scope};
+use super::{Binding, Term, barren, elision, scope};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Domain, Expression, Form, Model, SetKind};
 use crate::operators::Binary;
+use std::collections::HashSet;
+
+/// How many substitutions have a line of the derivation each; the others share one, since each line holds all factors.
+const MOST_LINES: usize = 16;
 
 pub(super) fn substitute(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.dirac {
         return;
     }
-    while let Some((position, variable, binding)) = find(draft) {
+    // What is solved makes nothing else solvable, so one walk along the factors finds all.
+    let (mut next, mut substituted) = (0, 0);
+    let mut reasons = Vec::new();
+    let mut left_out = HashSet::new();
+    while let Some(term) = draft.factors.get(next).copied() {
+        let position = next;
+        next += 1;
+        let Some((variable, binding)) = solve(draft, term) else { continue };
         let name = draft.model.variable_name(variable);
         let domain = &draft.model.variables[variable].domain;
         let always_inside = match &binding {
@@ -38,20 +49,34 @@ pub(super) fn substitute(draft: &mut Draft<'_>) {
         draft.bindings.insert(variable, binding);
         draft.free.remove(&variable);
         match always_inside {
-            true => {
-                draft.factors.remove(position);
-            }
+            true => drop(left_out.insert(position)),
             false => draft.factors[position] = draft.terms.push(Term::Inside(variable)),
         }
-        draft.record("Dirac substitution", reason);
+        substituted += 1;
+        if substituted <= MOST_LINES {
+            remove(draft, &mut left_out, &mut next);
+            draft.record("Dirac substitution", reason);
+        } else {
+            reasons.push(reason);
+        }
+    }
+    if !reasons.is_empty() {
+        remove(draft, &mut left_out, &mut next);
+        let others = |count| format!("… ({} more)", elision::grouped(count));
+        let reasons = elision::list(reasons.len(), |at| reasons[at].clone(), others);
+        draft.record("Dirac substitution", reasons.join("; "));
     }
 }
 
-fn find(draft: &Draft<'_>) -> Option<(usize, VariableId, Binding)> {
-    (draft.factors.iter().enumerate()).find_map(|(position, term)| {
-        let (variable, binding) = solve(draft, *term)?;
-        Some((position, variable, binding))
-    })
+/// Takes factors out of the product.
+fn remove(draft: &mut Draft<'_>, left_out: &mut HashSet<usize>, next: &mut usize) {
+    let mut position = 0;
+    draft.factors.retain(|_| {
+        position += 1;
+        !left_out.contains(&(position - 1))
+    });
+    *next -= left_out.len();
+    left_out.clear();
 }
 
 fn solve(draft: &Draft<'_>, term: TermId) -> Option<(VariableId, Binding)> {

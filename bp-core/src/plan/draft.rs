@@ -3,7 +3,7 @@
 //! In: a question. Out: [`Exact`]. Invariant: at any time the draft denotes
 //! Σ_free Π factors, normalised, under its bindings; each change is recorded with its reason.
 
-use super::{Binding, Elimination, Exact, Options, Step, Term, eliminate};
+use super::{Binding, Elimination, Exact, Options, Step, Term, eliminate, elision};
 use crate::error::Error;
 use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
@@ -140,6 +140,8 @@ impl<'m> Draft<'m> {
             }
         }
         if !reasons.is_empty() {
+            let others = |count| format!("and {} more", elision::grouped(count));
+            let reasons = elision::list(reasons.len(), |at| reasons[at].clone(), others);
             self.record(EVIDENCE, reasons.join("; "));
         }
     }
@@ -206,6 +208,27 @@ impl<'m> Draft<'m> {
         })
     }
 
+    /// The sum of products as it stands, for an engine that finds an order of the sums itself.
+    pub(super) fn unordered(mut self) -> Exact {
+        let mut joint = self.body();
+        if !self.free.is_empty() {
+            joint = self.terms.push(Term::Sum(self.free.iter().copied().collect(), joint));
+        }
+        Exact {
+            asks: self.asks,
+            terms: self.terms,
+            joint,
+            normalised: false,
+            bindings: self.bindings,
+            each: self.each,
+            searched: self.searched,
+            ln_evidence: self.options.ln_evidence,
+            derivation: self.derivation,
+            cost: 0.0,
+            eliminations: Vec::new(),
+        }
+    }
+
     /// The error that no exact route answers.
     pub(super) fn unplanned(&self, reason: String) -> Error {
         Error::Unplanned { question: self.model.ask_text(&self.asks[0]), reason }
@@ -225,9 +248,10 @@ pub(super) fn are(names: &[String]) -> String {
         [one] => format!("`{one}` is"),
         [first, last] => format!("`{first}` and `{last}` are"),
         several => {
-            let (last, first) = several.split_last().expect("internal: no names");
-            let first: Vec<_> = first.iter().map(|name| format!("`{name}`")).collect();
-            format!("{} and `{last}` are", first.join(", "))
+            let others = |count| format!("… ({} more)", elision::grouped(count));
+            let mut names = elision::list(several.len(), |at| format!("`{}`", several[at]), others);
+            let last = names.pop().expect("internal: no names");
+            format!("{} and {last} are", names.join(", "))
         }
     }
 }

@@ -3,10 +3,13 @@
 //! In: a term under its bindings. Out: one line of mathematics. Invariant: what is printed is what is computed:
 //! the printer reads the same terms as lowering.
 
-use super::{Binding, Exact, FirstScan, Notation, Term, scope};
+use super::{Binding, Exact, FirstScan, Notation, Term, elision, scope};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Evidence, Expression, IndexSpace, Model, Value, VariableUse};
 use std::collections::BTreeMap;
+
+/// How deeply sums may nest that are written out.
+const DEEPEST: usize = 24;
 
 pub(super) struct Printer<'p> {
     pub(super) model: &'p Model,
@@ -74,8 +77,12 @@ impl Printer<'_> {
         (is_distributed == distributed).then(|| self.notation.name(self.model, index))
     }
 
-    /// A term.
+    /// A term; sums that nest more deeply than anybody reads are left out.
     pub(super) fn term(&self, id: TermId) -> String {
+        self.term_at(id, 0)
+    }
+
+    fn term_at(&self, id: TermId, depth: usize) -> String {
         let notation = self.notation;
         match &self.exact.terms[id] {
             // Before anything is summed out, the joint is that of what the question mentions.
@@ -95,18 +102,21 @@ impl Printer<'_> {
                 let inside = notation.relation(&self.value_of(*variable), "∈", &notation.label(&domain));
                 notation.indicator(&inside)
             }
-            Term::Product(factors) => match factors.split_last() {
-                None => notation.label("1"),
-                Some((last, first)) => {
-                    let mut parts: Vec<_> = first.iter().map(|factor| self.grouped(*factor)).collect();
-                    parts.push(self.term(*last));
-                    parts.join(notation.choose(" ", " ", "<mspace width=\"0.15em\"/> "))
-                }
-            },
+            Term::Product(factors) if factors.is_empty() => notation.label("1"),
+            Term::Product(factors) => {
+                let part = |at: usize| match at + 1 == factors.len() {
+                    true => self.term_at(factors[at], depth),
+                    false => self.grouped(factors[at], depth),
+                };
+                let others = |count| elision::dots(notation, count, "factors");
+                let parts = elision::list(factors.len(), part, others);
+                parts.join(notation.choose(" ", " ", "<mspace width=\"0.15em\"/> "))
+            }
+            Term::Sum(..) if depth > DEEPEST => notation.said("…", "\\dots"),
             Term::Sum(over, body) => {
                 let body = match self.exact.terms[*body] {
                     Term::Joint => self.joint_of_all(),
-                    _ => self.term(*body),
+                    _ => self.term_at(*body, depth + 1),
                 };
                 let finite = |id: &VariableId| self.model.variables[*id].domain.is_finite();
                 let (finite, real): (Vec<_>, Vec<_>) = over.iter().copied().partition(finite);
@@ -120,7 +130,7 @@ impl Printer<'_> {
                 format!("{signs}{body}")
             }
             Term::FirstScan(scan) => self.first_scan(scan),
-            Term::Normalise(_, body) => self.term(*body),
+            Term::Normalise(_, body) => self.term_at(*body, depth),
         }
     }
 
@@ -131,10 +141,10 @@ impl Printer<'_> {
     }
 
     /// A term that others follow.
-    fn grouped(&self, id: TermId) -> String {
+    fn grouped(&self, id: TermId, depth: usize) -> String {
         match &self.exact.terms[id] {
-            Term::Sum(..) | Term::FirstScan(_) => self.notation.group(&self.term(id)),
-            _ => self.term(id),
+            Term::Sum(..) | Term::FirstScan(_) => self.notation.group(&self.term_at(id, depth)),
+            _ => self.term_at(id, depth),
         }
     }
 

@@ -9,9 +9,9 @@
 
 use super::notation::{CLOSE, OPEN};
 use crate::error::Error;
-use crate::ids::{ExpressionId, VariableId};
+use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Domain, Evidence, Expression, Form, Model, Reduction};
+use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Reduction};
 use crate::operators::{Binary, Unary};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -99,14 +99,20 @@ fn distribution(ask: &Ask) -> bool {
 
 /// Degree of an expression in the variables: 0, 1, or `None` where it is not linear.
 fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
-    match &model.expressions[id] {
+    model.fold(id, degree_of).root()
+}
+
+/// Degree of a node, given those of its operands.
+fn degree_of(expression: &Expression, below: &Folded<Option<u8>>) -> Option<u8> {
+    let of = |id: &ExpressionId| *below.of(*id);
+    match expression {
         Expression::Number(_) => Some(0),
         Expression::Parameter { indices, .. } => indices.is_empty().then_some(0),
         Expression::Variable(use_) => use_.element.is_none().then_some(1),
-        Expression::Unary(Unary::Negate, operand) => degree(model, *operand),
-        Expression::Unary(_, operand) => degree(model, *operand).filter(|degree| *degree == 0),
+        Expression::Unary(Unary::Negate, operand) => of(operand),
+        Expression::Unary(_, operand) => of(operand).filter(|degree| *degree == 0),
         Expression::Binary(operator, left, right) => {
-            let (left, right) = (degree(model, *left)?, degree(model, *right)?);
+            let (left, right) = (of(left)?, of(right)?);
             match operator {
                 Binary::Add | Binary::Subtract => Some(left.max(right)),
                 Binary::Multiply => Some(left + right).filter(|degree| *degree <= 1),
@@ -116,7 +122,7 @@ fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
         }
         // A vector of numbers; a rotation or a length is not linear.
         Expression::Vector(name, parts) if name == "vector" => {
-            parts.iter().try_fold(0, |most, part| Some(degree(model, *part)?.max(most)))
+            parts.iter().try_fold(0, |most, part| Some(of(part)?.max(most)))
         }
         _ => None,
     }
@@ -132,28 +138,17 @@ pub(crate) fn components(model: &Model, variable: VariableId) -> usize {
 
 pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let mut sources: Vec<Source> = Vec::new();
-    let mut rest: Vec<_> = model.factors.values().collect();
     let relevant = relevant(model, &asks);
-    rest.retain(|factor| relevant.contains(&factor.left[0].variable));
-    let previous =
-        |factor: &&&crate::model::Factor| model.variables[factor.left[0].variable].previous_of.is_some();
-    let first: Vec<VariableId> = rest.iter().filter(previous).map(|factor| factor.left[0].variable).collect();
+    let mut rest: Vec<FactorId> = model.factors.ids().collect();
+    rest.retain(|id| relevant.contains(&model.factors[*id].left[0].variable));
     let carried: Vec<(VariableId, VariableId)> = (model.variables.iter())
         .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
         .filter(|(_, previous)| relevant.contains(previous))
         .collect();
     // What was carried without a form is at rest before the first instant.
-    let mut known: Vec<VariableId> = carried
-        .iter()
-        .map(|(_, previous)| *previous)
-        .filter(|previous| model.factor_of(*previous).is_none())
-        .collect();
-    known.extend(model.plate_index());
     let mut initial_sources = Vec::new();
-    while !rest.is_empty() {
-        let ready =
-            rest.iter().position(|factor| factor.right.iter().all(|use_| known.contains(&use_.variable)));
-        let factor = rest.remove(ready.expect("internal: a checked decomposition has an order"));
+    for id in model.parents_first(&rest) {
+        let factor = &model.factors[id];
         let form = initial(&factor.form);
         let (mean, deviation) = match (form, form.as_normal()) {
             (_, Some((mean, deviation))) => (mean, Some(deviation)),
@@ -161,9 +156,8 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
             _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
         };
         let variable = factor.left[0].variable;
-        known.push(variable);
         let source = Source { variable, mean, deviation };
-        match first.contains(&variable) {
+        match model.variables[variable].previous_of.is_some() {
             true => initial_sources.push(source),
             false => sources.push(source),
         }
@@ -176,12 +170,14 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
 /// What the searched and observed variables depend on, now and before; the others are barren.
 fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
     let mut relevant = BTreeSet::new();
+    let distributions = model.distributions();
     let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
     let mut rest: Vec<VariableId> =
         searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
     while let Some(variable) = rest.pop() {
         if relevant.insert(variable) {
-            let parents = model.factor_of(variable).map_or(&[][..], |factor| &model.factors[factor].right);
+            let factor = distributions[variable.position()];
+            let parents = factor.map_or(&[][..], |factor| &model.factors[factor].right);
             rest.extend(parents.iter().map(|use_| use_.variable));
             rest.extend(model.variables[variable].previous_of);
         }
@@ -259,35 +255,46 @@ fn before(letter: &str) -> String {
 impl LinearForm {
     /// The linear form that an expression, or one component of a vector, is where parameters have these values.
     pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
+        // A component of a sum of vectors is the sum of the components; of a vector it is one number.
+        let mut id = id;
+        while let Expression::Vector(_, parts) = &model.expressions[id] {
+            id = parts[component];
+        }
+        let of = |expression: &Expression, below: &Folded<Self>| {
+            Self::of_node(model, expression, below, component, parameter)
+        };
+        model.fold(id, of).root()
+    }
+
+    fn of_node(
+        model: &Model,
+        expression: &Expression,
+        below: &Folded<Self>,
+        component: usize,
+        parameter: &dyn Fn(&str) -> f64,
+    ) -> Self {
         let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
-        match &model.expressions[id] {
+        match expression {
             Expression::Number(number) => constant(*number),
             Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
             Expression::Variable(use_) => {
                 let component = if components(model, use_.variable) == 1 { 0 } else { component };
                 Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
             }
-            Expression::Unary(Unary::Negate, operand) => {
-                Self::of(model, *operand, component, parameter).times(-1.0)
-            }
-            Expression::Unary(operator, operand) => {
-                constant(operator.apply(Self::of(model, *operand, component, parameter).constant))
-            }
+            Expression::Unary(Unary::Negate, operand) => below.of(*operand).clone().times(-1.0),
+            Expression::Unary(operator, operand) => constant(operator.apply(below.of(*operand).constant)),
             Expression::Binary(operator, left, right) => {
-                let (left, right) = (
-                    Self::of(model, *left, component, parameter),
-                    Self::of(model, *right, component, parameter),
-                );
+                let (left, right) = (below.of(*left), below.of(*right));
                 match operator {
-                    Binary::Add => left.plus(&right),
-                    Binary::Subtract => left.plus(&right.times(-1.0)),
-                    Binary::Multiply if left.coefficients.is_empty() => right.times(left.constant),
-                    Binary::Multiply => left.times(right.constant),
-                    Binary::Divide => left.times(1.0 / right.constant),
+                    Binary::Add => left.clone().plus(right),
+                    Binary::Subtract => left.clone().plus(&right.clone().times(-1.0)),
+                    Binary::Multiply if left.coefficients.is_empty() => right.clone().times(left.constant),
+                    Binary::Multiply => left.clone().times(right.constant),
+                    Binary::Divide => left.clone().times(1.0 / right.constant),
                     _ => constant(operator.apply(left.constant, right.constant)),
                 }
             }
-            Expression::Vector(_, parts) => Self::of(model, parts[component], 0, parameter),
+            Expression::Vector(_, parts) => below.of(parts[component]).clone(),
             _ => unreachable!("internal: not linear, though the plan said so"),
         }
     }

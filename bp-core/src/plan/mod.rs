@@ -13,6 +13,7 @@ mod cost;
 mod dirac;
 mod draft;
 mod eliminate;
+mod elision;
 mod equation;
 mod finite;
 mod gaussian;
@@ -25,6 +26,8 @@ mod range;
 mod sampled;
 mod scan;
 mod scope;
+mod size;
+mod tree;
 
 pub(crate) use barren::is_proper;
 pub(crate) use conditional::is_linear_in;
@@ -38,6 +41,7 @@ pub use parts::parts;
 pub use range::{Mark, Marked};
 pub(crate) use sampled::has_point;
 pub use sampled::{Sampled, Treatment};
+pub use tree::{JoinTree, MANY_FACTORS};
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
@@ -172,6 +176,8 @@ pub struct Exact {
 pub enum Route {
     /// Sums and products.
     Exact(Exact),
+    /// Sums and products, too many for loops: over a join tree.
+    Tree(JoinTree),
     /// All is linear and Gaussian: closed form.
     Gaussian(Gaussian),
     /// No exact route: estimated by draws.
@@ -228,6 +234,9 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
 
 /// Sums and products where they answer, else draws.
 fn plan_exact_or_sampled(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Route, Error> {
+    if let Some(tree) = tree::plan(model, &asks, options) {
+        return Ok(Route::Tree(tree));
+    }
     match plan_exact(model, asks.clone(), options) {
         Err(Error::Unplanned { reason, .. }) => Ok(Route::Sampled(sampled::plan(model, asks, reason)?)),
         exact => Ok(Route::Exact(exact?)),
@@ -240,14 +249,17 @@ const MANY_PRODUCTS: f64 = 1e6;
 /// An exact plan; where it is dear, the cheaper of two. Putting a Dirac's value in the place of its variable spares a
 /// sum, but brings together all that the value depends on: a chain of them may bring everything together.
 fn plan_exact(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Exact, Error> {
-    let exact = stages(model, asks.clone(), options)?;
+    let mut exact = stages(model, asks.clone(), options)?;
     if exact.cost < MANY_PRODUCTS || !options.rewrites.dirac {
+        size::check(model, &exact)?;
         return Ok(exact);
     }
     let summed = Options { rewrites: Rewrites { dirac: false, ..options.rewrites }, ..options };
     // What cannot be summed, such as a real, keeps its substitution.
     let other = stages(model, asks, summed).ok().filter(|other| other.cost < exact.cost);
-    Ok(other.unwrap_or(exact))
+    exact = other.unwrap_or(exact);
+    size::check(model, &exact)?;
+    Ok(exact)
 }
 
 /// The stages of an exact plan.

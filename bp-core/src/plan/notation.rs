@@ -6,6 +6,7 @@
 //!
 //! MathML Core, W3C 2025: presentation elements alone, as browsers draw them.
 
+use super::elision;
 use crate::ids::VariableId;
 use crate::latex;
 use crate::model::Model;
@@ -174,7 +175,15 @@ impl Notation {
     /// `P(left | right)`.
     pub(super) fn distribution(self, left: &[String], right: &[String]) -> String {
         let long = left.len() + right.len() > MANY;
+        let shown = |items: &[String]| {
+            elision::list(
+                items.len(),
+                |at| items[at].clone(),
+                |count| elision::dots(self, count, "variables"),
+            )
+        };
         let list = |items: &[String]| {
+            let items = shown(items);
             let valued = items.iter().any(|item| item.contains(self.choose("=", "=", "<mo>=</mo>")));
             let separator = match valued {
                 true => self.choose(
@@ -204,6 +213,8 @@ impl Notation {
     /// A sign with what it runs over below it, and the blank behind it.
     fn under(self, sign: [&str; 3], over: &[String]) -> String {
         let sign = self.choose(sign[0], sign[1], sign[2]);
+        let others = |count| elision::dots(self, count, "variables");
+        let over = elision::list(over.len(), |at| over[at].clone(), others);
         match self {
             Notation::Unicode if over.len() == 1 => format!("{sign}_{} ", over[0]),
             Notation::Unicode => format!("{sign}_{{{}}} ", over.join(" ")),

@@ -59,6 +59,9 @@ impl Route {
                 "exact, by products: nothing is left to be summed but what is searched"
             }
             Route::Exact(_) => "exact, by sums and products: all that is summed is finite",
+            Route::Tree(_) => {
+                "exact, by a join tree: sums and products of finite variables, too many for a loop each"
+            }
             Route::Gaussian(_) => "exact, in closed form: all is real, linear and Gaussian",
             Route::Sampled(_) => "estimated, by draws: what is summed is not finite, nor linear and Gaussian",
             Route::OverTime(over_time) => match over_time.by {
@@ -79,6 +82,7 @@ impl Route {
     fn lines(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
         match self {
             Route::Exact(exact) => exact.lines(model, notation),
+            Route::Tree(tree) => tree.exact.lines(model, notation),
             Route::Gaussian(gaussian) => (gaussian.derivation(model, notation), Vec::new()),
             Route::Sampled(sampled) => (sampled.derivation(model, notation), Vec::new()),
             Route::OverTime(over_time) => (over_time.derivation(model, notation), Vec::new()),

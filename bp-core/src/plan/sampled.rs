@@ -12,10 +12,10 @@ use super::notation::Notation;
 use super::print::Line;
 use super::scope;
 use crate::error::Error;
-use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::model::{Ask, Domain, Evidence, Expression, Factor, Form, Model, Reduction};
+use crate::ids::{ExpressionId, FactorId, Id, VariableId};
+use crate::model::{Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Reduction, in_order};
 use crate::operators::{Binary, Unary};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 /// What is done with a factor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -112,8 +112,9 @@ fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
     let mut rest: Vec<VariableId> =
         searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
     let mut wanted: BTreeSet<FactorId> = BTreeSet::new();
+    let distributions = model.distributions();
     while let Some(variable) = rest.pop() {
-        if let Some(factor) = model.factor_of(variable)
+        if let Some(factor) = distributions[variable.position()]
             && wanted.insert(factor)
         {
             // A form may use less than its factor names; a draw needs what it uses.
@@ -142,18 +143,16 @@ pub(super) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
 }
 
 fn refused_expression(model: &Model, id: ExpressionId) -> Option<&'static str> {
-    let inner = |ids: &[ExpressionId]| ids.iter().find_map(|id| refused_expression(model, *id));
-    match &model.expressions[id] {
-        Expression::Foreign { .. }
-        | Expression::GradientNorm { .. }
-        | Expression::Frontier { .. }
-        | Expression::Innermost { .. } => Some("reads a field of another program"),
-        Expression::Unary(_, operand) => inner(&[*operand]),
-        Expression::Binary(_, left, right) => inner(&[*left, *right]),
-        Expression::If { condition, then, otherwise } => inner(&[*condition, *then, *otherwise]),
-        Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => inner(indices),
-        _ => None,
-    }
+    let reads = |id: ExpressionId| {
+        matches!(
+            &model.expressions[id],
+            Expression::Foreign { .. }
+                | Expression::GradientNorm { .. }
+                | Expression::Frontier { .. }
+                | Expression::Innermost { .. }
+        )
+    };
+    model.nodes_below(id).into_iter().any(reads).then_some("reads a field of another program")
 }
 
 /// Whether a form may say a value for sure, where that is not all that it says.
@@ -218,40 +217,39 @@ fn ordered(
     observed: &[VariableId],
     solved: &[(FactorId, FactorId)],
 ) -> Option<Vec<(FactorId, Treatment)>> {
-    let distributed = |variable: &VariableId| {
-        factors.iter().any(|id| model.factors[*id].left.iter().any(|use_| use_.variable == *variable))
-    };
-    let mut done: Vec<VariableId> = observed.to_vec();
-    done.extend(model.variables.ids().filter(|variable| !distributed(variable)));
-    let mut rest: Vec<FactorId> =
+    let rest: Vec<FactorId> =
         factors.iter().copied().filter(|id| solved.iter().all(|(_, dirac)| dirac != id)).collect();
-    let mut steps = Vec::new();
-    while !rest.is_empty() {
-        let position = rest.iter().position(|id| {
-            let own = &model.factors[*id].left;
-            let mut needs = scope::of_form(model, *id);
-            if let Some((_, dirac)) = solved.iter().find(|(parent, _)| parent == id) {
-                needs.extend(scope::of_form(model, *dirac));
-            }
-            needs.iter().all(|need| done.contains(need) || own.iter().any(|use_| use_.variable == *need))
-        })?;
-        let id = rest.remove(position);
-        let left = &model.factors[id].left;
-        let treatment = match solved.iter().find(|(parent, _)| *parent == id) {
-            Some((_, dirac)) => Treatment::Solved(*dirac),
-            None if left.iter().all(|use_| observed.contains(&use_.variable)) => Treatment::Weighed,
+    let observed: HashSet<VariableId> = observed.iter().copied().collect();
+    let solves = |id: &FactorId| solved.iter().find(|(parent, _)| parent == id).map(|(_, dirac)| *dirac);
+    // What is observed is there from the beginning.
+    let needs = |id: &FactorId| {
+        let dirac = solves(id).map(|dirac| scope::of_form(model, dirac)).unwrap_or_default();
+        let all = scope::of_form(model, *id).into_iter().chain(dirac);
+        all.filter(|need| !observed.contains(need)).collect::<Vec<_>>()
+    };
+    let gives = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable).collect::<Vec<_>>();
+    let (needs, gives): (Vec<_>, Vec<_>) = rest.iter().map(|id| (needs(id), gives(id))).unzip();
+    let order = in_order(&needs, &gives)?;
+    let treated = |position: usize| {
+        let treatment = match solves(&rest[position]) {
+            Some(dirac) => Treatment::Solved(dirac),
+            None if gives[position].iter().all(|given| observed.contains(given)) => Treatment::Weighed,
             None => Treatment::Drawn,
         };
-        done.extend(left.iter().map(|use_| use_.variable));
-        steps.push((id, treatment));
-    }
-    Some(steps)
+        (rest[position], treatment)
+    };
+    Some(order.into_iter().map(treated).collect())
 }
 
 /// The degree of an expression in one variable: 0, 1, or `None` where it is not linear in it.
 fn degree_in(model: &Model, id: ExpressionId, variable: VariableId) -> Option<u8> {
-    let of = |id: ExpressionId| degree_in(model, id, variable);
-    match &model.expressions[id] {
+    model.fold(id, |expression, below| degree_of(expression, below, variable)).root()
+}
+
+/// The degree of a node, given those of its operands: 0 where the variable is not in it.
+fn degree_of(expression: &Expression, below: &Folded<Option<u8>>, variable: VariableId) -> Option<u8> {
+    let of = |id: ExpressionId| *below.of(id);
+    match expression {
         Expression::Variable(use_) => Some(u8::from(use_.variable == variable)),
         Expression::Unary(Unary::Negate, operand) => of(*operand),
         Expression::Binary(Binary::Add | Binary::Subtract, left, right) => Some(of(*left)?.max(of(*right)?)),
@@ -259,10 +257,11 @@ fn degree_in(model: &Model, id: ExpressionId, variable: VariableId) -> Option<u8
             Some(of(*left)? + of(*right)?).filter(|degree| *degree <= 1)
         }
         Expression::Binary(Binary::Divide, left, right) => (of(*right)? == 0).then_some(of(*left)?),
+        Expression::First { family, .. } if *family == variable => None,
         _ => {
-            let mut used = scope::Scope::new();
-            scope::of_expression(model, id, &mut used);
-            (!used.contains(&variable)).then_some(0)
+            let mut without = true;
+            expression.each_operand(&mut |operand| without &= of(operand) == Some(0));
+            without.then_some(0)
         }
     }
 }

@@ -72,28 +72,11 @@ fn first_uses(
     family: VariableId,
     uses: &mut Vec<Option<Option<(ExpressionId, ExpressionId)>>>,
 ) {
-    let mut inner = |id| first_uses(model, id, family, uses);
-    match &model.expressions[id] {
-        Expression::First { family: of, with } => {
-            with.iter().flat_map(|(value, at)| [*value, *at]).for_each(&mut inner);
-            if *of == family {
-                uses.push(Some(*with));
-            }
+    for id in model.nodes_below(id) {
+        match &model.expressions[id] {
+            Expression::First { family: of, with } if *of == family => uses.push(Some(*with)),
+            Expression::Variable(use_) if use_.variable == family => uses.push(None),
+            _ => {}
         }
-        Expression::Variable(use_) if use_.variable == family => uses.push(None),
-        Expression::Unary(_, operand) => inner(*operand),
-        Expression::Binary(_, left, right) => {
-            inner(*left);
-            inner(*right);
-        }
-        Expression::If { condition, then, otherwise } => {
-            inner(*condition);
-            inner(*then);
-            inner(*otherwise);
-        }
-        Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => {
-            indices.iter().for_each(|index| inner(*index));
-        }
-        _ => {}
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::distribution::Setting;
 use crate::error::Error;
+use crate::ids::Id;
 use crate::model::{Ask, Evidence, Value};
 
 /// Values and likelihoods of slots.
@@ -21,8 +22,9 @@ impl Observations {
     /// index.
     pub fn none(setting: &Setting<'_>) -> Self {
         let mut values = vec![f64::NAN; setting.slots()];
+        let distributions = setting.model.distributions();
         for variable in setting.model.variables.ids() {
-            if setting.model.factor_of(variable).is_none() {
+            if distributions[variable.position()].is_none() {
                 values[setting.slots_of(variable)].fill(0.0);
             }
         }
@@ -60,7 +62,11 @@ impl Observations {
         Ok(observations)
     }
 
-    fn give(
+    /// Observes what the host gives under a name: a number for each slot.
+    ///
+    /// # Errors
+    /// It was not given; another number of them; a value that is none of its variable.
+    pub(crate) fn give(
         &mut self,
         setting: &Setting<'_>,
         slots: std::ops::Range<usize>,

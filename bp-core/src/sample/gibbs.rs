@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::ids::FactorId;
 use crate::law::Law;
 use crate::plan::Treatment;
+use crate::progress::{self, Work};
 use crate::random::Random;
 use rayon::prelude::*;
 
@@ -47,6 +48,7 @@ pub fn gibbs(
     let blankets = Blankets::new(setting, &steps, observations)?;
     let streams = Streams::new(sampling.seed, "gibbs");
     let sweeps = sampling.particles.div_ceil(CHAINS).max(FEWEST_SWEEPS);
+    let work = Work::of(CHAINS * sweeps);
     let chain = |number: usize| {
         let mut random = streams.stream(number);
         let values = beginning(&blankets, &steps, &mut random)?;
@@ -54,6 +56,9 @@ pub fn gibbs(
         let mut chain = Chain { blankets: &blankets, values, slices, random };
         let mut draws = Vec::new();
         for sweep in 0..sweeps {
+            if !work.goes_on() {
+                break;
+            }
             let burns_in = sweep < sweeps / BURN_IN;
             for site in 0..blankets.sites.len() {
                 chain.renew(site, burns_in)?;
@@ -64,8 +69,16 @@ pub fn gibbs(
         }
         Ok(draws)
     };
-    let all: Vec<Vec<f64>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
-    let length = sweeps - sweeps / BURN_IN;
+    let mut all: Vec<Vec<f64>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
+    // Where the work was stopped, the chains are as long as the shortest.
+    let mut length = sweeps - sweeps / BURN_IN;
+    if progress::is_stopped() && !kept.is_empty() {
+        length = all.iter().map(Vec::len).min().unwrap_or(0) / kept.len();
+        all.iter_mut().for_each(|chain| chain.truncate(length * kept.len()));
+        if length < FEWEST_SWEEPS / 2 {
+            return Err(Error::Interrupted);
+        }
+    }
     Ok(Draws::chained(all.concat(), kept.len(), CHAINS * length, length))
 }
 

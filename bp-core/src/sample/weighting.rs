@@ -11,6 +11,7 @@ use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::FactorId;
 use crate::plan::Treatment;
+use crate::progress::Work;
 use crate::random::Random;
 use rayon::prelude::*;
 
@@ -34,13 +35,22 @@ pub fn weigh(
 ) -> Result<Draws, Error> {
     let steps = instances(setting, steps)?;
     let streams = Streams::new(sampling.seed, "weighting");
+    let work = Work::of(sampling.particles);
     let draw = |number: usize| {
+        if !work.goes_on() {
+            return Ok(None);
+        }
         let mut values = observations.values.clone();
         let ln_weight = draw_one(setting, &steps, observations, &mut streams.stream(number), &mut values)?;
-        Ok((ln_weight, kept.iter().map(|slot| values[*slot]).collect::<Vec<f64>>()))
+        Ok(Some((ln_weight, kept.iter().map(|slot| values[*slot]).collect::<Vec<f64>>())))
     };
-    let all: Vec<(f64, Vec<f64>)> =
+    let all: Vec<Option<(f64, Vec<f64>)>> =
         (0..sampling.particles).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
+    // Where the work was stopped, the draws that were made answer.
+    let all: Vec<(f64, Vec<f64>)> = all.into_iter().flatten().collect();
+    if all.is_empty() {
+        return Err(Error::Interrupted);
+    }
     let ln_weights: Vec<f64> = all.iter().map(|(ln_weight, _)| *ln_weight).collect();
     let values = all.into_iter().flat_map(|(_, values)| values).collect();
     Ok(Draws::weighted(values, kept.len(), &ln_weights))

@@ -15,6 +15,7 @@ use crate::error::Error;
 use crate::ids::VariableId;
 use crate::law::Law;
 use crate::operators::normal_cumulative;
+use crate::progress::{self, Work};
 use crate::random::Random;
 use crate::sample::{Draws, Moments, Observations, Sampling, Streams, draw_or_weigh};
 use rand::RngExt;
@@ -114,7 +115,12 @@ impl<'s> Moves<'s> {
             (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
         let (particles, ln_weights) = begun.into_iter().unzip();
         let mut cloud = Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() };
+        let work = Work::of(instants.len());
         for (instant, observed) in instants.iter().enumerate() {
+            if !work.goes_on() {
+                // What was followed so far is answered.
+                break;
+            }
             let mut observations = Observations::none(self.setting);
             observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
             let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
@@ -146,7 +152,10 @@ impl<'s> Moves<'s> {
             }
         }
         cloud.complete();
-        Ok(Ok(cloud))
+        match cloud.effective.is_empty() && progress::is_stopped() {
+            true => Err(Error::Interrupted),
+            false => Ok(Ok(cloud)),
+        }
     }
 
     /// X becomes X^-1.

@@ -6,6 +6,10 @@
 use super::pair::Pairing;
 use super::problem::Problem;
 use crate::error::Error;
+use crate::memory;
+
+/// Bytes that there are on a machine that does not say.
+const UNKNOWN_MEMORY: f64 = 8e9;
 
 /// What a tree would take, before it is made.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -56,7 +60,7 @@ impl Cost {
 
     /// Refuses what does not fit.
     pub(super) fn fits(self) -> Result<(), Error> {
-        let most = free_memory();
+        let most = memory::free().unwrap_or(UNKNOWN_MEMORY);
         match self.bytes <= most {
             true => Ok(()),
             false => Err(Error::TooLarge {
@@ -67,13 +71,4 @@ impl Cost {
             }),
         }
     }
-}
-
-/// The bytes that the machine can still give, as Linux tells it.
-fn free_memory() -> f64 {
-    let told = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-        Some(line.split_whitespace().next()?.parse::<f64>().ok()? * 1024.0)
-    });
-    told.unwrap_or(8e9)
 }

@@ -9,6 +9,9 @@ use super::network::Network;
 use super::plan::Marginals;
 use crate::error::Error;
 
+/// The most products of all runs together, each run one combination of values.
+const MOST_PRODUCTS: f64 = 2e10;
+
 /// A joint posterior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
@@ -114,6 +117,12 @@ fn condition(
     let ln_evidence = session.ln_evidence();
     given.extend_from_slice(variables);
     let plan = Marginals::new(network, &given, &weighed, wanted)?;
+    let runs: f64 = variables.iter().map(|variable| network.cardinalities[*variable] as f64).product();
+    let products = runs * plan.cost().cells.max(1.0);
+    if products > MOST_PRODUCTS {
+        let (question, help) = ("joint posterior".to_owned(), "name fewer variables".to_owned());
+        return Err(Error::TooLong { question, products, most: MOST_PRODUCTS, help });
+    }
     let mut session = plan.session();
     let mut own = evidence.clone();
     own.hard.extend(variables.iter().map(|variable| (*variable, 0)));

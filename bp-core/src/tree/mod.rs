@@ -6,6 +6,7 @@
 //!
 //! Lauritzen and Spiegelhalter 1988; Shenoy 1997 (binary join trees); Darwiche 2003 (derivatives). docs/networks.md tells how.
 
+mod absorb;
 mod batch;
 mod cell;
 mod compile;
@@ -27,6 +28,7 @@ mod session;
 mod table;
 mod triangulate;
 
+pub(crate) use absorb::{Absorbed, absorb};
 pub use batch::{Posterior, answer_cases};
 pub use compile::Tree;
 pub use cost::Cost;

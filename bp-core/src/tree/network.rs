@@ -5,7 +5,9 @@
 
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
-use crate::model::{Form, Model};
+use crate::ids::FactorId;
+use crate::memory;
+use crate::model::{Factor, Form, Model};
 
 /// A table over some variables.
 #[derive(Clone, PartialEq, Debug)]
@@ -58,9 +60,10 @@ impl Network {
             network.cardinalities.extend(slots.map(|_| setting.count(id)));
         }
         network.table_of = vec![None; network.cardinalities.len()];
+        let (mut assignment, mut room) = (vec![0.0; setting.slots()], room());
         for id in model.factors.ids() {
             for instance in setting.instances(id)? {
-                let table = network.table(setting, &instance)?;
+                let table = network.table(setting, &instance, &mut assignment, &mut room)?;
                 for left in &instance.left {
                     network.table_of[*left] = Some(network.tables.len());
                 }
@@ -70,12 +73,59 @@ impl Network {
         Ok(network)
     }
 
-    fn table(&self, setting: &Setting<'_>, instance: &Instance) -> Result<Table, Error> {
+    /// The tables of some factors alone, none of which is said to sum to one: nothing of them is left out as barren. Their
+    /// variables and those in the slots `wanted` are numbered anew; gives the number of each slot, `usize::MAX` where it has
+    /// none.
+    ///
+    /// # Errors
+    /// As [`Network::of`].
+    pub(crate) fn part(
+        setting: &Setting<'_>,
+        factors: &[FactorId],
+        wanted: &[usize],
+    ) -> Result<(Self, Vec<usize>), Error> {
+        let mut network = Network::default();
+        for id in setting.model.variables.ids() {
+            network.cardinalities.extend(setting.slots_of(id).map(|_| setting.count(id)));
+        }
+        let (mut assignment, mut room) = (vec![0.0; setting.slots()], room());
+        for id in factors {
+            for instance in setting.instances(*id)? {
+                let table = network.table(setting, &instance, &mut assignment, &mut room)?;
+                network.tables.push(table);
+            }
+        }
+        let mut used = vec![false; setting.slots()];
+        let slots = network.tables.iter().flat_map(|table| &table.variables).chain(wanted);
+        slots.for_each(|slot| used[*slot] = true);
+        let mut numbers = vec![usize::MAX; setting.slots()];
+        let mut cardinalities = Vec::new();
+        for slot in (0..used.len()).filter(|slot| used[*slot]) {
+            numbers[slot] = cardinalities.len();
+            cardinalities.push(network.cardinalities[slot]);
+        }
+        for variable in network.tables.iter_mut().flat_map(|table| &mut table.variables) {
+            *variable = numbers[*variable];
+        }
+        network.table_of = vec![None; cardinalities.len()];
+        network.cardinalities = cardinalities;
+        Ok((network, numbers))
+    }
+
+    /// The table of an instance; `assignment` is all zeros before and after, and of `room` its cells are taken.
+    fn table(
+        &self,
+        setting: &Setting<'_>,
+        instance: &Instance,
+        assignment: &mut [f64],
+        room: &mut f64,
+    ) -> Result<Table, Error> {
         let factor = &setting.model.factors[instance.factor];
         // Numbers as they are written stand in the order of the decomposition.
         if let Form::Constants(numbers) = &factor.form
             && factor.products.is_empty()
         {
+            take(room, numbers.len(), setting, factor)?;
             let right = factor.right.iter().map(|use_| setting.slots_of(use_.variable).start);
             return Ok(Table {
                 variables: right.chain(instance.left.iter().copied()).collect(),
@@ -91,12 +141,12 @@ impl Network {
             name: setting.model.head(factor),
             cells: extents.map(|extent| extent as f64).product(),
             most: MOST_CELLS as f64,
-            help: "give it fewer parents".to_owned(),
+            help: FEWER.to_owned(),
         })?;
+        take(room, cells, setting, factor)?;
         let mut values = Vec::with_capacity(cells);
-        let mut assignment = vec![0.0; setting.slots()];
         while values.len() < cells {
-            match setting.distribution(instance, &assignment)? {
+            match setting.distribution(instance, assignment)? {
                 Distribution::Finite(probabilities) => values.extend(probabilities),
                 _ => {
                     let reason = format!("`{}` has no table of numbers", setting.model.head(factor));
@@ -119,6 +169,25 @@ impl Network {
         let table = self.table_of[variable].map(|table| &self.tables[table].variables[..]);
         table.unwrap_or_default().iter().copied().filter(move |parent| *parent != variable)
     }
+}
+
+/// The way out of tables that are too large.
+const FEWER: &str = "give the variable fewer parents, or make their domains smaller";
+
+/// Cells for which there is memory.
+fn room() -> f64 {
+    memory::free().map_or(f64::INFINITY, |bytes| (bytes / 8.0).floor())
+}
+
+/// Takes the cells of a table from those for which there is memory.
+fn take(room: &mut f64, cells: usize, setting: &Setting<'_>, factor: &Factor) -> Result<(), Error> {
+    let cells = cells as f64;
+    if cells > *room {
+        let name = setting.model.head(factor);
+        return Err(Error::TooLarge { name, cells, most: *room, help: FEWER.to_owned() });
+    }
+    *room -= cells;
+    Ok(())
 }
 
 fn refused(model: &Model, reason: String) -> Error {

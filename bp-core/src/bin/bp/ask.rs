@@ -12,6 +12,7 @@ use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::Role;
 use bp_core::model::{Evidence, Form, Known, Model, Question, Reduction, Value};
+use bp_core::progress;
 use bp_core::sample::{Method, Sampling};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -139,6 +140,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let mut answers: Vec<Answer> = Vec::new();
     for question in &compiled {
         answers.extend(cases::ask(&model, question, &inputs, sampling)?);
+        if progress::is_stopped() {
+            break;
+        }
     }
     if arguments.json {
         return write_json(&one_or_several(&answers), out);

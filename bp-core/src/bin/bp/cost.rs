@@ -50,7 +50,7 @@ pub(crate) const HEADINGS: [&str; 6] =
 pub(crate) fn tables(model: &Model, plan: &Plan) -> Vec<Table> {
     let exact = plan.routes.iter().filter_map(|route| match route {
         Route::Exact(exact) => Some(exact),
-        Route::Gaussian(_) | Route::Sampled(_) | Route::OverTime(_) => None,
+        Route::Tree(_) | Route::Gaussian(_) | Route::Sampled(_) | Route::OverTime(_) => None,
     });
     let table = |exact: &bp_core::plan::Exact| {
         let row = |summed: Option<String>, cost: &Cost| Row {
@@ -86,8 +86,19 @@ pub(crate) fn cells(table: &Table) -> Vec<[String; 6]> {
         let summed = row.summed.clone().unwrap_or_else(|| "(answer)".to_owned());
         [summed, of, entries, bytes, multiplications, additions]
     };
-    table.rows.iter().map(cells).collect()
+    let rows = table.rows.len();
+    if rows <= MANY_ROWS {
+        return table.rows.iter().map(cells).collect();
+    }
+    let mut left_out = [const { String::new() }; 6];
+    left_out[0] = format!("… ({} more)", rows - FIRST_ROWS - 1);
+    let last = table.rows.last().map(cells);
+    table.rows[..FIRST_ROWS].iter().map(cells).chain([left_out]).chain(last).collect()
 }
+
+/// A table of more rows is shortened: its first rows are shown, and its last one.
+const MANY_ROWS: usize = 100;
+const FIRST_ROWS: usize = 24;
 
 /// What stands below a table.
 pub(crate) fn in_all(table: &Table) -> String {

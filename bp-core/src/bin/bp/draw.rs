@@ -32,12 +32,22 @@ pub(crate) struct Arguments {
     out: Option<PathBuf>,
 }
 
+/// The most variables that are laid out: the layout takes time by their square.
+const MOST_NODES: usize = 20_000;
+
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let network = program::network(&arguments.file, program::format_of(&arguments.file)?)?;
     let question = match &arguments.question {
         Some(typed) => program::questions(&network, Some(typed))?.pop(),
         None => None,
     };
+    let nodes = network.model.variables.len();
+    if nodes > MOST_NODES && !arguments.dot {
+        return Err(Failure::Words(format!(
+            "a picture of {nodes} variables is more than anybody sees; at most {MOST_NODES} are drawn: `--dot` writes \
+             the network for other tools"
+        )));
+    }
     let graph = graph(&network.model, question.as_ref());
     let page = if arguments.dot { graph.dot() } else { graph.svg() };
     output::write(arguments.out.as_deref(), page.as_bytes(), out)

@@ -85,8 +85,15 @@ fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Resu
     writeln!(out, "</section>")
 }
 
+/// The most variables of a picture in a page.
+const MOST_NODES: usize = 2000;
+
 /// The network, with what a question knows and searches.
 fn figure(model: &Model, question: Option<&Question>, out: &mut impl Write) -> Result<()> {
+    if model.variables.len() > MOST_NODES {
+        let nodes = model.variables.len();
+        return writeln!(out, "<p>The network has {nodes} variables, too many for a picture.</p>");
+    }
     let graph = graph(model, question);
     let mut signs = Vec::new();
     if question.is_some() {

@@ -26,6 +26,7 @@ mod output;
 mod parameters;
 mod program;
 mod settings;
+mod signals;
 mod table;
 mod wrap;
 
@@ -55,7 +56,8 @@ Examples:
   bp fmt --check *.bp
 
 Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
-2 when the command line is.";
+2 when the command line is. Ctrl-C ends a command with exit code 1; work that
+draws (sampling, particles) answers first with the draws that it has made.";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -78,6 +80,7 @@ enum Verb {
 
 fn main() -> ExitCode {
     let CommandLine { verb } = CommandLine::parse();
+    signals::listen();
     let mut out = BufWriter::new(std::io::stdout().lock());
     let done = match verb {
         Verb::Check(arguments) => check::run(&arguments, &mut out),
@@ -98,6 +101,10 @@ fn main() -> ExitCode {
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {
+        Ok(()) if bp_core::progress::is_stopped() => {
+            program::warn("warning: interrupted; the answer is that of what had been done");
+            ExitCode::from(signals::INTERRUPTED as u8)
+        }
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.tell(),
     }

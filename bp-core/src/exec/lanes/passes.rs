@@ -33,6 +33,9 @@ const ONE_BLOCK: usize = 512;
 const MANY_LANES: usize = 1024;
 const FEW_LANES: usize = 16;
 
+/// The most lanes that are folded at once: more would not fit into memory. The others are a loop.
+const MOST_FOLDED: usize = 1 << 20;
+
 /// The passes of a kernel, whose numbers have so many bytes.
 pub(super) fn passes(known: &Known<'_>, schedule: &Schedule, bytes: usize) -> Vec<Pass> {
     let mut readers = vec![Vec::new(); known.kernel.buffers.len()];
@@ -210,7 +213,7 @@ impl<'c> Choice<'c> {
             _ => {
                 let (first, inner) = (self.last_axes(axes), self.last_axes(&nest.inner));
                 let (own, folded) = (self.product(&axes[first..]), self.product(&nest.inner[inner..]));
-                shape.folded = own < FEW_LANES && folded > own;
+                shape.folded = own < FEW_LANES && folded > own && folded <= MOST_FOLDED;
                 (shape.rows, shape.lanes) = match shape.folded {
                     true => (axes.clone(), nest.inner[inner..].to_vec()),
                     false => (axes[..first].to_vec(), axes[first..].to_vec()),

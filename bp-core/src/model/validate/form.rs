@@ -7,7 +7,7 @@ use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Expression, Form, Model};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// How far constant probabilities may sum from one.
 pub(super) const SUM_TOLERANCE: f64 = 1e-6;
@@ -153,14 +153,19 @@ fn rounded(sum: f64) -> f64 {
 }
 
 fn probability_faults(model: &Model, id: FactorId, entry: ExpressionId) -> Option<Fault> {
-    if let Expression::If { then, otherwise, .. } = model.expressions[entry] {
-        return probability_faults(model, id, then).or_else(|| probability_faults(model, id, otherwise));
+    let mut rest = vec![entry];
+    let mut seen = HashSet::new();
+    while let Some(entry) = rest.pop() {
+        if let Expression::If { then, otherwise, .. } = model.expressions[entry] {
+            rest.extend([otherwise, then].into_iter().filter(|part| seen.insert(*part)));
+            continue;
+        }
+        if let Some(value) = model.constant(entry).filter(|value| !(0.0..=1.0).contains(value)) {
+            let message = format!("a probability lies between 0 and 1, but this is {value}");
+            return Some(fault(Place::Expression(id, entry), message));
+        }
     }
-    let value = model.constant(entry).filter(|value| !(0.0..=1.0).contains(value))?;
-    Some(fault(
-        Place::Expression(id, entry),
-        format!("a probability lies between 0 and 1, but this is {value}"),
-    ))
+    None
 }
 
 fn row_faults(

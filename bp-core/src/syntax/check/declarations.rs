@@ -132,10 +132,14 @@ impl Checker<'_> {
             Some((sign, text)) => match integer(*sign, text) {
                 Some(offset) => offset,
                 None => {
-                    self.complain(
-                        bound.at.0,
-                        format!("a bound must be a whole number, but this is `{bound}`"),
-                    );
+                    let large = text.chars().all(|digit| digit.is_ascii_digit() || digit == '_');
+                    let message = match large {
+                        true => format!(
+                            "a bound lies between −1099511627776 and 1099511627776 (2^40), but this is `{bound}`"
+                        ),
+                        false => format!("a bound must be a whole number, but this is `{bound}`"),
+                    };
+                    self.complain(bound.at.0, message);
                     return None;
                 }
             },

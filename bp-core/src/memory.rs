@@ -1,0 +1,97 @@
+//! How much memory there is for another array.
+//!
+//! In: what the operating system says. Out: bytes. Invariant: free memory may refuse a question, it never chooses how one is
+//! answered; where the system says nothing, nothing is refused.
+//!
+//! On Linux: the least of `MemAvailable`, of what the control group of the process may still take, and of what its own
+//! limit of address space leaves (`ulimit -v`).
+
+use std::fs::read_to_string;
+
+/// Bytes that can still be had; `None` where the system does not say.
+pub(crate) fn free() -> Option<f64> {
+    [available(), in_group(), in_limit()].into_iter().flatten().reduce(f64::min)
+}
+
+/// Bytes as people read them: `7.8 GB`.
+pub(crate) fn bytes_text(bytes: f64) -> String {
+    const UNITS: [&str; 7] = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
+    if bytes >= 1e21 {
+        return format!("{} B", count_text(bytes));
+    }
+    let unit = (bytes.max(1.0).log10() / 3.0).floor().min(6.0);
+    let amount = bytes / 1000f64.powf(unit);
+    let digits = usize::from(unit > 0.0 && amount < 100.0);
+    format!("{amount:.digits$} {}", UNITS[unit as usize])
+}
+
+/// A count as people read it: `4096`, `4.3e9`.
+pub(crate) fn count_text(count: f64) -> String {
+    match count {
+        _ if count.is_infinite() => "more than 1e308".to_owned(),
+        _ if count < 1e7 => format!("{count:.0}"),
+        _ => {
+            let text = format!("{count:.1e}");
+            text.replace(".0e", "e")
+        }
+    }
+}
+
+/// What the machine has to give.
+fn available() -> Option<f64> {
+    field(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|kilobytes| kilobytes * 1024.0)
+}
+
+/// What the control group of this process may still take.
+fn in_group() -> Option<f64> {
+    let number = |path: String| read_to_string(path).ok()?.trim().parse::<f64>().ok();
+    let groups = read_to_string("/proc/self/cgroup").ok()?;
+    let path = |wanted: &str| {
+        groups.lines().find_map(|line| {
+            let mut parts = line.splitn(3, ':').skip(1);
+            let (controllers, path) = (parts.next()?, parts.next()?);
+            controllers.split(',').any(|one| one == wanted).then(|| path.trim_end_matches('/').to_owned())
+        })
+    };
+    let second = path("").and_then(|path| {
+        let of = |file: &str| number(format!("/sys/fs/cgroup{path}/{file}"));
+        Some(of("memory.max")? - of("memory.current")?)
+    });
+    let first = path("memory").and_then(|path| {
+        let of = |file: &str| number(format!("/sys/fs/cgroup/memory{path}/{file}"));
+        Some(of("memory.limit_in_bytes")? - of("memory.usage_in_bytes")?)
+    });
+    second.or(first).map(|bytes| bytes.max(0.0))
+}
+
+/// What the limit of address space leaves.
+fn in_limit() -> Option<f64> {
+    let most = field(&read_to_string("/proc/self/limits").ok()?, "Max address space")?;
+    let taken = field(&read_to_string("/proc/self/status").ok()?, "VmSize:")? * 1024.0;
+    Some((most - taken).max(0.0))
+}
+
+/// The number behind a name at the start of a line.
+fn field(text: &str, name: &str) -> Option<f64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_told_as_people_read_them() {
+        assert_eq!([8.0, 8e9, 123e6].map(bytes_text), ["8 B", "8.0 GB", "123 MB"]);
+        assert_eq!([4096.0, 4_294_967_296.0, 1e9].map(count_text), ["4096", "4.3e9", "1e9"]);
+        assert_eq!(count_text(f64::INFINITY), "more than 1e308");
+    }
+
+    #[test]
+    fn a_field_is_read_by_its_name() {
+        let text =
+            "MemTotal:       16 kB\nMemAvailable:   12 kB\nMax address space         unlimited  unlimited";
+        assert_eq!((field(text, "MemAvailable:"), field(text, "Max address space")), (Some(12.0), None));
+    }
+}

@@ -1,0 +1,65 @@
+//! Orders in which each thing comes after those that it needs.
+//!
+//! In: what each thing needs and what it gives. Out: an order. Invariant: linear but for a heap; of several things that are
+//! ready the first comes first; what nobody gives is there from the beginning.
+
+use super::Model;
+use crate::ids::{FactorId, VariableId};
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+
+/// The positions of things in order; `None` where they wait for each other.
+pub(crate) fn in_order(needs: &[Vec<VariableId>], gives: &[Vec<VariableId>]) -> Option<Vec<usize>> {
+    let mut giver: HashMap<VariableId, usize> = HashMap::new();
+    for (position, given) in gives.iter().enumerate() {
+        giver.extend(given.iter().map(|variable| (*variable, position)));
+    }
+    let mut waits = vec![0usize; needs.len()];
+    let mut followers: Vec<Vec<usize>> = vec![Vec::new(); needs.len()];
+    for (position, needs) in needs.iter().enumerate() {
+        let givers = needs.iter().filter_map(|variable| giver.get(variable).copied());
+        for giver in givers.filter(|giver| *giver != position).collect::<HashSet<_>>() {
+            waits[position] += 1;
+            followers[giver].push(position);
+        }
+    }
+    let mut ready: BinaryHeap<Reverse<usize>> =
+        (0..waits.len()).filter(|position| waits[*position] == 0).map(Reverse).collect();
+    let mut order = Vec::with_capacity(waits.len());
+    while let Some(Reverse(position)) = ready.pop() {
+        order.push(position);
+        for follower in &followers[position] {
+            waits[*follower] -= 1;
+            if waits[*follower] == 0 {
+                ready.push(Reverse(*follower));
+            }
+        }
+    }
+    (order.len() == waits.len()).then_some(order)
+}
+
+impl Model {
+    /// Factors, parents first; as they stand where that is free.
+    pub fn parents_first(&self, factors: &[FactorId]) -> Vec<FactorId> {
+        let uses = |uses: &[super::VariableUse]| uses.iter().map(|use_| use_.variable).collect::<Vec<_>>();
+        let needs: Vec<_> = factors.iter().map(|id| uses(&self.factors[*id].right)).collect();
+        let gives: Vec<_> = factors.iter().map(|id| uses(&self.factors[*id].left)).collect();
+        let order = in_order(&needs, &gives).expect("internal: a checked decomposition has an order");
+        order.into_iter().map(|position| factors[position]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::Id;
+
+    #[test]
+    fn the_first_that_is_ready_comes_first() {
+        let [a, b, c] = [0, 1, 2].map(VariableId::new);
+        // c needs a and b; b needs a; a needs what nobody gives.
+        let needs = [vec![a, b], vec![a], vec![VariableId::new(9)]];
+        assert_eq!(in_order(&needs, &[vec![c], vec![b], vec![a]]), Some(vec![2, 1, 0]));
+        assert_eq!(in_order(&[vec![b], vec![a]], &[vec![a], vec![b]]), None);
+    }
+}
