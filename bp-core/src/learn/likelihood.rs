@@ -83,10 +83,9 @@ fn weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
             return law.density(distance * TAU / turn, &[0.0, parameters[1]]);
         }
         let (half, around) = (0.5 * (to - from), [0.0, parameters[1]]);
-        return law.mass(&mut Numbers, distance - half, distance + half, &around).unwrap_or(0.0);
+        return law.between(distance - half, distance + half, &around);
     }
-    law.mass(&mut Numbers, from, to, parameters)
-        .unwrap_or_else(|| law.cumulative(to, parameters) - law.cumulative(from, parameters))
+    law.between(from, to, parameters)
 }
 
 /// ln of the prior, up to a constant, of which what is put in is the maximum together with ln L.
