@@ -4,6 +4,7 @@
 //! probabilities of a row's context sum to one, or are all zero where the context itself has probability zero;
 //! evidence of probability zero is an error.
 
+mod again;
 mod check;
 mod compare;
 mod compiled;
@@ -19,6 +20,7 @@ mod soft;
 mod table;
 mod tree;
 
+pub use again::{Asked, again, refused};
 pub use check::refused_number;
 pub use compiled::{CompiledQuestion, compile, plan_for_answer};
 pub use instants::read_instants;

@@ -14,6 +14,7 @@ use bp_macros::bayesian_program;
 
 mod best;
 mod names;
+mod numbers;
 
 bayesian_program! {
     program Dice {

@@ -137,7 +137,7 @@ impl Best {
     }
 
     /// Fills the fields from a buffer.
-    pub(super) fn fill(&self, id: BufferId, asked: &str, text: &mut Text) {
+    pub(super) fn fill(&self, id: BufferId, scores: &str, asked: &str, text: &mut Text) {
         let product = |axes: &[AxisId]| {
             let extents: Vec<String> = axes.iter().map(|axis| local("e", *axis)).collect();
             if extents.is_empty() { "1usize".to_owned() } else { extents.join(" * ") }
@@ -157,8 +157,7 @@ impl Best {
             }
         };
         text.line(format!(
-            "let distributions = Distributions {{ scores: &{}[..], width, inner, nearest: {nearest} }};",
-            local("m", id)
+            "let distributions = Distributions {{ scores: &outputs.{scores}[..], width, inner, nearest: {nearest} }};"
         ));
         text.line("let contexts: usize = distributions.count();");
         let largest = &self.largest.0;

@@ -166,6 +166,33 @@ impl<'k> Interface<'k> {
         }
     }
 
+    /// Gives the inputs by name, in f64, to the `named` of the text.
+    pub(super) fn named(&self, text: &mut Text) {
+        for SizeField { of, field, kind, .. } in &self.sizes {
+            text.line(match *kind {
+                "usize" => format!("let named = named.size({of:?}, inputs.{field});"),
+                kind if kind.ends_with("Space") => format!("let named = named.grid({of:?}, inputs.{field});"),
+                _ => format!("let named = named.displacements({of:?}, inputs.{field});"),
+            });
+        }
+        for (id, given) in &self.inputs {
+            let name = &self.kernel.buffers[*id].name;
+            match given {
+                Given::Number(field) => {
+                    text.line(format!("let named = named.number({name:?}, inputs.{field}.to_f64());"))
+                }
+                Given::Slice(field) => {
+                    text.line(format!("let named = named.numbers({name:?}, T::widen(inputs.{field}));"))
+                }
+                Given::Derived(_) if self.has_size(name) => {
+                    let field = self.size_field(name);
+                    text.line(format!("let named = named.number({name:?}, inputs.{field} as f64);"))
+                }
+                Given::Derived(_) => {}
+            }
+        }
+    }
+
     fn has_size(&self, of: &str) -> bool {
         self.sizes.iter().any(|known| known.of == of)
     }

@@ -105,7 +105,10 @@ fn emit_question(
         let mut part = Text::default();
         match route {
             Route::Exact(exact) => {
-                question::emit(model, &lower(model, exact, &asked.name)?, &name, equation, &mut part);
+                let lowered = lower(model, exact, &asked.name)?;
+                let is_linear = model.plate.is_some() || exact.mark(model) == plan::Mark::Linear;
+                let place = (name.as_str(), asked.name.as_str(), number);
+                question::emit(model, &lowered, place, (is_linear, equation), &mut part);
             }
             Route::Tree(tree) => {
                 let reason = format!(

@@ -21,11 +21,13 @@ pub(super) struct Nests<'k> {
     pub(super) group: &'k Group,
     /// Depth at which each value of the nest at hand is computed.
     pub(super) depth: Vec<usize>,
+    /// Whether products are computed as they stand ([`crate::plan::Mark::Linear`]).
+    is_linear: bool,
 }
 
 impl<'k> Nests<'k> {
-    pub(super) fn new(kernel: &'k Kernel, schedule: &'k Schedule, group: &'k Group) -> Self {
-        Self { kernel, schedule, group, depth: vec![0; kernel.nodes.len()] }
+    pub(super) fn new(kernel: &'k Kernel, schedule: &'k Schedule, group: &'k Group, is_linear: bool) -> Self {
+        Self { kernel, schedule, group, depth: vec![0; kernel.nodes.len()], is_linear }
     }
 
     /// A group that is done once.
@@ -39,7 +41,7 @@ impl<'k> Nests<'k> {
             let name = local("m", self.kernel.nests[nest.nest].out);
             text.line(format!("let {name}: &[T] = &{name}[..];"));
             if let Some(check) = self.checked(self.kernel.nests[nest.nest].out) {
-                text.line(counted(check, &name));
+                text.line(self.counted(check, &name));
             }
         }
     }
@@ -117,6 +119,19 @@ impl<'k> Nests<'k> {
         text.close();
         text.close();
         text.line("suspects");
+    }
+
+    /// Counts the suspect ones among some cells.
+    fn counted(&self, check: Check, cells: &str) -> String {
+        match check {
+            Check::Total => format!("suspects += suspect_totals({cells}, {});", self.least()),
+            Check::Number => format!("suspects += suspect_numbers({cells});"),
+        }
+    }
+
+    /// The total above which nothing is suspect: 0 where no product can underflow, or there is a plate.
+    pub(super) fn least(&self) -> &'static str {
+        if self.is_linear { "T::ZERO" } else { "T::LEAST_TOTAL" }
     }
 
     /// How suspect cells of a buffer are counted: totals or numbers, if it is checked.
@@ -272,7 +287,7 @@ impl<'k> Nests<'k> {
         }
         // Lanes are made on the stack, where nothing else can be, and then kept.
         let mut after: Vec<String> =
-            self.checked(out).into_iter().map(|check| counted(check, "&made[..width]")).collect();
+            self.checked(out).into_iter().map(|check| self.counted(check, "&made[..width]")).collect();
         after.push(match shared.contains(&out) {
             false => {
                 format!("{}[({plane}) * LANES..][..width].copy_from_slice(&made[..width]);", local("m", out))
@@ -377,13 +392,5 @@ impl<'k> Nests<'k> {
             return format!("r{position}[l]");
         }
         if self.depth[position] == depth { format!("x{position}") } else { format!("a{position}[l]") }
-    }
-}
-
-/// Counts the suspect ones among some cells.
-fn counted(check: Check, cells: &str) -> String {
-    match check {
-        Check::Total => format!("suspects += suspect_totals({cells});"),
-        Check::Number => format!("suspects += suspect_numbers({cells});"),
     }
 }

@@ -15,7 +15,13 @@ use crate::lower::Lowered;
 use crate::model::{Model, Question};
 
 /// Writes the module of a question.
-pub(super) fn emit(model: &Model, lowered: &Lowered, name: &str, equation: &str, text: &mut Text) {
+pub(super) fn emit(
+    model: &Model,
+    lowered: &Lowered,
+    (name, question, route): (&str, &str, usize),
+    (is_linear, equation): (bool, &str),
+    text: &mut Text,
+) {
     let kernel = &given(&lowered.kernel);
     let interface = Interface::new(model, kernel, &lowered.outputs);
     text.documented(&[equation.to_owned()]);
@@ -43,38 +49,89 @@ pub(super) fn emit(model: &Model, lowered: &Lowered, name: &str, equation: &str,
     let schedule = Schedule::of(kernel);
     for group in &schedule.groups {
         match group.parallel {
-            true => parallel(kernel, &schedule, group, false, text),
+            true => parallel(kernel, &schedule, group, (is_linear, false), text),
             false => match with_plate(kernel, group.nests[0].nest) {
-                Some((alone, schedule)) => parallel(&alone, &schedule, &schedule.groups[0], true, text),
-                None => Nests::new(kernel, &schedule, group).serial(text),
+                Some((alone, schedule)) => {
+                    parallel(&alone, &schedule, &schedule.groups[0], (is_linear, true), text)
+                }
+                None => Nests::new(kernel, &schedule, group, is_linear).serial(text),
             },
         }
     }
+    let alone = model.plate.is_none();
+    conclusion(alone, kernel, text);
     for id in interface.outputs() {
         if let Some(best) = interface.best(*id) {
-            best.fill(*id, &kernel.buffers[*id].name, text);
+            best.fill(*id, interface.output(*id), &kernel.buffers[*id].name, text);
         }
     }
-    conclusion(model, kernel, &interface, lowered, text);
+    text.line("Ok(report)");
     text.close();
+    again(kernel, &interface, &generics, (question, route), (alone, is_linear), text);
     text.close();
 }
 
-/// The end of `run`: what is reported.
-fn conclusion(model: &Model, kernel: &Kernel, interface: &Interface<'_>, lowered: &Lowered, text: &mut Text) {
+/// What is reported: nothing, unless something is suspect.
+fn conclusion(alone: bool, kernel: &Kernel, text: &mut Text) {
     let total = kernel.checks.iter().find(|(_, check)| *check == Check::Total);
-    let contexts = match (model.plate, total) {
-        (None, Some((total, _))) => format!("Some({})", local("n", *total)),
-        _ => "None".to_owned(),
+    let contexts = match (alone, total) {
+        (true, Some((total, _))) => local("n", *total),
+        (true, None) => "0".to_owned(),
+        _ => String::new(),
     };
-    let asked = lowered.outputs.iter().find_map(|output| output.ask.as_ref());
-    let asked = asked.map_or_else(|| kernel.name.clone(), |ask| model.ask_text(ask));
-    let outputs = interface
+    let comma = if contexts.is_empty() { "" } else { ", " };
+    text.open("let report: Report = match suspects");
+    text.line("0 => Report::default(),");
+    text.line(format!("_ => again(inputs, outputs, suspects{comma}{contexts})?,"));
+    text.close_with("};");
+}
+
+/// The function that is called where something is suspect: it computes again, or tells what is wrong.
+fn again(
+    kernel: &Kernel,
+    interface: &Interface<'_>,
+    generics: &str,
+    (question, route): (&str, usize),
+    (alone, is_linear): (bool, bool),
+    text: &mut Text,
+) {
+    text.line("#[cold]\n#[inline(never)]\n#[allow(clippy::all, unused)]");
+    let contexts = if alone { ", contexts: usize" } else { "" };
+    text.open(format!(
+        "fn again<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>, suspects: usize{contexts}) -> Result<Report, ::bp_core::error::Error>"
+    ));
+    text.line(format!("let asked = ::bp_core::answer::Asked {{ question: {question:?}, route: {route} }};"));
+    let named = |text: &mut Text| {
+        text.line("let named = ::bp_core::exec::Inputs::<f64>::new();");
+        interface.named(text);
+    };
+    let outputs: Vec<(&str, &str)> = interface
         .outputs()
         .iter()
-        .map(|id| format!("({:?}, &outputs.{}[..])", kernel.buffers[*id].name, interface.output(*id)));
-    let outputs = outputs.collect::<Vec<_>>().join(", ");
-    text.line(format!("concluded({asked:?}, suspects, {contexts}, &[{outputs}], not_a_number)"));
+        .map(|id| (kernel.buffers[*id].name.as_str(), interface.output(*id)))
+        .collect();
+    let all: Vec<String> = outputs.iter().map(|(_, field)| format!("&outputs.{field}[..]")).collect();
+    let all = all.join(", ");
+    if alone {
+        if is_linear {
+            text.open(format!("if suspects < contexts && !has_nan(&[{all}])"));
+            text.line("return Ok(Report { impossible: suspects });");
+            text.close();
+        }
+        named(text);
+        text.line("let (found, report) = ::bp_core::answer::again(&super::model(), asked, &named, (suspects, contexts))?;");
+        for (name, field) in outputs {
+            text.line(format!("put(&found, {name:?}, &mut outputs.{field}[..]);"));
+        }
+        text.line("Ok(report)");
+    } else {
+        text.open(format!("if has_nan(&[{all}])"));
+        named(text);
+        text.line("return Err(::bp_core::answer::refused(&super::model(), asked, &named));");
+        text.close();
+        text.line("Ok(Report { impossible: suspects })");
+    }
+    text.close();
 }
 
 /// A question that is answered in closed form: a function that makes its filter.
@@ -255,7 +312,13 @@ pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
 }
 
 /// A pass over a plate. One that is computed once, along axes of its own, is so in f64 as all that is computed once.
-fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, in_f64: bool, text: &mut Text) {
+fn parallel(
+    kernel: &Kernel,
+    schedule: &Schedule,
+    group: &Group,
+    (is_linear, in_f64): (bool, bool),
+    text: &mut Text,
+) {
     let mut shared: Vec<BufferId> = Vec::new();
     for nest in &group.nests {
         let out = kernel.nests[nest.nest].out;
@@ -272,7 +335,7 @@ fn parallel(kernel: &Kernel, schedule: &Schedule, group: &Group, in_f64: bool, t
     };
     let slices: Vec<String> = shared.iter().map(|id| format!("&mut {}[..]", local("m", *id))).collect();
     let mut body = Text::default();
-    Nests::new(kernel, schedule, group).blocks(&shared, &mut body);
+    Nests::new(kernel, schedule, group, is_linear).blocks(&shared, &mut body);
     let body = body.finish();
     let made: Vec<BufferId> = group.nests.iter().map(|nest| kernel.nests[nest.nest].out).collect();
     let fields = captured(kernel, &made, &body);

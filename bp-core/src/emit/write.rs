@@ -326,8 +326,12 @@ impl Nests<'_> {
         let mut targets = Vec::new();
         if let Some(check) = self.checked(out) {
             // The last tile of a row begins with lanes that the one before it has counted.
-            let totals = check == Check::Total;
-            targets.push(format!("suspects += suspect_tile(&TILE_MADE, tile - at, count, {totals});"));
+            targets.push(match check {
+                Check::Total => {
+                    format!("suspects += suspect_tile(&TILE_MADE, tile - at, count, {});", self.least())
+                }
+                Check::Number => "suspects += suspect_number_tile(&TILE_MADE, tile - at, count);".to_owned(),
+            });
         }
         if shared.contains(&out) {
             let planes = local("y", out);

@@ -11,7 +11,9 @@ mod tile;
 pub use super::values::{Domain, Numbers};
 pub use best::{Distributions, least_tied};
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
-pub use report::{Compiled, Report, concluded, not_a_number, suspect_numbers, suspect_tile, suspect_totals};
+pub use report::{
+    Compiled, Report, has_nan, put, suspect_number_tile, suspect_numbers, suspect_tile, suspect_totals,
+};
 pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
 
 pub use crate::operators::Unary;

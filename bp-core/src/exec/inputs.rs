@@ -50,6 +50,12 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self
     }
 
+    /// An array that may be the host's own or made for it.
+    pub fn numbers(mut self, name: &str, values: Cow<'a, [T]>) -> Self {
+        self.arrays.insert(name.to_owned(), values);
+        self
+    }
+
     /// A function of integers, for a field that ranges over them: `f[0..=10, 1..=6]` takes its value at each place from
     /// `value(&[a, b])`. So a program uses what is written in Rust: `dirac(f[A, B])`.
     pub fn function<const N: usize>(

@@ -38,6 +38,8 @@ pub trait Scalar:
     const ZERO: Self;
     /// 1
     const ONE: Self;
+    /// A total below it may have lost something: 2⁻⁵¹² in f64, 2⁻⁶⁴ in f32.
+    const LEAST_TOTAL: Self;
     /// The nearest number.
     fn from_f64(number: f64) -> Self;
     /// The number.

@@ -57,6 +57,7 @@ impl Scalar for f64 {
     type Number = f64;
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
+    const LEAST_TOTAL: f64 = f64::from_bits((1023 - 512) << 52);
     #[inline(always)]
     fn is_below(self, count: usize) -> bool {
         let whole = self as i32;

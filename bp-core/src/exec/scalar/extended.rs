@@ -155,6 +155,7 @@ impl Scalar for Extended {
     type Number = Self;
     const ZERO: Self = Self { mantissa: 0.0, exponent: 0 };
     const ONE: Self = Self { mantissa: 1.0, exponent: 0 };
+    const LEAST_TOTAL: Self = Self::ZERO;
     #[inline]
     fn is_below(self, count: usize) -> bool {
         self.to_f64().is_below(count)

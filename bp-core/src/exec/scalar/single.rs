@@ -55,6 +55,7 @@ impl Scalar for f32 {
     type Number = f64;
     const ZERO: f32 = 0.0;
     const ONE: f32 = 1.0;
+    const LEAST_TOTAL: f32 = f32::from_bits((127 - 64) << 23);
     #[inline(always)]
     fn is_below(self, count: usize) -> bool {
         let whole = self as i32;

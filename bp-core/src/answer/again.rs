@@ -1,0 +1,76 @@
+//! A question of emitted code, asked again where its numbers are suspect.
+//!
+//! In: a model, a question and what it was given. Out: the outputs, computed with exponents apart where that is needed, or the
+//! reason why there are none. Invariant: the arrays have the names and the layout of the emitted kernel's.
+//!
+//! Emitted code only looks whether a total is too small, or not a finite number. What follows from that is told here, as it
+//! is for questions of a text.
+
+use super::{check, impossible, link};
+use crate::error::Error;
+use crate::exec::compiled::Report;
+use crate::exec::scalar::Scalar;
+use crate::exec::{Inputs, Lanes, Outputs};
+use crate::kernel::TOTAL;
+use crate::lower::lower_guarded;
+use crate::model::Model;
+use crate::plan::{Exact, Mark, Options, Route, plan};
+
+/// The question of a module: its name, and which of its routes the module answers.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'q> {
+    /// The name of the question.
+    pub question: &'q str,
+    /// The number of the route, from 0.
+    pub route: usize,
+}
+
+/// The outputs of a question without a plate of which `suspects` of `contexts` contexts were suspect.
+///
+/// # Errors
+/// A number that a form cannot have; evidence of probability zero, where no context is possible.
+pub fn again(
+    model: &Model,
+    asked: Asked<'_>,
+    inputs: &Inputs<'_, f64>,
+    (suspects, contexts): (usize, usize),
+) -> Result<(Outputs<f64>, Report), Error> {
+    let model = &*link(model)?;
+    let exact = exact(model, asked)?;
+    let kernel = lower_guarded(model, &exact, asked.question)?.kernel;
+    let found = Lanes::new(kernel).run_guarded(inputs, exact.mark(model) == Mark::Log)?;
+    let arrays = &found.outputs.arrays;
+    if arrays.iter().any(|(name, cells)| name != TOTAL && !cells.iter().all(|cell| cell.is_finite())) {
+        return Err(check::not_a_number(model, &exact.asks[0], inputs));
+    }
+    // A total may be too small for f64 and yet not 0.
+    let zeros = match &found.extended {
+        Some(extended) => zeros(&extended.arrays),
+        None => zeros(arrays),
+    };
+    let impossible = zeros.unwrap_or(suspects);
+    match impossible == contexts {
+        true => Err(impossible::error(model, &exact.asks[0], inputs)),
+        false => Ok((found.outputs, Report { impossible })),
+    }
+}
+
+/// Why an answer of a question over a plate is not a number.
+pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Error {
+    let exact = link(model).and_then(|model| exact(&model, asked));
+    exact.map_or_else(|error| error, |exact| check::not_a_number(model, &exact.asks[0], inputs))
+}
+
+/// How many totals are 0, where totals are an output.
+fn zeros<T: Scalar>(arrays: &[(String, Vec<T>)]) -> Option<usize> {
+    let (_, totals) = arrays.iter().find(|(name, _)| name == TOTAL)?;
+    Some(totals.iter().filter(|total| **total == T::ZERO).count())
+}
+
+fn exact(model: &Model, Asked { question, route }: Asked<'_>) -> Result<Exact, Error> {
+    let question = model.question(question).expect("internal: the question has been compiled");
+    match plan(model, question, Options::default())?.routes.into_iter().nth(route) {
+        Some(Route::Exact(exact)) => Ok(exact),
+        _ => unreachable!("internal: the route has been compiled"),
+    }
+}
