@@ -37,8 +37,7 @@ pub(super) fn emit(
         false => "None for evidence of probability zero: its elements are zeros, which the report counts.",
     };
     text.line("/// Computes the answer.\n///\n/// # Errors");
-    text.line("/// An array of the wrong length; a number that is not a value of its variable's domain; an answer that is not a");
-    text.line(format!("/// number. {impossible}"));
+    text.line(format!("/// A wrong length; a number that is no value of its domain, or that a form cannot have. {impossible}"));
     text.line("#[allow(clippy::all, unused)]");
     text.open(format!("pub fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::error::Error>"));
     for (id, axis) in kernel.axes.iter() {
@@ -169,9 +168,7 @@ pub(super) fn emit_refused(model: &Model, question: &Question, name: &str, reaso
     ]);
     text.open(format!("pub mod {name}"));
     text.line("use ::std::prelude::v1::*;");
-    text.line(
-        "/// Nothing: the question is not compiled.\n#[derive(Clone, Copy, Debug)]\npub struct Inputs {}",
-    );
+    text.line("/// Nothing is given.\n#[derive(Clone, Copy, Debug)]\npub struct Inputs {}");
     text.line("/// Nothing: the question is not compiled.\n#[derive(Clone, Debug)]\npub struct Outputs<T> { nothing: ::core::marker::PhantomData<T> }");
     text.line("impl<T> Default for Outputs<T> { fn default() -> Self { Self { nothing: ::core::marker::PhantomData } } }");
     let reason = in_a_comment(&format!("the question `{}` is not compiled: {reason}", question.name));
@@ -301,7 +298,6 @@ pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     let buffer = &kernel.buffers[id];
     let (len, name) = (local("n", id), local("m", id));
     match (&buffer.role, kernel.known_cells(&buffer.axes)) {
-        // Made where inputs are bound.
         (Role::Output, _) => {}
         (_, Some(known)) if known <= 1024 => text.line(format!("let mut {name} = [T::ZERO; {known}];")),
         _ => {
