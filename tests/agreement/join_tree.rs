@@ -1,0 +1,89 @@
+//! The join tree, held to enumeration.
+//!
+//! In: a finite program and the hard and virtual evidence of an ask. Out: the verdict on the posteriors of all variables,
+//! on ln P(evidence), and on the most probable assignment. Invariant: sums and maxima over all assignments.
+
+use crate::enumerate::{Ask, Evidence, most};
+use crate::program::{Assignment, Program};
+use crate::question::near;
+use bp_core::error::Error;
+use bp_core::model::Model;
+use bp_core::tree::{Marginals, Named, most_probable};
+
+/// Whether the join tree answers as the sum over all assignments does.
+pub(crate) fn verdict(
+    program: &Program,
+    model: &Model,
+    all: &[(Assignment, f64)],
+    ask: &Ask,
+) -> Result<(), String> {
+    let (mut values, mut likelihoods) = (Vec::new(), Vec::new());
+    let (mut weighed, mut ln_scale) = (all.to_vec(), 0.0);
+    for (variable, evidence) in &ask.known {
+        let slots = program.slots_of(*variable);
+        match evidence {
+            Evidence::Hard(ordinals) => {
+                for (slot, ordinal) in slots.zip(ordinals) {
+                    values.push((program.slot_name(slot), program.value(*variable, *ordinal)));
+                    weighed.retain(|(at, _)| at[slot] == *ordinal as f64);
+                }
+            }
+            Evidence::Virtual(weights) => {
+                likelihoods.push((program.slot_name(slots.start), weights.clone()));
+                weighed
+                    .iter_mut()
+                    .for_each(|(at, p)| *p *= weights[at[slots.start] as usize] / most(weights));
+                ln_scale += most(weights).ln();
+            }
+            _ => {}
+        }
+    }
+    weighed.retain(|(_, p)| *p > 0.0);
+    let total: f64 = weighed.iter().map(|(_, p)| p).sum();
+    let named = Named::new(model.clone(), &[]).map_err(|error| format!("join tree: {error}"))?;
+    let evidence = named
+        .evidence(
+            values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
+            likelihoods.iter().map(|(name, weights)| (name.as_str(), weights.as_slice())),
+        )
+        .map_err(|error| format!("join tree: {error}"))?;
+    let given: Vec<usize> = evidence.hard.iter().map(|(one, _)| *one).collect();
+    let weighed_by: Vec<usize> = evidence.likelihoods.iter().map(|(one, _)| *one).collect();
+    let marginals = Marginals::new(&named.network, &given, &weighed_by, &named.shown())
+        .map_err(|error| format!("join tree: {error}"))?;
+    let mut session = marginals.session();
+    match session.ask(&evidence) {
+        Err(Error::Impossible(_) | Error::Contradiction { .. }) if total == 0.0 => return Ok(()),
+        Err(error) => return Err(format!("join tree: {error}; P(evidence) = {total}")),
+        Ok(()) if total == 0.0 => return Err("join tree: impossible evidence was answered".to_owned()),
+        Ok(()) => {}
+    }
+    let ln = total.ln() + ln_scale;
+    if !near(session.ln_evidence(), ln) {
+        return Err(format!("join tree: ln P = {}, expected {ln}", session.ln_evidence()));
+    }
+    for slot in 0..program.slots() {
+        let number = named.number_of(&program.slot_name(slot)).map_err(|error| error.to_string())?;
+        for (value, found) in session.posterior(number, &evidence).into_iter().enumerate() {
+            let with = weighed.iter().filter(|(at, _)| at[slot] == value as f64);
+            let expected = with.map(|(_, p)| p).sum::<f64>() / total;
+            if !near(found, expected) {
+                let name = program.slot_name(slot);
+                return Err(format!("join tree: {name}, value {value}: {found}, expected {expected}"));
+            }
+        }
+    }
+    let (assignment, _) =
+        most_probable(&named.network, &evidence).map_err(|error| format!("mpe: {error}"))?;
+    let chosen = weighed.iter().find(|(at, _)| {
+        (0..program.slots()).all(|slot| {
+            let number = named.number_of(&program.slot_name(slot)).expect("it was there above");
+            at[slot] == assignment[number] as f64
+        })
+    });
+    let best = weighed.iter().map(|(_, p)| *p).fold(0.0, f64::max);
+    match chosen {
+        Some((_, p)) if near(p / best, 1.0) => Ok(()),
+        other => Err(format!("mpe: {assignment:?} has {:?} of {best}", other.map(|(_, p)| p))),
+    }
+}
