@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 38] = [
+const PACKAGES: [&str; 40] = [
     "allocation-counter",
     "ariadne",
     "atomic-write-file",

@@ -208,7 +208,7 @@ impl<'k> Interface<'k> {
         let (mut borrows, mut numbers) = (false, false);
         for SizeField { field, kind, told, .. } in &self.sizes {
             borrows |= kind.starts_with('&');
-            fields.documented(&[told.clone()]);
+            fields.documented(std::slice::from_ref(told));
             fields.line(format!("pub {field}: {kind},"));
         }
         for (id, given) in &self.inputs {

@@ -50,6 +50,12 @@ pub trait Scalar:
     fn to_number(self) -> Self::Number;
     /// The nearest number to such a value.
     fn from_number(number: Self::Number) -> Self;
+    /// Whether it is neither infinite nor NaN: then, and only then, it is 0 less than itself.
+    #[inline(always)]
+    #[allow(clippy::eq_op, reason = "the difference tells infinities and NaN without a branch")]
+    fn is_finite_number(self) -> bool {
+        self - self == Self::ZERO
+    }
     /// |x|
     fn absolute(self) -> Self;
     /// √x

@@ -58,7 +58,7 @@ impl Domain<'_> {
     pub fn ordinals<'n, T: Scalar>(&self, numbers: &'n [T]) -> Result<Cow<'n, [T]>, Error> {
         let valid = match self.numbers {
             Numbers::Whole { first: 0, count } => numbers.iter().fold(true, |all, x| all & x.is_below(count)),
-            Numbers::Real => numbers.iter().fold(true, |all, x| all & (*x - *x == T::ZERO)),
+            Numbers::Real => numbers.iter().fold(true, |all, x| all & x.is_finite_number()),
             Numbers::Whole { .. } | Numbers::Bins { .. } => {
                 let ordinal = |(place, number): (usize, &T)| {
                     let number = number.to_f64();

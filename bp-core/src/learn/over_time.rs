@@ -160,13 +160,13 @@ impl Sequences {
 impl Expectation for Sequences {
     fn expect(&self, learnable: &Learnable) -> Result<Expected, Error> {
         let program = &learnable.program;
-        let some = |sequences: &[Sequence]| -> Result<Vec<(f64, Vec<Vec<Vec<f64>>>)>, Error> {
+        let some = |sequences: &[Sequence]| -> Result<Vec<Smoothed>, Error> {
             let (setting, name) = (program.setting()?, program.model.name.clone());
             let mut chain = Chain::new(&setting, &self.carried, self.axes.clone(), Vec::new(), name)?;
             sequences.iter().map(|sequence| sequence.answer(&mut chain)).collect()
         };
         let answers: Vec<Vec<_>> = self.sequences.par_chunks(TOGETHER).map(some).collect::<Result<_, _>>()?;
-        let answers: Vec<(f64, Vec<Vec<Vec<f64>>>)> = answers.into_iter().flatten().collect();
+        let answers: Vec<Smoothed> = answers.into_iter().flatten().collect();
         let ln_likelihood = answers.iter().map(|(ln, _)| ln).sum();
         let mut share = |number: usize, instant: usize, position: usize, cell: usize| -> f64 {
             answers[number].1[instant][position][cell]
@@ -175,9 +175,12 @@ impl Expectation for Sequences {
     }
 }
 
+/// ln P of a sequence; for each instant and each of its hidden families the probabilities of the hidden values.
+type Smoothed = (f64, Vec<Vec<Vec<f64>>>);
+
 impl Sequence {
-    /// ln P of the sequence; for each instant and each of its hidden families the probabilities of the hidden values.
-    fn answer(&self, chain: &mut Chain<'_>) -> Result<(f64, Vec<Vec<Vec<f64>>>), Error> {
+    /// What the whole sequence says of each instant.
+    fn answer(&self, chain: &mut Chain<'_>) -> Result<Smoothed, Error> {
         if self.instants.is_empty() {
             return Ok((0.0, Vec::new()));
         }

@@ -11,7 +11,12 @@ use std::path::Path;
 
 fn columns(hidden: &[&str], ignore: &[&str], weight: Option<&str>) -> Columns {
     let own = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-    Columns { hidden: own(hidden), ignore: own(ignore), weight: weight.map(str::to_owned) }
+    Columns {
+        hidden: own(hidden),
+        ignore: own(ignore),
+        weight: weight.map(str::to_owned),
+        ..Columns::default()
+    }
 }
 
 fn learn(text: &str, table: &str, columns: &Columns) -> Result<Learned, String> {

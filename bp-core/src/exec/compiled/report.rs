@@ -53,7 +53,7 @@ pub fn suspect_number_tile<T: Scalar>(tile: &Tile<T>, from: usize, count: usize)
 /// NaN is above nothing.
 #[inline(always)]
 fn is_suspect<T: Scalar>(total: T, least: T) -> bool {
-    !((total > least) & (total - total == T::ZERO))
+    !((total > least) & total.is_finite_number())
 }
 
 #[inline(always)]
