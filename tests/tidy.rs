@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 40] = [
+const PACKAGES: [&str; 41] = [
     "allocation-counter",
     "ariadne",
     "atomic-write-file",
@@ -25,6 +25,7 @@ const PACKAGES: [&str; 40] = [
     "dejavu",
     "flate2",
     "indicatif",
+    "libm",
     "memmap2",
     "naga",
     "nalgebra",

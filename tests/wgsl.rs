@@ -124,7 +124,7 @@ fn what_only_its_invocation_reads_is_kept_by_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let kernels = kernels(&root.join("bvm/models/cell.bp"));
     let (_, kernel) = kernels.iter().find(|(name, _)| name.ends_with(": step")).unwrap();
-    // Known sizes: of what is made, the host's answers and four numbers that are the same for all cells.
+    // Known sizes: of what is made, the host's answers and five numbers that are the same for all cells.
     let sizes = [("Grid.depth", 10), ("Grid.rows", 90), ("Grid.lanes", 360), ("Velocity", 7), ("Sensors", 1)];
     let kernel = kernel.with_sizes(|name| sizes.iter().find(|(known, _)| *known == name).map(|(_, n)| *n));
     let kernel = kernel.unwrap();
@@ -139,7 +139,7 @@ fn what_only_its_invocation_reads_is_kept_by_it() {
             _ => {}
         }
     }
-    assert_eq!((cells, answers), (4, 9 * 324_000), "{}", shader.text);
+    assert_eq!((cells, answers), (5, 9 * 324_000), "{}", shader.text);
     // Infinity alone is read from there.
     let read: Vec<&str> = shader.text.lines().filter(|line| line.contains("shape[")).collect();
     let is_infinity = |line: &&str| line.contains("shape[0]") && !line.contains("how many");

@@ -21,7 +21,6 @@ mod table;
 mod tree;
 
 pub use again::{Asked, again, refused};
-pub use check::refused_number;
 pub use compiled::{CompiledQuestion, compile, plan_for_answer};
 pub use instants::read_instants;
 pub use link::link;

@@ -11,12 +11,11 @@ use bp_core::kernel::Reduce;
 use bp_core::lower::{Lowered, lower};
 use bp_core::model::Model;
 use bp_core::plan::{Options, Rewrites, Route, plan};
-use statrs::distribution::{ContinuousCDF, Normal};
 use support::{model_of, program};
 
 /// Φ((x − m) / s)
 fn below(x: f64, mean: f64, deviation: f64) -> f64 {
-    Normal::new(mean, deviation).unwrap().cdf(x)
+    0.5 * libm::erfc((mean - x) / (deviation * std::f64::consts::SQRT_2))
 }
 
 /// P_k(z), with z = 0 for "no detection"; k = n + 1 where no cell is occupied.

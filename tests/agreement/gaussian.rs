@@ -62,8 +62,10 @@ impl Linear {
         let (mut mean, mut covariance) = (vec![0.0; count], vec![vec![0.0; count]; count]);
         for (number, (constant, coefficients, deviation)) in self.reals.iter().enumerate() {
             mean[number] = constant + coefficients.iter().zip(&mean).map(|(a, m)| a * m).sum::<f64>();
-            for other in 0..number {
-                let with: f64 = (0..number).map(|one| coefficients[one] * covariance[one][other]).sum();
+            let before = coefficients.iter().zip(&covariance);
+            let with = |other: usize| before.clone().map(|(a, row)| a * row[other]).sum::<f64>();
+            let row: Vec<f64> = (0..number).map(with).collect();
+            for (other, with) in row.into_iter().enumerate() {
                 (covariance[number][other], covariance[other][number]) = (with, with);
             }
             let own: f64 = (0..number).map(|one| coefficients[one] * covariance[number][one]).sum();
@@ -105,10 +107,12 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let linear = linear(random);
     let (mean, covariance) = linear.joint();
     let searched = random.below(mean.len());
-    let known: Vec<(usize, f64)> = (0..mean.len())
-        .filter(|one| *one != searched)
-        .filter_map(|one| random.one_in(2).then(|| (one, random.below(17) as f64 / 2.0 - 4.0)))
-        .collect();
+    let mut known: Vec<(usize, f64)> = Vec::new();
+    for one in (0..mean.len()).filter(|one| *one != searched) {
+        if random.one_in(2) {
+            known.push((one, random.below(17) as f64 / 2.0 - 4.0));
+        }
+    }
     let among: Vec<Vec<f64>> = known
         .iter()
         .map(|(one, _)| known.iter().map(|(other, _)| covariance[*one][*other]).collect())

@@ -289,13 +289,13 @@ impl Program {
         }
         text.push_str("    }\n    forms {\n");
         for factor in &self.factors {
-            writeln!(text, "        {} = {};", head(factor), self.form_text(&factor.form, factor)).unwrap();
+            writeln!(text, "        {} = {};", head(factor), self.form_text(&factor.form)).unwrap();
         }
         text.push_str("    }\n}\n");
         text
     }
 
-    fn form_text(&self, form: &Form, factor: &Factor) -> String {
+    fn form_text(&self, form: &Form) -> String {
         match form {
             Form::Uniform => "uniform".to_owned(),
             Form::Table(rows) => {
@@ -315,8 +315,8 @@ impl Program {
             Form::If(condition, then, otherwise) => format!(
                 "if {} {{ {} }} else {{ {} }}",
                 self.truth_text(condition),
-                self.form_text(then, factor),
-                self.form_text(otherwise, factor)
+                self.form_text(then),
+                self.form_text(otherwise)
             ),
         }
     }

@@ -2,8 +2,6 @@
 //!
 //! In: a range, a mean, a deviation. Out: probabilities. Invariant: they sum to one.
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
 pub(crate) fn normalised(weights: Vec<f64>) -> Vec<f64> {
     let total: f64 = weights.iter().sum();
     weights.into_iter().map(|weight| weight / total).collect()
@@ -17,9 +15,9 @@ pub(crate) fn normal(low: i32, high: i32, mean: f64, deviation: f64) -> Vec<f64>
 
 /// The masses of a normal law in equal bins, normalised.
 pub(crate) fn in_bins([low, high]: [f64; 2], count: usize, mean: f64, deviation: f64) -> Vec<f64> {
-    let law = Normal::new(mean, deviation).unwrap();
+    let below = |x: f64| 0.5 * libm::erfc((mean - x) / (deviation * std::f64::consts::SQRT_2));
     let edge = |bin: usize| low + (high - low) * bin as f64 / count as f64;
-    normalised((0..count).map(|bin| law.cdf(edge(bin + 1)) - law.cdf(edge(bin))).collect())
+    normalised((0..count).map(|bin| below(edge(bin + 1)) - below(edge(bin))).collect())
 }
 
 /// In nats.

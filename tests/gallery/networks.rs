@@ -85,8 +85,7 @@ fn follows(file: &str, bins: usize, moved: Option<[i32; 2]>, deviation: f64) {
         let told = moved.unwrap_or([0, 0]);
         let expected = step(&belief, told.map(f64::from), deviation, bearings);
         let numbers: Vec<[f64; 1]> = bearings.iter().map(|b| [*b as f64]).collect();
-        // A move of −5 is the first of the values.
-        let moves = told.map(|by| [f64::from(by + 5)]);
+        let moves = told.map(|by| [f64::from(by)]);
         let mut given: Vec<(&str, &[f64])> = vec![
             ("previous X", &belief[0]),
             ("previous Y", &belief[1]),
@@ -162,8 +161,7 @@ fn is_filtered(file: &str, bins: usize, moves: &[[i32; 2]], deviation: f64, bear
             let mut row: Vec<(String, f64)> =
                 read.filter_map(|(name, read)| Some((name.to_owned(), (*read)? as f64))).collect();
             if let Some([dx, dy]) = moves.get(instant) {
-                // A move of −5 is the first of the values.
-                row.extend([("Mx".to_owned(), f64::from(dx + 5)), ("My".to_owned(), f64::from(dy + 5))]);
+                row.extend([("Mx".to_owned(), f64::from(*dx)), ("My".to_owned(), f64::from(*dy))]);
             }
             row
         })

@@ -99,12 +99,12 @@ macro_rules! same {
         let mut answer = $program::$question::Outputs::<f64>::default();
         $program::$question::run(&$program::$question::Inputs {}, &mut answer).unwrap();
         agree(&$program::model(), stringify!($question), &Inputs::new(), &answer.$output);
-        // What is not along a plate is computed in f64, and rounded when it is kept.
+        // What is not along a plate is computed in f64, and rounded when it is kept: a logarithm of −25 by 1e-6.
         let mut single = $program::$question::Outputs::<f32>::default();
         $program::$question::run(&$program::$question::Inputs {}, &mut single).unwrap();
         for (cell, (single, truth)) in single.$output.iter().zip(&answer.$output).enumerate() {
             let apart = (f64::from(*single) - truth).abs();
-            assert!(apart <= 1e-6 * truth.abs() + 1e-35, "{}[{cell}]: {single}", stringify!($question));
+            assert!(apart <= 1e-5 * truth.abs() + 1e-35, "{}[{cell}]: {single}", stringify!($question));
         }
     }};
 }

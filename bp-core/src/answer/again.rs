@@ -55,10 +55,17 @@ pub fn again(
     }
 }
 
-/// Why an answer of a question over a plate is not a number.
-pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Error {
-    let exact = link(model).and_then(|model| exact(&model, asked));
-    exact.map_or_else(|error| error, |exact| check::not_a_number(model, &exact.asks[0], inputs))
+/// The number of a form that made an answer over a plate not a number; none where every form is right, and a product only
+/// left the range of the number type: those elements count as impossible.
+pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Option<Error> {
+    let found = link(model).and_then(|model| {
+        let exact = exact(&model, asked)?;
+        // The kernel may not have needed the size of every set.
+        let unknown = model.sets.values().filter(|set| inputs.find_size(&set.name).is_none());
+        let inputs = unknown.fold(inputs.clone(), |inputs, set| inputs.size(&set.name, 1));
+        Ok(check::refused(&model, &exact.asks[0], &inputs))
+    });
+    found.unwrap_or_else(Some)
 }
 
 /// How many totals are 0, where totals are an output.

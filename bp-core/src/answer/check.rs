@@ -106,26 +106,21 @@ fn figures(figure: &Figure) -> Vec<f64> {
 
 /// Why an answer is not a number: the form of which a number cannot be, with its context.
 pub(super) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
-    let known = |setting: &Setting<'_>| {
-        Observations::of(setting, ask).unwrap_or_else(|_| Observations::none(setting)).values
-    };
-    refused(model, &model.ask_text(ask), inputs, known)
-}
-
-/// Why an output of a compiled question is not a number: the first form of the program that refuses a number, with its
-/// context.
-pub fn refused_number(model: &Model, output: &str, inputs: &Inputs<'_, f64>) -> Error {
-    refused(model, output, inputs, |setting| Observations::none(setting).values)
-}
-
-fn refused(
-    model: &Model,
-    question: &str,
-    inputs: &Inputs<'_, f64>,
-    known: impl Fn(&Setting<'_>) -> Vec<f64>,
-) -> Error {
     match Setting::new(model, inputs) {
         Err(error) => error,
-        Ok(setting) => setting.not_a_number(question, &known(&setting)),
+        Ok(setting) => setting.not_a_number(&model.ask_text(ask), &known(&setting, ask)),
     }
+}
+
+/// The number that a form refuses, if one does.
+pub(super) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<Error> {
+    match Setting::new(model, inputs) {
+        Err(error) => Some(error),
+        Ok(setting) => setting.refused_number(&known(&setting, ask)),
+    }
+}
+
+/// What an ask knows, a value for each slot.
+fn known(setting: &Setting<'_>, ask: &Ask) -> Vec<f64> {
+    Observations::of(setting, ask).unwrap_or_else(|_| Observations::none(setting)).values
 }

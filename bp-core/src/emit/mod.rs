@@ -6,6 +6,7 @@
 
 mod best;
 mod documentation;
+mod filter;
 mod fused;
 mod given;
 mod interface;
@@ -119,7 +120,7 @@ fn emit_question(
                 );
                 return Err(Error::Unplanned { question: model.ask_text(&tree.exact.asks[0]), reason });
             }
-            Route::Gaussian(_) => question::emit_filter(asked, number, &name, equation, &mut part),
+            Route::Gaussian(_) => filter::emit_filter(asked, number, &name, equation, &mut part),
             Route::OverTime(over_time) => {
                 let reason =
                     "over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned();

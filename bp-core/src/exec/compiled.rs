@@ -13,6 +13,7 @@ pub use best::{Distributions, least_tied};
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
 pub use report::{
     Compiled, Report, has_nan, put, suspect_number_tile, suspect_numbers, suspect_tile, suspect_totals,
+    without_nan,
 };
 pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
 

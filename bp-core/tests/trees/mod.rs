@@ -229,8 +229,12 @@ fn section() -> impl Strategy<Value = Section> {
     );
     let definition = (comments(), factor(Comments::default()), form())
         .prop_map(|(comments, head, form)| Definition { at: At::default(), comments, head, form });
-    let learnt = (comments(), names(), name(), prop::collection::vec(name(), 0..2))
-        .prop_map(|(comments, names, from, by)| Learnt { at: At::default(), comments, names, from, by });
+    let source = prop::option::of((name(), prop::collection::vec(name(), 0..2)));
+    let learnt = (comments(), names(), source).prop_map(|(comments, names, source)| {
+        // What is hidden has no source.
+        let (from, by) = source.map_or((None, Vec::new()), |(from, by)| (Some(from), by));
+        Learnt { at: At::default(), comments, names, from, by }
+    });
     let evidence = prop_oneof![
         value().prop_map(Evidence::Hard),
         prop::collection::vec(expr(), 1..3).prop_map(Evidence::Virtual),

@@ -66,6 +66,11 @@ pub fn has_nan<T: Scalar>(outputs: &[&[T]]) -> bool {
     outputs.iter().any(|cells| cells.iter().any(|cell| is_nan(*cell)))
 }
 
+/// Makes NaN 0, as every cell of an impossible element is.
+pub fn without_nan<T: Scalar>(cells: &mut [T]) {
+    cells.iter_mut().filter(|cell| is_nan(**cell)).for_each(|cell| *cell = T::ZERO);
+}
+
 /// Puts an output that was computed again in its place.
 pub fn put<T: Scalar>(found: &Outputs<f64>, name: &str, cells: &mut [T]) {
     for (cell, found) in cells.iter_mut().zip(found.get(name)) {

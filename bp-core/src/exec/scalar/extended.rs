@@ -32,7 +32,7 @@ impl Extended {
     fn scaled(mantissa: f64, exponent: i64) -> Self {
         let bits = mantissa.to_bits();
         match bits & EXPONENT {
-            EXPONENT | 0 => Self { mantissa: mantissa + 0.0, exponent: 0 },
+            EXPONENT | 0 => Self { mantissa: mantissa, exponent: 0 },
             own => Self {
                 mantissa: f64::from_bits(bits & !EXPONENT | 1.0f64.to_bits()),
                 exponent: exponent.saturating_add((own >> 52) as i64 - 1023),
@@ -85,11 +85,12 @@ impl Add for Extended {
         if !finite {
             return Self::scaled(self.mantissa + other.mantissa, 0);
         }
-        if self.mantissa == 0.0 {
-            return other;
-        }
-        if other.mantissa == 0.0 {
-            return self;
+        match (self.mantissa == 0.0, other.mantissa == 0.0) {
+            // Of two zeros the sign matters: 0 − 0 is 0, and `atan2` tells it from −0.
+            (true, true) => return Self::scaled(self.mantissa + other.mantissa, 0),
+            (true, false) => return other,
+            (false, true) => return self,
+            (false, false) => {}
         }
         let (large, small) = if self.exponent >= other.exponent { (self, other) } else { (other, self) };
         match large.exponent.saturating_sub(small.exponent) {

@@ -41,6 +41,14 @@ fn ordinary_numbers_are_those_of_f64() {
 }
 
 #[test]
+fn zeros_have_the_signs_of_f64() {
+    for (x, y) in [(0.0, 0.0), (0.0, -0.0), (-0.0, 0.0), (-0.0, -0.0f64)] {
+        assert_eq!((of(x) + of(y)).to_f64().to_bits(), (x + y).to_bits(), "{x} + {y}");
+        assert_eq!((of(x) - of(y)).to_f64().to_bits(), (x - y).to_bits(), "{x} - {y}");
+    }
+}
+
+#[test]
 fn exponents_do_not_end() {
     // mpmath: exp(x) = m · 2ᵉ, with e = floor(log(exp(x), 2)).
     let constants = [
