@@ -52,9 +52,17 @@ fn distance(left: &str, right: &str) -> usize {
     rows[left.len()][right.len()]
 }
 
-/// Names as an English list in backticks.
+/// The most names that a list tells.
+const MOST_LISTED: usize = 20;
+
+/// Names as an English list in backticks: all of them, or the first ones and how many there are besides.
 pub(crate) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {
-    let words: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    let mut words: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    if words.len() > MOST_LISTED {
+        let more = words.len() - MOST_LISTED;
+        words.truncate(MOST_LISTED);
+        words.push(format!("{more} more"));
+    }
     match words.split_last() {
         None => String::new(),
         Some((only, [])) => only.clone(),

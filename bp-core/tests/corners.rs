@@ -25,6 +25,18 @@ fn near(found: Result<Vec<f64>, String>, expected: &[f64]) {
 }
 
 #[test]
+fn the_index_of_a_plate_has_no_value_in_a_question() {
+    let text = "program Plate over C in Grid { variables { O : bool; } decomposition { P(O) } forms { P(O) = bernoulli(0.5); } }";
+    let source = Source::new("question", "P(O | C = 3)");
+    let wrong = bp_core::syntax::parse_question(&source, &model_of(text)).unwrap_err();
+    assert!(
+        wrong.render(&source, false).contains("`C` is the plate's index"),
+        "{}",
+        wrong.render(&source, false)
+    );
+}
+
+#[test]
 fn each_branch_has_the_table_that_stands_in_it() {
     // Both tables have more numbers than are written out as choices, so each is an array.
     let text = "program Branches {

@@ -45,6 +45,9 @@ fn what_is_seen_is_counted_along_the_sequence() {
     near(&one);
     let expected = (1.0f64 / 3.0).ln() + 2.0 * (2.0f64 / 3.0).ln() + 2.0 * 0.5f64.ln();
     assert!((one.report.ln_likelihood - expected).abs() < 1e-12, "{}", one.report.ln_likelihood);
+    // Rows that say what X^-1 was are transitions, each for itself.
+    let open = model_of(&WEATHER.replace("categorical(1, 0)", "uniform"));
+    near(&learned(&open, "X^-1,X\nDry,Wet\nWet,Dry\nDry,Dry\nDry,Wet\nWet,Wet\n", None).unwrap());
     // Two sequences, their rows mixed: both begin dry.
     let table = "Who,X\nb,Dry\na,Wet\nb,Wet\na,Wet\na,Dry\n";
     let two = learned(&model, table, Some("Who")).unwrap();

@@ -6,15 +6,17 @@
 use crate::data::{Table, Values};
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::guess::listed;
 use crate::ids::VariableId;
-use crate::model::{Model, Question};
+use crate::model::{Evidence, Known, Model, Question, Value};
 use std::io::{Error as Wrong, ErrorKind};
 
 /// What was observed at each instant: names of the question's known variables (of a family `Z[2]`), and values. `inputs`
 /// gives the sizes on which domains depend.
 ///
 /// # Errors
-/// No column is known to the question, or a cell is no value of its variable.
+/// No column is known to the question, or one is given a value by the question as well; a cell is not a value of its
+/// variable.
 pub fn read_instants(
     model: &Model,
     question: &Question,
@@ -22,8 +24,13 @@ pub fn read_instants(
     inputs: &Inputs<'_, f64>,
 ) -> Result<Vec<Vec<(String, f64)>>, Error> {
     let wrong = |message: String| Error::file(&table.path, Wrong::new(ErrorKind::InvalidData, message));
-    let known: Vec<VariableId> =
-        question.asks.iter().flat_map(|ask| &ask.known).map(|known| known.variable).collect();
+    let known: Vec<&Known> = question.asks.iter().flat_map(|ask| &ask.known).collect();
+    // A value that the question gives holds at every instant.
+    let is_fixed =
+        |known: &&Known| matches!(known.evidence, Evidence::Hard(Value::Ordinal(_) | Value::Real(_)));
+    let fixed: Vec<VariableId> =
+        known.iter().filter(|known| is_fixed(known)).map(|known| known.variable).collect();
+    let known: Vec<VariableId> = known.iter().map(|known| known.variable).collect();
     let variable_of = |column: &String| {
         let name = column.split('[').next().unwrap_or(column).trim();
         known.iter().copied().find(|variable| model.variable_name(*variable) == name)
@@ -34,14 +41,19 @@ pub fn read_instants(
             Some((position, column, values))
         })
         .collect();
-    if columns.is_empty() && !known.is_empty() {
-        let names: Vec<String> =
-            known.iter().map(|variable| format!("`{}`", model.variable_name(*variable))).collect();
-        let found: Vec<String> = table.columns.iter().map(|column| format!("`{column}`")).collect();
+    let twice =
+        columns.iter().find(|(_, column, _)| variable_of(column).is_some_and(|it| fixed.contains(&it)));
+    if let Some((_, column, _)) = twice {
+        let message =
+            format!("the question gives `{column}` a value, and so does a column: leave one of the two out");
+        return Err(wrong(message));
+    }
+    if columns.is_empty() && known.iter().any(|variable| !fixed.contains(variable)) {
+        let names: Vec<String> = known.iter().map(|variable| model.variable_name(*variable)).collect();
         let message = format!(
             "no column is observed by the question: it knows {}, the columns are {}",
-            names.join(", "),
-            found.join(", ")
+            listed(names.iter().map(String::as_str), "and"),
+            listed(table.columns.iter().map(String::as_str), "and")
         );
         return Err(wrong(message));
     }

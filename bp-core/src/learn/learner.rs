@@ -180,7 +180,8 @@ impl Learner {
         progress: &mut dyn FnMut(usize, f64),
     ) -> Result<Learned, Error> {
         let mut learnable = self.learnable.clone();
-        if !self.sequences.is_empty() {
+        // A file whose rows all say what X^-1 was has begun a sequence, and put nothing into it.
+        if self.sequences.iter().any(|(_, keys)| !keys.is_empty()) {
             return self.learned_over_time(learnable, settings, progress);
         }
         let cases = Cases::new(&mut learnable, &self.observed)?;

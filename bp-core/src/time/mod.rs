@@ -103,6 +103,9 @@ pub fn instants(
     Ok(all)
 }
 
+/// The most instants that are predicted: the messages of all are kept.
+const MOST_STEPS: usize = 1_000_000;
+
 /// Answers a question over time.
 ///
 /// # Errors
@@ -113,6 +116,13 @@ pub fn answer(
     instants: &[Instant],
     sampling: Sampling,
 ) -> Result<Answered, Error> {
+    if let Reduction::Predict(steps) = route.ask.reduction
+        && steps > MOST_STEPS
+    {
+        let help = "predict fewer instants".to_owned();
+        let name = setting.model.ask_text(&route.ask);
+        return Err(Error::TooLarge { name, cells: steps as f64, most: MOST_STEPS as f64, help });
+    }
     match &route.by {
         By::Chain => finite::answer(setting, route, instants),
         By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),

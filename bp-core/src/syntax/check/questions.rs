@@ -182,6 +182,14 @@ fn known(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Known> {
     let evidence = match &item.evidence {
         // It is known anyway.
         None if model.plate_index() == Some(variable) => return None,
+        Some(_) if model.plate_index() == Some(variable) => {
+            let name = model.variable_name(variable);
+            let message =
+                format!("`{name}` is the plate's index: every question is answered for each of its elements");
+            let help = format!("leave `{name}` out; the rows of the answer name their element");
+            wrong.push(Diagnostic::new(item.at.0, message).with_help(help));
+            return None;
+        }
         None => Evidence::Each,
         Some(ast::Evidence::Hard(written)) => Evidence::Hard(value(model, variable, written, wrong)?),
         Some(ast::Evidence::Virtual(written)) => Evidence::Virtual(weights(written, "a likelihood", wrong)?),
