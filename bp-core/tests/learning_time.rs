@@ -77,9 +77,12 @@ fn of(p: f64, truth: usize) -> f64 {
     if truth == 1 { p } else { 1.0 - p }
 }
 
+/// ln P of a sequence; the first state, transitions and emissions that are expected.
+type Counts = (f64, [f64; 2], [[f64; 2]; 2], [[f64; 2]; 2]);
+
 impl Chain {
     /// ln L, and expected counts: of the start, of transitions, of what is seen.
-    fn expect(&self, sequence: &[Option<usize>]) -> (f64, [f64; 2], [[f64; 2]; 2], [[f64; 2]; 2]) {
+    fn expect(&self, sequence: &[Option<usize>]) -> Counts {
         let emitted = |state: usize, seen: Option<usize>| seen.map_or(1.0, |seen| of(self.b[state], seen));
         // The first is the state before the first row.
         let mut alpha = vec![[1.0 - self.start, self.start]];

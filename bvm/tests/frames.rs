@@ -117,7 +117,8 @@ fn a_look_is_not_mirrored() {
         assert!(values.len() > 500, "{}", values.len());
         values.iter().sum::<f32>() / values.len() as f32
     };
-    let (board, wall): (fn(f32) -> bool, fn(f32) -> bool) = (|ahead| ahead < 1.5, |ahead| ahead > 2.0);
+    let board = |ahead: f32| ahead < 1.5;
+    let wall = |ahead: f32| ahead > 2.0;
     // 50 / 150 and 14 / 150 of a metre.
     assert!((mean(board, 0) - 1.0).abs() < 0.05 && (mean(wall, 0) - 2.5).abs() < 0.2);
     assert!((mean(board, 1) - 0.333).abs() < 0.05, "to the left: {}", mean(board, 1));

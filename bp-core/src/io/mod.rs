@@ -80,7 +80,7 @@ pub fn write(network: &Network, format: Format) -> Result<String, Error> {
 /// The text of a network as a program, to be looked at: also with rows of zeros, which no program may have.
 ///
 /// # Errors
-/// See [`write`].
+/// See [`write()`].
 pub fn shown(model: &Model) -> Result<String, Error> {
     program::write(model, &finite::nodes(model)?)
 }
@@ -88,7 +88,7 @@ pub fn shown(model: &Model) -> Result<String, Error> {
 /// What a format does not hold of a network as everyone reads it.
 ///
 /// # Errors
-/// See [`write`].
+/// See [`write()`].
 pub fn lost(network: &Network, format: Format) -> Result<Option<String>, Error> {
     if format != Format::Uai {
         return Ok(None);

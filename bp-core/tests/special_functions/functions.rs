@@ -2,6 +2,8 @@
 //!
 //! In: nothing. Out: arguments and values. Invariant: each value was computed in 50 digits or more, as `main.rs` says.
 
+#![allow(clippy::approx_constant, reason = "arguments near constants are meant as they stand")]
+
 use bp_core::law::Law;
 
 /// x and Φ(x).

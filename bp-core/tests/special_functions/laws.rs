@@ -6,7 +6,9 @@
 use bp_core::law::Law;
 
 /// Law, parameters, x, density, P(X ≤ x) and P(X > x).
-pub(crate) const LAWS: &[(Law, &[f64], f64, &str, &str, &str)] = &[
+type Values = (Law, &'static [f64], f64, &'static str, &'static str, &'static str);
+
+pub(crate) const LAWS: &[Values] = &[
     (Law::Uniform, &[-2.0, 3.0], -1.5, "0.2", "0.1", "0.9"),
     (Law::Uniform, &[-2.0, 3.0], 0.0, "0.2", "0.4", "0.6"),
     (Law::Uniform, &[-2.0, 3.0], 2.5, "0.2", "0.9", "0.1"),

@@ -4,6 +4,8 @@
 
 /// A number with six significant digits.
 pub(crate) fn six_digits(number: f64) -> String {
+    // Zero has no sign for a reader.
+    let number = number + 0.0;
     if number == 0.0 || !number.is_finite() {
         return number.to_string();
     }

@@ -32,7 +32,7 @@ impl Extended {
     fn scaled(mantissa: f64, exponent: i64) -> Self {
         let bits = mantissa.to_bits();
         match bits & EXPONENT {
-            EXPONENT | 0 => Self { mantissa: mantissa, exponent: 0 },
+            EXPONENT | 0 => Self { mantissa, exponent: 0 },
             own => Self {
                 mantissa: f64::from_bits(bits & !EXPONENT | 1.0f64.to_bits()),
                 exponent: exponent.saturating_add((own >> 52) as i64 - 1023),
