@@ -53,7 +53,7 @@ fn distance(left: &str, right: &str) -> usize {
 }
 
 /// The most names that a list tells.
-const MOST_LISTED: usize = 20;
+const MOST_LISTED: usize = 40;
 
 /// Names as an English list in backticks: all of them, or the first ones and how many there are besides.
 pub(crate) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {

@@ -6,15 +6,13 @@
 
 mod support;
 
-use bp_core::answer::{Answer, ask, ask_over_time, read_instants};
-use bp_core::data::read_table;
+use bp_core::answer::{Answer, ask, ask_over_time};
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::model::Model;
 use bp_core::plan::{Notation, Options, plan};
 use bp_core::sample::Sampling;
 use proptest::prelude::*;
-use std::path::Path;
 use support::{model_of, question};
 
 /// A row for each instant; NaN where nothing was observed.
@@ -382,27 +380,4 @@ fn hundreds_of_densities_in_one_instant_are_added_as_logarithms() {
     let answer = asked(&model, "filter P(S | Y)", &names[..1], &[vec![2.0]]).unwrap();
     let odds = 0.9 * (-2.0f64).exp() / (0.1 * (-0.5f64).exp());
     near(&figures(&answer), &[odds / (1.0 + odds), 1.0 / (1.0 + odds)], 1e-13);
-}
-
-#[test]
-fn a_value_that_the_question_gives_holds_at_every_instant() {
-    let model = model_of(
-        "program Door { variables { Open, Open^-1, Seen : bool; }
-         decomposition { P(Open^-1) P(Open | Open^-1) P(Seen | Open) }
-         forms { P(Open^-1) = previous(Open) else bernoulli(0.5); P(Open | Open^-1) = dirac(Open^-1);
-                 P(Seen | Open) = bernoulli(if Open { 0.75 } else { 0.25 }); } }",
-    );
-    let asked = |question_text: &str, table: &str| {
-        let question = question(&model, question_text);
-        let table = read_table(Path::new("seen.csv"), table.as_bytes())?;
-        let rows = read_instants(&model, &question, &table, &Inputs::new())?;
-        ask_over_time(&model, &question, &rows, &Inputs::new(), Sampling::default())
-    };
-    // Seen at two instants: 9 to 1.
-    let answers = asked("filter P(Open | Seen = true)", "Day\nMonday\nTuesday\n").unwrap();
-    near(&figures(&answers[0]), &[0.1, 0.9], 1e-12);
-    let twice = asked("filter P(Open | Seen = true)", "Seen\nfalse\n").unwrap_err().to_string();
-    assert!(twice.contains("leave one of the two out"), "{twice}");
-    let far = asked("predict(1000000000) P(Open | Seen)", "Seen\nfalse\n").unwrap_err();
-    assert!(matches!(far, Error::TooLarge { .. }), "{far}");
 }

@@ -3,7 +3,8 @@
 //! In: small programs. Out: their answers beside numbers worked out here. Invariant: nothing expected comes from our own
 //! output; draws are seeded.
 
-use bp_core::answer::{Answer, Figure, ask, compile};
+use bp_core::answer::{Answer, Figure, ask, ask_over_time, compile, read_instants};
+use bp_core::data::read_table;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::model::Model;
@@ -11,6 +12,7 @@ use bp_core::plan::{Notation, Options, plan};
 use bp_core::sample::Sampling;
 use bp_core::source::Source;
 use bp_core::syntax::{compile as read, parse_question};
+use std::path::Path;
 
 /// The umbrella of a lecture: P(rain | umbrella) = 0.38 / 0.44.
 const UMBRELLA: &str = "program Umbrella {
@@ -270,4 +272,27 @@ fn derivations_say_what_is_made() {
     assert_eq!(divergence, "D = Σ_Rain p ln (p / q), p = P(Rain | Umbrella), q = P(Rain)");
     assert_eq!(computed("variance P(Rain)"), "Var = Σ_Rain (Rain − E)² P(Rain)");
     assert_eq!(computed("draw(3) P(Rain)"), "Rain ~ P(Rain), 3 times");
+}
+
+#[test]
+fn a_value_that_the_question_gives_holds_at_every_instant() {
+    let model = model(
+        "program Door { variables { Open, Open^-1, Seen : bool; }
+         decomposition { P(Open^-1) P(Open | Open^-1) P(Seen | Open) }
+         forms { P(Open^-1) = previous(Open) else bernoulli(0.5); P(Open | Open^-1) = dirac(Open^-1);
+                 P(Seen | Open) = bernoulli(if Open { 0.75 } else { 0.25 }); } }",
+    );
+    let asked = |question_text: &str, table: &str| {
+        let question = parse_question(&Source::new("question", question_text), &model).unwrap();
+        let table = read_table(Path::new("seen.csv"), table.as_bytes())?;
+        let rows = read_instants(&model, &question, &table, &Inputs::new())?;
+        ask_over_time(&model, &question, &rows, &Inputs::new(), Sampling::default())
+    };
+    // Seen at two instants: 9 to 1.
+    let answers = asked("filter P(Open | Seen = true)", "Day\nMonday\nTuesday\n").unwrap();
+    near(&numbers(&answers[0]), &[0.1, 0.9]);
+    let twice = asked("filter P(Open | Seen = true)", "Seen\nfalse\n").unwrap_err().to_string();
+    assert!(twice.contains("leave one of the two out"), "{twice}");
+    let far = asked("predict(1000000000) P(Open | Seen)", "Seen\nfalse\n").unwrap_err();
+    assert!(matches!(far, Error::TooLarge { .. }), "{far}");
 }
