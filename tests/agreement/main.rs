@@ -22,6 +22,7 @@ use bp_core::syntax::{self, parse_question};
 use program::{Domain, Program};
 use random::{Limits, Random};
 use rayon::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// How many programs of a kind are drawn: a share of `PROGRAMS`, 2400 by default.
 fn programs(share: f64) -> u64 {
@@ -55,7 +56,8 @@ fn all(count: u64, salt: u64, check: impl Fn(&mut Random) -> Result<(), String> 
     let fails: Vec<String> = (0..count)
         .into_par_iter()
         .filter_map(|seed| {
-            let verdict = check(&mut Random(seed ^ salt << 40));
+            let verdict = catch_unwind(AssertUnwindSafe(|| check(&mut Random(seed ^ salt << 40))));
+            let verdict = verdict.unwrap_or_else(|_| Err("panicked".to_owned()));
             verdict.err().map(|why| format!("seed {seed}: {why}"))
         })
         .collect();
