@@ -52,7 +52,7 @@ fn distance(left: &str, right: &str) -> usize {
     rows[left.len()][right.len()]
 }
 
-/// The most names that a list tells.
+/// The most names that a list writes out.
 const MOST_LISTED: usize = 40;
 
 /// Names as an English list in backticks: all of them, or the first ones and how many there are besides.

@@ -14,7 +14,7 @@ use bp_core::sample::Sampling;
 use bp_core::tree::Network;
 use support::{model_of, question};
 
-/// Domain of Y, its form where K is one of 0..=3, the context that is refused, and what is said of the number.
+/// Domain of Y, its form where K is one of 0..=3, the context that is refused, and the message about the number.
 const FINITE: &[(&str, &str, &str, &str)] = &[
     ("bool", "bernoulli(K / 2)", "K = 3", "the probability is 1.5, but it must lie between 0 and 1"),
     ("bool", "bernoulli(0.5 - K / 2)", "K = 2", "the probability is -0.5,"),

@@ -1,4 +1,4 @@
-//! A question that no exact route answers: the program compiles, the caller is told.
+//! A question that no exact route answers: the program compiles, and the caller gets the reason.
 
 use bp_macros::bayesian_program;
 

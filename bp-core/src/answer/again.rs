@@ -3,7 +3,7 @@
 //! In: a model, a question and what it was given. Out: the outputs, computed with exponents apart where that is needed, or the
 //! reason why there are none. Invariant: the arrays have the names and the layout of the emitted kernel's.
 //!
-//! Emitted code only looks whether a total is too small, or not a finite number. What follows from that is told here, as it
+//! Emitted code only looks whether a total is too small, or not a finite number. What follows from that is worked out here, as it
 //! is for questions of a text.
 
 use super::{check, impossible, link};

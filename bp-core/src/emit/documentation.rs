@@ -1,7 +1,7 @@
-//! What is said of the arrays of a question: indices, lengths, and which index a value has.
+//! The documentation of the arrays of a question: indices, lengths, and which index a value has.
 //!
 //! In: a buffer, and what it means. Out: lines of documentation. Invariant: indices are named in the order of the memory, the
-//! last one fastest; what is said of a domain is what the program says.
+//! last one fastest; a domain is described as the program declares it.
 
 use crate::ids::{AxisId, BufferId, VariableId};
 use crate::kernel::{Extent, Kernel, Role};

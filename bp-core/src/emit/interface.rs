@@ -1,4 +1,4 @@
-//! The interface of a question: the fields of its inputs and outputs, their names and what is said of them.
+//! The interface of a question: the fields of its inputs and outputs, their names and their documentation.
 //!
 //! In: a lowered question. Out: an [`Interface`], which knows the field of each buffer and size. Invariant: names within a
 //! structure are unique; the documentation of an array tells its indices, slowest first, and how long it is.

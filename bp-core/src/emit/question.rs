@@ -85,7 +85,7 @@ fn conclusion(alone: bool, kernel: &Kernel, text: &mut Text) {
     text.close_with("};");
 }
 
-/// The function that is called where something is suspect: it computes again, or tells what is wrong.
+/// The function that is called where something is suspect: it computes again, or reports what is wrong.
 fn again(
     kernel: &Kernel,
     interface: &Interface<'_>,

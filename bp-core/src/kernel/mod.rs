@@ -114,7 +114,7 @@ pub struct Buffer {
     pub values: Option<Values>,
 }
 
-/// What a buffer tells of an answer once it is made. Back ends that report count the cells that fail.
+/// What a buffer shows about an answer once it is made. Back ends that report count the cells that fail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Check {
     /// Each cell is the total of one context: above 0, or the context cannot be. NaN is an invalid number.

@@ -16,7 +16,7 @@ use crate::model::{Domain, IndexSpace, Model};
 use crate::spelling::quoted;
 use std::collections::HashMap;
 
-/// What is said of the columns of a table, besides their names.
+/// The roles of the columns of a table, besides their names.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Columns {
     /// Variables, or elements of families, that have no column.

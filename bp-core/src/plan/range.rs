@@ -44,7 +44,7 @@ pub struct Marked {
     pub reason: String,
 }
 
-/// So many products are told.
+/// The most products that are printed.
 const MOST_MARKED: usize = 8;
 
 /// log₂ of the total below which a guarded product is computed again.

@@ -65,7 +65,7 @@ impl Observations {
     /// Observes what the host gives under a name: a number for each slot.
     ///
     /// # Errors
-    /// It was not given; another number of them; a value that is none of its variable.
+    /// It was not given; another number of them; a value outside the domain of its variable.
     pub(crate) fn give(
         &mut self,
         setting: &Setting<'_>,

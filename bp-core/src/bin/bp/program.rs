@@ -49,7 +49,7 @@ pub(crate) fn model(path: &Path) -> Result<Model, Failure> {
     Ok(network(path, format_of(path)?)?.model)
 }
 
-/// The format of a file by its name: a program where it tells nothing.
+/// The format of a file by its name: a program where the name has no known ending.
 pub(crate) fn format_of(path: &Path) -> Result<Format, Failure> {
     match Format::refused(path) {
         Some(reason) => Err(Failure::Words(format!("`{}` {reason}", path.display()))),

@@ -2,7 +2,7 @@
 //!
 //! In: the text of `model_data`: an expression for each combination of the model's nodes. Out: the rows that they mean, where
 //! they are numbers: `Distribution (0.9, 0.1)`, and `Normal (mean, variance)` over intervals. Invariant: an expression that
-//! is not read is told, never guessed.
+//! is not read is reported, never guessed.
 
 use crate::law::Law;
 

@@ -1,6 +1,6 @@
 //! Networks from the shell: what the commands that ask one have in common.
 //!
-//! In: a file, and evidence as JSON or as UAI has it. Out: a network by names, and its evidence. Invariant: a wrong name or value is told
+//! In: a file, and evidence as JSON or as UAI has it. Out: a network by names, and its evidence. Invariant: a wrong name or value is reported
 //! before anything is computed.
 
 pub(crate) mod batch;
