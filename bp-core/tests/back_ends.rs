@@ -155,6 +155,31 @@ fn large_programs_without_a_plate() {
     }
 }
 
+/// `Beyond` is never what `X[10]` is: a sum over all `X`, too long to be unrolled, adds nothing but zeros.
+#[test]
+fn a_loop_of_zeros() {
+    let text = |asked: &str| {
+        format!(
+            "program Zeros {{
+                variables {{ X[1..=10] : 0..=1; Beyond : 5..=6; A : 0..=20; }}
+                decomposition {{ prod(i in 1..=10) {{ P(X[i]) }} P(Beyond | X) P(A | X Beyond) }}
+                forms {{
+                    P(X[i]) = uniform;
+                    P(Beyond | X) = dirac(X[10]);
+                    P(A | X Beyond) = binomial(20, if X[1] == 1 {{ 0.5 }} else {{ 0.25 }});
+                }}
+                question q {{ {asked} }}
+            }}"
+        )
+    };
+    for asked in ["P(A)", "max P(A)"] {
+        for kernel in kernels(&text(asked), "q", Options::default()) {
+            let truth = everywhere(asked, &kernel, &Given::default());
+            assert!(truth.arrays[0].1.iter().all(|p| *p == 0.0), "{asked}: {truth:?}");
+        }
+    }
+}
+
 /// Lines of sight that are so long that their loops stay loops.
 #[test]
 fn long_rays() {

@@ -3,7 +3,7 @@
 //! In: seeds. Out: for each a program, questions to it, and what the engines answer. Invariant: what is expected shares no
 //! code with what is checked: it is summed over all assignments, and over all histories, from types of this test.
 //!
-//! The environment variable `PROGRAMS` sets how many programs are drawn.
+//! The environment variable `PROGRAMS` sets how many programs are drawn, `FIRST_SEED` where their seeds begin.
 
 mod enumerate;
 mod estimated;
@@ -53,7 +53,8 @@ fn question_of(model: &Model, text: &str) -> bp_core::model::Question {
 
 /// Runs seeds side by side; reports the failures with the least seeds.
 fn all(count: u64, salt: u64, check: impl Fn(&mut Random) -> Result<(), String> + Sync) {
-    let fails: Vec<String> = (0..count)
+    let first = std::env::var("FIRST_SEED").map_or(0, |seed| seed.parse().expect("FIRST_SEED is a number"));
+    let fails: Vec<String> = (first..first + count)
         .into_par_iter()
         .filter_map(|seed| {
             let verdict = catch_unwind(AssertUnwindSafe(|| check(&mut Random(seed ^ salt << 40))));

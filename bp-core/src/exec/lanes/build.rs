@@ -221,9 +221,16 @@ impl<'k> Builder<'k> {
                     state = builder.values.binary(Binary::Add, kept, next);
                 });
                 if looped {
-                    self.doing.each.push(Action::Keep(self.kept - 1, state));
+                    self.keep(self.kept - 1, state);
                 }
             }
+        }
+    }
+
+    /// Keeps a state for the next step of the loops. A state that a step leaves as it was (a sum of zeros) is kept already.
+    fn keep(&mut self, kept: usize, state: Value) {
+        if state != self.values.lanes(Work::Kept(kept)) {
+            self.doing.each.push(Action::Keep(kept, state));
         }
     }
 
@@ -241,7 +248,7 @@ impl<'k> Builder<'k> {
         let whole = folded;
         self.inside(loops, depth, fold, kept, &mut folded);
         if looped && !self.shape.folded {
-            self.doing.each.push(Action::Keep(kept, folded));
+            self.keep(kept, folded);
         }
         match looped || self.shape.folded {
             true => self.store(out, whole, true),
