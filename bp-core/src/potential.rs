@@ -121,6 +121,23 @@ impl Potential {
             true => Cow::Owned(self.cells.iter().map(|cell| cell.exp()).collect()),
             false => Cow::Borrowed(&self.cells),
         };
+        let mut ordered = self.ordered(&numbers, slots, counts);
+        let total: f64 = ordered.iter().sum();
+        if total > 0.0 {
+            ordered.iter_mut().for_each(|cell| *cell /= total);
+        }
+        ordered
+    }
+
+    /// The logarithms of the cells with their scale and another, in an order of the slots that names each of its own.
+    fn ln_table(&self, slots: &[usize], counts: &[usize], ln_factor: f64) -> Vec<f64> {
+        let mut ordered = self.ordered(&self.logarithms(), slots, counts);
+        ordered.iter_mut().for_each(|cell| *cell += self.ln_scale + ln_factor);
+        ordered
+    }
+
+    /// Cells in an order of the slots that names each of the potential's own.
+    fn ordered(&self, numbers: &[f64], slots: &[usize], counts: &[usize]) -> Vec<f64> {
         let strides: Vec<usize> = slots.iter().map(|slot| self.stride(*slot, counts)).collect();
         let cells: usize = slots.iter().map(|slot| counts[*slot]).product();
         let mut ordered = Vec::with_capacity(cells);
@@ -136,10 +153,6 @@ impl Potential {
                 at -= strides[axis] * counts[slots[axis]];
                 digits[axis] = 0;
             }
-        }
-        let total: f64 = ordered.iter().sum();
-        if total > 0.0 {
-            ordered.iter_mut().for_each(|cell| *cell /= total);
         }
         ordered
     }

@@ -7,7 +7,7 @@ mod support;
 
 use bp_core::exec::{Inputs, interpret};
 use bp_core::lower::lower;
-use bp_core::model::{Model, Reduction};
+use bp_core::model::{Model, Statistic};
 use bp_core::plan::{Options, Rewrites, Route, plan};
 use bp_core::space::{Edge, Space};
 use support::{model_of, program};
@@ -61,22 +61,22 @@ impl World<'_> {
             .array("Sensors[i].reading", &self.likelihood);
         // What the host does not know is not asked of it: sizes and arrays that no kernel reads may be given.
         let outputs = interpret(&lowered.kernel, &inputs).unwrap_or_else(|error| panic!("{error}"));
-        let of = |reduction: &Reduction, names: &[&str], at: bool| {
+        let of = |statistic: &Statistic, names: &[&str], at: bool| {
             let found = lowered.outputs.iter().find(|output| {
                 output.ask.as_ref().is_some_and(|ask| {
                     let searched: Vec<_> =
                         ask.searched.iter().map(|s| model.variable_name(s.variable)).collect();
-                    ask.reduction == *reduction && searched == names && ask.searched[0].at.is_some() == at
+                    ask.statistic == *reduction && searched == names && ask.searched[0].at.is_some() == at
                 })
             });
             outputs.get(&found.unwrap().name).to_vec()
         };
-        let p = Reduction::Probability;
+        let p = Statistic::Distribution;
         State {
             joint: of(&p, &["O", "V"], false),
             occupied: of(&p, &["O"], false),
             velocity: of(&p, &["V"], false),
-            entropy: of(&Reduction::Entropy, &["O", "V"], false),
+            entropy: of(&Statistic::Entropy, &["O", "V"], false),
             wanted: of(&p, &["O"], true),
         }
     }

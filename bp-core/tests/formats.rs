@@ -8,7 +8,8 @@ use bp_core::exec::Inputs;
 use bp_core::ids::{Id, VariableId};
 use bp_core::io::{self, Format, Network, uai};
 use bp_core::model::{
-    Ask, Domain, Evidence, Factor, Form, Known, Model, ModelBuilder, Question, Reduction, Searched, Value,
+    Ask, Domain, Evidence, Factor, Form, Known, Model, ModelBuilder, Question, Searched, Statistic, Value,
+    When,
 };
 use bp_core::source::Source;
 use dialects::{ASIA_LIKE, MARKOV, NET, UAI, XML, read};
@@ -127,7 +128,7 @@ proptest! {
         let known = |evidence| if first == last { vec![] } else { vec![Known { variable: last, evidence }] };
         for known in [known(Evidence::Each), known(Evidence::Hard(Value::Ordinal(0)))] {
             let searched = vec![Searched { variable: first, at: None }];
-            let ask = Ask { reduction: Reduction::Probability, searched, known };
+            let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known };
             let question = Question { name: String::new(), asks: vec![ask] };
             let [one, other] = [&network.model, &written]
                 .map(|model| answer::ask(model, &question, &Inputs::new()).unwrap().remove(0).answer);
@@ -219,7 +220,8 @@ fn xmlbif_hugin_and_uai_say_the_same() {
 fn a_markov_network_answers_with_its_potentials_known() {
     let network = read(Format::Uai, MARKOV);
     let ask = Ask {
-        reduction: Reduction::Probability,
+        statistic: Statistic::Distribution,
+        when: When::Now,
         searched: vec![Searched { variable: VariableId::new(0), at: None }],
         known: network.known.clone(),
     };

@@ -8,7 +8,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Value};
+use crate::model::{Ask, Domain, Evidence, Model, Question, Value};
 use crate::sample::Observations;
 use crate::spelling::number as written;
 
@@ -30,11 +30,7 @@ pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
                 given(model, searched.variable, name, inputs)?;
             }
         }
-        let others: &[Known] = match &ask.reduction {
-            Reduction::Divergence { from } => from,
-            _ => &[],
-        };
-        for known in ask.known.iter().chain(others) {
+        for known in ask.known.iter().chain(ask.statistic.from()) {
             match &known.evidence {
                 Evidence::Hard(Value::Given(name)) => given(model, known.variable, name, inputs)?,
                 Evidence::Each => given(model, known.variable, &model.variable_name(known.variable), inputs)?,

@@ -11,7 +11,7 @@ use crate::exec::{Guarded, Inputs, Lanes};
 use crate::ids::VariableId;
 use crate::kernel::{Kernel, LN_EVIDENCE};
 use crate::lower::{Output, lower_guarded};
-use crate::model::{Ask, Evidence, Model, Question, Reduction};
+use crate::model::{Ask, Evidence, Model, Question, Statistic};
 use crate::plan::{self, Gaussian, JoinTree, Mark, Options, Plan, Route, Sampled, parts};
 use crate::sample::Sampling;
 use std::borrow::Cow;
@@ -108,8 +108,8 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
     }
     let exact = |route: &Compiled| matches!(route, Compiled::Exact(_));
     let tables = routes.iter().all(exact);
-    let part = |ask: &Ask, part: &Ask| match part.reduction {
-        Reduction::Entropy if tables => Part { text: model.ask_text(&as_table(part)), whole: false },
+    let part = |ask: &Ask, part: &Ask| match part.statistic {
+        Statistic::Entropy if tables => Part { text: model.ask_text(&as_table(part)), whole: false },
         _ => Part { text: model.ask_text(part), whole: part == ask },
     };
     let parts = (question.asks.iter())
@@ -120,14 +120,14 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
 
 /// Whether the host divides by probabilities that may be tiny: they are then wanted with exponents apart.
 fn compares(ask: &Ask) -> bool {
-    matches!(ask.reduction, Reduction::Divergence { .. })
+    matches!(ask.statistic, Statistic::Divergence { .. })
         || ask.known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)))
 }
 
 /// Entropies are made of whole tables, which say what context is impossible.
 fn as_tables(asks: &mut Vec<Ask>) {
     for ask in std::mem::take(asks) {
-        let ask = if ask.reduction == Reduction::Entropy { as_table(&ask) } else { ask };
+        let ask = if ask.statistic == Statistic::Entropy { as_table(&ask) } else { ask };
         if !asks.contains(&ask) {
             asks.push(ask);
         }
@@ -135,7 +135,7 @@ fn as_tables(asks: &mut Vec<Ask>) {
 }
 
 fn as_table(ask: &Ask) -> Ask {
-    Ask { reduction: Reduction::Probability, ..ask.clone() }
+    Ask { statistic: Statistic::Distribution, ..ask.clone() }
 }
 
 impl CompiledQuestion<'_> {
@@ -178,8 +178,8 @@ impl CompiledQuestion<'_> {
     pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
         let said = self.run(inputs, Sampling::default())?;
         let table = |(ask, parts): (&Ask, &Vec<Part>)| {
-            if let Reduction::Entropy | Reduction::Divergence { .. } = ask.reduction {
-                let word = ask.reduction.word();
+            if let Statistic::Entropy | Statistic::Divergence { .. } = ask.statistic {
+                let word = ask.statistic.word();
                 return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
             }
             let (table, _) = self.table(ask, &ask.known, &parts[0], &said)?;
@@ -287,7 +287,7 @@ impl CompiledQuestion<'_> {
             return Ok(answer.clone());
         }
         let (table, ln_evidence) = self.table(ask, &ask.known, &parts[0], said)?;
-        if let (Reduction::Divergence { from }, Some(second)) = (&ask.reduction, parts.get(1)) {
+        if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, parts.get(1)) {
             let (second, _) = self.table(ask, from, second, said)?;
             let answer = compare::divergences(&table, &second);
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer });

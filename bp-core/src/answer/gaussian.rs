@@ -8,7 +8,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::{Filter, Inputs, condition};
 use crate::ids::VariableId;
-use crate::model::{Model, Reduction};
+use crate::model::{Ask, Model, Statistic};
 use crate::plan::{Gaussian, components};
 use crate::sample::Observations;
 
@@ -21,6 +21,15 @@ fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
         && gaussian.carried.is_empty()
         && gaussian.initial.is_empty()
         && gaussian.sources.iter().all(|source| components(model, source.variable) == 1)
+}
+
+/// What an ask makes of a normal law.
+pub(super) fn figure(ask: &Ask, mean: f64, deviation: f64) -> Figure {
+    match ask.statistic {
+        Statistic::Expectation => Figure::Expectation { expectation: mean, error: None },
+        Statistic::Variance => Figure::Variance { variance: deviation.powi(2), error: None },
+        _ => Figure::Normal { mean, deviation },
+    }
 }
 
 pub(super) fn answers(
@@ -77,12 +86,7 @@ pub(super) fn answers(
                 .map(|name| {
                     let mean = belief.mean_of(&name).unwrap_or(f64::NAN);
                     let deviation = belief.deviation_of(&name).unwrap_or(f64::NAN);
-                    let figure = match ask.reduction {
-                        Reduction::Expectation => Figure::Expectation { expectation: mean, error: None },
-                        Reduction::Variance => Figure::Variance { variance: deviation.powi(2), error: None },
-                        _ => Figure::Normal { mean, deviation },
-                    };
-                    Row { values: vec![(name, String::new())], figure }
+                    Row { values: vec![(name, String::new())], figure: figure(ask, mean, deviation) }
                 })
                 .collect(),
         })

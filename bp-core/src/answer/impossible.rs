@@ -9,7 +9,7 @@ use crate::exec::{Inputs, Lanes};
 use crate::ids::VariableId;
 use crate::kernel::LN_EVIDENCE;
 use crate::lower::lower_guarded;
-use crate::model::{Ask, Evidence, Known, Model, Question, Reduction, Value};
+use crate::model::{Ask, Evidence, Known, Model, Question, Statistic, Value};
 use crate::plan::{Options, Route, plan};
 
 /// The error; where no single observation can be told, it names the question alone.
@@ -61,7 +61,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
 /// Whether some of the evidence has a probability above 0; nothing where that has no exact answer.
 fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f64>) -> Option<bool> {
     let searched = ask.searched.clone();
-    let ask = Ask { reduction: Reduction::Probability, searched, known: known.to_vec() };
+    let ask = Ask { statistic: Statistic::Distribution, when: ask.when, searched, known: known.to_vec() };
     let question = Question { name: "evidence".to_owned(), asks: vec![ask] };
     let options = Options { ln_evidence: true, ..Options::default() };
     let routes = plan(model, &question, options).ok()?.routes;

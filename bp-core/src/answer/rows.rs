@@ -8,7 +8,7 @@ use super::{Figure, Row, argmax, moments};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Ask, Model, Reduction, Value};
+use crate::model::{Ask, Model, Statistic, Value};
 use crate::random::seeded;
 use rand::RngExt;
 
@@ -34,7 +34,7 @@ impl Reader<'_> {
     pub(super) fn rows(&self) -> Result<Vec<Row>, Error> {
         let field = self.field()?;
         let mut random = seeded(self.seed, &self.table.question);
-        if let Reduction::Draw(count) = self.ask.reduction {
+        if let Statistic::Draw(count) = self.ask.statistic {
             let contexts = self.table.numbers.len() / self.table.width();
             let cells = count as f64 * contexts as f64;
             if cells > MOST_DRAWS {
@@ -51,27 +51,27 @@ impl Reader<'_> {
                 (0..numbers.len()).filter(|at| self.is_wanted(&left[*at], context)).collect();
             let figure = |at: usize| (at, Figure::Probability { p: numbers[at] });
             let possible = numbers.iter().any(|p| *p > 0.0);
-            let chosen: Vec<(usize, Figure)> = match &self.ask.reduction {
-                Reduction::Probability => wanted.into_iter().map(figure).collect(),
+            let chosen: Vec<(usize, Figure)> = match &self.ask.statistic {
+                Statistic::Distribution => wanted.into_iter().map(figure).collect(),
                 _ if !possible => continue,
-                Reduction::Entropy => {
+                Statistic::Entropy => {
                     let entropy = wanted.iter().map(|at| moments::minus_p_ln_p(numbers[*at])).sum();
                     rows.push(self.context_row(context, Figure::Entropy { entropy }));
                     continue;
                 }
-                Reduction::Maximum => {
+                Statistic::Maximum => {
                     self.largest(numbers, &wanted, None, context).into_iter().take(1).map(figure).collect()
                 }
-                Reduction::Argmax { .. } => {
+                Statistic::Argmax { .. } => {
                     self.largest(numbers, &wanted, field, context).into_iter().map(figure).collect()
                 }
-                Reduction::Best(count) => {
+                Statistic::Best(count) => {
                     let mut best = wanted;
                     best.retain(|at| numbers[*at] > 0.0);
                     best.sort_by(|one, other| numbers[*other].total_cmp(&numbers[*one]));
                     best.into_iter().take(*count).map(figure).collect()
                 }
-                Reduction::Draw(count) => {
+                Statistic::Draw(count) => {
                     let mut reached = 0.0;
                     let cumulative: Vec<f64> = (numbers.iter())
                         .map(|p| {
@@ -86,13 +86,14 @@ impl Reader<'_> {
                     };
                     (1..=*count).map(&mut draw).collect()
                 }
-                Reduction::Expectation | Reduction::Variance => {
+                Statistic::Expectation | Statistic::Variance => {
                     for (column, own) in self.table.left.iter().enumerate() {
-                        let domain = &self.model.variables[own.variable].domain;
+                        let Some(id) = own.variable else { continue };
+                        let domain = &self.model.variables[id].domain;
                         let values = left.iter().map(|ordinals| domain.number(ordinals[column]));
                         let (expectation, variance) = moments::of(numbers, values);
-                        let figure = match self.ask.reduction {
-                            Reduction::Expectation => Figure::Expectation { expectation, error: None },
+                        let figure = match self.ask.statistic {
+                            Statistic::Expectation => Figure::Expectation { expectation, error: None },
                             _ => Figure::Variance { variance, error: None },
                         };
                         let mut row = self.context_row(context, figure);
@@ -101,20 +102,17 @@ impl Reader<'_> {
                     }
                     continue;
                 }
-                Reduction::Information => {
+                Statistic::Information => {
                     let first = self.ask.searched[0].variable;
                     let second: usize = (self.table.left.iter())
-                        .filter(|column| column.variable != first)
+                        .filter(|column| column.variable != Some(first))
                         .map(|column| column.values.len())
                         .product();
                     let information = moments::information(numbers, second);
                     rows.push(self.context_row(context, Figure::Information { information }));
                     continue;
                 }
-                Reduction::Divergence { .. } => unreachable!("internal: two tables are compared elsewhere"),
-                Reduction::Filter | Reduction::Predict(_) | Reduction::Smooth | Reduction::Sequence => {
-                    unreachable!("internal: what is asked over time has no table")
-                }
+                Statistic::Divergence { .. } => unreachable!("internal: two tables are compared elsewhere"),
             };
             rows.extend(chosen.into_iter().map(|(at, figure)| {
                 let mut row = self.context_row(context, figure);
@@ -138,7 +136,7 @@ impl Reader<'_> {
 
     /// The field that breaks ties: one number for each value, or for each value in each context.
     fn field(&self) -> Result<Option<&[f64]>, Error> {
-        let Reduction::Argmax { nearest: Some(name) } = &self.ask.reduction else { return Ok(None) };
+        let Statistic::Argmax { nearest: Some(name) } = &self.ask.statistic else { return Ok(None) };
         let field = self.inputs.find(name);
         let field = field.ok_or_else(|| Error::input(name, "it was not given; it breaks ties"))?;
         let expected = [self.table.width(), self.table.numbers.len()];
@@ -177,7 +175,7 @@ impl Reader<'_> {
     /// Names the searched variables that have no column: those of which the kernel took one value.
     fn name_bound(&self, row: &mut Row, context: usize) {
         for searched in &self.ask.searched {
-            let has_column = self.table.left.iter().any(|column| column.variable == searched.variable);
+            let has_column = self.table.left.iter().any(|column| column.variable == Some(searched.variable));
             if let (Some(at), false) = (&searched.at, has_column) {
                 let name = self.model.variable_name(searched.variable);
                 row.values.push((name, self.value_at(searched.variable, at, context)));
@@ -188,13 +186,13 @@ impl Reader<'_> {
     /// Whether a cell lies at the values at which the question wants its variables.
     fn is_wanted(&self, ordinals: &[usize], context: usize) -> bool {
         self.table.left.iter().zip(ordinals).all(|(column, ordinal)| {
-            let searched = self.ask.searched.iter().find(|searched| searched.variable == column.variable);
+            let searched = self.ask.searched.iter().find(|it| Some(it.variable) == column.variable);
             match searched.and_then(|searched| searched.at.as_ref()) {
                 Some(Value::Ordinal(wanted)) => ordinal == wanted,
                 Some(Value::Given(name)) => {
-                    let domain = &self.model.variables[column.variable].domain;
-                    let given = self.given(name, context);
-                    given.is_none_or(|given| domain.ordinal_among(given, None) == Some(*ordinal))
+                    let domain = column.variable.map(|id| &self.model.variables[id].domain);
+                    let Some((domain, given)) = domain.zip(self.given(name, context)) else { return true };
+                    domain.ordinal_among(given, None) == Some(*ordinal)
                 }
                 _ => true,
             }

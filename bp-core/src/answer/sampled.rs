@@ -8,7 +8,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::memory;
-use crate::model::{Ask, Evidence, Model, Reduction, Value};
+use crate::model::{Ask, Evidence, Model, Statistic, Value};
 use crate::plan::Sampled;
 use crate::progress;
 use crate::sample::{Draws, MOST_R_HAT, Method, Moments, Observations, Sampling, gibbs, weigh};
@@ -133,7 +133,7 @@ pub(super) fn rows(
         }
     }
     let mut rows = Vec::new();
-    if ask.reduction == Reduction::Probability && !finite.is_empty() {
+    if ask.statistic == Statistic::Distribution && !finite.is_empty() {
         let count = |slot: usize| setting.count(setting.variable_of(slot));
         let cells = finite
             .iter()
@@ -181,22 +181,31 @@ pub(super) fn rows(
             rows.push(Row { values, figure: Figure::Estimated { p, error } });
         }
     }
-    let numbers = finite.iter().map(|(slot, _)| *slot).filter(|_| ask.reduction != Reduction::Probability);
+    let numbers = finite.iter().map(|(slot, _)| *slot).filter(|_| ask.statistic != Statistic::Distribution);
     for slot in numbers.chain(reals) {
         let variable = setting.variable_of(slot);
         if let Some((_, of)) = linear.iter().find(|(own, _)| *own == slot) {
-            let figure = Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles };
+            let figure = match ask.statistic {
+                Statistic::Expectation => {
+                    Figure::Expectation { expectation: of.mean[0], error: Some(of.mean[1]) }
+                }
+                Statistic::Variance => {
+                    let [deviation, error] = of.deviation;
+                    Figure::Variance { variance: deviation.powi(2), error: Some(2.0 * deviation * error) }
+                }
+                _ => Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles },
+            };
             rows.push(Row { values: vec![(setting.slot_name(slot), String::new())], figure });
             continue;
         }
         let at = position(slot);
         let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
-        let figure = match ask.reduction {
-            Reduction::Expectation => {
+        let figure = match ask.statistic {
+            Statistic::Expectation => {
                 let [expectation, error] = draws.mean(number);
                 Figure::Expectation { expectation, error: Some(error) }
             }
-            Reduction::Variance => {
+            Statistic::Variance => {
                 let [mean, _] = draws.mean(number);
                 let [variance, error] = draws.mean(|draw| (number(draw) - mean).powi(2));
                 Figure::Variance { variance, error: Some(error) }

@@ -31,9 +31,9 @@ pub struct Table {
 /// One variable of a table, or one element of a family.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Column {
-    /// Which.
+    /// Which; none for the instants of a question over time.
     #[serde(skip)]
-    pub variable: VariableId,
+    pub variable: Option<VariableId>,
     /// Its name.
     pub name: String,
     /// The names of its values, in order.
@@ -115,7 +115,7 @@ impl Column {
 fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
     let name = model.variable_name(id);
     let named = |count: usize| (0..count).map(|ordinal| model.value_name(id, ordinal)).collect();
-    let column = |name, values| Column { variable: id, name, values };
+    let column = |name, values| Column { variable: Some(id), name, values };
     match (model.variables[id].family, extents) {
         (Some(family), _) => {
             let first = match family.over {

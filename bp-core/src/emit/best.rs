@@ -10,7 +10,7 @@ use super::value::constant;
 use crate::ids::{AxisId, BufferId, Id, VariableId};
 use crate::kernel::Kernel;
 use crate::lower::Output;
-use crate::model::{Domain, Model, Reduction, SetKind};
+use crate::model::{Domain, Model, SetKind, Statistic};
 
 /// One variable of an answer, or one element of a family.
 struct Value {
@@ -38,7 +38,7 @@ pub(super) struct Best {
 /// Whether an output is a score of each element of the plate, among which the host chooses by a field.
 pub(super) fn is_scores(model: &Model, output: &Output) -> bool {
     let nearest =
-        matches!(output.ask.as_ref().map(|ask| &ask.reduction), Some(Reduction::Argmax { nearest: Some(_) }));
+        matches!(output.ask.as_ref().map(|ask| &ask.statistic), Some(Statistic::Argmax { nearest: Some(_) }));
     nearest && output.variables.iter().any(|variable| is_over_plate(model, *variable))
 }
 
@@ -58,9 +58,9 @@ impl Best {
         nearest: impl FnOnce(&str) -> String,
     ) -> Option<Self> {
         let ask = output.ask.as_ref()?;
-        let field = match &ask.reduction {
-            Reduction::Maximum => None,
-            Reduction::Argmax { nearest } => nearest.as_deref(),
+        let field = match &ask.statistic {
+            Statistic::Maximum => None,
+            Statistic::Argmax { nearest } => nearest.as_deref(),
             _ => return None,
         };
         if is_scores(model, output) {

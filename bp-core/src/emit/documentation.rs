@@ -6,7 +6,7 @@
 use crate::ids::{AxisId, BufferId, VariableId};
 use crate::kernel::{Extent, Kernel, Role};
 use crate::lower::Output;
-use crate::model::{Domain, Model, Reduction};
+use crate::model::{Domain, Model, Statistic};
 
 /// Labels of which the indices are listed, at most.
 const MOST_LABELS: usize = 12;
@@ -42,10 +42,10 @@ pub(super) fn output(model: &Model, kernel: &Kernel, id: BufferId, output: &Outp
 }
 
 fn unit(output: &Output) -> &'static str {
-    match output.ask.as_ref().map(|ask| &ask.reduction) {
+    match output.ask.as_ref().map(|ask| &ask.statistic) {
         None => "a natural logarithm",
-        Some(Reduction::Entropy) => "in nats",
-        Some(Reduction::Argmax { .. }) => {
+        Some(Statistic::Entropy) => "in nats",
+        Some(Statistic::Argmax { .. }) => {
             "scores that need not sum to one: `bp_core::answer::argmax` finds the largest that is nearest"
         }
         Some(_) => "probabilities",

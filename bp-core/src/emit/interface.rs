@@ -10,7 +10,7 @@ use super::text::Text;
 use crate::ids::BufferId;
 use crate::kernel::{Extent, Kernel, Role};
 use crate::lower::Output;
-use crate::model::{Model, Reduction};
+use crate::model::{Model, Statistic};
 use std::collections::HashMap;
 
 /// How an input is given.
@@ -279,8 +279,8 @@ fn input_name(name: &str) -> String {
 /// The field of an output: what is made of the distribution, and the variables that are searched.
 fn output_name(model: &Model, output: &Output) -> String {
     let Some(ask) = &output.ask else { return "ln_evidence".to_owned() };
-    let word = match ask.reduction {
-        Reduction::Probability => "p".to_owned(),
+    let word = match ask.statistic {
+        Statistic::Distribution => "p".to_owned(),
         _ if is_scores(model, output) => "scores".to_owned(),
         ref other => snake(&other.word()),
     };

@@ -21,7 +21,7 @@ mod write;
 
 use crate::error::Error;
 use crate::lower::lower;
-use crate::model::{Ask, Model, Question, Reduction};
+use crate::model::{Ask, Model, Question, Statistic};
 use crate::plan::{self, Options, Route};
 use crate::source::Source;
 use names::Names;
@@ -86,10 +86,10 @@ fn emit_question(
     let plan = plan::plan(model, asked, Options::default())?;
     let made_by_the_host = |ask: &&Ask| {
         let emitted = matches!(
-            ask.reduction,
-            Reduction::Probability | Reduction::Maximum | Reduction::Argmax { .. } | Reduction::Entropy
+            ask.statistic,
+            Statistic::Distribution | Statistic::Maximum | Statistic::Argmax { .. } | Statistic::Entropy
         );
-        !(emitted || ask.reduction.is_over_time()) || plan::parts(model, ask) != [(*ask).clone()]
+        !(emitted || ask.when.is_over_time()) || plan::parts(model, ask) != [(*ask).clone()]
     };
     if let Some(ask) = asked.asks.iter().find(made_by_the_host) {
         let reason = "emitted code answers `P(…)`, `max`, `argmax` and `entropy` of what is known without `soft`; \

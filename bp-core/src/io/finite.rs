@@ -8,7 +8,9 @@ use crate::answer;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{Id, VariableId};
-use crate::model::{Ask, Evidence, Factor, Form, Known, Model, Question, Reduction, Searched, VariableUse};
+use crate::model::{
+    Ask, Evidence, Factor, Form, Known, Model, Question, Searched, Statistic, VariableUse, When,
+};
 use std::borrow::Cow;
 
 /// A variable of a network.
@@ -138,7 +140,8 @@ fn asked(
         });
     }
     let ask = Ask {
-        reduction: Reduction::Probability,
+        statistic: Statistic::Distribution,
+        when: When::Now,
         searched: vec![Searched { variable: left, at: None }],
         known: right.iter().map(|use_| Known { variable: use_.variable, evidence: Evidence::Each }).collect(),
     };

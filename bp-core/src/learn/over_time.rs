@@ -14,7 +14,7 @@ use super::statistics::{Statistic, grow};
 use crate::error::Error;
 use crate::error::Impossible;
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Known, Model, Reduction, Searched, Value};
+use crate::model::{Ask, Evidence, Known, Model, Searched, Value, When};
 use crate::plan::refusal;
 use crate::time::Instant;
 use crate::time::chain::Chain;
@@ -216,7 +216,12 @@ fn is_finite(
         .into_iter()
         .map(|variable| Known { variable, evidence: Evidence::Hard(Value::Given(String::new())) });
     let searched = carried.iter().map(|(now, _)| Searched { variable: *now, at: None });
-    let ask = Ask { reduction: Reduction::Smooth, searched: searched.collect(), known: known.collect() };
+    let ask = Ask {
+        statistic: crate::model::Statistic::Distribution,
+        when: When::Smooth,
+        searched: searched.collect(),
+        known: known.collect(),
+    };
     match refusal(&program.model, &ask, carried) {
         None => Ok(()),
         Some(reason) => {

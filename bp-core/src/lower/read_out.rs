@@ -7,7 +7,7 @@ use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, TermId, ValueId, VariableId};
 use crate::kernel::{Check, Fold, Index, Kernel, LN_EVIDENCE, Reduce, Role, TOTAL};
-use crate::model::{Ask, Reduction, Value};
+use crate::model::{Ask, Statistic, Value};
 use crate::operators::{Binary, Unary};
 use crate::plan::Term;
 use std::collections::BTreeSet;
@@ -184,7 +184,7 @@ impl Lowering<'_> {
             let name = self.name("marginal");
             value = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
         }
-        let argmax = matches!(ask.reduction, Reduction::Argmax { .. });
+        let argmax = matches!(ask.statistic, Statistic::Argmax { .. });
         if !(self.exact.normalised || argmax && over_plate) {
             let totals: Vec<AxisId> = axes.iter().copied().filter(|axis| !own_axes.contains(axis)).collect();
             // Every ask has the same total, that of the joint.
@@ -209,8 +209,8 @@ impl Lowering<'_> {
             let zero = self.builder.constant(0.0);
             value = self.builder.select(here, value, zero);
         }
-        let reduce = match ask.reduction {
-            Reduction::Entropy => {
+        let reduce = match ask.statistic {
+            Statistic::Entropy => {
                 value = self.builder.unary(Unary::EntropyTerm, value);
                 axes.retain(|axis| !own_axes.contains(axis));
                 variables.retain(|variable| !own(variable));

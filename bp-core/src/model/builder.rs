@@ -4,12 +4,12 @@
 //! or every fault that it has. Invariant: nothing but the builder makes a model.
 //!
 //! ```
-//! use bp_core::model::{Ask, Domain, Form, ModelBuilder, Question, Reduction, Searched};
+//! use bp_core::model::{Ask, Domain, Form, ModelBuilder, Question, Statistic, Searched, When};
 //! let mut model = ModelBuilder::new("Coin");
 //! let side = model.variable("Side", Domain::labels(["heads", "tails"]));
 //! model.factor([side], [], Form::Uniform);
 //! let searched = vec![Searched { variable: side, at: None }];
-//! let ask = Ask { reduction: Reduction::Probability, searched, known: vec![] };
+//! let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known: vec![] };
 //! model.question(Question { name: "side".into(), asks: vec![ask] });
 //! assert_eq!(model.build().unwrap().variables.len(), 1);
 //! ```

@@ -24,7 +24,7 @@ pub use domain::{Bound, Domain, Range};
 pub use expression::{Expression, VariableUse};
 pub use form::{Fit, Form, row_tolerance};
 pub(crate) use order::in_order;
-pub use question::{Ask, Evidence, Known, Question, Reduction, Searched, Value};
+pub use question::{Ask, Evidence, Known, Question, Searched, Statistic, Value, When};
 pub use validate::{Fault, Place};
 pub use walk::Folded;
 

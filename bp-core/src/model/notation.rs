@@ -4,7 +4,7 @@
 //! part of the model.
 
 use super::{
-    Ask, Domain, Evidence, Expression, Factor, Folded, Form, IndexSpace, Known, Model, Reduction, Value,
+    Ask, Domain, Evidence, Expression, Factor, Folded, Form, IndexSpace, Known, Model, Statistic, Value,
     VariableUse,
 };
 use crate::ids::{ExpressionId, VariableId};
@@ -135,12 +135,14 @@ impl Model {
             let bar = if known.is_empty() { "" } else { " | " };
             format!("P({}{bar}{})", join(searched), join(known))
         };
-        let first = distribution(&ask.known);
-        match &ask.reduction {
-            Reduction::Probability => first,
-            Reduction::Argmax { nearest: Some(field) } => format!("argmax {first} nearest {field}"),
-            Reduction::Divergence { from } => format!("divergence {first} from {}", distribution(from)),
-            other => format!("{} {first}", other.word()),
+        let first = format!("{}{}", ask.words(), distribution(&ask.known));
+        match &ask.statistic {
+            Statistic::Argmax { nearest: Some(field) } => format!("{first} nearest {field}"),
+            Statistic::Divergence { when, from } => {
+                let blank = if when.is_over_time() { " " } else { "" };
+                format!("{first} from {}{blank}{}", when.word(), distribution(from))
+            }
+            _ => first,
         }
     }
 

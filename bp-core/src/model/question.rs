@@ -15,26 +15,44 @@ pub struct Question {
     pub asks: Vec<Ask>,
 }
 
-/// One thing asked.
+/// One thing asked: a statistic of a distribution.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Ask {
     /// What is made of the distribution.
-    pub reduction: Reduction,
+    pub statistic: Statistic,
+    /// Of which instant it is the distribution, and given the evidence of which.
+    pub when: When,
     /// The searched variables: at least one.
     pub searched: Vec<Searched>,
     /// The known ones.
     pub known: Vec<Known>,
 }
 
+/// Of which instant a distribution is, and given the evidence of which instants.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub enum When {
+    /// One instant alone: `P(S | K)`.
+    #[default]
+    Now,
+    /// The last instant, given all evidence up to it: `filter P(S | K)`.
+    Filter,
+    /// Some instants after the last evidence: `predict(3) P(S | K)`.
+    Predict(usize),
+    /// Every instant, given the evidence of all: `smooth P(S | K)`.
+    Smooth,
+    /// All instants together, given the evidence of all: `sequence P(S | K)`.
+    Sequence,
+}
+
 /// What is made of the distribution that answers.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub enum Reduction {
+pub enum Statistic {
     /// The distribution itself: `P(S | K)`.
-    Probability,
+    Distribution,
     /// Its largest value: `max P(S | K)`.
     Maximum,
     /// The values at which it is largest: `argmax P(S | K)`. Among equals, the one with the smallest value of
-    /// the field `nearest`, bound from outside; then the first.
+    /// the field `nearest`, bound from outside; then the first. Of a sequence it is the most likely one (Viterbi 1967).
     Argmax {
         /// Name of the field that breaks ties.
         nearest: Option<String>,
@@ -53,43 +71,72 @@ pub enum Reduction {
     Information,
     /// Σ p ln (p / q), in nats: `divergence P(S | K) from P(S | K′)` (Kullback and Leibler 1951).
     Divergence {
+        /// Of which instant q is; over time if and only if p is.
+        when: When,
         /// What is known in the second distribution, q; it searches what the first does.
         from: Vec<Known>,
     },
-    /// Of the last instant, given all evidence up to it: `filter P(S | K)`.
-    Filter,
-    /// Some instants after the last evidence: `predict(3) P(S | K)`.
-    Predict(usize),
-    /// Of every instant, given the evidence of all: `smooth P(S | K)`.
-    Smooth,
-    /// The most likely values of all instants together: `sequence P(S | K)` (Viterbi 1967).
-    Sequence,
 }
 
-impl Reduction {
-    /// How it is written before the distribution; nothing for the distribution itself.
+impl Ask {
+    /// What is written before the distribution, with a blank behind it; nothing for a distribution of now.
+    pub fn words(&self) -> String {
+        let words = match (self.when, &self.statistic) {
+            (When::Sequence, Statistic::Argmax { .. }) => [self.when.word(), String::new()],
+            _ => [self.statistic.word(), self.when.word()],
+        };
+        words.iter().filter(|word| !word.is_empty()).map(|word| format!("{word} ")).collect()
+    }
+}
+
+impl When {
+    /// How it is written before the distribution; nothing for now.
     pub fn word(&self) -> String {
         match self {
-            Reduction::Probability => String::new(),
-            Reduction::Maximum => "max".to_owned(),
-            Reduction::Argmax { .. } => "argmax".to_owned(),
-            Reduction::Best(count) => format!("best({count})"),
-            Reduction::Draw(count) => format!("draw({count})"),
-            Reduction::Entropy => "entropy".to_owned(),
-            Reduction::Expectation => "expectation".to_owned(),
-            Reduction::Variance => "variance".to_owned(),
-            Reduction::Information => "information".to_owned(),
-            Reduction::Divergence { .. } => "divergence".to_owned(),
-            Reduction::Filter => "filter".to_owned(),
-            Reduction::Predict(steps) => format!("predict({steps})"),
-            Reduction::Smooth => "smooth".to_owned(),
-            Reduction::Sequence => "sequence".to_owned(),
+            When::Now => String::new(),
+            When::Filter => "filter".to_owned(),
+            When::Predict(steps) => format!("predict({steps})"),
+            When::Smooth => "smooth".to_owned(),
+            When::Sequence => "sequence".to_owned(),
         }
     }
 
-    /// Whether it speaks of several instants.
+    /// Whether it speaks of instants that follow each other.
     pub fn is_over_time(&self) -> bool {
-        matches!(self, Reduction::Filter | Reduction::Predict(_) | Reduction::Smooth | Reduction::Sequence)
+        *self != When::Now
+    }
+
+    /// Whether every instant is answered.
+    pub fn is_every_instant(&self) -> bool {
+        matches!(self, When::Smooth | When::Sequence)
+    }
+
+    /// How many instants after the last evidence are answered.
+    pub fn ahead(&self) -> usize {
+        if let When::Predict(steps) = self { *steps } else { 0 }
+    }
+}
+
+impl Statistic {
+    /// How it is written before the distribution; nothing for the distribution itself.
+    pub fn word(&self) -> String {
+        match self {
+            Statistic::Distribution => String::new(),
+            Statistic::Maximum => "max".to_owned(),
+            Statistic::Argmax { .. } => "argmax".to_owned(),
+            Statistic::Best(count) => format!("best({count})"),
+            Statistic::Draw(count) => format!("draw({count})"),
+            Statistic::Entropy => "entropy".to_owned(),
+            Statistic::Expectation => "expectation".to_owned(),
+            Statistic::Variance => "variance".to_owned(),
+            Statistic::Information => "information".to_owned(),
+            Statistic::Divergence { .. } => "divergence".to_owned(),
+        }
+    }
+
+    /// What the second distribution knows; nothing where there is none.
+    pub fn from(&self) -> &[Known] {
+        if let Statistic::Divergence { from, .. } = self { from } else { &[] }
     }
 }
 

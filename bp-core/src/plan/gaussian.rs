@@ -11,7 +11,7 @@ use super::notation::{CLOSE, OPEN};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Reduction};
+use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Statistic};
 use crate::operators::{Binary, Unary};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -92,7 +92,7 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
 }
 
 fn distribution(ask: &Ask) -> bool {
-    matches!(ask.reduction, Reduction::Probability | Reduction::Expectation | Reduction::Variance)
+    matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance)
         && ask.searched.iter().all(|searched| searched.at.is_none())
         && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
 }

@@ -202,7 +202,7 @@ pub struct Plan {
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let mut routes = Vec::new();
     let (over_time, asks): (Vec<Ask>, Vec<Ask>) =
-        question.asks.iter().cloned().partition(|ask| ask.reduction.is_over_time());
+        question.asks.iter().cloned().partition(|ask| ask.when.is_over_time());
     for ask in over_time {
         routes.push(Route::OverTime(over_time::plan(model, ask)?));
     }

@@ -12,7 +12,7 @@ use super::print::Line;
 use super::{Gaussian, conditional, finite, gaussian, sampled, scope};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Model, Reduction};
+use crate::model::{Ask, Evidence, Model, Statistic, When};
 use std::collections::BTreeSet;
 
 /// A question over time.
@@ -55,16 +55,13 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
             )));
         }
     }
-    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
-        let name = model.variable_name(item.variable);
-        return Err(refused(format!(
-            "over time the whole distribution is answered: search `{name}`, without a value"
-        )));
-    }
     let carried: Vec<(VariableId, VariableId)> =
         model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect();
     if gaussian::is_linear(model) {
-        let plain = Ask { reduction: Reduction::Probability, ..ask.clone() };
+        if let Some(why) = not_of_reals(model, &ask) {
+            return Err(refused(why));
+        }
+        let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };
         let by = By::Gaussian(gaussian::plan(model, vec![plain])?);
         return Ok(OverTime { ask, carried, by });
     }
@@ -73,7 +70,7 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     let Some(reason) = reason else {
         let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
         let missing = route.carried.iter().map(|(now, _)| *now).find(|now| !asked.contains(now));
-        if let (Reduction::Sequence, Some(now)) = (&ask.reduction, missing) {
+        if let (When::Sequence, Some(now)) = (ask.when, missing) {
             let name = model.variable_name(now);
             return Err(refused(format!(
                 "the most likely sequence is that of all that is carried: search `{name}` too"
@@ -81,13 +78,16 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
         }
         return Ok(route);
     };
+    if let Some(why) = not_of_reals(model, &ask) {
+        return Err(refused(format!("{reason}; and {why}")));
+    }
     if let Some(name) = virtually(model, &ask) {
         return Err(refused(format!(
             "{reason}; and draws are weighed by observations: `{name}` has a likelihood"
         )));
     }
-    if matches!(ask.reduction, Reduction::Smooth | Reduction::Sequence) {
-        let word = ask.reduction.word();
+    if ask.when.is_every_instant() {
+        let word = ask.when.word();
         return Err(refused(format!("{reason}; and draws go forward only: ask for `filter`, not `{word}`")));
     }
     if let Some(why) = model.factors.values().find_map(|factor| sampled::refused_factor(model, factor)) {
@@ -95,6 +95,23 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     }
     route.by = By::Particles { linear: conditional::linear(model), reason };
     Ok(route)
+}
+
+/// Why a statistic is not made of a normal law or of particles.
+fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
+    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
+        let name = model.variable_name(item.variable);
+        return Some(format!(
+            "over time the whole distribution is answered: search `{name}`, without a value"
+        ));
+    }
+    let word = match (ask.when, &ask.statistic) {
+        (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
+        // Of a normal law the most likely sequence is that of the smoothed means.
+        (When::Sequence, Statistic::Argmax { .. }) => return None,
+        (_, statistic) => statistic.word(),
+    };
+    Some(format!("`{word}` is not made of it: ask for the distribution, its `expectation` or its `variance`"))
 }
 
 /// A variable that is known by a likelihood.
@@ -206,8 +223,8 @@ impl OverTime {
                 ));
             }
         }
-        let last = match self.ask.reduction {
-            Reduction::Smooth => Some((
+        let last = match self.ask.when {
+            When::Smooth => Some((
                 "backward",
                 "what came after speaks too",
                 notation.said(
@@ -215,7 +232,7 @@ impl OverTime {
                     "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
                 ),
             )),
-            Reduction::Sequence => Some((
+            When::Sequence => Some((
                 "most likely sequence",
                 "sums become maxima",
                 notation.said(
@@ -223,7 +240,7 @@ impl OverTime {
                     "\\delta_t(X) = \\max \\phi_t\\, \\delta_{t-1}(X^{-1})",
                 ),
             )),
-            Reduction::Predict(_) => Some((
+            When::Predict(_) => Some((
                 "prediction",
                 "instants follow of which nothing is observed",
                 notation.said("Σ P(X | X⁻¹) P(X⁻¹)", "\\sum P(X | X^{-1}) P(X^{-1})"),

@@ -9,14 +9,15 @@
 use super::Notation;
 use super::print::Line;
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Known, Model, Reduction, Searched};
+use crate::model::{Ask, Evidence, Known, Model, Searched, Statistic};
 
 /// The distributions that an ask is made of, in order.
 pub fn parts(model: &Model, ask: &Ask) -> Vec<Ask> {
-    match &ask.reduction {
-        Reduction::Divergence { from } => {
+    match &ask.statistic {
+        Statistic::Divergence { from, .. } => {
             let whole = |known: &[Known]| Ask {
-                reduction: Reduction::Probability,
+                statistic: Statistic::Distribution,
+                when: ask.when,
                 searched: ask.searched.clone(),
                 known: known.to_vec(),
             };
@@ -40,7 +41,12 @@ fn without_soft(model: &Model, ask: &Ask) -> Ask {
         false => item.clone(),
     };
     let searched = ask.searched.iter().map(open).chain(soft).collect();
-    Ask { reduction: Reduction::Probability, searched, known: known.into_iter().cloned().collect() }
+    Ask {
+        statistic: Statistic::Distribution,
+        when: ask.when,
+        searched,
+        known: known.into_iter().cloned().collect(),
+    }
 }
 
 /// What the host makes of the parts.
@@ -74,7 +80,7 @@ pub(super) fn lines(model: &Model, ask: &Ask, notation: Notation) -> Vec<Line> {
         }
     };
     replaced(&ask.known);
-    if let Reduction::Divergence { from } = &ask.reduction {
+    if let Statistic::Divergence { from, .. } = &ask.statistic {
         replaced(from);
         let of = |known: &[Known]| notation.distribution(&searched, &hard(known));
         let (p, q) = (notation.label("p"), notation.label("q"));
@@ -103,22 +109,22 @@ pub(super) fn read_out(
     };
     let sum = notation.sum(names);
     let with = [notation.relation(&p, "=", distribution)];
-    Some(match ask.reduction {
-        Reduction::Best(count) => {
+    Some(match ask.statistic {
+        Statistic::Best(count) => {
             let many = notation
                 .said(&format!("the {count} largest of "), &format!("\\text{{the {count} largest of }}"));
             ("best", format!("{many}{distribution}"))
         }
-        Reduction::Draw(count) => {
+        Statistic::Draw(count) => {
             let times = notation.said(&format!(", {count} times"), &format!(",\\ {count}\\text{{ times}}"));
             let sign = notation.choose("~", "\\sim", "~");
             ("draw", format!("{}{times}", notation.equation(&vector, sign, distribution)))
         }
-        Reduction::Expectation => {
+        Statistic::Expectation => {
             let body = format!("{sum}{vector} {distribution}");
             ("expectation", notation.equation(&notation.label("E"), "=", &body))
         }
-        Reduction::Variance => {
+        Statistic::Variance => {
             let less = notation.group(&notation.relation(&vector, "−", &notation.label("E")));
             let square = match notation {
                 Notation::Unicode => format!("{less}²"),
@@ -128,7 +134,7 @@ pub(super) fn read_out(
             let body = format!("{sum}{square} {distribution}");
             ("variance", notation.equation(&notation.label("Var"), "=", &body))
         }
-        Reduction::Information => {
+        Statistic::Information => {
             let alone: String = names.iter().map(|name| format!("{p}{}", notation.group(name))).collect();
             let body = format!("{sum}{}", p_ln(notation, &notation.ratio(&p, &alone)));
             let equation = notation.equation(&notation.label("I"), "=", &body);

@@ -7,7 +7,7 @@ use super::draft::{DEFINITION, EVIDENCE, are};
 use super::equation::Printer;
 use super::{Binding, By, Exact, Gaussian, Notation, Plan, Route, Step, cancel, parts};
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Model, Reduction, Searched};
+use crate::model::{Ask, Evidence, Model, Searched, Statistic};
 use std::collections::BTreeMap;
 
 /// p ln p in MathML, and the p that follows.
@@ -143,7 +143,7 @@ impl Exact {
 
     /// The values at which the variables of a single ask are wanted.
     fn wanted_alone(&self) -> Vec<(VariableId, crate::model::Value)> {
-        let [Ask { reduction: Reduction::Probability, searched, .. }] = self.asks.as_slice() else {
+        let [Ask { statistic: Statistic::Distribution, searched, .. }] = self.asks.as_slice() else {
             return Vec::new();
         };
         let free = |item: &&Searched| !self.bindings.contains_key(&item.variable);
@@ -158,13 +158,13 @@ impl Exact {
         let alone = Exact { searched: own.clone(), ..self.clone() };
         let left = Printer { exact: &alone, ..*printer }.asked();
         let names = notation.names(model, &own);
-        let (rule, equation) = match &ask.reduction {
-            Reduction::Probability if rest.is_empty() => return None,
-            Reduction::Probability => {
+        let (rule, equation) = match &ask.statistic {
+            Statistic::Distribution if rest.is_empty() => return None,
+            Statistic::Distribution => {
                 let sum = notation.sum(&notation.names(model, &rest));
                 ("read-out", notation.equation(&left, "=", &format!("{sum}{}", printer.asked())))
             }
-            Reduction::Entropy => {
+            Statistic::Entropy => {
                 let sum = notation.sum(&names);
                 let (h, minus, ln) = (
                     notation.choose("H", "H", "<mi>H</mi>"),
@@ -176,18 +176,14 @@ impl Exact {
                     notation.equation(h, "=", &notation.equation(&format!("{minus}{sum}{ln}"), "=", &left)),
                 )
             }
-            Reduction::Maximum => ("maximum", format!("{}{left}", notation.extremum("max", &names))),
-            Reduction::Argmax { .. } => ("argmax", format!("{}{left}", notation.extremum("argmax", &names))),
-            Reduction::Best(_)
-            | Reduction::Draw(_)
-            | Reduction::Expectation
-            | Reduction::Variance
-            | Reduction::Information => parts::read_out(ask, &names, &left, notation)?,
-            Reduction::Divergence { .. }
-            | Reduction::Filter
-            | Reduction::Predict(_)
-            | Reduction::Smooth
-            | Reduction::Sequence => return None,
+            Statistic::Maximum => ("maximum", format!("{}{left}", notation.extremum("max", &names))),
+            Statistic::Argmax { .. } => ("argmax", format!("{}{left}", notation.extremum("argmax", &names))),
+            Statistic::Best(_)
+            | Statistic::Draw(_)
+            | Statistic::Expectation
+            | Statistic::Variance
+            | Statistic::Information => parts::read_out(ask, &names, &left, notation)?,
+            Statistic::Divergence { .. } => return None,
         };
         Some((rule.to_owned(), "what is asked is made of the distribution".to_owned(), equation))
     }

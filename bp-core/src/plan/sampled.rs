@@ -13,7 +13,7 @@ use super::print::Line;
 use super::scope;
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
-use crate::model::{Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Reduction, in_order};
+use crate::model::{Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Statistic, in_order};
 use crate::operators::{Binary, Unary};
 use std::collections::{BTreeSet, HashSet};
 
@@ -76,8 +76,8 @@ fn is_hard(evidence: &Evidence) -> bool {
 
 /// Why an ask is not estimated.
 fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
-    let word = ask.reduction.word();
-    if !matches!(ask.reduction, Reduction::Probability | Reduction::Expectation | Reduction::Variance) {
+    let word = ask.statistic.word();
+    if !matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) {
         return Some(format!(
             "`{word}` is not estimated by draws: ask for `P(…)`, or discretise with `bins(…)`"
         ));

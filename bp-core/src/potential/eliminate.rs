@@ -174,6 +174,26 @@ impl Product {
         Ok(joint.distribution(slots, counts))
     }
 
+    /// ln of the sum over all other slots, for each combination of values of these, the last one fastest.
+    pub(crate) fn ln_table(
+        self,
+        slots: &[usize],
+        counts: &[usize],
+        orders: &mut Orders,
+    ) -> Result<Vec<f64>, f64> {
+        let cells: f64 = slots.iter().map(|slot| counts[*slot] as f64).product();
+        if cells > MOST_CELLS {
+            return Err(cells);
+        }
+        let left = self.summed(|slot| slots.contains(&slot), counts, orders)?;
+        if left.ln_constant == f64::NEG_INFINITY {
+            return Ok(vec![f64::NEG_INFINITY; cells as usize]);
+        }
+        let parts: Vec<&Potential> = left.parts.iter().map(Arc::as_ref).collect();
+        let (joint, _) = folded(&parts, None, Fold::Sum, counts);
+        Ok(joint.ln_table(slots, counts, left.ln_constant))
+    }
+
     /// The same up to a factor, and ln of that factor.
     pub(crate) fn unscaled(self) -> (Self, f64) {
         let (mut ln_factor, mut parts) = (self.ln_constant, Vec::with_capacity(self.parts.len()));

@@ -9,6 +9,8 @@
 //! βₜ₋₁(X⁻¹) ∝ Σ_X φₜ βₜ(X);  P(X⁻¹ X S | z) ∝ αₜ₋₁(X⁻¹) φₜ βₜ(X)   (Baum et al. 1970; Rabiner 1989).
 //! Most likely: δₜ(X) = max αs in place of sums (Viterbi 1967); what was before the first instant is summed.
 
+mod sequences;
+
 use super::Instant;
 use super::factors::Factors;
 use crate::distribution::Setting;
@@ -136,15 +138,15 @@ impl<'s> Chain<'s> {
         last.map(|last| last.renamed(|slot| renamed(slot, now, before))).unwrap_or_default()
     }
 
-    /// Calls `visit(instant, its joint distribution)` for the last instant.
-    pub(crate) fn at_last<T>(
+    /// Calls `visit` with the joint distribution of an instant, given what was observed up to it.
+    pub(crate) fn at<T>(
         &mut self,
         forward: &Forward,
+        number: usize,
         visit: impl FnOnce(&mut Joint<'_>) -> Result<T, f64>,
     ) -> Result<T, Error> {
-        let last = forward.products.len() - 1;
-        let before = last.checked_sub(1).map(|before| &forward.messages[before]);
-        let product = self.entered(before).times(&forward.products[last]);
+        let before = number.checked_sub(1).map(|before| &forward.messages[before]);
+        let product = self.entered(before).times(&forward.products[number]);
         let Factors { counts, orders, .. } = &mut self.factors;
         let visited = visit(&mut Joint { product, counts, orders });
         self.small(visited)

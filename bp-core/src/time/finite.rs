@@ -3,68 +3,83 @@
 //! In: a question and what was observed at each instant. Out: what is believed of the searched slots. Invariant: exact, for
 //! whatever is impossible at the start, in a transition or in an observation.
 
-use super::chain::Chain;
-use super::{Answered, Instant, Told, What};
+use super::chain::{Chain, Forward};
+use super::{Answered, Instant, Scope, Sequence, Told, What};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::model::{Evidence, Reduction};
+use crate::model::{Evidence, Statistic, When};
 use crate::plan::OverTime;
 
 pub(super) fn answer(
     setting: &Setting<'_>,
     route: &OverTime,
     instants: &[Instant],
+    scope: Scope,
+    seed: u64,
 ) -> Result<Answered, Error> {
-    let searched: Vec<usize> =
-        route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
-    let likelihoods = (route.ask.known.iter()).filter_map(|known| match &known.evidence {
+    let ask = &route.ask;
+    let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+    let likelihoods = (ask.known.iter()).filter_map(|known| match &known.evidence {
         Evidence::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
         _ => None,
     });
-    let asked = setting.model.ask_text(&route.ask);
+    let asked = setting.model.ask_text(ask);
     let mut chain = Chain::new(setting, &route.carried, searched.clone(), likelihoods.collect(), asked)?;
-    let ahead = match route.ask.reduction {
-        Reduction::Predict(steps) => steps,
-        _ => 0,
-    };
-    let forward = chain.forward(instants, ahead)?;
-    let counts: Vec<usize> = searched.iter().map(|slot| chain.count(*slot)).collect();
-    let told = |instant: usize, probabilities: Vec<f64>| Told {
-        instant: instant + 1,
-        what: What::Probabilities(searched.clone(), rows(&counts, &probabilities)),
-    };
-    let several = matches!(route.ask.reduction, Reduction::Smooth | Reduction::Sequence);
-    if !several {
-        let probabilities = chain.at_last(&forward, |joint| joint.distribution(&searched))?;
-        let last = instants.len() + ahead - 1;
-        return Ok(Answered { told: vec![told(last, probabilities)], ln_evidence: forward.ln_evidence });
-    }
+    let forward = chain.forward(instants, ask.when.ahead())?;
+    let told = |instant: usize, numbers: Vec<f64>| Told { instant: instant + 1, what: What::Finite(numbers) };
     let mut all = Vec::with_capacity(instants.len());
-    chain.backward(&forward, |instant, joint| {
-        all.push(told(instant, joint.distribution(&searched)?));
-        Ok(())
-    })?;
-    all.reverse();
-    if route.ask.reduction == Reduction::Sequence {
-        for (told, chosen) in all.iter_mut().zip(chain.most_likely(&forward)?) {
-            let What::Probabilities(_, rows) = &mut told.what else { continue };
-            rows.retain(|(values, _)| {
-                values.iter().zip(&chosen).all(|(value, chosen)| *value == *chosen as f64)
-            });
+    if ask.when.is_every_instant() {
+        chain.backward(&forward, |instant, joint| {
+            all.push(told(instant, joint.distribution(&searched)?));
+            Ok(())
+        })?;
+        all.reverse();
+    } else {
+        let last = instants.len() + ask.when.ahead();
+        let first = if scope == Scope::Each { 0 } else { last - 1 };
+        for instant in first..last {
+            all.push(told(instant, chain.at(&forward, instant, |joint| joint.distribution(&searched))?));
         }
     }
-    Ok(Answered { told: all, ln_evidence: forward.ln_evidence })
+    let mut sequences = Vec::new();
+    if ask.when == When::Sequence {
+        sequences = self::sequences(&mut chain, &forward, &ask.statistic, &searched, instants, seed)?;
+    }
+    Ok(Answered { told: all, sequences, ln_evidence: forward.ln_evidence })
 }
 
-/// The values of slots with so many values each, the last one fastest, beside their probabilities.
-fn rows(counts: &[usize], probabilities: &[f64]) -> Vec<(Vec<f64>, f64)> {
-    let row = |(position, p): (usize, &f64)| {
-        let (mut rest, mut values) = (position, vec![0.0; counts.len()]);
-        for (value, count) in values.iter_mut().zip(counts).rev() {
-            *value = (rest % count) as f64;
-            rest /= count;
+/// The sequences that a statistic asks for.
+fn sequences(
+    chain: &mut Chain<'_>,
+    forward: &Forward,
+    statistic: &Statistic,
+    searched: &[usize],
+    instants: &[Instant],
+    seed: u64,
+) -> Result<Vec<Sequence>, Error> {
+    Ok(match statistic {
+        Statistic::Best(count) => (chain.best(forward, *count)?.into_iter())
+            .map(|(ln, values)| Sequence { probability: Some(ln.exp()), values })
+            .collect(),
+        Statistic::Draw(count) => (chain.drawn(forward, *count, seed)?.into_iter())
+            .map(|values| Sequence { probability: None, values })
+            .collect(),
+        _ => {
+            let values = chain.most_likely(forward)?;
+            let mut probability = None;
+            if *statistic == Statistic::Maximum {
+                // P(sequence | observations) = P(sequence, observations) / P(observations).
+                let known = |(instant, values): (&Instant, &Vec<usize>)| {
+                    let own = searched.iter().zip(values).map(|(slot, value)| (*slot, *value as f64));
+                    let mut all: Instant = instant.iter().copied().chain(own).collect();
+                    all.sort_by_key(|(slot, _)| *slot);
+                    all
+                };
+                let known: Vec<Instant> = instants.iter().zip(&values).map(known).collect();
+                let ln = chain.forward(&known, 0)?.ln_evidence;
+                probability = Some((ln - forward.ln_evidence).exp());
+            }
+            vec![Sequence { probability, values }]
         }
-        (values, *p)
-    };
-    probabilities.iter().enumerate().map(row).collect()
+    })
 }

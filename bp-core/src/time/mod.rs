@@ -12,7 +12,7 @@ mod particles;
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::{Belief, Filter};
-use crate::model::{Evidence, Reduction, Value};
+use crate::model::{Evidence, Value};
 use crate::plan::{By, Gaussian, OverTime};
 use crate::sample::{Draws, Method, Moments, Sampling};
 use particles::Moves;
@@ -32,8 +32,8 @@ pub struct Told {
 /// What is said of slots.
 #[derive(Clone, PartialEq, Debug)]
 pub enum What {
-    /// Of finite slots together: their values, and how probable they are.
-    Probabilities(Vec<usize>, Vec<(Vec<f64>, f64)>),
+    /// Of the finite searched slots together: how probable each combination of values is, the last slot fastest.
+    Finite(Vec<f64>),
     /// Of reals, each by its name: mean and standard deviation.
     Normal(Vec<(String, [f64; 2])>),
     /// Particles: of the kept slots that were drawn the draws, of the others what their laws say.
@@ -49,11 +49,31 @@ pub enum What {
     },
 }
 
+/// The values of the searched slots at all instants.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Sequence {
+    /// Its probability given all observations, where it is asked.
+    pub probability: Option<f64>,
+    /// The ordinals, instant by instant.
+    pub values: Vec<Vec<usize>>,
+}
+
+/// Which instants are answered where the question asks for the last one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Scope {
+    /// The last one.
+    Last,
+    /// Each, given what was observed up to it.
+    Each,
+}
+
 /// All that is told.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Answered {
     /// Instant by instant.
     pub told: Vec<Told>,
+    /// The sequences that are asked for, where the question asks for sequences of finite values.
+    pub sequences: Vec<Sequence>,
     /// ln P(observations)
     pub ln_evidence: f64,
 }
@@ -114,18 +134,18 @@ pub fn answer(
     setting: &Setting<'_>,
     route: &OverTime,
     instants: &[Instant],
+    scope: Scope,
     sampling: Sampling,
 ) -> Result<Answered, Error> {
-    if let Reduction::Predict(steps) = route.ask.reduction
-        && steps > MOST_STEPS
-    {
+    let ahead = route.ask.when.ahead();
+    if ahead > MOST_STEPS {
         let help = "predict fewer instants".to_owned();
         let name = setting.model.ask_text(&route.ask);
-        return Err(Error::TooLarge { name, cells: steps as f64, most: MOST_STEPS as f64, help });
+        return Err(Error::TooLarge { name, cells: ahead as f64, most: MOST_STEPS as f64, help });
     }
     match &route.by {
-        By::Chain => finite::answer(setting, route, instants),
-        By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants),
+        By::Chain => finite::answer(setting, route, instants, scope, sampling.seed),
+        By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants, scope),
         By::Particles { .. } if sampling.method == Method::Gibbs => {
             let question = setting.model.ask_text(&route.ask);
             let reason =
@@ -135,9 +155,7 @@ pub fn answer(
         By::Particles { linear, .. } => {
             let moves = Moves::new(setting, &route.carried, linear)?;
             let mut all = instants.to_vec();
-            if let Reduction::Predict(steps) = route.ask.reduction {
-                all.resize(instants.len() + steps, Vec::new());
-            }
+            all.resize(instants.len() + ahead, Vec::new());
             let cloud =
                 moves.follow(&all, sampling)?.map_err(|instant| impossible(setting, route, instant))?;
             let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
@@ -149,7 +167,8 @@ pub fn answer(
                 linear: linear.into_iter().map(|slot| (slot, cloud.mixture(slot))).collect(),
                 effective: cloud.effective.clone(),
             };
-            Ok(Answered { told: vec![Told { instant: all.len(), what }], ln_evidence: cloud.ln_evidence })
+            let told = vec![Told { instant: all.len(), what }];
+            Ok(Answered { told, sequences: Vec::new(), ln_evidence: cloud.ln_evidence })
         }
     }
 }
@@ -160,6 +179,7 @@ fn answer_gaussian(
     route: &OverTime,
     gaussian: &Gaussian,
     instants: &[Instant],
+    scope: Scope,
 ) -> Result<Answered, Error> {
     let model = setting.model;
     let parameters: Vec<(&str, f64)> = (model.parameters.values())
@@ -173,7 +193,7 @@ fn answer_gaussian(
         .iter()
         .map(|instant| instant.iter().map(|(name, value)| (name.as_str(), *value)).collect())
         .collect();
-    let several = matches!(route.ask.reduction, Reduction::Smooth | Reduction::Sequence);
+    let (several, ahead) = (route.ask.when.is_every_instant(), route.ask.when.ahead());
     let beliefs = match several {
         true => filter.smoothed(&named)?,
         false => filter.filtered(&named)?,
@@ -190,11 +210,12 @@ fn answer_gaussian(
         }
     };
     let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
-    if let Reduction::Predict(steps) = route.ask.reduction {
-        all.push((instants.len() - 1 + steps, filter.predicted(steps)?));
+    if ahead > 0 {
+        all.push((instants.len() - 1 + ahead, filter.predicted(ahead)?));
     }
-    let from = if several { 0 } else { all.len().saturating_sub(1) };
-    Ok(Answered { told: all.split_off(from).into_iter().map(told).collect(), ln_evidence })
+    let from = if several || scope == Scope::Each { 0 } else { all.len().saturating_sub(1) };
+    let told = all.split_off(from).into_iter().map(told).collect();
+    Ok(Answered { told, sequences: Vec::new(), ln_evidence })
 }
 
 /// The error that an observation is impossible.

@@ -3,6 +3,7 @@
 //! In: a world, and what was observed at each instant. Out: nothing where filter, predict, smooth, sequence and ln P agree
 //! with the sum over every history. Invariant: a history's weight is a product of the world's own tables.
 
+use super::statistics::Enumerated;
 use super::support::{model_of, question};
 use super::{Dice, Factor, Form, Kind, LABELS, Real, World, world};
 use bp_core::answer::{Answer, ask_over_time};
@@ -13,7 +14,7 @@ use bp_core::sample::Sampling;
 use std::collections::HashMap;
 
 /// What was observed at an instant: slots, then reals; NaN where nothing was.
-type Row = Vec<f64>;
+pub(super) type Row = Vec<f64>;
 
 impl World {
     fn bell(&self, real: &Real, value: f64, now: &[usize], before: &[usize]) -> f64 {
@@ -143,7 +144,7 @@ impl World {
     }
 
     /// What is asked of some slots, searched by their variables' names.
-    fn asked(&self, word: &str, searched: &[usize]) -> String {
+    pub(super) fn asked(&self, word: &str, searched: &[usize]) -> String {
         let mut names: Vec<&str> = Vec::new();
         for slot in searched {
             let name = self.slots[*slot].name.split('[').next().unwrap();
@@ -166,7 +167,7 @@ impl World {
         format!("{word} P({}{bar}{})", names.join(" "), known.join(", "))
     }
 
-    fn answered(&self, model: &Model, text: &str, rows: &[Row]) -> Result<Answer, Error> {
+    pub(super) fn answered(&self, model: &Model, text: &str, rows: &[Row]) -> Result<Answer, Error> {
         let names: Vec<&str> = (self.slots.iter().map(|slot| slot.name.as_str()))
             .chain(self.reals.iter().map(|real| real.name))
             .collect();
@@ -196,7 +197,7 @@ impl World {
 const NEAR: f64 = 1e-10;
 
 #[track_caller]
-fn near(context: &str, found: &[f64], expected: &[f64]) {
+pub(super) fn near(context: &str, found: &[f64], expected: &[f64]) {
     assert_eq!(found.len(), expected.len(), "{context}\n{found:?}\n{expected:?}");
     let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= NEAR);
     assert!(all, "{context}\nfound {found:?}\nexpected {expected:?}");
@@ -276,8 +277,10 @@ fn hold(seed: u64) -> bool {
         let best = sequences.values().copied().fold(0.0, f64::max);
         let found = world.answered(&model, &world.asked("sequence", slots), &rows).unwrap();
         assert_eq!(found.answer.len(), length, "{context}");
-        let value = |row: usize, column: usize| {
-            let (name, slot) = (&found.answer[row].values[column + 1].1, &world.slots[slots[column]]);
+        let value = |found: &Answer, row: usize, column: usize| {
+            let values = &found.answer[row].values;
+            let skip = values.len() - slots.len();
+            let (name, slot) = (&values[column + skip].1, &world.slots[slots[column]]);
             let named = |ordinal: usize| match slot.kind {
                 Kind::Bool => ["false", "true"][ordinal].to_owned(),
                 Kind::Labels => LABELS[ordinal].to_owned(),
@@ -286,15 +289,28 @@ fn hold(seed: u64) -> bool {
             };
             (0..slot.count).find(|ordinal| named(*ordinal) == *name).unwrap()
         };
-        let key: Vec<usize> = (0..length)
-            .map(|row| {
-                (slots.iter().enumerate())
-                    .fold(0, |at, (column, slot)| at * world.slots[*slot].count + value(row, column))
-            })
-            .collect();
-        let likely = sequences.get(&key).copied().unwrap_or(0.0);
+        let key = |found: &Answer, first: usize| -> Vec<usize> {
+            let ordinal = |row: usize| {
+                let slots = slots.iter().enumerate();
+                slots.fold(0, |at, (column, slot)| at * world.slots[*slot].count + value(found, row, column))
+            };
+            (first..first + length).map(ordinal).collect()
+        };
+        let likely = sequences.get(&key(&found, 0)).copied().unwrap_or(0.0);
         assert!(likely >= best * (1.0 - 1e-9), "{context}\n{found:?}\n{likely} of {best}");
+        world.hold_sequences(&model, &rows, (&context, slots), &sequences, key);
     }
+    let mut filtered: Vec<Vec<f64>> = Vec::new();
+    for observed in 1..=length {
+        let mut own = vec![0.0; width];
+        world.each_history(&rows[..observed], 0, &mut |history, weight| {
+            own[world.ordinal(&searched, &history[observed])] += weight;
+        });
+        let total: f64 = own.iter().sum();
+        filtered.push(own.iter().map(|p| p / total).collect());
+    }
+    let known = Enumerated { context: &context, searched: &searched, smooth: &smooth, filter: &filtered };
+    world.hold_statistics(&model, &rows, &known);
     let ahead = 1 + dice.below(2);
     if (length + ahead) as f64 * states.ln() > 12.0 {
         return true;

@@ -6,6 +6,7 @@
 //! nothing with the library but the text of the program that it writes.
 
 mod hold;
+mod statistics;
 #[path = "../support/mod.rs"]
 mod support;
 

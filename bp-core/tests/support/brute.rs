@@ -5,7 +5,7 @@
 
 use super::{Table, Values};
 use bp_core::ids::{ExpressionId, VariableId};
-use bp_core::model::{Ask, Domain, Evidence, Expression, Factor, Form, Model, Reduction, Value};
+use bp_core::model::{Ask, Domain, Evidence, Expression, Factor, Form, Model, Statistic, Value};
 use bp_core::operators::{Binary, Unary};
 
 /// All assignments of some variables.
@@ -201,8 +201,8 @@ pub(crate) fn answer(model: &Model, all: &[(Values, f64)], ask: &Ask) -> (Table,
             })
             .filter(|(values, _)| wanted(values))
             .collect();
-        match ask.reduction {
-            Reduction::Entropy => {
+        match ask.statistic {
+            Statistic::Entropy => {
                 let entropy = rows.iter().map(|(_, p)| if *p > 0.0 { -p * p.ln() } else { 0.0 }).sum();
                 table.push((context, entropy));
             }

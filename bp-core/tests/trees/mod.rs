@@ -250,17 +250,20 @@ fn section() -> impl Strategy<Value = Section> {
         .prop_map(|(searched, known)| Distribution { at: At::default(), searched, known })
         .boxed();
     let count = prop::option::of(number().prop_map(|number| (At::default(), number)));
-    let reduction = (name(), count).prop_map(|(name, count)| Reduction { at: At::default(), name, count });
-    let from = prop::option::of(distribution.clone());
-    let ask = (comments(), prop::option::of(reduction), distribution, from, prop::option::of(name()))
-        .prop_map(|(comments, reduction, distribution, from, nearest)| Ask {
+    let word = (name(), count).prop_map(|(name, count)| Word { at: At::default(), name, count });
+    let words = prop::collection::vec(word, 0..3).boxed();
+    let from = (words.clone(), distribution.clone())
+        .prop_map(|(words, distribution)| Second { words, distribution });
+    let ask = (comments(), words, distribution, prop::option::of(from), prop::option::of(name())).prop_map(
+        |(comments, words, distribution, from, nearest)| Ask {
             at: At::default(),
             comments,
-            reduction,
+            words,
             distribution,
             from,
             nearest,
-        });
+        },
+    );
     let kind = prop_oneof![
         prop::collection::vec(parameter, 0..3).prop_map(SectionKind::Parameters),
         prop::collection::vec(declaration, 0..3).prop_map(SectionKind::Variables),

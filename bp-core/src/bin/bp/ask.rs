@@ -11,7 +11,7 @@ use bp_core::answer::{Answer, CompiledQuestion, Table, ask_over_time, compile, r
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::Role;
-use bp_core::model::{Evidence, Form, Known, Model, Question, Reduction, Value};
+use bp_core::model::{Evidence, Form, Model, Question, Statistic, Value};
 use bp_core::progress;
 use bp_core::sample::{Method, Sampling};
 use serde::Serialize;
@@ -111,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?;
     let sampling =
         Sampling { particles: arguments.particles, seed: arguments.seed, method: arguments.method };
-    let over_time = |question: &Question| question.asks.iter().any(|ask| ask.reduction.is_over_time());
+    let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
         let mut answers: Vec<Answer> = Vec::new();
@@ -240,16 +240,13 @@ fn names(model: &Model, questions: &[CompiledQuestion<'_>]) -> Result<BTreeMap<S
             names.extend(own.map(|buffer| (buffer.name.clone(), Meaning::Field)));
         }
         for ask in &question.question().asks {
-            let others: &[Known] = match &ask.reduction {
-                Reduction::Divergence { from } => from,
-                _ => &[],
-            };
             let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
-            let known = ask.known.iter().chain(others).filter_map(|known| match &known.evidence {
-                Evidence::Hard(value) => Some((known.variable, value.clone())),
-                Evidence::Each => given_when_asked(model, known.variable),
-                Evidence::Virtual(_) | Evidence::Soft(_) => None,
-            });
+            let known =
+                ask.known.iter().chain(ask.statistic.from()).filter_map(|known| match &known.evidence {
+                    Evidence::Hard(value) => Some((known.variable, value.clone())),
+                    Evidence::Each => given_when_asked(model, known.variable),
+                    Evidence::Virtual(_) | Evidence::Soft(_) => None,
+                });
             for (variable, value) in searched.chain(known) {
                 let Value::Given(name) = value else { continue };
                 let before = names.insert(name.clone(), Meaning::Value(variable));
@@ -263,7 +260,7 @@ fn names(model: &Model, questions: &[CompiledQuestion<'_>]) -> Result<BTreeMap<S
                     return Err(Error::input(name, message).into());
                 }
             }
-            if let Reduction::Argmax { nearest: Some(field) } = &ask.reduction {
+            if let Statistic::Argmax { nearest: Some(field) } = &ask.statistic {
                 names.insert(field.clone(), Meaning::Field);
             }
         }

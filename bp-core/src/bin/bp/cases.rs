@@ -11,7 +11,7 @@ use bp_core::data::{Table, Values};
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::ids::VariableId;
-use bp_core::model::{Evidence, Known, Model, Question, Reduction, Value};
+use bp_core::model::{Evidence, Known, Model, Question, Statistic, Value};
 use bp_core::sample::Sampling;
 use std::collections::{BTreeSet, HashMap};
 
@@ -104,7 +104,7 @@ fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&V
     };
     for ask in &mut question.asks {
         visit(&mut ask.known);
-        if let Reduction::Divergence { from } = &mut ask.reduction {
+        if let Statistic::Divergence { from, .. } = &mut ask.statistic {
             visit(from);
         }
     }

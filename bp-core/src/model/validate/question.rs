@@ -5,7 +5,7 @@
 
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{QuestionId, VariableId};
-use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Value};
+use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Statistic, Value, When};
 use std::collections::HashSet;
 
 /// How far from one the probabilities of soft evidence may sum.
@@ -32,10 +32,8 @@ pub(in crate::model) fn question_faults(
                 .extend(searched.at.as_ref().and_then(|at| value_fault(model, place, searched.variable, at)));
         }
         faults.extend(known_faults(model, place, &seen, &ask.known));
-        if let Reduction::Divergence { from } = &ask.reduction {
-            faults.extend(known_faults(model, place, &seen, from));
-        }
-        faults.extend(reduction_fault(model, place, ask));
+        faults.extend(known_faults(model, place, &seen, ask.statistic.from()));
+        faults.extend(statistic_fault(model, place, ask));
     }
     faults
 }
@@ -117,37 +115,42 @@ fn soft_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
 }
 
 /// What cannot be made of a distribution.
-fn reduction_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
-    let word = ask.reduction.word();
-    if let Reduction::Best(0) | Reduction::Draw(0) | Reduction::Predict(0) = ask.reduction {
-        let other = word.replace('0', "1");
-        let message = format!("`{word}` asks for nothing");
-        return Some(fault_with_help(place, message, format!("write `{other} P(…)`, or more")));
+fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
+    let words = [ask.statistic.word(), ask.when.word()];
+    if let Some(word) = words.iter().find(|word| word.contains("(0)")) {
+        let help = format!("write `{} P(…)`, or more", word.replace('0', "1"));
+        return Some(fault_with_help(place, format!("`{word}` asks for nothing"), help));
     }
-    if ask.reduction.is_over_time() && !model.variables.values().any(|it| it.previous_of.is_some()) {
+    if ask.when.is_over_time() && !model.variables.values().any(|it| it.previous_of.is_some()) {
         let message = format!(
-            "`{word}` is asked over time, but no variable of `{}` has a previous instant",
+            "`{}` is asked over time, but no variable of `{}` has a previous instant",
+            ask.when.word(),
             model.name
         );
         return Some(fault_with_help(place, message, "declare one, such as `X, X^-1 : bool`"));
     }
+    if let Some(fault) = when_fault(place, ask) {
+        return Some(fault);
+    }
+    let word = ask.words();
+    let word = word.trim_end();
     let slices = matches!(
-        ask.reduction,
-        Reduction::Probability | Reduction::Maximum | Reduction::Argmax { .. } | Reduction::Best(_)
+        ask.statistic,
+        Statistic::Distribution | Statistic::Maximum | Statistic::Argmax { .. } | Statistic::Best(_)
     );
     // The entropy of a slice is the sum over that slice.
     let wanted = ask.searched.iter().find(|searched| searched.at.is_some());
-    if let (Some(wanted), false) = (wanted, slices || ask.reduction == Reduction::Entropy) {
+    if let (Some(wanted), false) = (wanted, slices || ask.statistic == Statistic::Entropy) {
         let name = model.variable_name(wanted.variable);
         let message =
             format!("`{word}` is made of a whole distribution, but of `{name}` one value is wanted");
         return Some(fault_with_help(place, message, "move it behind the bar, if it is known"));
     }
-    match ask.reduction {
-        Reduction::Expectation | Reduction::Variance => {
+    match ask.statistic {
+        Statistic::Expectation | Statistic::Variance => {
             let without = |id: &VariableId| !is_number(model, *id);
             let variable = ask.searched.iter().map(|searched| searched.variable).find(without)?;
-            let (name, what) = (model.variable_name(variable), ask.reduction.word());
+            let (name, what) = (model.variable_name(variable), ask.statistic.word());
             let message = match model.variables[variable].family {
                 Some(_) => format!("`{name}` is a family: it has no one {what}"),
                 None => {
@@ -161,7 +164,7 @@ fn reduction_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
                 format!("ask for `P({name} | …)`, or `argmax P({name} | …)`"),
             ))
         }
-        Reduction::Information if ask.searched.len() != 2 => {
+        Statistic::Information if ask.searched.len() != 2 => {
             let found = match ask.searched.len() {
                 1 => "1 is".to_owned(),
                 several => format!("{several} are"),
@@ -169,6 +172,53 @@ fn reduction_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
             let message =
                 format!("`information` is what two variables say of each other, but {found} searched");
             Some(fault_with_help(place, message, "write `information P(X, Y | …)`"))
+        }
+        _ => None,
+    }
+}
+
+/// A statistic that has no meaning for the instants of which it is asked.
+fn when_fault(place: Place, ask: &Ask) -> Option<Fault> {
+    let (statistic, when) = (ask.statistic.word(), ask.when.word());
+    match (ask.when, &ask.statistic) {
+        (When::Sequence, Statistic::Argmax { nearest: Some(_) }) => {
+            let message = "`nearest` breaks the ties of one instant, but a sequence is of all";
+            Some(fault_with_help(place, message, "leave it out, or ask for `argmax smooth P(…) nearest …`"))
+        }
+        (
+            When::Sequence,
+            Statistic::Argmax { .. } | Statistic::Maximum | Statistic::Best(_) | Statistic::Draw(_),
+        ) => None,
+        (When::Sequence, _) => {
+            let message =
+                format!("`{statistic}` is asked of the values of an instant, but a sequence is of all");
+            Some(fault_with_help(place, message, format!("write `{statistic} smooth P(…)`")))
+        }
+        (_, Statistic::Divergence { when: second, .. }) => {
+            let now = |when: &When| !when.is_over_time();
+            let fits = match (ask.when, *second) {
+                (_, When::Sequence) => false,
+                (When::Smooth, second) => matches!(second, When::Smooth | When::Filter),
+                (first, When::Smooth) => first == When::Filter,
+                (first, second) => now(&first) == now(&second),
+            };
+            let message = match second {
+                When::Now => {
+                    format!("the first distribution is asked over time (`{when}`), the second is not")
+                }
+                second => format!(
+                    "`{}` is not compared with {}",
+                    second.word(),
+                    match ask.when {
+                        When::Now => "a distribution of one instant alone".to_owned(),
+                        _ => format!("`{when}`"),
+                    }
+                ),
+            };
+            (!fits).then(|| {
+                let help = "over time `filter` and `predict` can be compared, and `smooth` with `filter`";
+                fault_with_help(place, message, help)
+            })
         }
         _ => None,
     }

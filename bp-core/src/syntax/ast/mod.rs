@@ -6,9 +6,11 @@
 
 mod expression;
 mod form;
+mod question;
 
 pub use expression::*;
 pub use form::*;
+pub use question::*;
 
 use crate::source::Span;
 
@@ -308,67 +310,6 @@ pub struct Learnt {
     pub from: Option<Name>,
     /// What they are learnt separately for.
     pub by: Vec<Name>,
-}
-
-/// `argmax P(searched | known) nearest name`, `divergence P(…) from P(…)`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ask {
-    /// Where it stands.
-    pub at: At,
-    /// Comments before and behind it.
-    pub comments: Comments,
-    /// What is made of the distribution; none for the whole of it.
-    pub reduction: Option<Reduction>,
-    /// The distribution.
-    pub distribution: Distribution,
-    /// The one that it is compared with.
-    pub from: Option<Distribution>,
-    /// What breaks a tie.
-    pub nearest: Option<Name>,
-}
-
-/// `argmax`, `best(5)`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reduction {
-    /// Where it stands, brackets included.
-    pub at: At,
-    /// Which.
-    pub name: Name,
-    /// How many, as written.
-    pub count: Option<(At, String)>,
-}
-
-/// `P(searched | known)`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Distribution {
-    /// Where it stands.
-    pub at: At,
-    /// What is searched.
-    pub searched: Vec<Item>,
-    /// What is known.
-    pub known: Vec<Item>,
-}
-
-/// A variable in a question, perhaps with what is known of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Item {
-    /// Where it stands.
-    pub at: At,
-    /// The variable.
-    pub variable: Occurrence,
-    /// What is known of it.
-    pub evidence: Option<Evidence>,
-}
-
-/// What is known of a variable in a question.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Evidence {
-    /// `= value`
-    Hard(Value),
-    /// `virtual [e, e]`: one likelihood for each value.
-    Virtual(Vec<Expr>),
-    /// `soft [e, e]`: one probability for each value.
-    Soft(Vec<Expr>),
 }
 
 /// A value as it is written in questions, keys and patterns.

@@ -20,6 +20,7 @@ mod subroutines;
 mod tables;
 mod types;
 mod unknown;
+mod words;
 
 use super::ast::{self, File, Name, Program, SectionKind};
 use super::parse;

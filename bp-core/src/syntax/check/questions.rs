@@ -6,28 +6,12 @@
 
 use super::functions::ordinal_of;
 use super::names::{did_you_mean, listed, near};
-use super::{Checker, constant, integer, number};
+use super::{Checker, constant, number, words};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::VariableId;
-use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Reduction, Searched, Value};
+use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Searched, Statistic, Value};
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, Name, Occurrence, Sign, ValueKind};
-
-const REDUCTIONS: [&str; 13] = [
-    "argmax",
-    "max",
-    "best",
-    "draw",
-    "entropy",
-    "expectation",
-    "variance",
-    "information",
-    "divergence",
-    "filter",
-    "predict",
-    "smooth",
-    "sequence",
-];
 
 impl Checker<'_> {
     pub(super) fn question(&mut self, name: &Name, asks: &[ast::Ask]) {
@@ -59,8 +43,9 @@ pub(super) fn ask(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) ->
     let items = &written.distribution.searched;
     let searched: Vec<Searched> = items.iter().filter_map(|item| searched(model, item, wrong)).collect();
     let first = known(&written.distribution, wrong);
-    let mut reduction = reduction(written, wrong);
-    if let (Reduction::Divergence { from }, Some(second)) = (&mut reduction, &written.from) {
+    let (mut statistic, when) = words::read(written, wrong);
+    if let (Statistic::Divergence { from, .. }, Some(second)) = (&mut statistic, &written.from) {
+        let second = &second.distribution;
         let whole = searched.len() == items.len();
         let others: Vec<Searched> =
             second.searched.iter().filter_map(|item| self::searched(model, item, wrong)).collect();
@@ -78,81 +63,7 @@ pub(super) fn ask(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) ->
         }
         *from = known(second, wrong);
     }
-    Ask { reduction, searched, known: first }
-}
-
-fn reduction(written: &ast::Ask, wrong: &mut Diagnostics) -> Reduction {
-    let nearest = written.nearest.as_ref().map(|name| name.text.clone());
-    let reduction = match &written.reduction {
-        None => Reduction::Probability,
-        Some(reduction) => match (reduction.name.text.as_str(), &reduction.count) {
-            (word @ ("best" | "draw" | "predict"), _) => {
-                let Some(count) = count(reduction, wrong) else { return Reduction::Probability };
-                match word {
-                    "best" => Reduction::Best(count),
-                    "draw" => Reduction::Draw(count),
-                    _ => Reduction::Predict(count),
-                }
-            }
-            (word, Some((at, count))) if REDUCTIONS.contains(&word) => {
-                let message = format!("`{word}` takes no number, found `{count}`");
-                wrong.push(Diagnostic::new(at.0, message).with_help(format!("write `{word} P(…)`")));
-                return Reduction::Probability;
-            }
-            ("max", _) => Reduction::Maximum,
-            ("argmax", _) => Reduction::Argmax { nearest: nearest.clone() },
-            ("entropy", _) => Reduction::Entropy,
-            ("expectation", _) => Reduction::Expectation,
-            ("variance", _) => Reduction::Variance,
-            ("information", _) => Reduction::Information,
-            ("divergence", _) => Reduction::Divergence { from: Vec::new() },
-            ("filter", _) => Reduction::Filter,
-            ("smooth", _) => Reduction::Smooth,
-            ("sequence", _) => Reduction::Sequence,
-            (other, _) => {
-                let reductions = listed(REDUCTIONS, "and");
-                let message = format!("`{other}` is not a reduction; the reductions are {reductions}");
-                let help = did_you_mean(other, REDUCTIONS);
-                wrong.push(Diagnostic { help, ..Diagnostic::new(reduction.name.span(), message) });
-                return Reduction::Probability;
-            }
-        },
-    };
-    if let (Some(name), false) = (&written.nearest, matches!(reduction, Reduction::Argmax { .. })) {
-        let message = "only `argmax` has ties that `nearest` could break";
-        wrong.push(Diagnostic::new(name.span(), message).with_help("write `argmax P(…) nearest …`"));
-    }
-    match (&reduction, &written.from, &written.reduction) {
-        (Reduction::Divergence { .. }, None, Some(written)) => {
-            let message = "`divergence` compares two distributions, but there is one";
-            let help = "write `divergence P(…) from P(…)`";
-            wrong.push(Diagnostic::new(written.at.0, message).with_help(help));
-        }
-        (Reduction::Divergence { .. }, ..) | (_, None, _) => {}
-        (_, Some(from), _) => {
-            let message = "only `divergence` compares a distribution with another";
-            let help = "write `divergence P(…) from P(…)`";
-            wrong.push(Diagnostic::new(from.at.0, message).with_help(help));
-        }
-    }
-    reduction
-}
-
-/// How many are asked for.
-fn count(written: &ast::Reduction, wrong: &mut Diagnostics) -> Option<usize> {
-    let word = &written.name.text;
-    let help = format!("write `{word}(5) P(…)`");
-    let Some((at, text)) = &written.count else {
-        let message = format!("`{word}` needs to be told how many");
-        wrong.push(Diagnostic::new(written.at.0, message).with_help(help));
-        return None;
-    };
-    let count = integer(Sign::None, text).and_then(|count| usize::try_from(count).ok());
-    if count.is_none() {
-        let message = format!("`{word}` takes a whole number, found `{text}`");
-        wrong.push(Diagnostic::new(at.0, message).with_help(help));
-    }
-    count
+    Ask { statistic, when, searched, known: first }
 }
 
 fn searched(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Searched> {

@@ -10,7 +10,7 @@ use super::forms::Target;
 use super::names::{did_you_mean, listed};
 use crate::diagnostic::Diagnostic;
 use crate::ids::VariableId;
-use crate::model::{Ask, Domain, Evidence, Form, Model, Reduction, Subroutine};
+use crate::model::{Ask, Domain, Evidence, Form, Model, Statistic, Subroutine};
 use crate::syntax::ast::{self, Name, Segment};
 
 impl Checker<'_> {
@@ -145,7 +145,12 @@ impl Checker<'_> {
         };
         let told = |ask: &Ask| ask.known.iter().all(|known| known.evidence == Evidence::Each);
         match asked.asks.as_slice() {
-            [ask] if ask.reduction == Reduction::Probability && told(ask) && program.plate.is_none() => {
+            [ask]
+                if ask.statistic == Statistic::Distribution
+                    && !ask.when.is_over_time()
+                    && told(ask)
+                    && program.plate.is_none() =>
+            {
                 Some(ask.clone())
             }
             _ => {

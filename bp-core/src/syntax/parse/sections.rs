@@ -193,19 +193,23 @@ fn learnt(pair: Pair<'_, Rule>) -> Learnt {
 pub(super) fn ask(pair: Pair<'_, Rule>) -> Ask {
     let place = at(&pair);
     let mut children = Children::of(pair);
-    let reduction = children.take(Rule::reduction).map(reduction);
+    let words = children.all(Rule::word).into_iter().map(word).collect();
     let distribution = self::distribution(children.one());
-    let from = children.take(Rule::distribution).map(self::distribution);
+    let from = children.take(Rule::from).map(|pair| {
+        let mut children = Children::of(pair);
+        let words = children.all(Rule::word).into_iter().map(word).collect();
+        Second { words, distribution: self::distribution(children.one()) }
+    });
     let nearest = children.take(Rule::nearest).map(|pair| Children::of(pair).name());
-    Ask { at: place, comments: Comments::default(), reduction, distribution, from, nearest }
+    Ask { at: place, comments: Comments::default(), words, distribution, from, nearest }
 }
 
-fn reduction(pair: Pair<'_, Rule>) -> Reduction {
+fn word(pair: Pair<'_, Rule>) -> Word {
     let place = at(&pair);
     let mut children = Children::of(pair);
     let name = children.name();
     let count = children.take(Rule::number).map(|pair| (at(&pair), pair.as_str().to_owned()));
-    Reduction { at: place, name, count }
+    Word { at: place, name, count }
 }
 
 fn distribution(pair: Pair<'_, Rule>) -> Distribution {

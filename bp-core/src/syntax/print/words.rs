@@ -124,7 +124,7 @@ impl Display for Item {
     }
 }
 
-impl Display for Reduction {
+impl Display for Word {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         match &self.count {
             Some((_, count)) => write!(f, "{}({count})", self.name),
@@ -150,12 +150,10 @@ impl Display for Distribution {
 
 impl Display for Ask {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        if let Some(reduction) = &self.reduction {
-            write!(f, "{reduction} ")?;
-        }
-        self.distribution.fmt(f)?;
+        let words = |words: &[Word]| words.iter().map(|word| format!("{word} ")).collect::<String>();
+        write!(f, "{}{}", words(&self.words), self.distribution)?;
         if let Some(from) = &self.from {
-            write!(f, " from {from}")?;
+            write!(f, " from {}{}", words(&from.words), from.distribution)?;
         }
         match &self.nearest {
             Some(nearest) => write!(f, " nearest {nearest}"),

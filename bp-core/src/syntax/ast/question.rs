@@ -1,0 +1,76 @@
+//! Questions as written.
+//!
+//! In: text. Out: what is asked, word by word. Invariant: the words before a distribution stand in the order in which
+//! they were written; what they mean is the checker's matter.
+
+use super::{At, Comments, Expr, Name, Occurrence, Value};
+
+/// `argmax P(searched | known) nearest name`, `divergence smooth P(…) from filter P(…)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ask {
+    /// Where it stands.
+    pub at: At,
+    /// Comments before and behind it.
+    pub comments: Comments,
+    /// What is made of the distribution, and of which instant it is; none for the whole distribution now.
+    pub words: Vec<Word>,
+    /// The distribution.
+    pub distribution: Distribution,
+    /// The one that it is compared with.
+    pub from: Option<Second>,
+    /// What breaks a tie.
+    pub nearest: Option<Name>,
+}
+
+/// The distribution that another is compared with: `filter P(…)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Second {
+    /// Of which instant it is.
+    pub words: Vec<Word>,
+    /// The distribution.
+    pub distribution: Distribution,
+}
+
+/// A word before a distribution: `argmax`, `best(5)`, `filter`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Word {
+    /// Where it stands, brackets included.
+    pub at: At,
+    /// Which.
+    pub name: Name,
+    /// How many, as written.
+    pub count: Option<(At, String)>,
+}
+
+/// `P(searched | known)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distribution {
+    /// Where it stands.
+    pub at: At,
+    /// What is searched.
+    pub searched: Vec<Item>,
+    /// What is known.
+    pub known: Vec<Item>,
+}
+
+/// A variable in a question, perhaps with what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Item {
+    /// Where it stands.
+    pub at: At,
+    /// The variable.
+    pub variable: Occurrence,
+    /// What is known of it.
+    pub evidence: Option<Evidence>,
+}
+
+/// What is known of a variable in a question.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Evidence {
+    /// `= value`
+    Hard(Value),
+    /// `virtual [e, e]`: one likelihood for each value.
+    Virtual(Vec<Expr>),
+    /// `soft [e, e]`: one probability for each value.
+    Soft(Vec<Expr>),
+}

@@ -1,0 +1,150 @@
+//! The words before a distribution: which statistic, of which instant.
+//!
+//! In: an ask as written. Out: its [`Statistic`] and its [`When`]. Invariant: at most one of each, the statistic first;
+//! `sequence` alone is the most likely sequence.
+
+use super::integer;
+use super::names::{did_you_mean, listed};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::model::{Statistic, When};
+use crate::source::Span;
+use crate::syntax::ast::{Ask, Sign, Word};
+
+const STATISTICS: [&str; 9] =
+    ["argmax", "max", "best", "draw", "entropy", "expectation", "variance", "information", "divergence"];
+const WHEN: [&str; 4] = ["filter", "predict", "smooth", "sequence"];
+
+/// What one word means.
+enum Meaning {
+    Statistic(Statistic),
+    When(When),
+}
+
+/// What the words of an ask mean; what is wrong with them is told, and the rest is read.
+pub(super) fn read(written: &Ask, wrong: &mut Diagnostics) -> (Statistic, When) {
+    let (mut statistic, when) = of(written, &written.words, wrong);
+    let divergence = statistic.as_ref().is_some_and(|it| matches!(it, Statistic::Divergence { .. }));
+    if let (Some(name), false) = (&written.nearest, matches!(statistic, Some(Statistic::Argmax { .. }))) {
+        let message = "only `argmax` has ties that `nearest` could break";
+        wrong.push(Diagnostic::new(name.span(), message).with_help("write `argmax P(…) nearest …`"));
+    }
+    if let (Some(second), false, false) = (&written.from, divergence, written.words.is_empty()) {
+        let message = "only `divergence` compares a distribution with another";
+        let help = "write `divergence P(…) from P(…)`";
+        wrong.push(Diagnostic::new(second.distribution.at.0, message).with_help(help));
+    }
+    if divergence {
+        let Some(second) = &written.from else {
+            let message = "`divergence` compares two distributions, but there is one";
+            let help = "write `divergence P(…) from P(…)`";
+            wrong.push(Diagnostic::new(written.words[0].at.0, message).with_help(help));
+            return (Statistic::Distribution, when);
+        };
+        let (other, second_when) = of(written, &second.words, wrong);
+        if let (Some(_), Some(word)) = (other, second.words.first()) {
+            let message = format!("`{}` cannot stand here: a divergence compares distributions", word.name);
+            wrong.push(Diagnostic::new(word.at.0, message).with_help("leave it out"));
+        }
+        statistic = Some(Statistic::Divergence { when: second_when, from: Vec::new() });
+    }
+    let alone =
+        if when == When::Sequence { Statistic::Argmax { nearest: None } } else { Statistic::Distribution };
+    (statistic.unwrap_or(alone), when)
+}
+
+/// The statistic and the instant that some words name.
+fn of(ask: &Ask, words: &[Word], wrong: &mut Diagnostics) -> (Option<Statistic>, When) {
+    let (mut statistic, mut when): (Option<Statistic>, Option<When>) = (None, None);
+    for (position, word) in words.iter().enumerate() {
+        let span = word.at.0;
+        match meaning(ask, word, wrong) {
+            None => {}
+            Some(Meaning::Statistic(_)) if statistic.is_some() => {
+                let message =
+                    format!("`{}` and `{word}` are both statistics: ask for one", words[position - 1]);
+                wrong.push(
+                    Diagnostic::new(span, message).with_help("write them as two asks, between semicolons"),
+                );
+            }
+            Some(Meaning::Statistic(read)) => {
+                if let Some(before) = &when {
+                    let before = before.word();
+                    let message = format!("the statistic `{word}` stands before `{before}`");
+                    let help = format!("write `{word} {before} P(…)`");
+                    wrong.push(Diagnostic::new(span, message).with_help(help));
+                }
+                statistic = Some(read);
+            }
+            Some(Meaning::When(read)) => match when {
+                Some(before) => {
+                    let message =
+                        format!("`{}` and `{word}` are of different instants: ask for one", before.word());
+                    wrong.push(Diagnostic::new(span, message));
+                }
+                None => when = Some(read),
+            },
+        }
+    }
+    (statistic, when.unwrap_or_default())
+}
+
+fn meaning(ask: &Ask, word: &Word, wrong: &mut Diagnostics) -> Option<Meaning> {
+    let name = word.name.text.as_str();
+    let is_counted = matches!(name, "best" | "draw" | "predict");
+    if let (Some((at, count)), false, true) = (&word.count, is_counted, known(name)) {
+        let message = format!("`{name}` takes no number, found `{count}`");
+        wrong.push(Diagnostic::new(at.0, message).with_help(format!("write `{name} P(…)`")));
+        return None;
+    }
+    let statistic = match name {
+        "best" => Statistic::Best(count(word, wrong)?),
+        "draw" => Statistic::Draw(count(word, wrong)?),
+        "max" => Statistic::Maximum,
+        "argmax" => Statistic::Argmax { nearest: ask.nearest.as_ref().map(|name| name.text.clone()) },
+        "entropy" => Statistic::Entropy,
+        "expectation" => Statistic::Expectation,
+        "variance" => Statistic::Variance,
+        "information" => Statistic::Information,
+        "divergence" => Statistic::Divergence { when: When::Now, from: Vec::new() },
+        "predict" => return Some(Meaning::When(When::Predict(count(word, wrong)?))),
+        "filter" => return Some(Meaning::When(When::Filter)),
+        "smooth" => return Some(Meaning::When(When::Smooth)),
+        "sequence" => return Some(Meaning::When(When::Sequence)),
+        other => {
+            unknown(other, word.name.span(), wrong);
+            return None;
+        }
+    };
+    Some(Meaning::Statistic(statistic))
+}
+
+fn known(name: &str) -> bool {
+    STATISTICS.contains(&name) || WHEN.contains(&name)
+}
+
+fn unknown(word: &str, span: Span, wrong: &mut Diagnostics) {
+    let message = format!(
+        "`{word}` is not a statistic: those are {}; nor does it say of which instant, as {} do",
+        listed(STATISTICS, "and"),
+        listed(WHEN, "and")
+    );
+    let help = did_you_mean(word, STATISTICS.into_iter().chain(WHEN));
+    wrong.push(Diagnostic { help, ..Diagnostic::new(span, message) });
+}
+
+/// How many are asked for.
+fn count(word: &Word, wrong: &mut Diagnostics) -> Option<usize> {
+    let name = &word.name.text;
+    let help = format!("write `{name}(5) P(…)`");
+    let Some((at, text)) = &word.count else {
+        let message = format!("`{name}` needs to be told how many");
+        wrong.push(Diagnostic::new(word.at.0, message).with_help(help));
+        return None;
+    };
+    let count = integer(Sign::None, text).and_then(|count| usize::try_from(count).ok());
+    if count.is_none() {
+        let message = format!("`{name}` takes a whole number, found `{text}`");
+        wrong.push(Diagnostic::new(at.0, message).with_help(help));
+    }
+    count
+}
