@@ -66,7 +66,7 @@ impl World<'_> {
                 output.ask.as_ref().is_some_and(|ask| {
                     let searched: Vec<_> =
                         ask.searched.iter().map(|s| model.variable_name(s.variable)).collect();
-                    ask.statistic == *reduction && searched == names && ask.searched[0].at.is_some() == at
+                    ask.statistic == *statistic && searched == names && ask.searched[0].at.is_some() == at
                 })
             });
             outputs.get(&found.unwrap().name).to_vec()
