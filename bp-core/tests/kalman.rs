@@ -89,9 +89,14 @@ fn cart() -> Cart {
 }
 
 fn asked(model: &Model, text: &str, rows: &[[f64; 2]]) -> (Vec<[f64; 2]>, f64) {
-    let observed = |row: &[f64; 2]| {
-        let cells = ["Z", "U"].into_iter().zip(row).filter(|(_, value)| !value.is_nan());
-        cells.map(|(name, value)| (name.to_owned(), *value)).collect::<Vec<_>>()
+    let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.to_vec()).collect();
+    asked_of(model, text, &["Z", "U"], &rows)
+}
+
+fn asked_of(model: &Model, text: &str, names: &[&str], rows: &[Vec<f64>]) -> (Vec<[f64; 2]>, f64) {
+    let observed = |row: &Vec<f64>| {
+        let cells = names.iter().zip(row).filter(|(_, value)| !value.is_nan());
+        cells.map(|(name, value)| ((*name).to_owned(), *value)).collect::<Vec<_>>()
     };
     let rows: Vec<_> = rows.iter().map(observed).collect();
     let answers = ask_over_time(model, &question(model, text), &rows, &Inputs::new(), Sampling::default());
@@ -176,4 +181,101 @@ fn vectors_are_their_components() {
             near([mean, deviation], expected);
         }
     }
+}
+
+/// A walk with a vague start. Expected: the joint normal law of all instants, conditioned in 50 digits (mpmath), where the
+/// numbers are those that f64 holds; so are all figures of the tests below.
+#[test]
+fn a_vague_start_is_smoothed() {
+    let model = model_of(
+        "program Walk over t in Time { variables { X, X^-1, Z : real; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
+         forms { P(X^-1) = previous(X) else normal(0, 1e8); P(X | X^-1) = normal(X^-1, 0.1);
+                 P(Z | X) = normal(X, 0.1); } }",
+    );
+    let (laws, ln) = asked_of(&model, "smooth P(X | Z)", &["Z"], &[vec![1.0], vec![1.1]]);
+    near(laws[0], [1.0333333333333333, 0.081_649_658_092_772_6]);
+    near(laws[1], [1.0666666666666667, 0.081_649_658_092_772_6]);
+    assert!((ln + 18.671945528368387).abs() < 1e-12, "{ln}");
+    let (laws, _) = asked_of(&model, "filter P(X | Z)", &["Z"], &[vec![1.0], vec![1.1]]);
+    near(laws[0], [1.0666666666666667, 0.081_649_658_092_772_6]);
+}
+
+/// As above; the position has no noise of its own, and neither is known at the start.
+#[test]
+fn a_vague_start_of_two_that_are_carried() {
+    let model = model_of(
+        "program Cart over t in Time { variables { X, X^-1, W, W^-1, Z : real; }
+         decomposition { P(X^-1) P(W^-1) P(W | W^-1) P(X | X^-1 W^-1) P(Z | X) }
+         forms { P(X^-1) = previous(X) else normal(0, 1e8); P(W^-1) = previous(W) else normal(0, 1e8);
+                 P(W | W^-1) = normal(W^-1, 0.01); P(X | X^-1 W^-1) = dirac(X^-1 + 0.5 * W^-1);
+                 P(Z | X) = normal(X, 0.1); } }",
+    );
+    let seen = [vec![1.0], vec![f64::NAN], vec![2.25], vec![2.5]];
+    let (laws, ln) = asked_of(&model, "smooth P(X W | Z)", &["Z"], &seen);
+    let expected = [
+        [1.0535236396074933, 0.096_365_717_306_000_95],
+        [1.0360392506690455, 0.092_848_759_069_037_24],
+        [1.571_543_264_942_016, 0.065_531_553_301_783_67],
+        [1.035771632471008, 0.092_694_908_811_304_9],
+        [2.08942908117752, 0.059_809_390_960_791_46],
+        [1.0352363960749331, 0.092_925_492_681_012_57],
+        [2.6070472792149866, 0.084_530_502_705_238_64],
+        [1.0352363960749331, 0.093_462_009_340_741_88],
+    ];
+    laws.iter().zip(expected).for_each(|(found, expected)| near(*found, expected));
+    assert!((ln + 39.929_556_193_448_9).abs() < 1e-9, "{ln}");
+    let (filtered, _) = asked_of(&model, "filter P(X W | Z)", &["Z"], &seen);
+    filtered.iter().zip(&expected[6..]).for_each(|(found, expected)| near(*found, *expected));
+}
+
+/// X never changes: n readings of 2 X − 1 are one of their mean, of deviation 0.1 / 2 √n. Each particle carries the same law
+/// beside a coin that is drawn.
+#[test]
+fn a_constant_with_a_vague_prior() {
+    let forms = "P(X^-1) = previous(X) else normal(0, 1e8); P(X | X^-1) = dirac(X^-1);";
+    let exact = model_of(&format!(
+        "program Constant over t in Time {{ variables {{ X, X^-1, Z : real; }}
+         decomposition {{ P(X^-1) P(X | X^-1) P(Z | X) }} forms {{ {forms} P(Z | X) = normal(2 * X - 1, 0.1); }} }}"
+    ));
+    let drawn = model_of(&format!(
+        "program Drawn over t in Time {{ variables {{ X, X^-1, Z : real; C : bool; }}
+         decomposition {{ P(X^-1) P(C) P(X | X^-1) P(Z | X C) }}
+         forms {{ {forms} P(C) = bernoulli(0.5); P(Z | X C) = normal(2 * X - (if C {{ 1 }} else {{ 1 }}), 0.1); }} }}"
+    ));
+    let seen: Vec<Vec<f64>> = (0..5).map(|k| vec![1.0 + 0.5 * f64::from(k)]).collect();
+    let expected = [1.5, 0.022_360_679_774_997_9];
+    let (smooth, ln) = asked_of(&exact, "smooth P(X | Z)", &["Z"], &seen);
+    smooth.iter().for_each(|law| near(*law, expected));
+    assert!((ln + 140.302_899_174_776_53).abs() < 1e-9, "{ln}");
+    let question = question(&drawn, "filter P(X | Z)");
+    let rows: Vec<_> = seen.iter().map(|row| vec![("Z".to_owned(), row[0])]).collect();
+    let answers = ask_over_time(&drawn, &question, &rows, &Inputs::new(), Sampling::default()).unwrap();
+    assert!((answers[0].ln_evidence.unwrap() + 140.302_899_174_776_53).abs() < 1e-9);
+    let text = format!("{:?}", answers[0].answer);
+    let Figure::Real { mean, deviation, .. } = answers[0].answer[0].figure else { panic!("{text}") };
+    near([mean[0], deviation[0]], expected);
+}
+
+/// Y is X itself: at the first instant it is told, afterwards it agrees or cannot be.
+#[test]
+fn what_is_determined_over_time_agrees_or_is_impossible() {
+    let model = model_of(
+        "program Told over t in Time { variables { X, X^-1, W, W^-1, Y, Z : real; }
+         decomposition { P(X^-1) P(W^-1) P(X | X^-1) P(W | W^-1) P(Y | X W) P(Z | W) }
+         forms { P(X^-1) = previous(X) else normal(0, 1e4); P(W^-1) = previous(W) else normal(0, 1e8);
+                 P(X | X^-1) = dirac(X^-1); P(W | W^-1) = dirac(0.5 * W^-1);
+                 P(Y | X W) = dirac(X + W); P(Z | W) = dirac(W); } }",
+    );
+    let rows = [vec![3.0, 2.0], vec![2.0, f64::NAN], vec![1.5, 0.5]];
+    let (laws, ln) = asked_of(&model, "smooth P(X W | Y Z)", &["Y", "Z"], &rows);
+    let expected = [[1.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.5, 0.0]];
+    laws.iter().zip(expected).for_each(|(found, expected)| near(*found, expected));
+    // N(1; 0, 1e8) N(2; 0, (0.5e8)²), once.
+    let expected = -0.5e-8 - (0.5f64).ln() - 12.0 * (10f64).ln() - std::f64::consts::TAU.ln();
+    assert!((ln - expected).abs() < 1e-12, "{ln}, expected {expected}");
+    let wrong = vec![vec![("Y".to_owned(), 3.0), ("Z".to_owned(), 2.0)], vec![("Y".to_owned(), 2.001)]];
+    let asked = question(&model, "filter P(X | Y Z)");
+    let error = ask_over_time(&model, &asked, &wrong, &Inputs::new(), Sampling::default()).unwrap_err();
+    let told = error.to_string();
+    assert!(told.contains("instant 2") && told.contains("`Y = 2.001` cannot be"), "{told}");
 }

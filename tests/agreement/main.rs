@@ -13,6 +13,7 @@ mod over_time;
 mod program;
 mod question;
 mod random;
+mod twofold;
 
 use bp_core::answer::compile;
 use bp_core::exec::Inputs;

@@ -2,20 +2,22 @@
 //!
 //! In: a [`Gaussian`] plan, numbers for the parameters, observations at each instant. Out: a normal [`Belief`]
 //! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
-//! factor, conditioned once, and only what the next instant needs is carried.
+//! factor, conditioned on one observation after the other, and only what the next instant needs is carried.
 
 mod frontier;
+mod law;
 mod smooth;
 
 pub(crate) use frontier::condition;
+pub(crate) use law::NormalLaw;
 
-use crate::error::Error;
+use crate::error::{Error, Impossible};
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::plan::{Gaussian, LinearForm, Source, components};
 use crate::spelling::number as written;
 use nalgebra::{DMatrix, DVector};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A normal law of named variables.
 #[derive(Clone, PartialEq, Debug)]
@@ -43,33 +45,26 @@ impl Belief {
     }
 }
 
-/// The normal law of all variables of an instant: first what was carried, then the others.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Joint {
-    mean: DVector<f64>,
-    covariance: DMatrix<f64>,
-    ln_evidence: f64,
-}
-
-/// One variable: row in the joint law, mean as a row over earlier rows, variance of its own noise.
+/// One variable: its mean as a linear form of earlier rows, and the deviation of its own noise.
 #[derive(Clone, Debug)]
 struct Extension {
-    coefficients: DVector<f64>,
+    terms: Vec<(usize, f64)>,
     constant: f64,
-    variance: f64,
+    deviation: f64,
 }
 
 /// A linear and Gaussian program with numbers for its parameters; over time, a Kalman filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
+    question: String,
     searched: Vec<(String, usize)>,
     /// Rows of the joint law that are observed.
     observed: Vec<(String, usize)>,
     /// Rows of X, whose law becomes that of X^-1: the first rows.
     carried: Vec<usize>,
     extensions: Vec<Extension>,
-    mean: DVector<f64>,
-    covariance: DMatrix<f64>,
+    /// The law of what is carried, its rows in the order of `carried`.
+    law: NormalLaw,
 }
 
 /// How many instants [`Filter::settle`] tries.
@@ -99,41 +94,35 @@ impl Filter {
             return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
         }
         let parameter = |name: &str| values[name];
+        let carried = plan.carried.iter();
+        let carried: Vec<(VariableId, usize)> = carried
+            .flat_map(|(_, previous)| {
+                (0..components(model, *previous)).map(|component| (*previous, component))
+            })
+            .collect();
         let mut rows: HashMap<(VariableId, usize), usize> = HashMap::new();
-        for (_, previous) in &plan.carried {
-            for component in 0..components(model, *previous) {
-                rows.insert((*previous, component), rows.len());
-            }
+        // Before the first instant: the law of what is carried, at rest where it has no form.
+        let mut law = NormalLaw::new(observes_dirac(plan));
+        for slot in &carried {
+            rows.insert(*slot, law.len());
+            law.extend(&[], 0.0, 0.0);
         }
-        let start = rows.len();
-        let mut extend = |source: &Source, all: usize| -> Result<Vec<(usize, Extension)>, Error> {
-            let mut extensions = Vec::new();
-            for component in 0..components(model, source.variable) {
-                let row = rows.get(&(source.variable, component)).copied().unwrap_or(all + component);
-                extensions
-                    .push((row, extension(model, source, component, &rows, row.max(start), &parameter)?));
-            }
-            for (component, (row, _)) in extensions.iter().enumerate() {
-                rows.insert((source.variable, component), *row);
-            }
-            Ok(extensions)
-        };
-        // Before the first instant: the law of what is carried.
-        let (mut mean, mut covariance) = (DVector::zeros(start), DMatrix::zeros(start, start));
         for source in &plan.initial {
-            for (row, extension) in extend(source, start)? {
-                mean[row] = extension.coefficients.dot(&mean) + extension.constant;
-                let cross = &covariance * &extension.coefficients;
-                covariance.set_column(row, &cross);
-                covariance.set_row(row, &cross.transpose());
-                covariance[(row, row)] = extension.coefficients.dot(&cross) + extension.variance;
+            for component in 0..components(model, source.variable) {
+                let Extension { terms, constant, deviation } =
+                    extension(model, source, component, &rows, &parameter)?;
+                rows.insert((source.variable, component), law.len());
+                law.extend(&terms, constant, deviation);
             }
         }
+        let law = law.select(carried.iter().map(|slot| rows[slot])).reduced();
+        rows = carried.iter().enumerate().map(|(row, slot)| (*slot, row)).collect();
         let mut extensions = Vec::new();
         for source in &plan.sources {
-            extensions.extend(
-                extend(source, start + extensions.len())?.into_iter().map(|(_, extension)| extension),
-            );
+            for component in 0..components(model, source.variable) {
+                extensions.push(extension(model, source, component, &rows, &parameter)?);
+                rows.insert((source.variable, component), carried.len() + extensions.len() - 1);
+            }
         }
         let named = |variable: VariableId| {
             let (count, name) = (components(model, variable), model.variable_name(variable));
@@ -149,8 +138,8 @@ impl Filter {
         Ok(Self {
             searched: searched.collect(),
             observed: plan.observed.iter().filter(real).flat_map(|variable| named(*variable)).collect(),
-            mean,
-            covariance,
+            question: model.ask_text(&plan.asks[0]),
+            law,
             carried,
             extensions,
         })
@@ -161,30 +150,25 @@ impl Filter {
         self.observed.iter().map(|(name, _)| name.as_str())
     }
 
-    /// The joint law of this instant, before anything is observed.
-    fn predict(&self) -> (DVector<f64>, DMatrix<f64>) {
-        let (start, size) = (self.carried.len(), self.carried.len() + self.extensions.len());
-        let (mut mean, mut covariance) = (DVector::zeros(size), DMatrix::zeros(size, size));
-        mean.rows_mut(0, start).copy_from(&self.mean);
-        covariance.view_mut((0, 0), (start, start)).copy_from(&self.covariance);
-        for (offset, extension) in self.extensions.iter().enumerate() {
-            let row = start + offset;
-            mean[row] = extension.coefficients.dot(&mean.rows(0, row)) + extension.constant;
-            let cross = covariance.view((0, 0), (row, row)) * &extension.coefficients;
-            covariance[(row, row)] = extension.coefficients.dot(&cross) + extension.variance;
-            covariance.view_mut((0, row), (row, 1)).copy_from(&cross);
-            covariance.view_mut((row, 0), (1, row)).copy_from(&cross.transpose());
+    /// The joint law of this instant, before anything is observed: first what was carried, then the others.
+    fn predict(&self) -> NormalLaw {
+        let mut law = self.law.clone();
+        for Extension { terms, constant, deviation } in &self.extensions {
+            law.extend(terms, *constant, *deviation);
         }
-        (mean, covariance)
+        law
     }
 
     /// The gain of one searched variable for one observed one, at this instant.
     pub fn gain_of(&self, variable: &str, observed: &str) -> Option<f64> {
         let row = self.searched.iter().find(|(name, _)| name == variable)?.1;
-        let column = self.observed.iter().position(|(name, _)| name == observed)?;
-        let observed: Vec<_> = self.observed.iter().map(|(name, row)| (name.as_str(), *row, 0.0)).collect();
-        let (gain, _) = gain(&observed, &self.predict().1).ok()?;
-        Some(gain[(row, column)])
+        self.observed.iter().find(|(name, _)| name == observed)?;
+        // The mean, where all means were 0, this observation is 1 and the others are 0.
+        let mut law = self.predict().centred();
+        for (name, row) in &self.observed {
+            law.observe(*row, if name == observed { 1.0 } else { 0.0 })?;
+        }
+        Some(law.mean(row))
     }
 
     /// One instant: observations in, belief out; what the next instant needs is kept.
@@ -202,59 +186,34 @@ impl Filter {
                 return Err(Error::input(name, "it was not observed"));
             }
         }
-        let joint = self.advance(observations)?;
-        Ok(self.belief(&joint))
+        let (law, ln_evidence) = self.advance(self.predict(), observations)?;
+        self.law = law.select(self.carried.iter().copied()).reduced();
+        Ok(self.belief(&law.select(self.searched()), ln_evidence))
     }
 
-    /// One instant, of which some of what may be observed is: the law of all its variables, and of what was carried.
+    /// Conditions the law of an instant on those of its variables that are observed; gives ln of their density.
     ///
     /// # Errors
-    /// An observation that is not finite, or that follows from the others.
-    pub(crate) fn advance(&mut self, observations: &[(&str, f64)]) -> Result<Joint, Error> {
-        let (mut mean, mut covariance) = self.predict();
+    /// An observation that is not finite, or that the others exclude.
+    fn advance(&self, mut law: NormalLaw, observations: &[(&str, f64)]) -> Result<(NormalLaw, f64), Error> {
         let mut ln_evidence = 0.0;
-        let given =
-            |name: &str| observations.iter().find(|(given, _)| *given == name).map(|(_, value)| *value);
-        let observed: Vec<(&str, usize, f64)> = self
-            .observed
-            .iter()
-            .filter_map(|(name, row)| Some((name.as_str(), *row, given(name)?)))
-            .collect();
-        if !observed.is_empty() {
-            if let Some((name, _, value)) = observed.iter().find(|(_, _, value)| !value.is_finite()) {
-                return Err(Error::input(*name, format!("an observation must be finite, but it is {value}")));
+        for (name, row) in &self.observed {
+            if let Some((_, value)) = observations.iter().find(|(given, _)| given == name) {
+                ln_evidence += observe(&mut law, *row, *value, name, &self.question)?;
             }
-            let rows: Vec<usize> = observed.iter().map(|(_, row, _)| *row).collect();
-            let surprise = DVector::from_iterator(
-                observed.len(),
-                observed.iter().map(|(_, row, value)| value - mean[*row]),
-            );
-            let (gain, innovation) = gain(&observed, &covariance)?;
-            let solved = innovation.cholesky().expect("internal: the gain was computed from it");
-            let ln_determinant = 2.0 * solved.l().diagonal().map(f64::ln).sum();
-            let count = observed.len() as f64;
-            ln_evidence = -0.5
-                * (surprise.dot(&solved.solve(&surprise))
-                    + ln_determinant
-                    + count * std::f64::consts::TAU.ln());
-            mean += &gain * surprise;
-            let reduced = &covariance - &gain * covariance.select_rows(&rows);
-            covariance = (&reduced + reduced.transpose()) * 0.5;
         }
-        self.mean = mean.select_rows(&self.carried);
-        self.covariance = covariance.select_rows(&self.carried).select_columns(&self.carried);
-        Ok(Joint { mean, covariance, ln_evidence })
+        Ok((law, ln_evidence))
     }
 
-    /// What a joint law says of what is searched.
-    pub(crate) fn belief(&self, joint: &Joint) -> Belief {
-        let rows: Vec<usize> = self.searched.iter().map(|(_, row)| *row).collect();
-        Belief {
-            variables: self.searched.iter().map(|(name, _)| name.clone()).collect(),
-            mean: joint.mean.select_rows(&rows),
-            covariance: joint.covariance.select_rows(&rows).select_columns(&rows),
-            ln_evidence: joint.ln_evidence,
-        }
+    /// The rows of what is searched.
+    fn searched(&self) -> impl Iterator<Item = usize> {
+        self.searched.iter().map(|(_, row)| *row)
+    }
+
+    /// The belief that the law of what is searched is.
+    fn belief(&self, law: &NormalLaw, ln_evidence: f64) -> Belief {
+        let variables = self.searched.iter().map(|(name, _)| name.clone()).collect();
+        Belief { variables, mean: law.means(), covariance: law.covariance(), ln_evidence }
     }
 
     /// Lets the covariance, and so the gains, settle to what they become after a long time; means stay.
@@ -262,40 +221,61 @@ impl Filter {
     /// # Errors
     /// They do not settle: something is carried that nothing observes (a sum of noise grows for ever).
     pub fn settle(&mut self) -> Result<(), Error> {
-        let mean = self.mean.clone();
+        let law = self.law.clone();
         let at_rest: Vec<(String, f64)> = self.observed.iter().map(|(name, _)| (name.clone(), 0.0)).collect();
         let at_rest: Vec<(&str, f64)> = at_rest.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let mut before = law.covariance();
         for _ in 0..MOST_INSTANTS {
-            let before = self.covariance.clone();
             self.step(&at_rest)?;
-            let scale = self.covariance.amax().max(f64::MIN_POSITIVE);
-            if (&self.covariance - before).amax() <= 1e-14 * scale {
-                self.mean = mean;
+            let covariance = self.law.covariance();
+            let scale = covariance.amax().max(f64::MIN_POSITIVE);
+            if (&covariance - before).amax() <= 1e-14 * scale {
+                self.law.take_means(&law);
                 return Ok(());
             }
+            before = covariance;
         }
         Err(Error::input("covariance", "it does not settle: something is carried that nothing observes"))
     }
 }
 
-/// One component of a variable, as a row over the rows before it.
+/// Whether a variable without a noise of its own may be observed.
+fn observes_dirac(plan: &Gaussian) -> bool {
+    let observed: HashSet<VariableId> = plan.observed.iter().copied().collect();
+    let diracs =
+        plan.sources.iter().filter(|source| source.deviation.is_none()).map(|source| source.variable);
+    let previous = plan.carried.iter().map(|(_, previous)| *previous);
+    diracs.chain(previous).any(|variable| observed.contains(&variable))
+}
+
+/// Conditions a law on an observation; gives ln of its density.
+fn observe(law: &mut NormalLaw, row: usize, value: f64, name: &str, question: &str) -> Result<f64, Error> {
+    if !value.is_finite() {
+        return Err(Error::input(name, format!("an observation must be finite, but it is {value}")));
+    }
+    let determined = law.mean(row);
+    law.observe(row, value).ok_or_else(|| {
+        let reason = format!(
+            "`{name} = {value}` cannot be: what is observed before it determines `{name}`, to be {determined}"
+        );
+        Error::Impossible(Impossible { question: question.to_owned(), reason: Some(reason) })
+    })
+}
+
+/// One component of a variable, as a linear form of the rows before it.
 fn extension(
     model: &Model,
     source: &Source,
     component: usize,
     rows: &HashMap<(VariableId, usize), usize>,
-    size: usize,
     parameter: &dyn Fn(&str) -> f64,
 ) -> Result<Extension, Error> {
-    let (form, variance) = law_of(model, source, component, parameter)?;
-    let mut coefficients = DVector::zeros(size);
-    for (variable, coefficient) in &form.coefficients {
-        coefficients[rows[variable]] = *coefficient;
-    }
-    Ok(Extension { coefficients, constant: form.constant, variance })
+    let (form, deviation) = law_of(model, source, component, parameter)?;
+    let terms = form.coefficients.iter().map(|(variable, coefficient)| (rows[variable], *coefficient));
+    Ok(Extension { terms: terms.collect(), constant: form.constant, deviation })
 }
 
-/// The mean of a component of a variable, linear in others, and the variance of its own noise.
+/// The mean of a component of a variable, linear in others, and the deviation of its own noise.
 fn law_of(
     model: &Model,
     source: &Source,
@@ -326,23 +306,5 @@ fn law_of(
     if let Some(number) = numbers.find(|number| !number.is_finite()) {
         return Err(refused(format!("the mean is {}, but it must be a finite number", written(number))));
     }
-    Ok((form, variance))
-}
-
-/// K = Σ Hᵀ (H Σ Hᵀ)⁻¹, and H Σ Hᵀ.
-fn gain(
-    observed: &[(&str, usize, f64)],
-    covariance: &DMatrix<f64>,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
-    let rows: Vec<usize> = observed.iter().map(|(_, row, _)| *row).collect();
-    let cross = covariance.select_columns(&rows);
-    let innovation = cross.select_rows(&rows);
-    let inverse = innovation.clone().cholesky().ok_or_else(|| {
-        let names: Vec<_> = observed.iter().map(|(name, _, _)| *name).collect();
-        Error::input(
-            names.join(" "),
-            "its observations have no density together: one follows from the others",
-        )
-    })?;
-    Ok((cross * inverse.inverse(), innovation))
+    Ok((form, deviation))
 }

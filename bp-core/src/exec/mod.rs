@@ -12,8 +12,8 @@ mod lanes;
 pub mod scalar;
 pub mod values;
 
-pub(crate) use gaussian::condition;
 pub use gaussian::{Belief, Filter};
+pub(crate) use gaussian::{NormalLaw, condition};
 pub use guarded::Guarded;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};

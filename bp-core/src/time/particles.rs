@@ -47,6 +47,8 @@ pub(super) struct Moves<'s> {
     setting: &'s Setting<'s>,
     /// The slots that are not drawn.
     linear: Vec<bool>,
+    /// Whether one of these may have no noise of its own.
+    dirac: bool,
     /// What X^-1 is before the first instant, and what an instant says.
     before: Vec<(Instance, Vec<usize>)>,
     now: Vec<(Instance, Vec<usize>)>,
@@ -63,6 +65,11 @@ impl<'s> Moves<'s> {
         let mut is_linear = vec![false; setting.slots()];
         linear.iter().for_each(|variable| is_linear[setting.slots_of(*variable)].fill(true));
         let model = setting.model;
+        let is_dirac = |variable: &VariableId| {
+            let form = model.factor_of(*variable).map(|factor| &model.factors[factor].form);
+            model.variables[*variable].previous_of.is_none()
+                && form.is_none_or(|form| form.as_normal().is_none())
+        };
         let with = |instance: Instance| {
             let right =
                 model.factors[instance.factor].right.iter().flat_map(|use_| setting.slots_of(use_.variable));
@@ -81,6 +88,7 @@ impl<'s> Moves<'s> {
             now,
             carried: carried.iter().flat_map(slots).collect(),
             linear: is_linear,
+            dirac: linear.iter().any(is_dirac),
         })
     }
 
@@ -98,8 +106,8 @@ impl<'s> Moves<'s> {
         let (streams, resampling) =
             (Streams::new(sampling.seed, "particles"), Streams::new(sampling.seed, "resampling"));
         let begin = |number: usize| {
-            let mut particle =
-                Particle { values: Observations::none(self.setting).values, law: Normal::default() };
+            let values = Observations::none(self.setting).values;
+            let mut particle = Particle { values, law: Normal::new(self.dirac) };
             // What is carried without a form is at rest.
             for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
                 if particle.values[*before] == 0.0 {
@@ -202,7 +210,6 @@ impl<'s> Moves<'s> {
         particle: &mut Particle,
     ) -> Result<f64, Error> {
         let slot = instance.left[0];
-        let name = || self.setting.slot_name(slot);
         // The coefficients are what the mean gains where one parent is 1 and the others are 0.
         let mut at = particle.values.clone();
         parents.iter().for_each(|parent| at[*parent] = 0.0);
@@ -218,13 +225,9 @@ impl<'s> Moves<'s> {
             coefficients.push((*parent, mean(&at)?.0 - constant));
             at[*parent] = 0.0;
         }
-        particle.law.extend(slot, &coefficients, constant, deviation * deviation);
+        particle.law.extend(slot, &coefficients, constant, deviation);
         particle.values[slot] = f64::NAN;
-        if observed.is_nan() {
-            return Ok(0.0);
-        }
-        let told = "its observations have no density together: one follows from the others";
-        particle.law.observe(slot, observed).ok_or_else(|| Error::input(name(), told))
+        Ok(if observed.is_nan() { 0.0 } else { particle.law.observe(slot, observed) })
     }
 }
 

@@ -1,35 +1,37 @@
 //! Looking back, and ahead: what later observations say of earlier instants, and what follows without any.
 //!
-//! In: a filter, and the observations of each instant. Out: a [`Belief`] for each. Invariant: carried laws may be
-//! singular (a Dirac carries no noise of its own): the pseudo-inverse stands where there is no inverse.
+//! In: a filter, and the observations of each instant. Out: a [`Belief`] for each. Invariant: nothing is inverted, so that
+//! carried laws may be singular (a Dirac carries no noise of its own) or vague.
 //!
-//! With J the law of all of an instant, c the rows that are carried on, and (mˢ, Pˢ) the smoothed law of these:
-//! G = Cov(J, c) P_c⁺,  m_J ← m_J + G (mˢ − m_c),  Σ_J ← Σ_J + G (Pˢ − P_c) Gᵀ   (Rauch, Tung and Striebel 1965).
+//! The carried variables are c = m + R u with as many noises u as they need, and the whole instant is J = m + A u + B e.
+//! Later observations say something of u alone: its law is that of some more variables of the next instant, u = ū + U w.
+//! Then J = m + A ū + A U w + B e: the square-root form of Rauch, Tung and Striebel (1965).
 
-use super::{Belief, Filter, Joint};
-use crate::error::Error;
-use nalgebra::{DMatrix, DVector};
-
-/// An eigenvalue of the correlations below this is none.
-const SINGULAR: f64 = 1e-12;
+use super::law::NormalLaw;
+use super::{Belief, Filter};
+use crate::error::{Error, Impossible};
 
 impl Filter {
     /// The belief of each instant, given the observations up to it; what is not named was not observed.
     ///
     /// # Errors
-    /// An observation that is not finite, or that follows from the others.
+    /// An observation that is not finite, or that the others exclude.
     pub fn filtered(&mut self, instants: &[Vec<(&str, f64)>]) -> Result<Vec<Belief>, Error> {
-        instants.iter().map(|observed| self.advance(observed).map(|joint| self.belief(&joint))).collect()
+        let step = |(number, observed): (usize, &Vec<(&str, f64)>)| {
+            let (law, ln_evidence) = self.advance(self.predict(), observed).map_err(at(number))?;
+            self.law = law.select(self.carried.iter().copied()).reduced();
+            Ok(self.belief(&law.select(self.searched()), ln_evidence))
+        };
+        instants.iter().enumerate().map(step).collect()
     }
 
     /// The belief some instants from now, of which nothing is observed. The filter itself stays.
     pub fn predicted(&self, steps: usize) -> Result<Belief, Error> {
         let mut ahead = self.clone();
-        let mut joint = ahead.advance(&[])?;
         for _ in 1..steps {
-            joint = ahead.advance(&[])?;
+            ahead.law = ahead.predict().select(self.carried.iter().copied()).reduced();
         }
-        Ok(ahead.belief(&joint))
+        Ok(ahead.belief(&ahead.predict().select(self.searched()), 0.0))
     }
 
     /// The belief of each instant, given the observations of all.
@@ -37,41 +39,40 @@ impl Filter {
     /// # Errors
     /// As [`Filter::filtered`].
     pub fn smoothed(&mut self, instants: &[Vec<(&str, f64)>]) -> Result<Vec<Belief>, Error> {
-        let mut joints: Vec<Joint> =
-            instants.iter().map(|observed| self.advance(observed)).collect::<Result<_, _>>()?;
-        let start = self.carried.len();
-        for instant in (1..joints.len()).rev() {
-            let (mean, covariance) = {
-                let after = &joints[instant];
-                (
-                    after.mean.rows(0, start).into_owned(),
-                    after.covariance.view((0, 0), (start, start)).into_owned(),
-                )
-            };
-            joints[instant - 1].learn(&self.carried, &mean, &covariance);
+        // The law of what is searched, and of the noises that the instant before handed on.
+        let mut steps = Vec::with_capacity(instants.len());
+        for (number, observed) in instants.iter().enumerate() {
+            let mut law = self.predict();
+            let noises = law.len()..law.len() + self.law.noises();
+            (0..self.law.noises()).for_each(|noise| law.extend_by_noise(noise));
+            let (mut law, ln_evidence) = self.advance(law, observed).map_err(at(number))?;
+            let on = law.concentrate(self.carried.clone());
+            self.law = law.select(self.carried.iter().copied());
+            self.law.keep_noises(on);
+            let law = law.select(self.searched().chain(noises));
+            steps.push((law, ln_evidence));
         }
-        Ok(joints.iter().map(|joint| self.belief(joint)).collect())
+        let mut later: Option<NormalLaw> = None;
+        let mut beliefs = Vec::with_capacity(steps.len());
+        for (mut law, ln_evidence) in steps.into_iter().rev() {
+            if let Some(later) = &later {
+                law.replace_noises(later);
+            }
+            let searched = self.searched.len();
+            beliefs.push(self.belief(&law.select(0..searched), ln_evidence));
+            later = Some(law.select(searched..law.len()).reduced());
+        }
+        beliefs.reverse();
+        Ok(beliefs)
     }
 }
 
-impl Joint {
-    /// Takes in what later instants say of the rows that were carried on.
-    fn learn(&mut self, carried: &[usize], mean: &DVector<f64>, covariance: &DMatrix<f64>) {
-        let cross = self.covariance.select_columns(carried);
-        let own = cross.select_rows(carried);
-        let gain = cross * pseudo_inverse(&own);
-        self.mean += &gain * (mean - self.mean.select_rows(carried));
-        let smoothed = &self.covariance + &gain * (covariance - own) * gain.transpose();
-        self.covariance = (&smoothed + smoothed.transpose()) * 0.5;
+/// An error that says at which instant it arose.
+fn at(number: usize) -> impl Fn(Error) -> Error {
+    move |error| match error {
+        Error::Impossible(Impossible { question, reason }) => {
+            Error::Impossible(Impossible { question: format!("{question}, instant {}", number + 1), reason })
+        }
+        error => error,
     }
-}
-
-/// Of the matrix of correlations, so that variances of different sizes are judged alike.
-fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let scale = matrix.diagonal().map(|variance| if variance > 0.0 { 1.0 / variance.sqrt() } else { 0.0 });
-    let scale = DMatrix::from_diagonal(&scale);
-    let eigen = (&scale * matrix * &scale).symmetric_eigen();
-    let inverse = eigen.eigenvalues.map(|value| if value > SINGULAR { 1.0 / value } else { 0.0 });
-    let inverse = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
-    &scale * inverse * &scale
 }
