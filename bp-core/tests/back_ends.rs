@@ -180,6 +180,25 @@ fn a_loop_of_zeros() {
     }
 }
 
+/// Y says nothing of V where K is known; but it must be possible, and its density is e^−10⁶.
+#[test]
+fn a_density_below_all_numbers_is_possible() {
+    let text = "program Far {
+        variables { K, V : bool; Y : real; }
+        decomposition { P(K) P(V | K) P(Y | K) }
+        forms {
+            P(K) = uniform;
+            P(V | K) = table { 0.75, 0.25; 0.5, 0.5; };
+            P(Y | K) = if K { normal(2, 0.0625) } else { exponential(5000) };
+        }
+        question q { P(V | K, Y = 90) }
+    }";
+    for kernel in kernels(text, "q", Options::default()) {
+        let truth = everywhere("far", &kernel, &Given::default());
+        assert_eq!(truth.arrays[0].1, [0.75, 0.25, 0.5, 0.5]);
+    }
+}
+
 /// Lines of sight that are so long that their loops stay loops.
 #[test]
 fn long_rays() {

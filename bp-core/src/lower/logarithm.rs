@@ -80,7 +80,7 @@ impl Lowering<'_> {
         densities
     }
 
-    fn is_density(&self, factor: &Factor) -> bool {
+    pub(super) fn is_density(&self, factor: &Factor) -> bool {
         let finite = factor.left.iter().all(|left| self.model.variables[left.variable].domain.is_finite());
         !finite && !matches!(factor.form, Form::Dirac(_) | Form::Ask { .. })
     }
@@ -144,7 +144,7 @@ impl Lowering<'_> {
     }
 
     /// ln of a factor; under `prod`s, the sum over their indices.
-    fn ln_factor(&mut self, id: FactorId) -> Result<ValueId, Error> {
+    pub(super) fn ln_factor(&mut self, id: FactorId) -> Result<ValueId, Error> {
         self.over_products(id, Fold::Sum, &mut |lowering, factor| {
             let left = match factor.left.as_slice() {
                 [left] if lowering.is_density(factor) => left,

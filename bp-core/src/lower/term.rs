@@ -7,7 +7,7 @@ use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{AxisId, TermId, ValueId, VariableId};
 use crate::kernel::Fold;
-use crate::operators::Binary;
+use crate::operators::{Binary, Unary};
 use crate::plan::{Binding, Term};
 
 /// The longest sum that is written out.
@@ -73,11 +73,22 @@ impl Lowering<'_> {
                 self.only_if(holds, inside)
             }
             Term::Possible(factor) => {
-                // What is NaN stays so.
-                let (value, zero) = (self.factor(factor)?, self.builder.constant(0.0));
-                let (one, positive) =
-                    (self.builder.constant(1.0), self.builder.binary(Binary::Greater, value, zero));
-                self.builder.select(positive, one, value)
+                // What is NaN stays so. A density may be smaller than any number: code that has no second run asks for
+                // its logarithm.
+                let is_density = self.is_density(&self.model.factors[factor]);
+                let (asked, least, otherwise) = match is_density && !self.runs_anew {
+                    true => {
+                        let ln = self.ln_factor(factor)?;
+                        (ln, f64::NEG_INFINITY, self.builder.unary(Unary::Exponential, ln))
+                    }
+                    false => {
+                        let value = self.factor(factor)?;
+                        (value, 0.0, value)
+                    }
+                };
+                let (one, least) = (self.builder.constant(1.0), self.builder.constant(least));
+                let possible = self.builder.binary(Binary::Greater, asked, least);
+                self.builder.select(possible, one, otherwise)
             }
             Term::Product(factors) => {
                 // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
@@ -181,7 +192,7 @@ impl Lowering<'_> {
         let (zero, count) = (self.builder.constant(0.0), self.count_of(extent, 0));
         let above = self.builder.binary(Binary::GreaterOrEqual, ordinal, zero);
         let below = self.builder.binary(Binary::Less, ordinal, count);
-        let whole = self.builder.unary(crate::operators::Unary::Floor, ordinal);
+        let whole = self.builder.unary(Unary::Floor, ordinal);
         let whole = self.builder.binary(Binary::Equal, ordinal, whole);
         let inside = self.builder.binary(Binary::And, above, below);
         Ok((self.builder.binary(Binary::And, inside, whole), holds))
