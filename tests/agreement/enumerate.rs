@@ -1,9 +1,10 @@
 //! Answers by enumeration of all assignments.
 //!
 //! In: a [`Program`] and an [`Ask`]. Out: the rows that its answer must have, and ln P(evidence). Invariant: sums and
-//! maxima over all assignments, in the order of the definitions; nothing is eliminated, cancelled or substituted.
+//! maxima over all assignments, in the order of the definitions; nothing is eliminated, cancelled or substituted. Weights
+//! are logarithms.
 
-use crate::program::{Assignment, Domain, Program};
+use crate::program::{Assignment, Domain, Program, ln_sum};
 use std::collections::BTreeMap;
 
 #[derive(Clone, Debug)]
@@ -67,7 +68,7 @@ pub(crate) fn values(program: &Program, slots: &[usize]) -> Vec<Vec<usize>> {
     all
 }
 
-/// Every assignment of the finite variables with its probability; reals are not known, and integrate to one.
+/// Every possible assignment of the finite variables with ln of its probability; reals are not known, and integrate to one.
 pub(crate) fn enumerate(program: &Program) -> Vec<(Assignment, f64)> {
     let finite: Vec<usize> = (0..program.variables.len())
         .filter(|variable| program.variables[*variable].domain != Domain::Real)
@@ -76,10 +77,23 @@ pub(crate) fn enumerate(program: &Program) -> Vec<(Assignment, f64)> {
     let all = values(program, &slots).into_iter().map(|values| {
         let mut at = vec![f64::NAN; program.slots()];
         slots.iter().zip(values).for_each(|(slot, value)| at[*slot] = value as f64);
-        let p = program.joint(&finite, &at);
-        (at, p)
+        let ln = program.ln_joint(&finite, &at);
+        (at, ln)
     });
-    all.filter(|(_, p)| *p > 0.0).collect()
+    all.filter(|(_, ln)| is_possible(*ln)).collect()
+}
+
+pub(crate) fn is_possible(ln: f64) -> bool {
+    ln > f64::NEG_INFINITY
+}
+
+/// ln Σ of the weights of those that satisfy a condition.
+pub(crate) fn ln_sum_of<'a>(
+    all: impl IntoIterator<Item = &'a (Assignment, f64)>,
+    is: impl Fn(&Assignment) -> bool,
+) -> f64 {
+    let own = all.into_iter().filter(|(at, _)| is(at)).map(|(_, ln)| *ln);
+    ln_sum(&own.collect::<Vec<f64>>())
 }
 
 fn slots(program: &Program, variables: &[usize]) -> Vec<usize> {
@@ -97,7 +111,8 @@ fn has(at: &[f64], slots: &[usize], values: &[usize]) -> bool {
     slots.iter().zip(values).all(|(slot, value)| at[*slot] == *value as f64)
 }
 
-/// A distribution over the values of the searched slots for each context; none where the context is impossible.
+/// Logarithms of a distribution over the values of the searched slots for each context; none where the context is
+/// impossible.
 struct Conditional {
     contexts: Vec<(Names, Option<Vec<f64>>)>,
     /// ln P(evidence), but for soft evidence.
@@ -115,56 +130,49 @@ fn conditional(
         .flat_map(|(variable, _)| program.slots_of(*variable))
         .collect();
     let weighed: Vec<(Assignment, f64)> = (all.iter())
-        .map(|(at, p)| {
-            let (mut at, mut p) = (at.clone(), *p);
+        .map(|(at, ln)| {
+            let (mut at, mut ln) = (at.clone(), *ln);
             for (variable, evidence) in known {
                 let of = program.slots_of(*variable);
                 match evidence {
-                    Evidence::Hard(values) if !has(&at, &of.clone().collect::<Vec<_>>(), values) => p = 0.0,
+                    Evidence::Hard(values) if !has(&at, &of.clone().collect::<Vec<_>>(), values) => {
+                        ln = f64::NEG_INFINITY;
+                    }
                     Evidence::Real(value) => {
                         at[of.start] = *value;
-                        p *= program.density(&program.factors[*variable], 0, &at);
+                        ln += program.ln_density(&program.factors[*variable], 0, &at);
                     }
-                    Evidence::Virtual(weights) => p *= weights[at[of.start] as usize] / most(weights),
+                    Evidence::Virtual(weights) => ln += weights[at[of.start] as usize].ln(),
                     _ => {}
                 }
             }
-            (at, p)
+            (at, ln)
         })
-        .filter(|(_, p)| *p > 0.0)
+        .filter(|(_, ln)| is_possible(*ln))
         .collect();
-    let scale = |(_, evidence): &(usize, Evidence)| match evidence {
-        Evidence::Virtual(weights) => most(weights).ln(),
-        _ => 0.0,
-    };
-    let ln_evidence = weighed.iter().map(|(_, p)| p).sum::<f64>().ln() + known.iter().map(scale).sum::<f64>();
+    let ln_evidence = ln_sum_of(&weighed, |_| true);
     let context = |context: &Vec<usize>| {
         let mut own: Vec<(Assignment, f64)> =
             weighed.iter().filter(|(at, _)| has(at, &each, context)).cloned().collect();
         for (variable, soft) in known {
             let Evidence::Soft(wanted) = soft else { continue };
             let slot = program.slot(*variable, 0);
-            let mut masses = vec![0.0; wanted.len()];
-            own.iter().for_each(|(at, p)| masses[at[slot] as usize] += p);
-            if masses.iter().zip(wanted).any(|(mass, wanted)| *mass == 0.0 && *wanted > 0.0) {
+            let mass = |value: usize| ln_sum_of(&own, |at| at[slot] == value as f64);
+            let masses: Vec<f64> = (0..wanted.len()).map(mass).collect();
+            if masses.iter().zip(wanted).any(|(mass, wanted)| !is_possible(*mass) && *wanted > 0.0) {
                 return None;
             }
-            own.iter_mut().for_each(|(at, p)| *p *= wanted[at[slot] as usize] / masses[at[slot] as usize]);
+            own.iter_mut()
+                .for_each(|(at, ln)| *ln += wanted[at[slot] as usize].ln() - masses[at[slot] as usize]);
+            own.retain(|(_, ln)| is_possible(*ln));
         }
-        let total: f64 = own.iter().map(|(_, p)| p).sum();
-        let mass = |values: Vec<usize>| {
-            own.iter().filter(|(at, _)| has(at, searched, &values)).map(|(_, p)| p).sum::<f64>() / total
-        };
-        (total > 0.0).then(|| values(program, searched).into_iter().map(mass).collect())
+        let total = ln_sum_of(&own, |_| true);
+        let ln = |values: Vec<usize>| ln_sum_of(&own, |at| has(at, searched, &values)) - total;
+        is_possible(total).then(|| values(program, searched).into_iter().map(ln).collect())
     };
     let contexts = values(program, &each);
     let contexts = contexts.iter().map(|values| (names(program, &each, values), context(values))).collect();
     Conditional { contexts, ln_evidence }
-}
-
-/// The largest of some weights: likelihoods are divided by it, since several may be too large or too small together.
-pub(crate) fn most(weights: &[f64]) -> f64 {
-    weights.iter().copied().fold(0.0, f64::max)
 }
 
 fn entropy(probabilities: impl IntoIterator<Item = f64>) -> f64 {
@@ -184,7 +192,8 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
     let ln_evidence = (event && !soft).then_some(found.ln_evidence);
     let cells = values(program, &searched);
     let both = |context: &Names, more: Names| context.clone().into_iter().chain(more).collect::<Names>();
-    let possible = || found.contexts.iter().filter_map(|(names, p)| Some((names, p.as_ref()?)));
+    let exp = |ln: &Vec<f64>| -> Vec<f64> { ln.iter().map(|ln| ln.exp()).collect() };
+    let possible = || found.contexts.iter().filter_map(|(names, ln)| Some((names, exp(ln.as_ref()?))));
     let number = |slot: usize, value: usize| program.number_of(program.variable_of(slot), value as f64);
     let marginal = |p: &[f64], place: usize, value: usize| -> f64 {
         cells.iter().zip(p).filter(|(cell, _)| cell[place] == value).map(|(_, p)| p).sum()
@@ -192,9 +201,9 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
     let mut rows = Vec::new();
     match &ask.statistic {
         Statistic::Distribution => {
-            for (context, p) in &found.contexts {
+            for (context, ln) in &found.contexts {
                 for (place, cell) in cells.iter().enumerate() {
-                    let p = p.as_ref().map_or(0.0, |p| p[place]);
+                    let p = ln.as_ref().map_or(0.0, |ln| ln[place].exp());
                     rows.push((both(context, names(program, &searched, cell)), p));
                 }
             }
@@ -202,7 +211,7 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
         Statistic::Maximum | Statistic::Argmax | Statistic::Best(_) => {
             let best = possible().map(|(context, p)| {
                 let row = |(cell, p): (&Vec<usize>, &f64)| (names(program, &searched, cell), *p);
-                let mut best: Vec<(Names, f64)> = cells.iter().zip(p).map(row).collect();
+                let mut best: Vec<(Names, f64)> = cells.iter().zip(&p).map(row).collect();
                 best.sort_by(|one, other| other.1.total_cmp(&one.1));
                 (context.clone(), best)
             });
@@ -214,10 +223,11 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
         Statistic::Expectation | Statistic::Variance => {
             for (context, p) in possible() {
                 for (place, slot) in searched.iter().enumerate() {
-                    let mean: f64 = cells.iter().zip(p).map(|(cell, p)| number(*slot, cell[place]) * p).sum();
+                    let mean: f64 =
+                        cells.iter().zip(&p).map(|(cell, p)| number(*slot, cell[place]) * p).sum();
                     let about = |x: f64| (x - mean).powi(2);
                     let variance =
-                        cells.iter().zip(p).map(|(cell, p)| about(number(*slot, cell[place])) * p).sum();
+                        cells.iter().zip(&p).map(|(cell, p)| about(number(*slot, cell[place])) * p).sum();
                     let figure = if ask.statistic == Statistic::Variance { variance } else { mean };
                     rows.push((both(context, [(program.slot_name(*slot), String::new())].into()), figure));
                 }
@@ -227,7 +237,7 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
             for (context, p) in possible() {
                 let alone = |place: usize| {
                     let count = program.count(program.variable_of(searched[place]));
-                    entropy((0..count).map(|value| marginal(p, place, value)))
+                    entropy((0..count).map(|value| marginal(&p, place, value)))
                 };
                 rows.push((context.clone(), alone(0) + alone(1) - entropy(p.iter().copied())));
             }
@@ -235,8 +245,9 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
         Statistic::Divergence => {
             let second = conditional(program, all, &searched, &ask.from);
             let Some(second) = &second.contexts[0].1 else { return Expected::Impossible };
-            for (context, first) in possible() {
-                let term = |(p, q): (&f64, &f64)| if *p > 0.0 { p * (p / q).ln() } else { 0.0 };
+            for (context, first) in &found.contexts {
+                let Some(first) = first else { continue };
+                let term = |(p, q): (&f64, &f64)| if is_possible(*p) { p.exp() * (p - q) } else { 0.0 };
                 rows.push((context.clone(), first.iter().zip(second).map(term).sum()));
             }
         }

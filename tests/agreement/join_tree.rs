@@ -3,7 +3,7 @@
 //! In: a finite program and the hard and virtual evidence of an ask. Out: the verdict on the posteriors of all variables,
 //! on ln P(evidence), and on the most probable assignment. Invariant: sums and maxima over all assignments.
 
-use crate::enumerate::{Ask, Evidence, most};
+use crate::enumerate::{Ask, Evidence, is_possible, ln_sum_of};
 use crate::program::{Assignment, Program};
 use crate::question::near;
 use bp_core::error::Error;
@@ -18,7 +18,7 @@ pub(crate) fn verdict(
     ask: &Ask,
 ) -> Result<(), String> {
     let (mut values, mut likelihoods) = (Vec::new(), Vec::new());
-    let (mut weighed, mut ln_scale) = (all.to_vec(), 0.0);
+    let mut weighed = all.to_vec();
     for (variable, evidence) in &ask.known {
         let slots = program.slots_of(*variable);
         match evidence {
@@ -30,16 +30,13 @@ pub(crate) fn verdict(
             }
             Evidence::Virtual(weights) => {
                 likelihoods.push((program.slot_name(slots.start), weights.clone()));
-                weighed
-                    .iter_mut()
-                    .for_each(|(at, p)| *p *= weights[at[slots.start] as usize] / most(weights));
-                ln_scale += most(weights).ln();
+                weighed.iter_mut().for_each(|(at, ln)| *ln += weights[at[slots.start] as usize].ln());
             }
             _ => {}
         }
     }
-    weighed.retain(|(_, p)| *p > 0.0);
-    let total: f64 = weighed.iter().map(|(_, p)| p).sum();
+    weighed.retain(|(_, ln)| is_possible(*ln));
+    let total = ln_sum_of(&weighed, |_| true);
     let named = Named::new(model.clone(), &[]).map_err(|error| format!("join tree: {error}"))?;
     let evidence = named
         .evidence(
@@ -53,20 +50,18 @@ pub(crate) fn verdict(
         .map_err(|error| format!("join tree: {error}"))?;
     let mut session = marginals.session();
     match session.ask(&evidence) {
-        Err(Error::Impossible(_) | Error::Contradiction { .. }) if total == 0.0 => return Ok(()),
-        Err(error) => return Err(format!("join tree: {error}; P(evidence) = {total}")),
-        Ok(()) if total == 0.0 => return Err("join tree: impossible evidence was answered".to_owned()),
+        Err(Error::Impossible(_) | Error::Contradiction { .. }) if !is_possible(total) => return Ok(()),
+        Err(error) => return Err(format!("join tree: {error}; ln P(evidence) = {total}")),
+        Ok(()) if !is_possible(total) => return Err("join tree: impossible evidence was answered".to_owned()),
         Ok(()) => {}
     }
-    let ln = total.ln() + ln_scale;
-    if !near(session.ln_evidence(), ln) {
-        return Err(format!("join tree: ln P = {}, expected {ln}", session.ln_evidence()));
+    if !near(session.ln_evidence(), total) {
+        return Err(format!("join tree: ln P = {}, expected {total}", session.ln_evidence()));
     }
     for slot in 0..program.slots() {
         let number = named.number_of(&program.slot_name(slot)).map_err(|error| error.to_string())?;
         for (value, found) in session.posterior(number, &evidence).into_iter().enumerate() {
-            let with = weighed.iter().filter(|(at, _)| at[slot] == value as f64);
-            let expected = with.map(|(_, p)| p).sum::<f64>() / total;
+            let expected = (ln_sum_of(&weighed, |at| at[slot] == value as f64) - total).exp();
             if !near(found, expected) {
                 let name = program.slot_name(slot);
                 return Err(format!("join tree: {name}, value {value}: {found}, expected {expected}"));
@@ -81,9 +76,9 @@ pub(crate) fn verdict(
             at[slot] == assignment[number] as f64
         })
     });
-    let best = weighed.iter().map(|(_, p)| *p).fold(0.0, f64::max);
+    let best = weighed.iter().map(|(_, ln)| *ln).fold(f64::NEG_INFINITY, f64::max);
     match chosen {
-        Some((_, p)) if near(p / best, 1.0) => Ok(()),
-        other => Err(format!("mpe: {assignment:?} has {:?} of {best}", other.map(|(_, p)| p))),
+        Some((_, ln)) if near((ln - best).exp(), 1.0) => Ok(()),
+        other => Err(format!("mpe: {assignment:?} has ln P = {:?} of {best}", other.map(|(_, ln)| ln))),
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! The environment variable `PROGRAMS` sets how many programs are drawn, `FIRST_SEED` where their seeds begin.
 
+mod back_ends;
 mod enumerate;
 mod estimated;
 mod gaussian;
@@ -82,6 +83,9 @@ fn asked(random: &mut Random, limits: Limits) -> Result<(), String> {
         let found = compile(&model, &question).and_then(|compiled| compiled.ask(&inputs));
         let told = |why: String| format!("{text}{words}\n{why}");
         question::verdict(&ask, &found, &expected).map_err(told)?;
+        if random.one_in(3) {
+            back_ends::verdict(&model, (&ask, &question), &given, random.one_in(4)).map_err(told)?;
+        }
         if program.variables.iter().all(|variable| variable.domain != Domain::Real) {
             join_tree::verdict(&program, &model, &joint, &ask).map_err(told)?;
         }

@@ -1,11 +1,11 @@
 //! Questions over time, held to the sum over all histories.
 //!
-//! In: a program with carried variables, and what is observed at each instant. Out: the verdict on what is filtered,
-//! predicted, smoothed and decoded. Invariant: a history is a state before the first instant and an outcome at each; its
-//! weight is a product of factors, read one by one.
+//! In: a program with carried variables and families, what is observed at each instant, a likelihood that holds at all of
+//! them. Out: the verdict on what is filtered, predicted, smoothed and decoded. Invariant: a history is a state before the
+//! first instant and an outcome at each; its weight is a product of factors, read one by one, and added as logarithms.
 
-use crate::enumerate::{Names, values};
-use crate::program::{Domain, Program};
+use crate::enumerate::{Names, is_possible, values};
+use crate::program::{Domain, Program, ln_sum};
 use crate::question::{near, rows};
 use crate::random::{Limits, Random, program};
 use crate::{accepted, question_of};
@@ -21,6 +21,9 @@ use std::path::Path;
 /// Histories, at most.
 const MOST: usize = 20_000;
 
+/// Values of what is searched, at most.
+const MOST_OUTCOMES: usize = 64;
+
 struct World {
     program: Program,
     /// The slots of X^-1, and those of X.
@@ -30,9 +33,11 @@ struct World {
     searched: Vec<usize>,
     /// What was observed at each instant: a slot and its value.
     instants: Vec<Vec<(usize, f64)>>,
+    /// A likelihood of a slot's values, at every instant that is given.
+    likelihood: Option<(usize, Vec<f64>)>,
 }
 
-/// Weights of what an instant may be: state before, state after, values of what is searched.
+/// ln of the weights of what an instant may be: state before, state after, values of what is searched.
 type Steps = Vec<(usize, usize, usize, f64)>;
 
 impl World {
@@ -45,17 +50,18 @@ impl World {
     }
 
     fn start(&self) -> Vec<f64> {
-        let variables: Vec<usize> = self.before.iter().map(|slot| self.program.variable_of(*slot)).collect();
+        let is_before = |one: &usize| self.program.variables[*one].previous_of.is_some();
+        let variables: Vec<usize> = (0..self.program.variables.len()).filter(is_before).collect();
         let weigh = |values: Vec<usize>| {
             let mut at = vec![f64::NAN; self.program.slots()];
             self.before.iter().zip(values).for_each(|(slot, value)| at[*slot] = value as f64);
-            self.program.joint(&variables, &at)
+            self.program.ln_joint(&variables, &at)
         };
         values(&self.program, &self.before).into_iter().map(weigh).collect()
     }
 
     /// Each possible (state before, state, outcome) with the sum of all that happens in between.
-    fn steps(&self, observed: &[(usize, f64)]) -> Steps {
+    fn steps(&self, observed: &[(usize, f64)], likelihood: Option<&(usize, Vec<f64>)>) -> Steps {
         let program = &self.program;
         let is_before = |variable: &usize| program.variables[*variable].previous_of.is_some();
         let seen =
@@ -67,29 +73,36 @@ impl World {
         let free: Vec<usize> = (all.filter(|one| !real(one)).flat_map(|one| program.slots_of(one)))
             .filter(|slot| observed.iter().all(|(own, _)| own != slot))
             .collect();
-        let mut sums: HashMap<(usize, usize, usize), f64> = HashMap::new();
+        let mut sums: HashMap<(usize, usize, usize), Vec<f64>> = HashMap::new();
         for values in values(program, &free) {
             let mut at = vec![f64::NAN; program.slots()];
             observed.iter().for_each(|(slot, value)| at[*slot] = *value);
             free.iter().zip(values).for_each(|(slot, value)| at[*slot] = value as f64);
-            let weight = program.joint(&now, &at);
-            if weight > 0.0 {
+            let weigh = |(slot, weights): &(usize, Vec<f64>)| weights[at[*slot] as usize].ln();
+            let ln = program.ln_joint(&now, &at) + likelihood.map_or(0.0, weigh);
+            if is_possible(ln) {
                 let place = |slots: &[usize]| self.place(slots, &at);
                 let key = (place(&self.before), place(&self.carried), place(&self.searched));
-                *sums.entry(key).or_insert(0.0) += weight;
+                sums.entry(key).or_default().push(ln);
             }
         }
-        let mut steps: Steps = sums.into_iter().map(|((a, b, c), weight)| (a, b, c, weight)).collect();
+        let mut steps: Steps = sums.into_iter().map(|((a, b, c), all)| (a, b, c, ln_sum(&all))).collect();
         steps.sort_by_key(|step| (step.0, step.1, step.2));
         steps
     }
 
-    /// Calls back with every history: the outcome of each instant, and its weight.
-    fn histories(&self, steps: &[Steps], each: &mut dyn FnMut(&[usize], f64)) {
-        let mut outcomes = Vec::new();
-        for (state, p) in self.start().into_iter().enumerate().filter(|(_, p)| *p > 0.0) {
-            follow(steps, state, p, &mut outcomes, each);
-        }
+    /// Calls back with every possible history: the outcome of each instant, and its weight as a share of the largest.
+    /// Gives ln of the largest.
+    fn histories(&self, steps: &[Steps], each: &mut dyn FnMut(&[usize], f64)) -> f64 {
+        let all = |each: &mut dyn FnMut(&[usize], f64)| {
+            for (state, ln) in self.start().into_iter().enumerate().filter(|(_, ln)| is_possible(*ln)) {
+                follow(steps, state, ln, &mut Vec::new(), each);
+            }
+        };
+        let mut most = f64::NEG_INFINITY;
+        all(&mut |_, ln| most = most.max(ln));
+        all(&mut |history, ln| each(history, (ln - most).exp()));
+        most
     }
 
     fn names(&self, outcome: usize) -> Names {
@@ -105,14 +118,14 @@ impl World {
 fn follow(
     steps: &[Steps],
     state: usize,
-    p: f64,
+    ln: f64,
     outcomes: &mut Vec<usize>,
     each: &mut dyn FnMut(&[usize], f64),
 ) {
-    let Some((first, rest)) = steps.split_first() else { return each(outcomes, p) };
+    let Some((first, rest)) = steps.split_first() else { return each(outcomes, ln) };
     for (_, next, outcome, weight) in first.iter().filter(|step| step.0 == state) {
         outcomes.push(*outcome);
-        follow(rest, *next, p * weight, outcomes, each);
+        follow(rest, *next, ln + weight, outcomes, each);
         outcomes.pop();
     }
 }
@@ -121,20 +134,31 @@ fn world(random: &mut Random) -> (World, Model) {
     let carried = 1 + random.below(2);
     let limits = Limits { variables: 3, assignments: 1500, families: true, reals: 1, carried };
     let (program, model) = accepted(random, |random| program(random, limits));
-    let before: Vec<usize> = (0..carried).map(|one| program.slot(one, 0)).collect();
-    let own: Vec<usize> = (carried..2 * carried).map(|one| program.slot(one, 0)).collect();
+    let before: Vec<usize> = (0..carried).flat_map(|one| program.slots_of(one)).collect();
+    let own: Vec<usize> = (carried..2 * carried).flat_map(|one| program.slots_of(one)).collect();
     // Besides the carried ones, something else may be searched.
     let mut searched = own.clone();
+    let mut likelihood = None;
     let others: Vec<usize> = (2 * carried..program.variables.len())
         .filter(|one| program.variables[*one].domain != Domain::Real)
         .collect();
     let mut observed: Vec<usize> = Vec::new();
     for other in others {
-        match random.below(4) {
-            0 if searched.len() == own.len() && program.variables[other].family.is_none() => {
-                searched.extend(program.slots_of(other))
+        match random.below(5) {
+            0 => {
+                let more: Vec<usize> = searched.iter().copied().chain(program.slots_of(other)).collect();
+                if values(&program, &more).len() <= MOST_OUTCOMES {
+                    searched = more;
+                }
             }
             1 | 2 => observed.push(other),
+            3 if likelihood.is_none() && program.variables[other].family.is_none() => {
+                let scale = [1.0, 1e-150, 1e150][random.below(3)];
+                let mut weights: Vec<f64> =
+                    (0..program.count(other)).map(|_| random.below(4) as f64 * scale).collect();
+                weights[random.below(program.count(other))] = 0.5 * scale;
+                likelihood = Some((program.slot(other, 0), weights));
+            }
             _ => {}
         }
     }
@@ -158,25 +182,26 @@ fn world(random: &mut Random) -> (World, Model) {
         instant
     };
     let instants = (0..length).map(|_| instant(random)).collect();
-    (World { program, before, carried: own, searched, instants }, model)
+    (World { program, before, carried: own, searched, instants, likelihood }, model)
 }
 
 /// A random program over time, and all four questions to it.
 pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let (mut world, model) = world(random);
-    let mut steps: Vec<Steps> = world.instants.iter().map(|observed| world.steps(observed)).collect();
+    let step = |observed: &Vec<(usize, f64)>| world.steps(observed, world.likelihood.as_ref());
+    let mut steps: Vec<Steps> = world.instants.iter().map(step).collect();
     let most = |steps: &[Steps]| steps.iter().map(|steps| steps.len().max(1) as f64).product::<f64>();
     while most(&steps) > MOST as f64 && steps.len() > 1 {
         steps.pop();
         world.instants.pop();
     }
     let ahead = 1 + random.below(2);
-    let free = world.steps(&[]);
+    let free = world.steps(&[], None);
     let outcomes = values(&world.program, &world.searched).len();
     let length = steps.len();
     let mut marginals = vec![vec![0.0; outcomes]; length];
     let (mut best, mut total) = (HashMap::<Vec<usize>, f64>::new(), 0.0);
-    world.histories(&steps, &mut |history, weight| {
+    let ln_most = world.histories(&steps, &mut |history, weight| {
         total += weight;
         history.iter().enumerate().for_each(|(instant, outcome)| marginals[instant][*outcome] += weight);
         *best.entry(history.to_vec()).or_insert(0.0) += weight;
@@ -198,11 +223,19 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
         names.dedup();
         names
     };
-    let mut observed: Vec<usize> = world.instants.iter().flatten().map(|(slot, _)| *slot).collect();
-    observed.sort_unstable();
-    observed.dedup();
-    let (searched, known) = (variables(&world.searched).join(" "), variables(&observed).join(" "));
-    let asked = if known.is_empty() { format!("P({searched})") } else { format!("P({searched} | {known})") };
+    let mut columns: Vec<usize> = world.instants.iter().flatten().map(|(slot, _)| *slot).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let (searched, observed) = (variables(&world.searched).join(" "), variables(&columns));
+    let likelihood = world.likelihood.as_ref().map(|(slot, weights)| {
+        let weights: Vec<String> = weights.iter().map(|weight| format!("{weight:e}")).collect();
+        format!("{} virtual [{}]", name(slot), weights.join(", "))
+    });
+    let known: Vec<String> = observed.into_iter().chain(likelihood).collect();
+    let asked = match known.is_empty() {
+        true => format!("P({searched})"),
+        false => format!("P({searched} | {})", known.join(", ")),
+    };
     // As a file, a row for each instant; a cell is empty where nothing was observed.
     let cell = |instant: &Vec<(usize, f64)>, slot: &usize| {
         let value = instant.iter().find(|(own, _)| own == slot).map(|(_, value)| *value);
@@ -214,15 +247,15 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
         }
     };
     let line = |cells: Vec<String>| format!("{}\n", cells.join(","));
-    let mut file = line(observed.iter().map(name).collect());
+    let mut file = line(columns.iter().map(name).collect());
     for instant in &world.instants {
-        file.push_str(&line(observed.iter().map(|slot| cell(instant, slot)).collect()));
+        file.push_str(&line(columns.iter().map(|slot| cell(instant, slot)).collect()));
     }
     let told = || format!("{text}{file}");
     let on = |question: &str| {
         let parsed = question_of(&model, question);
         // Of nothing observed there is no column.
-        let instants = match observed.is_empty() {
+        let instants = match columns.is_empty() {
             true => vec![Vec::new(); world.instants.len()],
             false => read_instants(
                 &model,
@@ -247,11 +280,11 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
                     rows(&answers[0])
                 ));
             }
-            Err(error) => return Err(format!("{}{words}\n{error}; P = {total}", told())),
+            Err(error) => return Err(format!("{}{words}\n{error}; ln P = {}", told(), ln_most + total.ln())),
         };
         let ln = answer.ln_evidence.unwrap_or(f64::NAN);
-        if !near(ln, total.ln()) {
-            return Err(format!("{}{words}\nln P = {ln}, expected {}", told(), total.ln()));
+        if !near(ln, ln_most + total.ln()) {
+            return Err(format!("{}{words}\nln P = {ln}, expected {}", told(), ln_most + total.ln()));
         }
         if let Some(estimate) = &answer.estimate {
             return Err(format!("{}{words}\nis estimated: {estimate:?}", told()));

@@ -1,7 +1,8 @@
 //! Programs as this test means them: their text, and what each factor says, written from the language's pages.
 //!
-//! In: a [`Program`]. Out: its text for the compiler, and the density of each factor at an assignment. Invariant: nothing
-//! here knows the library; every number is computed from these types alone.
+//! In: a [`Program`]. Out: its text for the compiler, and the logarithm of each factor at an assignment. Invariant: nothing
+//! here knows the library; every number is computed from these types alone. Products are sums of logarithms, which neither
+//! underflow nor overflow.
 
 use std::fmt::Write;
 
@@ -18,6 +19,7 @@ pub(crate) enum Domain {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Variable {
+    /// `X` for X^-1 as well.
     pub(crate) name: String,
     pub(crate) domain: Domain,
     /// The number of elements of a family.
@@ -25,6 +27,9 @@ pub(crate) struct Variable {
     /// The variable of which this is the value at the previous instant.
     pub(crate) previous_of: Option<usize>,
 }
+
+/// The element of a family whose index is that of the left-hand side.
+pub(crate) const OWN: usize = usize::MAX;
 
 /// A number: an element of a variable, or what is computed from several.
 #[derive(Clone, Debug)]
@@ -75,6 +80,15 @@ pub(crate) struct Program {
     pub(crate) factors: Vec<Factor>,
 }
 
+/// ln Σ exp of some logarithms; the largest of them is subtracted before the exponentials.
+pub(crate) fn ln_sum(logarithms: &[f64]) -> f64 {
+    let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    match most == f64::NEG_INFINITY {
+        true => most,
+        false => most + logarithms.iter().map(|ln| (ln - most).exp()).sum::<f64>().ln(),
+    }
+}
+
 /// A value for each slot (a variable, or an element of a family): the ordinal of a finite value, or a real.
 pub(crate) type Assignment = Vec<f64>;
 
@@ -102,10 +116,14 @@ impl Program {
 
     pub(crate) fn slot_name(&self, slot: usize) -> String {
         let variable = self.variable_of(slot);
-        match self.variables[variable].family {
-            Some(_) => format!("{}[{}]", self.variables[variable].name, slot - self.slot(variable, 0) + 1),
-            None => self.variables[variable].name.clone(),
-        }
+        self.element_text(variable, slot - self.slot(variable, 0))
+    }
+
+    /// A variable, or with an index an element of it: `X`, `X^-1`, `X[2]`, `X[i]^-1`.
+    fn written(&self, variable: usize, index: &str) -> String {
+        let Variable { name, family, previous_of, .. } = &self.variables[variable];
+        let index = if family.is_some() { index } else { "" };
+        format!("{name}{index}{}", if previous_of.is_some() { "^-1" } else { "" })
     }
 
     pub(crate) fn count(&self, variable: usize) -> usize {
@@ -134,12 +152,13 @@ impl Program {
         }
     }
 
-    fn number(&self, of: &Number, at: &[f64]) -> f64 {
+    /// What a number is for an element of the left-hand side.
+    fn number(&self, of: &Number, own: usize, at: &[f64]) -> f64 {
         match of {
             Number::Constant(number) => *number,
-            Number::Of(variable, element) => self.number_of(*variable, at[self.slot(*variable, *element)]),
+            Number::Of(variable, element) => self.number_of(*variable, self.at(*variable, *element, own, at)),
             Number::Binary(operator, one, other) => {
-                let (x, y) = (self.number(one, at), self.number(other, at));
+                let (x, y) = (self.number(one, own, at), self.number(other, own, at));
                 match *operator {
                     "+" => x + y,
                     "-" => x - y,
@@ -150,17 +169,23 @@ impl Program {
                 }
             }
             Number::If(condition, then, otherwise) => {
-                self.number(if self.truth(condition, at) { then } else { otherwise }, at)
+                self.number(if self.truth(condition, own, at) { then } else { otherwise }, own, at)
             }
         }
     }
 
-    fn truth(&self, of: &Truth, at: &[f64]) -> bool {
+    fn at(&self, variable: usize, element: usize, own: usize, at: &[f64]) -> f64 {
+        at[self.slot(variable, if element == OWN { own } else { element })]
+    }
+
+    fn truth(&self, of: &Truth, own: usize, at: &[f64]) -> bool {
         match of {
-            Truth::Is(variable, element) => at[self.slot(*variable, *element)] == 1.0,
-            Truth::Label(variable, element, ordinal) => at[self.slot(*variable, *element)] == *ordinal as f64,
+            Truth::Is(variable, element) => self.at(*variable, *element, own, at) == 1.0,
+            Truth::Label(variable, element, ordinal) => {
+                self.at(*variable, *element, own, at) == *ordinal as f64
+            }
             Truth::Compare(operator, one, other) => {
-                let (x, y) = (self.number(one, at), self.number(other, at));
+                let (x, y) = (self.number(one, own, at), self.number(other, own, at));
                 match *operator {
                     "<" => x < y,
                     "<=" => x <= y,
@@ -168,14 +193,14 @@ impl Program {
                     other => panic!("{other}"),
                 }
             }
-            Truth::Not(one) => !self.truth(one, at),
-            Truth::Both(one, other) => self.truth(one, at) && self.truth(other, at),
-            Truth::Either(one, other) => self.truth(one, at) || self.truth(other, at),
+            Truth::Not(one) => !self.truth(one, own, at),
+            Truth::Both(one, other) => self.truth(one, own, at) && self.truth(other, own, at),
+            Truth::Either(one, other) => self.truth(one, own, at) || self.truth(other, own, at),
         }
     }
 
-    /// P(left element | right), or its density.
-    pub(crate) fn density(&self, factor: &Factor, element: usize, at: &[f64]) -> f64 {
+    /// ln P(left element | right), or of its density.
+    pub(crate) fn ln_density(&self, factor: &Factor, element: usize, at: &[f64]) -> f64 {
         self.form(&factor.form, factor, element, at)
     }
 
@@ -188,65 +213,61 @@ impl Program {
             (0..self.count(left))
                 .map(|ordinal| {
                     at[slot] = ordinal as f64;
-                    self.number(of, &at)
+                    self.number(of, element, &at)
                 })
                 .collect()
         };
+        let sure = |is: bool| if is { 0.0 } else { f64::NEG_INFINITY };
         match form {
-            Form::Uniform => 1.0 / self.count(left) as f64,
+            Form::Uniform => -(self.count(left) as f64).ln(),
             Form::Table(rows) => {
                 let digits = factor.right.iter();
                 let row = digits.fold(0, |row, one| row * self.count(*one) + at[self.slot(*one, 0)] as usize);
-                f64::from(rows[row][value as usize]) / 16.0
+                (f64::from(rows[row][value as usize]) / 16.0).ln()
             }
             Form::Bernoulli(p) => {
-                let p = self.number(p, at);
-                if value == 1.0 { p } else { 1.0 - p }
+                let p = self.number(p, element, at);
+                if value == 1.0 { p.ln() } else { (1.0 - p).ln() }
             }
-            Form::Dirac(of) => f64::from(u8::from(self.number(of, at) == self.number_of(left, value))),
-            Form::DiracTruth(of) => f64::from(u8::from(self.truth(of, at) == (value == 1.0))),
+            Form::Dirac(of) => sure(self.number(of, element, at) == self.number_of(left, value)),
+            Form::DiracTruth(of) => sure(self.truth(of, element, at) == (value == 1.0)),
             Form::Weights(of) => {
                 let weights = each(of);
                 let total: f64 = weights.iter().sum();
-                if total > 0.0 { weights[value as usize] / total } else { 0.0 }
+                if total > 0.0 { (weights[value as usize] / total).ln() } else { f64::NEG_INFINITY }
             }
             Form::Normal(mean, deviation) => {
-                let mean = self.number(mean, at);
-                let bell = |x: f64| (-0.5 * ((x - mean) / deviation).powi(2)).exp();
+                let mean = self.number(mean, element, at);
+                let bell = |x: f64| -0.5 * ((x - mean) / deviation).powi(2);
                 match self.variables[left].domain {
-                    Domain::Real => bell(value) / (deviation * std::f64::consts::TAU.sqrt()),
+                    Domain::Real => bell(value) - (deviation * std::f64::consts::TAU.sqrt()).ln(),
                     _ => {
                         let all = (0..self.count(left)).map(|one| bell(self.number_of(left, one as f64)));
-                        bell(self.number_of(left, value)) / all.sum::<f64>()
+                        bell(self.number_of(left, value)) - ln_sum(&all.collect::<Vec<f64>>())
                     }
                 }
             }
-            Form::Exponential(rate) => {
-                if value >= 0.0 {
-                    rate * (-rate * value).exp()
-                } else {
-                    0.0
-                }
-            }
+            Form::Exponential(rate) if value >= 0.0 => rate.ln() - rate * value,
+            Form::Exponential(_) => f64::NEG_INFINITY,
             Form::If(condition, then, otherwise) => {
-                let form = if self.truth(condition, at) { then } else { otherwise };
+                let form = if self.truth(condition, element, at) { then } else { otherwise };
                 self.form(form, factor, element, at)
             }
         }
     }
 
-    /// The product of all factors of some variables at an assignment.
-    pub(crate) fn joint(&self, of: &[usize], at: &[f64]) -> f64 {
-        let mut product = 1.0;
+    /// ln of the product of all factors of some variables at an assignment.
+    pub(crate) fn ln_joint(&self, of: &[usize], at: &[f64]) -> f64 {
+        let mut sum = 0.0;
         for variable in of {
             for element in 0..self.elements(*variable) {
-                product *= self.density(&self.factors[*variable], element, at);
-                if product == 0.0 {
-                    return 0.0;
+                sum += self.ln_density(&self.factors[*variable], element, at);
+                if sum == f64::NEG_INFINITY {
+                    return sum;
                 }
             }
         }
-        product
+        sum
     }
 
     /// The program as a user writes it.
@@ -254,8 +275,9 @@ impl Program {
         let mut text = "program Random {\n    variables {\n".to_owned();
         // What was before is declared after what is now.
         let (before, now): (Vec<_>, Vec<_>) =
-            self.variables.iter().partition(|variable| variable.previous_of.is_some());
-        for variable in now.into_iter().chain(before) {
+            (0..self.variables.len()).partition(|one| self.variables[*one].previous_of.is_some());
+        for number in now.into_iter().chain(before) {
+            let variable = &self.variables[number];
             let family = variable.family.map_or(String::new(), |count| format!("[1..={count}]"));
             let domain = match variable.domain {
                 Domain::Boolean => "bool".to_owned(),
@@ -266,16 +288,14 @@ impl Program {
                 Domain::Range(low, count) => format!("{low}..={}", low + count as i64 - 1),
                 Domain::Real => "real".to_owned(),
             };
-            writeln!(text, "        {}{family} : {domain};", variable.name).unwrap();
+            writeln!(text, "        {} : {domain};", self.written(number, &family)).unwrap();
         }
         let head = |factor: &Factor| {
-            let left = &self.variables[factor.left];
-            let index = if left.family.is_some() { "[i]" } else { "" };
-            let right: Vec<&str> =
-                factor.right.iter().map(|one| self.variables[*one].name.as_str()).collect();
+            let left = self.written(factor.left, "[i]");
+            let right: Vec<String> = factor.right.iter().map(|one| self.written(*one, "")).collect();
             match right.is_empty() {
-                true => format!("P({}{index})", left.name),
-                false => format!("P({}{index} | {})", left.name, right.join(" ")),
+                true => format!("P({left})"),
+                false => format!("P({left} | {})", right.join(" ")),
             }
         };
         text.push_str("    }\n    decomposition {\n");
@@ -322,7 +342,10 @@ impl Program {
     }
 
     fn element_text(&self, variable: usize, element: usize) -> String {
-        self.slot_name(self.slot(variable, element))
+        match element {
+            OWN => self.written(variable, "[i]"),
+            _ => self.written(variable, &format!("[{}]", element + 1)),
+        }
     }
 
     fn number_text(&self, of: &Number) -> String {

@@ -3,7 +3,7 @@
 //! In: a seed. Out: a [`Program`] of tables with zeros, Diracs that may leave their domain, weights, deviations, families,
 //! reals; now or over time. Invariant: the same seed gives the same program; its assignments can be enumerated.
 
-use crate::program::{Domain, Factor, Form, Number, Program, Truth, Variable};
+use crate::program::{Domain, Factor, Form, Number, OWN, Program, Truth, Variable};
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub(crate) struct Random(pub(crate) u64);
@@ -32,6 +32,9 @@ pub(crate) struct Limits {
     /// Variables that have a value at the previous instant.
     pub(crate) carried: usize,
 }
+
+/// States of what is carried in families.
+const MOST_STATES: usize = 16;
 
 fn domain(random: &mut Random) -> Domain {
     match random.below(5) {
@@ -65,19 +68,19 @@ pub(crate) fn program(random: &mut Random, limits: Limits) -> Program {
         let form = form(random, program, left, &right, 2);
         program.factors.push(Factor { left, right, form });
     };
-    let carried: Vec<Domain> = (0..limits.carried).map(|_| domain(random)).collect();
-    for (number, domain) in carried.iter().enumerate() {
-        let variable = Variable {
-            name: format!("{}^-1", name(number)),
-            domain: *domain,
-            family: None,
-            previous_of: Some(limits.carried + number),
-        };
-        assignments *= size(&variable);
-        add(&mut program, random, variable);
+    let mut carried: Vec<Variable> = Vec::new();
+    for number in 0..limits.carried {
+        let (domain, previous_of) = (domain(random), Some(limits.carried + number));
+        let mut variable = Variable { name: name(number), domain, family: None, previous_of };
+        let family = (limits.families && random.one_in(3)).then(|| 1 + random.below(3));
+        let states: usize = carried.iter().map(size).product();
+        if states * size(&Variable { family, ..variable.clone() }) <= MOST_STATES {
+            variable.family = family;
+        }
+        carried.push(variable);
     }
-    for (number, domain) in carried.iter().enumerate() {
-        let variable = Variable { name: name(number), domain: *domain, family: None, previous_of: None };
+    let now = |variable: &Variable| Variable { previous_of: None, ..variable.clone() };
+    for variable in carried.clone().into_iter().chain(carried.iter().map(now)) {
         assignments *= size(&variable);
         add(&mut program, random, variable);
     }
@@ -110,9 +113,14 @@ fn size(variable: &Variable) -> usize {
 
 fn form(random: &mut Random, program: &Program, left: usize, right: &[usize], depth: usize) -> Form {
     let domain = program.variables[left].domain;
+    // Of a family as long as that on the left, the element of the same index counts twice.
+    let family = program.variables[left].family;
+    let own = |one: usize| (program.variables[one].family == family && family.is_some()).then_some(OWN);
     let scope: Vec<(usize, usize)> = right
         .iter()
-        .flat_map(|one| (0..program.elements(*one)).map(move |element| (*one, element)))
+        .flat_map(|one| {
+            (0..program.elements(*one)).chain(own(*one)).chain(own(*one)).map(|element| (*one, element))
+        })
         .collect();
     if depth > 0 && !scope.is_empty() && random.one_in(4) {
         let condition = truth(random, program, &scope, 1);

@@ -1,0 +1,82 @@
+//! The kernels of an answer, by every back end.
+//!
+//! In: a question to a random program. Out: the verdict on its kernels. Invariant: the kernel that printed code is made of,
+//! which has no second run, gives by the interpreter and by the lanes what the guarded kernel gives that `ask` runs, and that
+//! one is held to enumeration; its shader is one that WebGPU takes.
+
+use crate::enumerate::{Ask, Evidence};
+use crate::question::near;
+use bp_core::answer::link;
+use bp_core::emit::wgsl::emit_wgsl;
+use bp_core::error::Error;
+use bp_core::exec::{Inputs, Lanes, Outputs, interpret, scalar::Scalar};
+use bp_core::lower::{lower, lower_guarded};
+use bp_core::model::{Model, Question};
+use bp_core::plan::{Options, Route, plan};
+
+/// Whether all back ends compute an ask's kernels alike; `given` are arrays by name.
+pub(crate) fn verdict(
+    model: &Model,
+    (ask, question): (&Ask, &Question),
+    given: &[(String, Vec<f64>)],
+    shader: bool,
+) -> Result<(), String> {
+    // Likelihoods that f32 does not hold are for f64.
+    let fits = |weight: &f64| *weight == 0.0 || (1e-30..1e30).contains(weight);
+    let fits_single = (ask.known.iter().chain(&ask.from)).all(|(_, evidence)| match evidence {
+        Evidence::Virtual(weights) => weights.iter().all(fits),
+        _ => true,
+    });
+    let told = |error: Error| error.to_string();
+    let model = link(model).map_err(told)?;
+    let narrow: Vec<(&str, Vec<f32>)> = given
+        .iter()
+        .map(|(name, numbers)| (name.as_str(), numbers.iter().map(|one| *one as f32).collect()))
+        .collect();
+    let double = given.iter().fold(Inputs::new(), |inputs, (name, numbers)| inputs.array(name, numbers));
+    let single = narrow.iter().fold(Inputs::new(), |inputs, (name, numbers)| inputs.array(name, numbers));
+    for route in plan(&model, question, Options::default()).map_err(told)?.routes {
+        let Route::Exact(exact) = route else { continue };
+        let guarded = Lanes::new(lower_guarded(&model, &exact, &question.name).map_err(told)?.kernel);
+        let truth = guarded.run_guarded(&double, true).map_err(told)?.outputs;
+        let kernel = lower(&model, &exact, &question.name).map_err(told)?.kernel;
+        let lanes = Lanes::new(kernel.clone());
+        agree("interpreter", &truth, &interpret(&kernel, &double).map_err(told)?, near)?;
+        agree("lanes in f64", &truth, &lanes.run(&double).map_err(told)?, near)?;
+        if fits_single {
+            // A logarithm in f32 is right to 1e-7 of itself.
+            let roughly =
+                |found: f64, expected: f64| near(found, expected) || (found - expected).abs() < 1e-3;
+            agree("lanes in f32", &truth, &lanes.run(&single).map_err(told)?, roughly)?;
+        }
+        if shader {
+            is_valid(&emit_wgsl(&kernel).text)?;
+        }
+    }
+    Ok(())
+}
+
+fn agree<T: Scalar>(
+    by: &str,
+    truth: &Outputs<f64>,
+    found: &Outputs<T>,
+    near: impl Fn(f64, f64) -> bool,
+) -> Result<(), String> {
+    for (name, cells) in &found.arrays {
+        let truth = truth.arrays.iter().find(|(own, _)| own == name).map(|(_, cells)| cells);
+        let truth = truth.ok_or_else(|| format!("{by}: an output `{name}` more"))?;
+        for (cell, (found, expected)) in cells.iter().zip(truth).enumerate() {
+            if !near(found.to_f64(), *expected) {
+                return Err(format!("{by}: {name}[{cell}] = {}, expected {expected}", found.to_f64()));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn is_valid(shader: &str) -> Result<(), String> {
+    let module = naga::front::wgsl::parse_str(shader).map_err(|error| error.emit_to_string(shader))?;
+    let flags = naga::valid::ValidationFlags::all();
+    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+    validator.validate(&module).map(|_| ()).map_err(|error| error.emit_to_string(shader))
+}
