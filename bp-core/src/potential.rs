@@ -81,6 +81,12 @@ impl Potential {
         Self { over: self.over.iter().map(|own| slot(*own)).collect(), ..self.clone() }
     }
 
+    /// The same times a factor, of which this is the logarithm.
+    pub(crate) fn scaled(mut self, ln_factor: f64) -> Self {
+        self.ln_scale += ln_factor;
+        self
+    }
+
     /// The same up to a factor, and the logarithm of that factor.
     pub(crate) fn unscaled(mut self) -> (Self, f64) {
         let ln_scale = std::mem::take(&mut self.ln_scale);

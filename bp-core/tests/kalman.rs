@@ -279,3 +279,23 @@ fn what_is_determined_over_time_agrees_or_is_impossible() {
     let told = error.to_string();
     assert!(told.contains("instant 2") && told.contains("`Y = 2.001` cannot be"), "{told}");
 }
+
+/// Two states whose means are one deviation apart, seen z deviations away: ln odds are z − ½, ln P = −(z − 1)² / 2 + ….
+#[test]
+fn far_observations_keep_their_odds_over_time() {
+    let model = model_of(
+        "program Odds over t in Time { variables { S, S^-1 : bool; Z : real; } decomposition { P(S^-1) P(S | S^-1) P(Z | S) }
+         forms { P(S^-1) = previous(S) else bernoulli(0.5); P(S | S^-1) = bernoulli(if S^-1 { 0.9 } else { 0.1 });
+                 P(Z | S) = normal(if S { 1 } else { 0 }, 1); } }",
+    );
+    for z in [3.0, 1e8, 4e9, 1e17, 1e154, 1.5e154] {
+        let question = question(&model, "filter P(S | Z)");
+        let rows = [vec![("Z".to_owned(), z)]];
+        let answers = ask_over_time(&model, &question, &rows, &Inputs::new(), Sampling::default()).unwrap();
+        let row = answers[0].answer.iter().find(|row| row.values[0].1 == "true").unwrap();
+        assert!((row.p().unwrap() - 1.0 / (1.0 + (0.5 - z).exp())).abs() < 1e-14, "{z}: {row:?}");
+        let far = z - 1.0;
+        let expected = -0.5 * far * far - (2.0 * std::f64::consts::TAU.sqrt()).ln() + (0.5 - z).exp().ln_1p();
+        assert!((answers[0].ln_evidence.unwrap() / expected - 1.0).abs() < 1e-14, "{z}: {answers:?}");
+    }
+}

@@ -5,7 +5,7 @@
 //! where it has its observed values, read from the factor's own form. The factors that distribute X^-1 belong to the first
 //! instant alone: afterwards the message of the instant before stands in their place.
 
-use super::Instant;
+use super::{Instant, far};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::VariableId;
@@ -187,11 +187,11 @@ impl<'s> Factors<'s> {
         instant.iter().for_each(|(slot, value)| values[*slot] = *value);
         let mut product = Product::default();
         // Observed factors over the same slots are added as logarithms.
-        let mut observed: BTreeMap<Vec<usize>, Vec<f64>> = BTreeMap::new();
+        let mut observed: BTreeMap<Vec<usize>, (Vec<f64>, f64)> = BTreeMap::new();
         for described in pattern.iter() {
             if !described.observed {
                 if !self.constant.contains_key(&described.own) {
-                    let cells = self.cells(described, &mut values)?;
+                    let (cells, _) = self.cells(described, &mut values)?;
                     let made = match self.is_real(described) {
                         true => Potential::of_logarithms(described.over(), cells),
                         false => Potential::of_numbers(described.over(), cells),
@@ -201,19 +201,22 @@ impl<'s> Factors<'s> {
                 product.push(self.constant[&described.own].clone());
                 continue;
             }
-            let mut cells = self.cells(described, &mut values)?;
+            let (mut cells, ln_scale) = self.cells(described, &mut values)?;
             if !self.is_real(described) {
                 cells.iter_mut().for_each(|cell| *cell = cell.ln());
             }
             match observed.get_mut(&described.over()) {
-                Some(sums) => sums.iter_mut().zip(cells).for_each(|(sum, cell)| *sum += cell),
+                Some((sums, ln_scales)) => {
+                    sums.iter_mut().zip(cells).for_each(|(sum, cell)| *sum += cell);
+                    *ln_scales += ln_scale;
+                }
                 None => {
-                    observed.insert(described.over(), cells);
+                    observed.insert(described.over(), (cells, ln_scale));
                 }
             }
         }
-        for (over, cells) in observed {
-            product.push(Arc::new(Potential::of_logarithms(over, cells)));
+        for (over, (cells, ln_scale)) in observed {
+            product.push(Arc::new(Potential::of_logarithms(over, cells).scaled(ln_scale)));
         }
         for (slot, value) in instant.iter().filter(|(slot, _)| self.axes.contains(slot)) {
             let is = |ordinal: usize| f64::from(u8::from(ordinal as f64 == *value));
@@ -234,8 +237,9 @@ impl<'s> Factors<'s> {
         self.counts[self.own[described.own].instance.left[0]] == 0
     }
 
-    /// The values of a factor over its free slots, parents first; of a real the logarithms of its density.
-    fn cells(&mut self, described: &Described, values: &mut [f64]) -> Result<Vec<f64>, Error> {
+    /// The values of a factor over its free slots, parents first; of a real the logarithms of its density, and what is to be
+    /// added to them.
+    fn cells(&mut self, described: &Described, values: &mut [f64]) -> Result<(Vec<f64>, f64), Error> {
         let over = described.over();
         let size: f64 = over.iter().map(|slot| self.counts[*slot] as f64).product();
         if size > MOST_CELLS {
@@ -273,13 +277,20 @@ impl<'s> Factors<'s> {
                 });
             }
         }
+        let ln_scale = match real && described.observed {
+            true => {
+                let value = setting.left_value(instance, values);
+                far::relative(kept.as_ref().map_or(&made, |kept| kept), value, &mut cells)
+            }
+            false => 0.0,
+        };
         if kept.is_none() && !described.given {
             let each = instance.left.iter().map(|slot| self.counts[*slot].max(1)).product::<usize>();
             if described.observed && contexts * each <= MOST_KEPT {
                 self.distributions.insert(described.own, Arc::new(made));
             }
         }
-        Ok(cells)
+        Ok((cells, ln_scale))
     }
 
     /// The factors that matter where these slots are observed.

@@ -5,6 +5,7 @@
 
 pub(crate) mod chain;
 mod factors;
+mod far;
 mod finite;
 mod normal;
 mod particles;
