@@ -17,6 +17,7 @@ pub mod error;
 pub mod exploration;
 pub mod frame;
 pub mod grid;
+mod input;
 pub mod map;
 pub mod programs;
 pub mod recording;

@@ -8,9 +8,9 @@ mod command;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// The Bayesian Volumetric Map: sight, hearing and balance fused, and a gaze that explores.
+/// The Bayesian Volumetric Map: senses fused, and a gaze that explores.
 #[derive(Parser)]
-#[command(version, about)]
+#[command(version)]
 #[command(
     after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n\n\
 Frame: x ahead, y left, z up; azimuth and yaw are positive to the left."

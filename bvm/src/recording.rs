@@ -6,6 +6,7 @@
 
 use crate::error::Error;
 use crate::frame::{Spherical, wrap_angle};
+use crate::input;
 use crate::vestibular::{Balance, Vestibular};
 use crate::vision::VisionError;
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -35,7 +36,7 @@ impl Recording {
     /// Reads what is in a folder.
     ///
     /// # Errors
-    /// A file or folder that is missing; a row that is not seven numbers; fewer than two frames.
+    /// A file or folder that is missing; readings of more than 256 MiB; a row that is not seven numbers; fewer than two frames.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let wrong = |path: &Path, reason: String| VisionError::ImageFile { path: path.to_path_buf(), reason };
         let cameras = ["cam0", "cam1"].map(|camera| {
@@ -64,7 +65,7 @@ impl Recording {
         }
         let path = [folder.join("imu0.csv"), folder.join("imu0").join("data.csv")];
         let path = path.iter().find(|path| path.is_file()).unwrap_or(&path[0]);
-        let text = std::fs::read_to_string(path).map_err(failed(path))?;
+        let text = input::text(path, input::MOST_BYTES)?;
         Ok(Self { frames, inertial: inertial(&text).map_err(|reason| wrong(path, reason))? })
     }
 }

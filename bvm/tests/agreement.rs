@@ -8,7 +8,7 @@ use bp_core::exec::{Inputs, Lanes, interpret};
 use bp_core::model::Model;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Moves, Space};
-use bvm::programs::{binaural, cell, gaze, line_of_sight, population_code, view};
+use bvm::programs::{binaural, cell, gaze, line_of_sight, population_code, range_code, view};
 
 /// A small generator, so that the inputs are the same everywhere (Knuth's MMIX constants).
 struct Numbers(u64);
@@ -120,6 +120,35 @@ fn the_range_sensor_agrees() {
     };
     line_of_sight::reading::run(&given, &mut found).unwrap();
     assert_same("reading", &truth[0], &found.p_z);
+}
+
+#[test]
+fn the_range_sensor_that_spreads_its_reading_agrees() {
+    let (rays, mut numbers) = (300, Numbers(12));
+    let lambda: Vec<f64> = numbers.take(rays).iter().map(|x| 0.05 + 0.95 * x).collect();
+    let rho: Vec<f64> = numbers.take(rays).iter().map(|x| 0.9 + 1.9 * x).collect();
+    let inputs = Inputs::new()
+        .size("Rays", rays)
+        .size("N", 10)
+        .number("N", 10.0)
+        .number("rho_min", 1.0)
+        .number("sigma_min", 0.01)
+        .number("ln_b", 0.0916)
+        .array("lambda", &lambda)
+        .array("rho", &rho);
+    let truth = by_kernel(&range_code::model(), "reading", &inputs);
+    let mut found = range_code::reading::Outputs::default();
+    let given = range_code::reading::Inputs {
+        rays,
+        n: 10,
+        rho_min: 1.0,
+        sigma_min: 0.01,
+        ln_b: 0.0916,
+        lambda: &lambda,
+        rho: &rho,
+    };
+    range_code::reading::run(&given, &mut found).unwrap();
+    assert_same("reading", &truth[0], &found.p_agrees);
 }
 
 #[test]

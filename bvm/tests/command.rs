@@ -296,6 +296,18 @@ fn wrong_usage_is_code_2() {
 }
 
 #[test]
+fn help_is_at_most_80_columns_wide() {
+    for command in [&[][..], &["explore"], &["look"], &["replay"], &["calibrate"], &["calibrate", "vision"]] {
+        for flag in ["-h", "--help"] {
+            let output = succeeds(&[command, &[flag]].concat());
+            let told = String::from_utf8(output.stdout).unwrap();
+            let long = told.lines().find(|line| line.chars().count() > 80);
+            assert!(told.contains("Usage:") && long.is_none(), "{command:?} {flag}: {long:?}");
+        }
+    }
+}
+
+#[test]
 fn look_writes_disparities_alone_where_they_are_asked_for() {
     let pair = Pair::new();
     let (left, right, toml) = (pair.path("left.png"), pair.path("right.png"), pair.path("pair.toml"));

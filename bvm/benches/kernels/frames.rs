@@ -9,7 +9,7 @@ use bp_core::space::{Edge, Space};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::VELOCITIES;
 use bvm::programs::{cell, line_of_sight};
-use bvm::vision::{RangeReading, Sight};
+use bvm::vision::{Evidence, RangeReading, Sight};
 use bvm::world::World;
 use std::hint::black_box;
 
@@ -42,7 +42,8 @@ fn sphere(seconds: f64) {
     let mut states =
         [1, VELOCITIES.len()].map(|velocities| (State::new(&space, velocities), Sight::default()));
     let frame = |(state, sight): &mut (State, Sight)| {
-        let likelihood = sight.likelihood(&grid, &readings, SIGMA_M).expect("as many as directions");
+        let likelihood =
+            sight.likelihood(&grid, &readings, SIGMA_M, Evidence::Hard).expect("as many as directions");
         state.estimate(&space, &likelihood);
     };
     states.iter_mut().for_each(frame);

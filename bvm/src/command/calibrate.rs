@@ -17,24 +17,25 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// How far a sense can be trusted, from data with the truth beside them.
+/// How far a sense can be trusted, from data with their truth.
 #[derive(Subcommand)]
 pub(crate) enum Sense {
     Vision(Vision),
 }
 
-/// Sight: the law of disparity errors, reliability, sparsification, and the map against the truth.
+/// Sight: the law of its errors, its reliability, and the map it makes.
 #[derive(Args)]
 #[command(
-    after_help = "Example:\n  bvm calibrate vision --pair im0.png im1.png calib.txt disp0.pfm --out calibration\n\n\
-The truth is a PFM of left disparities (pixels; infinity, NaN or 0 where unknown), or an image whose grey levels are\n\
---truth-scale times the disparity (4 for Middlebury 2003; 256/257 for KITTI's 16 bits)."
+    after_help = "Example:\n  bvm calibrate vision --pair im0.png im1.png calib.txt disp0.pfm --out made\n\n\
+The truth is a PFM of left disparities (pixels; infinity, NaN or 0 where\n\
+unknown), or an image whose grey levels are --truth-scale times the disparity\n\
+(4 for Middlebury 2003; 256/257 for KITTI's 16 bits)."
 )]
 pub(crate) struct Vision {
     /// Left image, right image, calibration and truth; may be repeated.
-    #[arg(long, num_args = 4, value_names = ["LEFT", "RIGHT", "CALIBRATION", "TRUTH"], required = true)]
+    #[arg(long, num_args = 4, value_names = ["LEFT", "RIGHT", "CALIB", "TRUTH"], required = true)]
     pair: Vec<PathBuf>,
-    /// Grey levels of the truth for one pixel of disparity, where it is an image.
+    /// Grey levels of a truth that is an image, for a pixel of disparity.
     #[arg(long, default_value_t = 1.0)]
     truth_scale: f64,
     /// The folder to write.

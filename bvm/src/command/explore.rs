@@ -3,6 +3,7 @@
 //! In: a number of steps and a seed. Out: a folder of pictures, `run.json`, and a table. Invariant: the same seed gives
 //! the same figures.
 
+use super::look::EvidenceName;
 use super::{check_folder, print};
 use bvm::error::Error;
 use bvm::exploration::{Report, Rule, explore};
@@ -11,12 +12,11 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
-/// Explore the embedded world: sense, predict, estimate, choose a gaze by entropy, turn; beside it, a random and a
-/// sweeping gaze in the same world.
+/// Explore the embedded world by entropy, beside other rules of gaze.
 #[derive(Args)]
-#[command(
-    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm explore --json | jq '.rules[0].final_entropy_share'"
-)]
+#[command(after_help = "A look: sense, predict, estimate, choose a gaze, turn. A random and a sweeping\n\
+                  gaze run beside it in the same world.\n\nExamples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm explore --evidence hard\n  \
+                  bvm explore --json | jq '.rules[0].final_entropy_share'")]
 pub(crate) struct Arguments {
     /// How many looks.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -24,6 +24,16 @@ pub(crate) struct Arguments {
     /// Which world, and which noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// What a reading says of its line of sight.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value = "virtual",
+        hide_possible_values = true,
+        help = "What a reading says: how well it goes with each cell\nof its line of sight, by the sensor's deviation\n(virtual), or, as the paper has it, in which cell it\nlies (hard)"
+    )]
+    evidence: EvidenceName,
     /// The folder to write.
     #[arg(long, default_value = "bvm-run")]
     out: PathBuf,
@@ -38,13 +48,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let bar = ProgressBar::new((Rule::ALL.len() * steps) as u64);
     let style = ProgressStyle::with_template("{msg:>16} [{bar:40}] {pos}/{len} looks, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let mut episodes = Vec::new();
+    let (evidence, mut episodes) = (arguments.evidence.into(), Vec::new());
     for rule in Rule::ALL {
         bar.set_message(rule.name());
-        episodes.push(explore(rule, steps, arguments.seed, || bar.inc(1))?);
+        episodes.push(explore(rule, evidence, steps, arguments.seed, || bar.inc(1))?);
     }
     bar.finish_and_clear();
-    let report = Report::new(arguments.seed, &episodes);
+    let report = Report::new(arguments.seed, evidence, &episodes);
     let files = report.write(&arguments.out, &World::embedded(arguments.seed), &episodes)?;
     if arguments.json {
         print(&serde_json::to_string(&report).expect("internal: figures are numbers"));

@@ -24,44 +24,62 @@ use std::time::Instant;
 /// Degrees of azimuth and of elevation in a cell.
 const CELL_DEGREES: f64 = 0.5;
 
-/// Look through two eyes: disparity, readings, map and gaze of a stereo pair.
+/// Look through two eyes: disparity, map and gaze of a stereo pair.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n  \
-bvm look --left im0.png --right im1.png --calibration calib.txt --disparity d.pfm --json\n  \
-bvm look --left L.png --right R.png --calibration C.toml --evidence virtual --out look\n\n\
-The calibration is TOML with the keys focal_px, cx_px, cy_px, baseline_m, doffs_px, max_disparity_px:\n  \
+bvm look --left L.png --right R.png --calibration calib.txt --disparity d.pfm\n  \
+bvm look --left L.png --right R.png --calibration C.toml --evidence virtual\n\n\
+The calibration is TOML with the keys focal_px, cx_px, cy_px, baseline_m,\n\
+doffs_px, max_disparity_px:\n  \
 depth = focal_px * baseline_m / (disparity + doffs_px);\n\
-or Middlebury's calib.txt, KITTI's calib.txt, or EuRoC's folder of cam0 and cam1, whose pictures are rectified.\n\n\
-Disparities are those of the left picture, in pixels, as PFM; infinity where no claim is made. With --disparity or\n\
---confidence, and no --out, nothing else is written.\n\n\
-With --evidence virtual each direction is heard as its whole population code. A look begins with a map that knows\n\
-nothing; `bvm replay --hidden map` takes the hidden cells of a line of sight as the map before the frame believes."
+or Middlebury's calib.txt, KITTI's calib.txt, or EuRoC's folder of cam0 and\n\
+cam1, whose pictures are rectified.\n\n\
+Disparities are those of the left picture, in pixels, as PFM; infinity where no\n\
+claim is made. With --disparity or --confidence, and no --out, nothing else is\n\
+written.\n\n\
+With --evidence virtual each direction is heard as its whole population code.\n\
+A look begins with a map that knows nothing; `bvm replay --hidden map` takes\n\
+the hidden cells of a line of sight as the map before the frame believes."
 )]
 pub(crate) struct Arguments {
     /// Image of the left eye (PNG, PGM or PPM).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     left: PathBuf,
     /// Image of the right eye.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     right: PathBuf,
     /// Calibration of the pair.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     calibration: PathBuf,
-    /// How to match: Bayesian inference along scan lines, or coherence detection.
-    #[arg(long, value_enum, default_value_t)]
+    /// How to match.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "How to match: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
+    )]
     matcher: MatcherName,
-    /// What a direction hears of its range: one reading with its deviation, or the whole posterior.
-    #[arg(long, value_enum, default_value_t)]
+    /// What a direction hears of its range.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "What a direction hears of its range: one reading\nwith its deviation (hard), or the whole\nposterior (virtual)"
+    )]
     evidence: EvidenceName,
     /// Where to write the disparities (PFM).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     disparity: Option<PathBuf>,
     /// Where to write the confidences (PFM).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     confidence: Option<PathBuf>,
     /// The folder to write [default: bvm-look].
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print the figures as JSON.
     #[arg(long)]

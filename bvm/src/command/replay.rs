@@ -25,25 +25,45 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Replay a recording of a stereo pair and an inertial sensor: every frame enters the map.
+/// Replay a recording: every frame enters the map.
 #[derive(Args)]
 #[command(after_help = "Example:\n  bvm replay --recording V1_01_easy/mav0 --out replay")]
 pub(crate) struct Arguments {
     /// The folder with cam0, cam1 and imu0.csv (EuRoC).
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     recording: PathBuf,
     /// How to match.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "How to match: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
+    )]
     matcher: MatcherName,
-    /// What a direction hears of its range: one reading with its deviation, or the whole posterior.
-    #[arg(long, value_enum, default_value_t)]
+    /// What a direction hears of its range.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "What a direction hears of its range: one reading\nwith its deviation (hard), or the whole\nposterior (virtual)"
+    )]
     evidence: EvidenceName,
-    /// What the other cells of a line of sight are taken for: occupied with probability ½, or as the map believes
-    /// before the frame.
-    #[arg(long, value_enum, default_value_t)]
+    /// What the other cells of a line of sight are taken for.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "What the other cells of a line of sight are taken\nfor: occupied with probability ½ (uniform), or as\nthe map believes before the frame (map)"
+    )]
     hidden: HiddenName,
     /// The folder to write.
-    #[arg(long, default_value = "bvm-replay")]
+    #[arg(long, value_name = "FOLDER", default_value = "bvm-replay")]
     out: PathBuf,
     /// Print the figures as JSON.
     #[arg(long)]

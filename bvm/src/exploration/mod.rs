@@ -5,16 +5,18 @@
 
 mod gaze;
 mod report;
+mod score;
 
 pub use gaze::{Gaze, Gradient, View};
 pub use report::Report;
+pub use score::Score;
 
 use crate::audition::Hearing;
 use crate::error::Error;
 use crate::grid::{Grid, GridConfiguration};
 use crate::map::{Heading, Map};
 use crate::vestibular::{Balance, Vestibular};
-use crate::vision::Sight;
+use crate::vision::{Evidence, Sight};
 use crate::world::sensors::{DepthCamera, Ears, Gyroscope, Pose, turn_profile};
 use crate::world::{World, seeded};
 use rand::{Rng, RngExt};
@@ -85,17 +87,25 @@ pub struct Episode {
     pub steps: Vec<Step>,
     /// The map at the end.
     pub map: Map,
+    /// The map at the end against the world at the last look.
+    pub score: Score,
     /// Where the head pointed at the end.
     pub heading: Heading,
     /// World time at the end, s.
     pub time_s: f64,
 }
 
-/// Explores the embedded world.
+/// Explores the embedded world; sight takes a reading as this kind of evidence.
 ///
 /// # Errors
 /// A grid that cannot be.
-pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> Result<Episode, Error> {
+pub fn explore(
+    rule: Rule,
+    evidence: Evidence,
+    steps: usize,
+    seed: u64,
+    mut done: impl FnMut(),
+) -> Result<Episode, Error> {
     let grid = Grid::new(GridConfiguration::default_exploration())?;
     let world = World::embedded(seed);
     let (camera, ears, gyroscope) = (DepthCamera::default(), Ears::default(), Gyroscope::default());
@@ -107,14 +117,14 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
     let mut balance = Vestibular::at_rest(Balance::Gyroscope)?;
     let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
     let initial = [sum(map.entropy()), sum(map.occupancy_entropy())];
-    let (mut true_yaw, mut time_s) = (0.0, 0.0);
+    let (mut true_yaw, mut time_s, mut looked_s) = (0.0, 0.0, 0.0);
     let mut gaze = Gaze::at(0.0, 0.0);
     let mut history = Vec::with_capacity(steps);
     for number in 0..steps {
         let heading = Heading { yaw: balance.yaw() };
         let pose = Pose { yaw: true_yaw, heading, pitch: gaze.elevation };
         let readings = camera.look(&world, &grid, pose, time_s, &mut noise[0]);
-        let seen = sight.likelihood(&grid, &readings, camera.sigma_min_m)?;
+        let seen = sight.likelihood(&grid, &readings, camera.sigma_min_m, evidence)?;
         let cues = ears.hear(&world, true_yaw, &mut noise[1]);
         let heard = match &cues {
             None => None,
@@ -143,11 +153,12 @@ pub fn explore(rule: Rule, steps: usize, seed: u64, mut done: impl FnMut()) -> R
             true_yaw += rate * Vestibular::DT;
             balance.feel(gyroscope.measure(rate, &mut noise[2]))?;
         }
-        time_s += STEP_S;
+        (looked_s, time_s) = (time_s, time_s + STEP_S);
         done();
     }
     let heading = Heading { yaw: balance.yaw() };
-    Ok(Episode { rule, initial, steps: history, map, heading, time_s })
+    let score = Score::of(&map, &world.truth_state(&grid, looked_s));
+    Ok(Episode { rule, initial, steps: history, map, score, heading, time_s })
 }
 
 fn random_gaze(random: &mut impl Rng) -> Gaze {

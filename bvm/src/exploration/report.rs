@@ -3,12 +3,13 @@
 //! In: the episodes of all rules in one world. Out: PNG pictures and `run.json`. Invariant: each file is written
 //! whole or not at all; the map shown is that of the paper's rule.
 
-use super::{Episode, Rule, Step};
+use super::{Episode, Rule, Score, Step};
 use crate::error::Error;
 use crate::report::{
     ColourMap, Panorama, Picture, Series, TopView, Window, entropy_curves, first_occupied_range, mean,
     panorama, top_view, write_atomically,
 };
+use crate::vision::Evidence;
 use crate::world::World;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,8 @@ pub struct Report {
     frame: &'static str,
     seed: u64,
     steps: usize,
+    /// What a reading says of its line of sight.
+    evidence: Evidence,
     grid: crate::grid::GridConfiguration,
     rules: Vec<RuleReport>,
 }
@@ -40,6 +43,9 @@ struct RuleReport {
     area_under_entropy: f64,
     /// Mean share of the initial Σ H(O) over the run.
     area_under_occupancy_entropy: f64,
+    /// The map after the last look against the truth.
+    #[serde(flatten)]
+    score: Score,
     /// Largest error of the estimated yaw, degrees.
     worst_yaw_error_degrees: f64,
     steps: Vec<Step>,
@@ -47,7 +53,7 @@ struct RuleReport {
 
 impl Report {
     /// Collects the figures of a run.
-    pub fn new(seed: u64, episodes: &[Episode]) -> Self {
+    pub fn new(seed: u64, evidence: Evidence, episodes: &[Episode]) -> Self {
         let rules = episodes.iter().map(|episode| {
             let share = |value: &dyn Fn(&Step) -> f64, initial: f64| {
                 let shares: Vec<f64> = episode.steps.iter().map(|step| value(step) / initial).collect();
@@ -64,6 +70,7 @@ impl Report {
                 final_occupancy_entropy_share: last_occupancy,
                 area_under_entropy: area,
                 area_under_occupancy_entropy: area_occupancy,
+                score: episode.score,
                 worst_yaw_error_degrees: episode.steps.iter().map(error).fold(0.0, f64::max),
                 steps: episode.steps.clone(),
             }
@@ -72,6 +79,7 @@ impl Report {
         Self {
             frame: crate::frame::DESCRIPTION,
             seed,
+            evidence,
             steps: episodes.first().map_or(0, |episode| episode.steps.len()),
             grid: grid.unwrap_or_else(crate::grid::GridConfiguration::default_exploration),
             rules: rules.collect(),
@@ -81,20 +89,30 @@ impl Report {
     /// A table of the rules, under 80 columns.
     pub fn table(&self) -> String {
         let mut table = format!(
-            "{:<18}{:>14}{:>14}{:>16}{:>14}\n",
-            "gaze", "H at the end", "mean H", "mean H(O)", "yaw error"
+            "{:<17}{:>7}{:>8}{:>11}{:>10}{:>7}{:>8}{:>11}\n",
+            "gaze", "last H", "mean H", "mean H(O)", "log-loss", "false", "found", "yaw error"
         );
         for rule in &self.rules {
             table += &format!(
-                "{:<18}{:>13.1}%{:>13.1}%{:>15.1}%{:>13.2}°\n",
+                "{:<17}{:>6.1}%{:>7.1}%{:>10.1}%{:>10.4}{:>7}{:>7.1}%{:>10.2}°\n",
                 rule.rule.name(),
                 100.0 * rule.final_entropy_share,
                 100.0 * rule.area_under_entropy,
                 100.0 * rule.area_under_occupancy_entropy,
+                rule.score.log_loss,
+                rule.score.false_occupied,
+                100.0 * rule.score.found,
                 rule.worst_yaw_error_degrees
             );
         }
-        table + "H: entropy of the map, of what it was before the first look."
+        table
+            + "
+H          entropy of the map (H(O): without motion), after the last look and on
+           average over all looks, in percent of the entropy before the first
+log-loss   mean -ln P of what is true, nats for each cell that can be seen
+false      free cells taken for occupied, but for those just before a surface
+found      cells with a surface in sight that are taken for occupied
+yaw error  largest difference between the estimated yaw and the true one"
     }
 
     /// Writes the folder; gives the paths, in order.

@@ -67,7 +67,7 @@ pub struct Panorama<'a> {
     pub gaze_path: &'a [(f64, f64)],
 }
 
-/// The panorama; the whole sphere makes 1300 x 660 pixels, 3 for each degree.
+/// The panorama; the whole sphere makes 1300 x 660 pixels, 3 for each degree, and 28 more rows with a gaze.
 ///
 /// # Errors
 /// [`ReportError`] names the quantity when there is not one value per direction, nothing to scale the
@@ -89,7 +89,8 @@ pub fn panorama(grid: &Grid, what: &Panorama) -> Result<Picture, ReportError> {
     }
     let frame = what.window.frame();
     let [_, _, right, bottom] = frame.pixels;
-    let size = ((right + 260) as u32 / OVERSAMPLING, (bottom + 140) as u32 / OVERSAMPLING);
+    let below = if what.gaze_path.is_empty() { 140 } else { 196 };
+    let size = ((right + 260) as u32 / OVERSAMPLING, (bottom + below) as u32 / OVERSAMPLING);
     Ok(Picture::draw(size.0, size.1, |canvas| {
         frame.paint(canvas, |azimuth, elevation| {
             let direction = grid.direction_of(azimuth.to_radians(), elevation.to_radians());
@@ -97,6 +98,7 @@ pub fn panorama(grid: &Grid, what: &Panorama) -> Result<Picture, ReportError> {
             what.colours.on_scale(value, limits)
         })?;
         draw_path(canvas, &frame, what.gaze_path)?;
+        path_legend(canvas, (frame.pixels[0], bottom + 150), what.gaze_path.len())?;
         let names = ["azimuth (positive to the left)", "elevation"];
         frame.axes(canvas, names, &degree_ticks(frame.across), &degree_ticks(frame.upwards), "°")?;
         frame.title(canvas, what.title)?;
@@ -142,11 +144,7 @@ fn draw_path(canvas: &Canvas, frame: &Frame, path: &[(f64, f64)]) -> Drawn {
     let number = Text::new(TEXT - 4, HPos::Left, VPos::Bottom).bold();
     for (step, &(azimuth, elevation)) in degrees.iter().enumerate().filter(|(_, place)| inside(**place)) {
         let (x, y) = frame.pixel(azimuth, elevation);
-        let share = step as f64 / last.max(1) as f64;
-        let mixed = |from: u8, to: u8| (f64::from(from) * (1.0 - share) + f64::from(to) * share) as u8;
-        let colour = RGBColor(mixed(255, GAZE.0), mixed(240, GAZE.1), mixed(200, GAZE.2));
-        canvas.draw(&Circle::new((x, y), 11, BLACK.mix(0.8).filled()))?;
-        canvas.draw(&Circle::new((x, y), 8, colour.filled()))?;
+        dot(canvas, (x, y), step as f64 / last.max(1) as f64)?;
         if step % every == 0 && step != last {
             let text = step.to_string();
             let room = number.width(canvas, &text) + 20;
@@ -159,16 +157,49 @@ fn draw_path(canvas: &Canvas, frame: &Frame, path: &[(f64, f64)]) -> Drawn {
         }
     }
     if let Some(&(azimuth, elevation)) = degrees.last().filter(|place| inside(**place)) {
-        let (x, y) = frame.pixel(azimuth, elevation);
-        for (colour, width) in [(WHITE, 12), (GAZE, 6)] {
-            canvas.draw(&Circle::new((x, y), 26, colour.stroke_width(width)))?;
-            for (dx, dy) in [(0, 1), (0, -1), (1, 0), (-1, 0)] {
-                let arm = [(x + 16 * dx, y + 16 * dy), (x + 44 * dx, y + 44 * dy)];
-                canvas.draw(&PathElement::new(arm, colour.stroke_width(width)))?;
-            }
+        cross(canvas, frame.pixel(azimuth, elevation), 1)?;
+    }
+    Ok(())
+}
+
+/// A gaze that is over, pale for the first and red for the last.
+fn dot(canvas: &Canvas, place: (i32, i32), share: f64) -> Drawn {
+    let mixed = |from: u8, to: u8| (f64::from(from) * (1.0 - share) + f64::from(to) * share) as u8;
+    let colour = RGBColor(mixed(255, GAZE.0), mixed(240, GAZE.1), mixed(200, GAZE.2));
+    canvas.draw(&Circle::new(place, 11, BLACK.mix(0.8).filled()))?;
+    canvas.draw(&Circle::new(place, 8, colour.filled()))
+}
+
+/// The gaze, its lengths divided by a number.
+fn cross(canvas: &Canvas, (x, y): (i32, i32), smaller: i32) -> Drawn {
+    for (colour, width) in [(WHITE, 12), (GAZE, 6)] {
+        let line = colour.stroke_width(width / smaller as u32);
+        canvas.draw(&Circle::new((x, y), 26 / smaller, line))?;
+        for (dx, dy) in [(0, 1), (0, -1), (1, 0), (-1, 0)] {
+            let [from, to] = [16, 44].map(|length| (x + length * dx / smaller, y + length * dy / smaller));
+            canvas.draw(&PathElement::new([from, to], line))?;
         }
     }
     Ok(())
+}
+
+/// What the cross and the dots are.
+fn path_legend(canvas: &Canvas, (x, y): (i32, i32), gazes: usize) -> Drawn {
+    let text = Text::new(TEXT, HPos::Left, VPos::Center);
+    if gazes == 0 {
+        return Ok(());
+    }
+    cross(canvas, (x + 22, y), 2)?;
+    if gazes == 1 {
+        return text.write(canvas, "gaze", (x + 60, y));
+    }
+    let name = "last gaze";
+    text.write(canvas, name, (x + 60, y))?;
+    let x = x + 60 + text.width(canvas, name) + 60;
+    for place in 0..5 {
+        dot(canvas, (x + 28 * place, y), 0.25 * f64::from(place))?;
+    }
+    text.write(canvas, "gazes from the first to the last, some numbered", (x + 140, y))
 }
 
 /// A point of the panorama in degrees: azimuth, elevation.

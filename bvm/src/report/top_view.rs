@@ -7,10 +7,12 @@
 use super::colour::{ColourMap, GAZE, INK, NO_DATA};
 use super::frame::{Frame, swatches, ticks};
 use super::picture::{Canvas, Drawn};
+use super::text::{TEXT, Text};
 use super::{Picture, ReportError, slice_around_horizon, strongest};
 use crate::frame::{Spherical, unit_vector};
 use crate::grid::Grid;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
 
 /// What to draw from above. Everything is in the frame of the map: for a map fixed to the world, `heading` is
 /// the yaw.
@@ -31,7 +33,7 @@ pub struct TopView<'a> {
 
 const SIDE: i32 = 1080;
 
-/// The plan or the two plans, 660 x 680 pixels each.
+/// The plan or the two plans, 660 x 704 pixels each.
 ///
 /// # Errors
 /// [`ReportError::Length`] unless there is one occupancy per cell.
@@ -61,7 +63,7 @@ fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f6
     let side = [-1.04 * reach, 1.04 * reach];
     let frame =
         Frame { pixels: [190, 100, 190 + SIDE, 100 + SIDE], across: [side[1], side[0]], upwards: side };
-    Picture::draw(660, 680, |canvas| {
+    Picture::draw(660, 704, |canvas| {
         frame.paint(canvas, |y, x| {
             let seen = Spherical::from_cartesian([x, y, 0.0]);
             let inside = seen.rho_m >= gap && seen.rho_m <= reach;
@@ -78,7 +80,8 @@ fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f6
         let named = [(0.0, "empty"), (0.5, "unknown, out of sight"), (1.0, "occupied")];
         let named = named.map(|(value, name)| (ColourMap::Occupancy.on_scale(value, [0.0, 1.0]), name));
         let [left, _, _, bottom] = frame.pixels;
-        swatches(canvas, (left, bottom + 134), &named)
+        swatches(canvas, (left, bottom + 134), &named)?;
+        head_legend(canvas, what, (left, bottom + 182))
     })
 }
 
@@ -106,9 +109,30 @@ fn head(canvas: &Canvas, frame: &Frame, what: &TopView, reach: f64) -> Drawn {
             canvas.draw(&PathElement::new(ends, GAZE.mix(0.75).stroke_width(3)))?;
         }
     }
-    let size = 0.055 * reach;
+    arrowhead(canvas, |turn, length| place(frame, what.heading + turn, 0.055 * reach * length))
+}
+
+/// The arrowhead; `corner` is the pixel at an angle to where it points and a distance from its middle, in sizes.
+fn arrowhead(canvas: &Canvas, corner: impl Fn(f64, f64) -> (i32, i32)) -> Drawn {
     let arrow = [(0.0, 1.5), (2.5, 1.0), (std::f64::consts::PI, 0.45), (-2.5, 1.0)]
-        .map(|(turn, length)| place(frame, what.heading + turn, length * size));
+        .map(|(turn, length)| corner(turn, length));
     canvas.draw(&Polygon::new(arrow.to_vec(), GAZE.filled()))?;
     canvas.draw(&PathElement::new([arrow, arrow].concat()[..5].to_vec(), NO_DATA.stroke_width(2)))
+}
+
+/// What the arrowhead and the two lines are.
+fn head_legend(canvas: &Canvas, what: &TopView, (x, y): (i32, i32)) -> Drawn {
+    let text = Text::new(TEXT, HPos::Left, VPos::Center);
+    arrowhead(canvas, |turn, length| {
+        let (sine, cosine) = turn.sin_cos();
+        (x + 14 - (16.0 * length * sine).round() as i32, y + 4 - (16.0 * length * cosine).round() as i32)
+    })?;
+    let name = "the head and its heading";
+    text.write(canvas, name, (x + 42, y))?;
+    if what.field <= 0.0 {
+        return Ok(());
+    }
+    let x = x + 42 + text.width(canvas, name) + 48;
+    canvas.draw(&PathElement::new([(x, y), (x + 60, y)], GAZE.mix(0.75).stroke_width(3)))?;
+    text.write(canvas, "sides of its field of view", (x + 74, y))
 }

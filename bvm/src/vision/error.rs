@@ -16,6 +16,22 @@ pub enum VisionError {
         /// What the system answered.
         source: std::io::Error,
     },
+    /// A file that is longer than any of its kind, or has no end.
+    #[error("`{path}` is longer than {most_mib} MiB, or has no end: is it the right file?")]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// The most that is read of such a file, MiB.
+        most_mib: u64,
+    },
+    /// A file that should be a text.
+    #[error("`{path}` is not a text: byte {at} is not UTF-8")]
+    NoText {
+        /// The file.
+        path: PathBuf,
+        /// The first byte that is none of a text, from 0.
+        at: usize,
+    },
     /// A file that cannot be written.
     #[error("cannot write `{path}`: {source}")]
     Write {

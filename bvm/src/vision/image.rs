@@ -11,12 +11,10 @@ use std::path::Path;
 
 use super::error::VisionError;
 use super::netpbm;
+use crate::input;
 
 /// The most pixels that an image file may announce (2^25, about 33 million).
 pub const MAX_PIXELS: usize = 1 << 25;
-
-/// The longest image file that is read, bytes.
-const MAX_FILE_BYTES: u64 = 1 << 29;
 
 /// An image of intensities.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,13 +63,8 @@ impl GreyImage {
 
 /// Reads a PNG, PGM (P5) or PPM (P6) file; the content decides, not the name.
 pub fn read(path: &Path) -> Result<GreyImage, VisionError> {
-    let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
     let wrong = |reason: String| VisionError::ImageFile { path: path.to_path_buf(), reason };
-    let length = std::fs::metadata(path).map_err(failed)?.len();
-    if length > MAX_FILE_BYTES {
-        return Err(wrong(format!("{length} bytes long, expected at most {MAX_FILE_BYTES}")));
-    }
-    decode(&bp_core::files::read(path).map_err(failed)?).map_err(wrong)
+    decode(&input::bytes(path, input::MOST_BYTES)?).map_err(wrong)
 }
 
 /// Decodes the bytes of an image file; the error says what is wrong with them.

@@ -8,6 +8,7 @@
 use super::VisionError;
 use super::image::check_size;
 use super::netpbm::data_start;
+use crate::input;
 use crate::report::write_atomically;
 use std::path::Path;
 
@@ -36,10 +37,9 @@ pub fn write(path: &Path, width: usize, values: &[f32]) -> Result<(), crate::err
 /// Reads a field.
 ///
 /// # Errors
-/// A file that cannot be read, or is no PFM of one channel.
+/// A file that cannot be read, is longer than 256 MiB, or is no PFM of one channel.
 pub fn read(path: &Path) -> Result<Field, VisionError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| VisionError::Read { path: path.to_path_buf(), source })?;
+    let bytes = input::bytes(path, input::MOST_BYTES)?;
     decode(&bytes).map_err(|reason| VisionError::ImageFile { path: path.to_path_buf(), reason })
 }
 

@@ -1,5 +1,5 @@
-//! What range readings say of the map: `models/line_of_sight.bp` and `models/population_code.bp`, one ray for each
-//! direction.
+//! What range readings say of the map: `models/line_of_sight.bp`, `models/range_code.bp` and
+//! `models/population_code.bp`, one ray for each direction.
 //!
 //! In: one reading, or none, for each direction; perhaps its population code, and what the map believes. Out: the
 //! likelihood of the readings for each cell, empty or occupied. Invariant: a direction without a reading says nothing:
@@ -12,18 +12,18 @@ use super::{Calibration, DisparityMap, RangeReading};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::map::{Likelihood, Map};
-use crate::programs::line_of_sight::reading;
 use crate::programs::population_code::heard;
+use crate::programs::{line_of_sight, range_code};
 use serde::Serialize;
 
 /// How a direction is heard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Evidence {
-    /// One range: the bin of the likeliest disparity, with its deviation.
+    /// The cell that one range falls in, with the deviation of the range.
     #[default]
     Hard,
-    /// The whole population code, as Pearl's virtual evidence.
+    /// All cells, as Pearl's virtual evidence: by the whole population code, or by the deviation about one range.
     Virtual,
 }
 
@@ -112,13 +112,15 @@ impl Glance {
 /// Readings made into likelihoods; keeps its buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Sight {
-    read: reading::Outputs<f32>,
+    read: line_of_sight::reading::Outputs<f32>,
+    spread: range_code::reading::Outputs<f32>,
     heard: heard::Outputs<f32>,
 }
 
 impl Sight {
     /// The likelihood of readings, one for each direction `[φ][θ]`, with the standard deviation `sigma_min / λ`
-    /// metres (Eq. 3). A reading beyond the grid is "No Detection"; one nearer than it begins is in its first cell.
+    /// metres (Eq. 3): of the cell that each falls in, or spread over the cells about it. A reading beyond the grid is
+    /// "No Detection"; one nearer than it begins is in its first cell.
     ///
     /// # Errors
     /// Numbers that the program refuses.
@@ -127,26 +129,33 @@ impl Sight {
         grid: &Grid,
         readings: &[Option<RangeReading>],
         sigma_min_m: f64,
+        evidence: Evidence,
     ) -> Result<Likelihood, Error> {
         let seen = Seen::of(readings);
         if seen.rays.is_empty() {
             return Ok(seen.spread(grid, readings.len(), &[]));
         }
-        let z: Vec<f32> = seen.readings.iter().map(|reading| bin(grid, reading) as f32).collect();
-        let inputs = reading::Inputs {
-            rays: seen.rays.len(),
-            n: grid.cells_rho(),
-            z: &z,
-            sigma_min: sigma_min_m as f32,
-            ln_b: grid.base().ln() as f32,
-            lambda: &seen.lambda(),
-            rho: &seen.rho(),
+        let (rays, n) = (seen.rays.len(), grid.cells_rho());
+        let (sigma_min, ln_b) = (sigma_min_m as f32, grid.base().ln() as f32);
+        let (lambda, rho) = (&seen.lambda(), &seen.rho());
+        let answers = match evidence {
+            Evidence::Hard => {
+                let z: Vec<f32> = seen.readings.iter().map(|reading| bin(grid, reading) as f32).collect();
+                let inputs = line_of_sight::reading::Inputs { rays, n, z: &z, sigma_min, ln_b, lambda, rho };
+                line_of_sight::reading::run(&inputs, &mut self.read)?;
+                &mut self.read.p_z
+            }
+            Evidence::Virtual => {
+                let rho_min = grid.edges_m()[0] as f32;
+                let inputs = range_code::reading::Inputs { rays, n, rho_min, sigma_min, ln_b, lambda, rho };
+                range_code::reading::run(&inputs, &mut self.spread)?;
+                &mut self.spread.p_agrees
+            }
         };
-        reading::run(&inputs, &mut self.read)?;
-        if seen.rays.len() == readings.len() {
-            return Ok(std::mem::take(&mut self.read.p_z));
+        if rays == readings.len() {
+            return Ok(std::mem::take(answers));
         }
-        Ok(seen.spread(grid, readings.len(), &self.read.p_z))
+        Ok(seen.spread(grid, readings.len(), answers))
     }
 
     /// The likelihood of a glance, with the hidden cells occupied as the map `before` says, or each with probability ½.
@@ -161,7 +170,7 @@ impl Sight {
     ) -> Result<Likelihood, Error> {
         let Glance { readings, codes, sigma_min_m } = glance;
         if codes.is_none() && before.is_none() {
-            return self.likelihood(grid, readings, *sigma_min_m);
+            return self.likelihood(grid, readings, *sigma_min_m, Evidence::Hard);
         }
         let seen = Seen::of(readings);
         if seen.rays.is_empty() {

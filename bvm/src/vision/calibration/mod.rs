@@ -21,6 +21,7 @@ use toml::{Table, Value};
 
 use super::error::VisionError;
 use crate::frame::{Spherical, from_camera};
+use crate::input;
 
 mod files;
 pub mod raw;
@@ -48,10 +49,9 @@ impl Calibration {
     /// KITTI's cameras made it.
     ///
     /// # Errors
-    /// A file that cannot be read, or with a key that is missing or impossible.
+    /// A file that cannot be read, is longer than 1 MiB, or has a key that is missing or impossible.
     pub fn read(path: &Path, left: Option<&Path>) -> Result<Self, VisionError> {
-        let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
-        Self::parse(&std::fs::read_to_string(path).map_err(failed)?, path, left)
+        Self::parse(&input::text(path, input::MOST_OF_CALIBRATION)?, path, left)
     }
 
     /// Checks the text of a calibration; `path` is only named in errors.

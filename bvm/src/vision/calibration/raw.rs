@@ -18,6 +18,7 @@
 //! Invariant: an ideal pixel that the real camera did not see is told to be so.
 
 use super::{Calibration, checked};
+use crate::input;
 use crate::vision::{GreyImage, VisionError};
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3};
 use std::path::{Path, PathBuf};
@@ -180,8 +181,7 @@ fn between(image: &GreyImage, x: f64, y: f64) -> Option<f32> {
 
 impl Camera {
     fn read(path: &Path) -> Result<Self, VisionError> {
-        let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
-        Self::parse(&std::fs::read_to_string(path).map_err(failed)?, path)
+        Self::parse(&input::text(path, input::MOST_OF_CALIBRATION)?, path)
     }
 
     fn parse(text: &str, path: &Path) -> Result<Self, VisionError> {

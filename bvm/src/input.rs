@@ -1,0 +1,34 @@
+//! What the commands read: files of a bounded length.
+//!
+//! In: a path, and how many bytes are the most. Out: the bytes or the text, decompressed where it is a gzip file; or the
+//! file and its fault. Invariant: no more than the most is read, so that an input without an end is refused at once.
+
+use crate::vision::VisionError;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The most bytes of a picture, a field of numbers or a table of readings: 256 MiB.
+pub(crate) const MOST_BYTES: u64 = bp_core::files::MOST_BYTES;
+
+/// The most bytes of a calibration, which is a page of text: 1 MiB.
+pub(crate) const MOST_OF_CALIBRATION: u64 = 1 << 20;
+
+/// The bytes of a file.
+pub(crate) fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, VisionError> {
+    let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
+    let file = File::open(path).map_err(failed)?;
+    let bytes = bp_core::files::bounded(file.take(most + 1)).map_err(failed)?;
+    if bytes.len() as u64 > most {
+        return Err(VisionError::TooLong { path: path.to_path_buf(), most_mib: most >> 20 });
+    }
+    Ok(bytes)
+}
+
+/// The text of a file.
+pub(crate) fn text(path: &Path, most: u64) -> Result<String, VisionError> {
+    String::from_utf8(bytes(path, most)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        VisionError::NoText { path: path.to_path_buf(), at }
+    })
+}
