@@ -35,7 +35,7 @@ pub(crate) struct Vision {
     /// Left image, right image, calibration and truth; may be repeated.
     #[arg(long, num_args = 4, value_names = ["LEFT", "RIGHT", "CALIB", "TRUTH"], required = true)]
     pair: Vec<PathBuf>,
-    /// Grey levels of a truth that is an image, for a pixel of disparity.
+    /// Grey levels of a truth that is an image, for each pixel.
     #[arg(long, default_value_t = 1.0)]
     truth_scale: f64,
     /// The folder to write.

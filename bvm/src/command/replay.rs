@@ -59,7 +59,7 @@ pub(crate) struct Arguments {
         value_enum,
         default_value_t,
         hide_possible_values = true,
-        help = "What the other cells of a line of sight are taken\nfor: occupied with probability ½ (uniform), or as\nthe map believes before the frame (map)"
+        help = "What the other cells of a line of sight are taken\nfor: occupied with probability ½ (uniform), or as\nthe map believes before the\nframe (map)"
     )]
     hidden: HiddenName,
     /// The folder to write.
