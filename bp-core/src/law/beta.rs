@@ -5,10 +5,9 @@
 
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
-    fit::{NO_CONVERGENCE, TOO_EQUAL, trigamma},
+    fit::{MOST_SHAPE, NO_CONVERGENCE, TOO_EQUAL, ln_less_digamma, trigamma},
 };
 use crate::operators::{Binary, Unary};
-use crate::special::digamma;
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -46,7 +45,8 @@ pub(super) fn variance([a, b]: [f64; 2]) -> f64 {
 }
 
 /// ψ(a) − ψ(a + b) = E[ln x] and ψ(b) − ψ(a + b) = E[ln(1 − x)], by Newton's method from the a and b that have the
-/// sample's mean and variance.
+/// sample's mean and variance. Both are taken relative to the mean, so that nothing cancels where a and b are large. Where
+/// a + b would be more than [`MOST_SHAPE`], it is that, and a / (a + b) the mean.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
     let (least, most) = sample.ends();
     if least <= 0.0 || most >= 1.0 {
@@ -57,13 +57,27 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
     if variance <= 1e-28 {
         return Err(TOO_EQUAL);
     }
-    let (first, second) = (sample.mean_of(f64::ln), sample.mean_of(|x| (-x).ln_1p()));
+    // ln(x / mean), and ln((1 − x) / (1 − mean)).
+    let of_mean = |x: f64| if x > 0.5 * mean { ((x - mean) / mean).ln_1p() } else { x.ln() - mean.ln() };
+    let of_rest = |x: f64| match 1.0 - x > 0.5 * (1.0 - mean) {
+        true => ((mean - x) / (1.0 - mean)).ln_1p(),
+        false => (-x).ln_1p() - (-mean).ln_1p(),
+    };
+    let (first, second) = (sample.mean_of(of_mean), sample.mean_of(of_rest));
     let strength = (mean * (1.0 - mean) / variance - 1.0).max(1e-3);
+    let held = [mean * MOST_SHAPE, (1.0 - mean) * MOST_SHAPE];
+    if strength > 2.0 * MOST_SHAPE {
+        return Ok(held);
+    }
     let (mut a, mut b) = (mean * strength, (1.0 - mean) * strength);
-    for _ in 0..500 {
-        let (whole, bend) = (digamma(a + b), trigamma(a + b));
-        let (slope_a, slope_b) = (first - digamma(a) + whole, second - digamma(b) + whole);
+    for step in 0..500 {
+        let (whole, _) = ln_less_digamma(a + b);
+        // ψ(x) − ψ(a + b) = ln(x / (a + b)) − (ln x − ψ(x)) + (ln(a + b) − ψ(a + b))
+        let share = a / (a + b);
+        let slope_a = first - of_mean(share) + ln_less_digamma(a).0 - whole;
+        let slope_b = second - of_rest(share) + ln_less_digamma(b).0 - whole;
         // The Hessian is [z − ψ′(a), z; z, z − ψ′(b)] with z = ψ′(a + b); it is negative definite.
+        let bend = trigamma(a + b);
         let (bend_a, bend_b) = (bend - trigamma(a), bend - trigamma(b));
         let determinant = bend_a * bend_b - bend * bend;
         let next_a = a - (bend_b * slope_a - bend * slope_b) / determinant;
@@ -71,8 +85,9 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
         let (next_a, next_b) = (next_a.clamp(0.5 * a, 2.0 * a), next_b.clamp(0.5 * b, 2.0 * b));
         let moved = ((next_a - a) / a).abs().max(((next_b - b) / b).abs());
         (a, b) = (next_a, next_b);
-        if moved <= 1e-12 {
-            return Ok([a, b]);
+        // Rounding may make the last steps go to and fro.
+        if moved <= 1e-12 || (step > 50 && moved <= 1e-9) {
+            return Ok(if a + b > MOST_SHAPE { held } else { [a, b] });
         }
     }
     Err(NO_CONVERGENCE)

@@ -104,6 +104,55 @@ fn closed_forms_are_those_of_the_book() {
     assert!(Law::VonMises.fit(&angles, &[]).unwrap()[0].abs() < 1e-12);
 }
 
+/// Laws, samples, and the parameters of maximum likelihood by mpmath (40 digits, `findroot` on the equations).
+const SOLVED: [(Law, &[f64], [f64; 2]); 6] = [
+    (Law::Gamma, &NEAR, [181201.3166645217, 601997.7297824641]),
+    (Law::Beta, &NEAR, [126659.93779450854, 294137.1977364938]),
+    (Law::Weibull, &NEAR, [475.5569515664736, 0.3013509831998052]),
+    (Law::VonMises, &[0.3, 0.302, 0.304, 0.306, 0.308], [0.304, 125000.39166825479]),
+    (Law::Gamma, &FAR, [0.0014392664348443721, 1.0074865043910605e-302]),
+    (Law::Weibull, &FAR, [0.0024125763229428253, 3.1673939271068344e+99]),
+];
+
+const NEAR: [f64; 5] = [0.3, 0.3005, 0.301, 0.3015, 0.302];
+const FAR: [f64; 7] = [1e-300, 1e-200, 1e-100, 1.0, 1e100, 1e200, 1e300];
+
+#[test]
+fn narrow_and_wide_samples_have_the_parameters_of_mpmath() {
+    for (law, numbers, expected) in SOLVED {
+        let fitted = law.fit(&numbers.iter().copied().collect(), &[]).unwrap();
+        for (found, expected) in fitted.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-7, "{law:?}: {fitted:?}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_weibull_law_of_one_value_and_a_trace_of_a_larger_one_is_fitted() {
+    // By hand: x = 1 of weight 1 and x = e of weight w. w eᵏ / (1 + w eᵏ) = 1/k + w, so that w eᵏ = 1/(k − 1) but for terms
+    // in w.
+    let mut sample = Sample::default();
+    sample.add(1.0, 1.0);
+    sample.add(std::f64::consts::E, 1e-30);
+    let k = (0..200).fold(60.0_f64, |k, _| 30.0 * std::f64::consts::LN_10 - (k - 1.0).ln());
+    let fitted = Law::Weibull.fit(&sample, &[]).unwrap();
+    assert!((fitted[0] / k - 1.0).abs() < 1e-9, "{fitted:?}, expected {k}");
+}
+
+#[test]
+fn no_shape_is_larger_than_the_most() {
+    // Deviations of 10⁻⁸ of the mean: the best shapes are far above 10⁶.
+    let sample: Sample = (0..5).map(|step| 0.3 * (1.0 + 1e-8 * f64::from(step))).collect();
+    let gamma = Law::Gamma.fit(&sample, &[]).unwrap();
+    assert!(gamma[0] == 1e6 && (gamma[1] * 0.300000006 / 1e6 - 1.0).abs() < 1e-14, "{gamma:?}");
+    let beta = Law::Beta.fit(&sample, &[]).unwrap();
+    assert!((beta[0] + beta[1] - 1e6).abs() < 1e-6 && (beta[0] - 300_000.006).abs() < 1e-6, "{beta:?}");
+    assert_eq!(Law::VonMises.fit(&sample, &[]).unwrap()[1], 1e6);
+    // mpmath: the scale that is likeliest with that shape, (mean of x^k)^(1/k).
+    let weibull = Law::Weibull.fit(&sample, &[]).unwrap();
+    assert!(weibull[0] == 1e6 && (weibull[1] / 0.3000000060299993 - 1.0).abs() < 1e-14, "{weibull:?}");
+}
+
 #[test]
 fn what_cannot_be_fitted_is_refused() {
     let same: Sample = [0.3, 0.3].into_iter().collect();

@@ -4,10 +4,9 @@
 
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
-    fit::{NOT_POSITIVE, TOO_EQUAL, positive_root, trigamma},
+    fit::{MOST_SHAPE, NOT_POSITIVE, TOO_EQUAL, ln_less_digamma, positive_root},
 };
 use crate::operators::Unary;
-use crate::special::digamma;
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -41,20 +40,31 @@ pub(super) fn variance([k, rate]: [f64; 2]) -> f64 {
 }
 
 /// ln k − ψ(k) = ln E[x] − E[ln x] by Newton's method, then r = k / E[x]; start of Minka, *Estimating a Gamma
-/// distribution*, 2002.
+/// distribution*, 2002. k is [`MOST_SHAPE`] at most.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
-    if sample.ends().0 <= 0.0 {
+    let (least, most) = sample.ends();
+    if least <= 0.0 {
         return Err(NOT_POSITIVE);
     }
-    let mean = sample.mean_of(|x| x);
-    // E of ln(x / E[x]), which is 0 only where all are equal (Jensen).
-    let spread = -sample.mean_of(|x| (x / mean).ln());
-    if spread <= 1e-13 {
+    // Relative to the largest, so that no sum overflows.
+    let mean = sample.mean_of(|x| x / most);
+    // E of ln(x / E[x]), which is 0 only where all are equal (Jensen). ln(1 + d) − d, whose mean it is too, cancels less.
+    let spread = -sample.mean_of(|x| {
+        let off = (x / most - mean) / mean;
+        if off.abs() < 0.5 { off.ln_1p() - off } else { x.ln() - most.ln() - mean.ln() - off }
+    });
+    if spread <= 1e-28 {
         return Err(TOO_EQUAL);
     }
     let start = (3.0 - spread + ((spread - 3.0).powi(2) + 24.0 * spread).sqrt()) / (12.0 * spread);
-    let shape = positive_root(start, |k| (k.ln() - digamma(k) - spread, 1.0 / k - trigamma(k)))?;
-    Ok([shape, shape / mean])
+    let shape = match ln_less_digamma(MOST_SHAPE).0 < spread {
+        true => positive_root(start, |k| {
+            let (value, slope) = ln_less_digamma(k);
+            (value - spread, slope)
+        })?,
+        false => MOST_SHAPE,
+    };
+    Ok([shape, shape / mean / most])
 }
 
 pub(super) fn draw(by: &mut impl Rng, [k, rate]: [f64; 2]) -> f64 {

@@ -23,6 +23,7 @@ mod weibull;
 pub use arithmetic::{Arithmetic, Numbers, Wide};
 pub use dirichlet::{Dirichlet, Share};
 pub use fit::Refusal;
+pub(crate) use fit::{MOST_SHAPE, NO_CONVERGENCE};
 pub use sample::Sample;
 
 use rand::Rng;

@@ -5,7 +5,7 @@
 
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
-    fit::{TOO_EQUAL, positive_root},
+    fit::{MOST_SHAPE, TOO_EQUAL, positive_root},
 };
 use crate::operators::{Unary, ln_bessel};
 use rand::{Rng, RngExt};
@@ -82,30 +82,41 @@ pub(super) fn variance([_, k]: [f64; 2]) -> f64 {
 }
 
 /// m is the direction of E[(cos x, sin x)], and I₁(κ)/I₀(κ) its length R, by Newton's method from the start of Banerjee
-/// and others, *Journal of Machine Learning Research* 6:1345-1382, 2005.
+/// and others, *Journal of Machine Learning Research* 6:1345-1382, 2005. κ is [`MOST_SHAPE`] at most.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
     let (cosine, sine) = (sample.mean_of(f64::cos), sample.mean_of(f64::sin));
     let length = cosine.hypot(sine);
-    if length >= 1.0 - 1e-13 {
-        return Err(TOO_EQUAL);
-    }
     if length <= 1e-9 {
         return Err("needs angles that prefer a direction");
     }
-    let start = length * (2.0 - length * length) / (1.0 - length * length);
+    let mean = sine.atan2(cosine);
+    // 1 − R = E[1 − cos(x − m)]: R itself has no digits left where it is nearly 1.
+    let rest = sample.mean_of(|x| 2.0 * (0.5 * (x - mean)).sin().powi(2));
+    if rest <= 1e-28 {
+        return Err(TOO_EQUAL);
+    }
+    if rest <= bessel_ratio(MOST_SHAPE).1 {
+        return Ok([mean, MOST_SHAPE]);
+    }
+    let start = length * (2.0 - length * length) / (rest * (1.0 + length));
     let concentration = positive_root(start, |k| {
-        let ratio = bessel_ratio(k);
-        (ratio - length, 1.0 - ratio * ratio - ratio / k)
+        let (ratio, less, slope) = bessel_ratio(k);
+        (if rest < 0.5 { rest - less } else { ratio - length }, slope)
     })?;
-    Ok([sine.atan2(cosine), concentration])
+    Ok([mean, concentration])
 }
 
-/// I₁(κ)/I₀(κ) by its continued fraction 1/(2/κ + 1/(4/κ + …)) (Abramowitz and Stegun 9.1.73), far out by its series.
-fn bessel_ratio(k: f64) -> f64 {
-    if k > 1e4 {
-        return 1.0 - 0.5 / k - 0.125 / (k * k) - 0.125 / (k * k * k);
+/// A = I₁(κ)/I₀(κ), 1 − A and A′ = 1 − A² − A/κ: by the continued fraction 1/(2/κ + 1/(4/κ + …)) (Abramowitz and Stegun
+/// 9.1.73), far out by the series.
+fn bessel_ratio(k: f64) -> (f64, f64, f64) {
+    if k > 1e3 {
+        let u = 1.0 / k;
+        let less = u * (0.5 + u * (0.125 + u * (0.125 + u * (25.0 / 128.0 + u * 13.0 / 32.0))));
+        let slope = u * u * (0.5 + u * (0.25 + u * (0.375 + u * (25.0 / 32.0 + u * 65.0 / 32.0))));
+        return (1.0 - less, less, slope);
     }
-    (1..=(k as u32 + 60)).rev().fold(0.0, |rest, n| 1.0 / (f64::from(2 * n) / k + rest))
+    let ratio = (1..=(k as u32 + 60)).rev().fold(0.0, |rest, n| 1.0 / (f64::from(2 * n) / k + rest));
+    (ratio, 1.0 - ratio, 1.0 - ratio * ratio - ratio / k)
 }
 
 /// Best and Fisher, *Applied Statistics* 28:152-157, 1979; the result lies in ]m − π, m + π].

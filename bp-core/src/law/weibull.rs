@@ -5,7 +5,7 @@
 
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
-    fit::{NOT_POSITIVE, TOO_EQUAL, positive_root},
+    fit::{MOST_SHAPE, NOT_POSITIVE, TOO_EQUAL, positive_root},
 };
 use crate::operators::{Binary, Unary, ln_gamma};
 use rand::Rng;
@@ -76,26 +76,32 @@ pub(super) fn variance([k, c]: [f64; 2]) -> f64 {
 }
 
 /// Σ xᵏ ln x / Σ xᵏ − 1/k = E[ln x] by Newton's method, then cᵏ = E[xᵏ]. Numbers are taken relative to the largest, so that no
-/// power overflows.
+/// power overflows. k is [`MOST_SHAPE`] at most.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
     let (least, most) = sample.ends();
     if least <= 0.0 {
         return Err(NOT_POSITIVE);
     }
-    let mean = sample.mean_of(|x| (x / most).ln());
-    let deviation = sample.mean_of(|x| ((x / most).ln() - mean).powi(2)).sqrt();
-    if deviation <= 1e-13 {
+    let relative = |x: f64| {
+        let off = (x - most) / most;
+        if off > -0.5 { off.ln_1p() } else { x.ln() - most.ln() }
+    };
+    let mean = sample.mean_of(relative);
+    let deviation = sample.mean_of(|x| (relative(x) - mean).powi(2)).sqrt();
+    if deviation <= 1e-14 {
         return Err(TOO_EQUAL);
     }
     // ln X has the standard deviation π / (k √6).
     let start = std::f64::consts::PI / (deviation * 6f64.sqrt());
-    let shape = positive_root(start, |k| {
-        let power = |n: i32| sample.mean_of(|x| (x / most).powf(k) * (x / most).ln().powi(n));
+    let equation = |k: f64| {
+        let power = |n: i32| sample.mean_of(|x| (k * relative(x)).exp() * relative(x).powi(n));
         let (zeroth, first, second) = (power(0), power(1), power(2));
         let centre = first / zeroth;
         (centre - 1.0 / k - mean, second / zeroth - centre * centre + 1.0 / (k * k))
-    })?;
-    Ok([shape, most * sample.mean_of(|x| (x / most).powf(shape)).powf(1.0 / shape)])
+    };
+    // The function rises with k.
+    let shape = if equation(MOST_SHAPE).0 < 0.0 { MOST_SHAPE } else { positive_root(start, equation)? };
+    Ok([shape, most * (sample.mean_of(|x| (shape * relative(x)).exp()).ln() / shape).exp()])
 }
 
 pub(super) fn draw(by: &mut impl Rng, [k, c]: [f64; 2]) -> f64 {

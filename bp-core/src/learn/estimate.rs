@@ -10,7 +10,7 @@
 //! mean of `normal` (m/t² + Σx/s²) / (1/t² + N/s²).
 
 use super::distribution::{Argument, Cell, Distribution, Kind, Learnable, Share, cells_of};
-use super::floor::{collapsed, held, spread};
+use super::floor::{collapsed, held, is_narrowest, spread};
 use super::normals::normals;
 use super::regression::least_squares;
 use super::statistics::Statistic;
@@ -235,7 +235,7 @@ fn own_law(
         true => held(*law, numbers, on_turn(*law, step.spreads[position], domain)),
         false => (numbers, false),
     };
-    let outcome = match (sample.is_empty(), is_held) {
+    let outcome = match (sample.is_empty(), is_held || is_narrowest(*law, &numbers)) {
         (true, _) => Outcome::Empty,
         (false, true) => Outcome::Floored,
         (false, false) => Outcome::Fitted,

@@ -5,16 +5,14 @@
 //! likelihood.
 //!
 //! Where all values of a context are equal, or a component of a mixture closes in on equal values, the likelihood grows
-//! without end as the law narrows. It is stopped at a deviation that is a millionth of that of all values of the form, each counted once; laws
-//! whose shape alone says how narrow they are stop at a shape of 10⁶; a rate of counts at 10⁻¹².
+//! without end as the law narrows. It is stopped at a deviation that is a millionth of that of all values of the form, each
+//! counted once; a rate of counts stops at 10⁻¹². Laws whose shape alone says how narrow they are have no shape above 10⁶,
+//! whatever they are fitted to (`law/`).
 
-use crate::law::{Law, Refusal, Sample};
+use crate::law::{Law, MOST_SHAPE, NO_CONVERGENCE, Refusal, Sample};
 
 /// Of the spread of all values.
 const NARROWEST: f64 = 1e-6;
-
-/// The largest shape, concentration or sum of counts.
-const MOST_SHAPE: f64 = 1e6;
 
 /// The smallest rate of counts.
 const LEAST_RATE: f64 = 1e-12;
@@ -61,7 +59,7 @@ pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, b
             numbers[1] *= MOST_SHAPE / numbers[0];
             numbers[0] = MOST_SHAPE;
         }
-        Law::Beta if numbers[0] + numbers[1] > MOST_SHAPE => {
+        Law::Beta if numbers[0] + numbers[1] > MOST_SHAPE * (1.0 + 1e-12) => {
             let scale = MOST_SHAPE / (numbers[0] + numbers[1]);
             numbers.iter_mut().for_each(|number| *number *= scale);
         }
@@ -74,6 +72,17 @@ pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, b
     (numbers, moved)
 }
 
+/// Whether a law's shape is the largest that there is.
+pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
+    let shape = match law {
+        Law::Gamma | Law::Weibull => numbers[0],
+        Law::Beta => numbers[0] + numbers[1],
+        Law::VonMises => numbers[1],
+        _ => 0.0,
+    };
+    shape >= MOST_SHAPE * (1.0 - 1e-12)
+}
+
 /// The numbers at the floor, for a sample whose values are all equal.
 ///
 /// # Errors
@@ -82,6 +91,9 @@ pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) ->
     let (low, high) = sample.ends();
     let mean = sample.mean_of(|x| x);
     let floor = NARROWEST * spread;
+    if why == NO_CONVERGENCE {
+        return Err(why);
+    }
     match law {
         Law::Normal if floor > 0.0 => Ok(vec![mean, floor]),
         Law::Lognormal if floor > 0.0 && low > 0.0 => Ok(vec![sample.mean_of(f64::ln), floor]),
