@@ -61,6 +61,7 @@ fn all(from: impl Read) -> Result<Vec<u8>> {
 /// # Errors
 /// The file or its folder cannot be written; the old file is then as it was.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    check_name(path)?;
     let found = match metadata(path) {
         Ok(found) => found,
         // A link to nothing makes what it points to.
@@ -84,6 +85,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         // Where the folder may not be written, the file may.
         Err(error) if error.kind() == ErrorKind::PermissionDenied => through(&target, bytes),
         done => done,
+    }
+}
+
+/// Refuses what names a folder where a file is to be written.
+///
+/// # Errors
+/// The path ends in a separator, or is that of a folder.
+pub fn check_name(path: &Path) -> Result<()> {
+    let ends_as_folder = path.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    match ends_as_folder || path.is_dir() {
+        true => Err(Error::new(ErrorKind::IsADirectory, "it is a folder; write the name of a file in it")),
+        false => Ok(()),
     }
 }
 
@@ -148,7 +161,11 @@ mod tests {
             (&b"two"[..], vec!["a.txt".to_owned()])
         );
         assert!(write(&folder.path().join("no").join("a.txt"), b"three").is_err());
-        assert!(write(folder.path(), b"three").is_err());
+        let no_file = folder.path().join("new").join("");
+        for path in [folder.path(), no_file.as_path()] {
+            let told = write(path, b"three").unwrap_err();
+            assert_eq!(told.to_string(), "it is a folder; write the name of a file in it");
+        }
         assert_eq!(entries(folder.path()), ["a.txt"]);
         check_folder(folder.path()).unwrap();
         assert!(check_folder(&folder.path().join("no")).is_err());

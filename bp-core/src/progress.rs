@@ -24,11 +24,14 @@ pub fn is_stopped() -> bool {
     STOPPED.load(Relaxed)
 }
 
-/// Steps that have been done, and all that are to be; `None` where nothing long runs.
+/// Steps that have been done, and all that are to be; `None` where nothing long runs, or nobody knows how long.
 pub fn steps() -> Option<(usize, usize)> {
     let total = TOTAL.load(Relaxed);
-    (total > 0).then(|| (DONE.load(Relaxed).min(total), total))
+    (total > 0 && total < WITHOUT_END).then(|| (DONE.load(Relaxed).min(total), total))
 }
+
+/// The steps of work that ends when it comes to rest.
+const WITHOUT_END: usize = usize::MAX;
 
 /// Work that can be stopped with what it has.
 pub(crate) struct Work(());
@@ -39,6 +42,11 @@ impl Work {
         DONE.store(0, Relaxed);
         TOTAL.store(steps, Relaxed);
         Self(())
+    }
+
+    /// Work of which nobody knows how many steps it takes.
+    pub(crate) fn without_end() -> Self {
+        Self::of(WITHOUT_END)
     }
 
     /// Whether it goes on; a step has been done where it does.

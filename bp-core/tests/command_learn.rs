@@ -5,7 +5,8 @@
 
 use serde_json::Value;
 use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 const PROGRAM: &str = "/// Which urn?
 program Urns {
@@ -121,6 +122,79 @@ fn a_report_is_json_too() {
 }
 
 #[test]
+fn nearly_equal_values_are_held_at_the_largest_shape_and_their_likelihood_is_that_of_the_law_written() {
+    // mpmath, 60 digits: Σ ln f(x) of five values at shape 10⁶.
+    let cases = [
+        ("gamma", 35.96394723335034),
+        ("beta", 33.84570150330298),
+        ("weibull", 70.09691672230453),
+        ("von_mises", 29.944083103842008),
+    ];
+    for (law, expected) in cases {
+        let text = format!(
+            "program Near {{ variables {{ X : real; }} decomposition {{ P(X) }} forms {{ P(X) = unknown({law}); }} }}"
+        );
+        let data = "X\n0.3\n0.300000003\n0.300000006\n0.300000009\n0.300000012\n";
+        let folder = Folder::with(&[("near.bp", &text), ("d.csv", data)]);
+        let report = written(&folder.bp(&["learn", "near.bp", "--data", "d.csv", "--json"]));
+        let report: Value = serde_json::from_str(&report).unwrap();
+        let found = report["ln_likelihood"].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-6, "{law}: {found}, expected {expected}");
+        assert_eq!(report["forms"][0]["floored"], 1, "{law}");
+        assert!(report.get("weight").is_none() && report.get("expectation").is_none(), "{report}");
+    }
+}
+
+/// SIGINT during EM: what was found by then is written.
+#[cfg(unix)]
+#[test]
+fn interrupted_learning_writes_what_it_has() {
+    let text = "program Many { variables { K : 0..=7; X : real; } decomposition { P(K) P(X | K) }
+        forms { P(K) = unknown(histogram); P(X | K) = unknown(normal); } question k { P(K) } }";
+    // Spread evenly: eight laws settle slowly.
+    let rows = (0..20_000).map(|row| format!("{}\n", (f64::from(row) * 0.618).fract()));
+    let data: String = std::iter::once("X\n".to_owned()).chain(rows).collect();
+    let folder = Folder::with(&[("many.bp", text), ("d.csv", &data)]);
+    let arguments = ["learn", "many.bp", "--data", "d.csv", "--hidden", "K", "--out", "l.bp"];
+    // The signal may come before anybody listens: then it is tried again, later.
+    for wait in [1000, 3000, 10_000] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
+        let command = command.current_dir(folder.0.path()).args(arguments);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(wait));
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        let output = child.wait_with_output().unwrap();
+        if folder.path("l.bp").exists() {
+            assert_eq!(output.status.code(), Some(1));
+            let told = said(&output);
+            assert!(told.contains("interrupted after ") && told.contains("written to l.bp"), "{told}");
+            written(&folder.bp(&["ask", "l.bp", "k"]));
+            return;
+        }
+    }
+    panic!("no signal found any step");
+}
+
+#[test]
+fn a_folder_is_no_file_and_a_column_over_time_may_tell_sequences_apart() {
+    let text = "program Coin { variables { F : bool; } decomposition { P(F) } forms { P(F) = unknown; } }";
+    let over_time = "program Coins { variables { F, F^-1 : bool; } decomposition { P(F^-1) P(F | F^-1) }
+        forms { P(F^-1) = previous(F) else uniform; P(F | F^-1) = unknown; } }";
+    let data = [("coin.bp", text), ("coins.bp", over_time), ("d.csv", "Who,F\na,1\na,0\n")];
+    let folder = Folder::with(&data);
+    for to in ["new/", "."] {
+        let learn = ["learn", "coin.bp", "--data", "d.csv", "--ignore", "Who", "--out", to];
+        let told = said(&folder.bp(&learn));
+        assert!(told.contains("it is a folder; write the name of a file in it"), "{told}");
+    }
+    assert!(!folder.path("new").exists());
+    let told = said(&folder.bp(&["learn", "coins.bp", "--data", "d.csv"]));
+    let expected = "`Coins` has no variable named `Who`; if it tells sequences apart, add `--sequence Who`; otherwise \
+                    leave it out: `--ignore Who`";
+    assert!(told.contains(expected), "{told}");
+}
+
+#[test]
 fn wrong_data_leave_no_file() {
     let folder = Folder::with(&[("urns.bp", PROGRAM), ("d.csv", "Ball,Urn,Size\nRed,Left,1\nBlue,Left,2\n")]);
     let wrong = folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--out", "learned.bp"]);
@@ -168,6 +242,9 @@ fn labels_in_quotes_and_sizes_of_data_are_learned_through_the_command() {
     let p = rows.iter().find(|row| row["values"]["R"] == "1" && row["values"]["Age"] == "20+");
     let p = p.unwrap_or_else(|| panic!("{answer}"))["p"].as_f64().unwrap();
     assert!((p - near / (near + far)).abs() < 1e-12, "{answer}");
+    // Four numbers for two values of Age: two rooms.
+    let told: Value = serde_json::from_str(&written(&folder.bp(&["ask", "l.bp", "age", "--json"]))).unwrap();
+    assert_eq!(told, answer);
     let small = folder.bp(&["ask", "l.bp", "age", "--set", "Rooms=3"]);
     assert!(said(&small).contains("4 numbers were given, but 6 are expected"), "{}", said(&small));
 }

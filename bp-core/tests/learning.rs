@@ -283,7 +283,7 @@ fn wrong_data_are_told_with_their_place() {
     assert!(told("X,X\n1,1\n").contains("`X` twice"));
     assert_eq!(
         told("A,X,C\n1,1,red\n"),
-        "input `d.csv`: no variable of `Learning` is called as the column `A`; leave it out: `--ignore A`"
+        "input `d.csv`: `Learning` has no variable named `A`; leave the column out: `--ignore A`"
     );
     assert!(told("").contains("row 1 must name the columns"));
     let model = model_of(&text);

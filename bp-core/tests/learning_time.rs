@@ -233,6 +233,82 @@ fn hidden_states_are_baum_welch() {
     }
 }
 
+/// ln P of the rows by `filter`, whose messages are potentials and not flat arrays.
+fn filtered(model: &Model, asked: &str, rows: &[Vec<(String, f64)>]) -> f64 {
+    let (asked, inputs) = (question(model, asked), Inputs::new());
+    let sampling = bp_core::sample::Sampling::default();
+    let answers = bp_core::answer::ask_over_time(model, &asked, rows, &inputs, sampling).unwrap();
+    answers[0].ln_evidence.unwrap()
+}
+
+#[test]
+fn states_in_part_seen_and_hidden_causes_have_the_likelihood_of_the_filter() {
+    let model = model_of(
+        "program Mixed { variables { S, S^-1 : { a, b, c }; X, X^-1 : bool; K : 0..=1; Y : real; Z : { u, v, w }; }
+         decomposition { P(S^-1) P(X^-1) P(S | S^-1 X^-1) P(X | X^-1 S) P(K | S) P(Y | K X) P(Z | S) }
+         forms { P(S^-1) = previous(S) else unknown(dirichlet(1)); P(X^-1) = previous(X) else bernoulli(0.3);
+                 P(S | S^-1 X^-1) = unknown(dirichlet(2)); P(X | X^-1 S) = unknown; P(K | S) = unknown;
+                 P(Y | K X) = unknown(normal); P(Z | S) = unknown(dirichlet(1)); } }",
+    );
+    let mut state = 11_u64;
+    let mut unit = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1u64 << 31) as f64
+    };
+    let (mut table, mut rows) = ("X,Y,Z\n".to_owned(), Vec::new());
+    for _ in 0..60 {
+        let (x, z) = (usize::from(unit() < 0.4), (3.0 * unit()) as usize);
+        let (y, seen) = (unit() * 3.0 + 2.0 * x as f64, unit());
+        let mut row = vec![("Y".to_owned(), y)];
+        if seen < 0.7 {
+            row.push(("X".to_owned(), x as f64));
+        }
+        if seen > 0.2 {
+            row.push(("Z".to_owned(), z as f64));
+        }
+        let x = if seen < 0.7 { x.to_string() } else { String::new() };
+        let z = if seen > 0.2 { ["u", "v", "w"][z] } else { "" };
+        table.push_str(&format!("{x},{y},{z}\n"));
+        rows.push(row);
+    }
+    let read = read_table(Path::new("data.csv"), table.as_bytes()).unwrap();
+    let mut learner = Learner::new(&model).unwrap();
+    let columns = Columns { hidden: vec!["K".to_owned()], ..Columns::default() };
+    learner.observe_table(&read, &columns).unwrap();
+    let settings = bp_core::learn::Settings { iterations: 60, ..Default::default() };
+    let found = learner.learned_with(&settings, &mut |_, _| {}).unwrap();
+    let (own, asked) = (found.report.ln_likelihood, filtered(found.model(), "filter P(S | X, Y, Z)", &rows));
+    assert!((own - asked).abs() < 1e-9, "{own}, by the filter {asked}");
+    let trail = &found.report.expectation.as_ref().unwrap().trail;
+    assert!(trail.windows(2).all(|pair| pair[1] >= pair[0] - 1e-9), "{trail:?}");
+}
+
+#[test]
+fn three_states_and_800_rows_come_to_rest_without_creeping() {
+    let model = model_of(
+        "program Three { variables { S, S^-1, Z : { a, b, c }; } decomposition { P(S^-1) P(S | S^-1) P(Z | S) }
+         forms { P(S^-1) = previous(S) else uniform; P(S | S^-1) = unknown(histogram); P(Z | S) = unknown(histogram); } }",
+    );
+    let mut state = 5_u64;
+    let mut draw = |chances: [f64; 3]| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let unit = (state >> 33) as f64 / (1u64 << 31) as f64;
+        usize::from(unit > chances[0]) + usize::from(unit > chances[0] + chances[1])
+    };
+    let (mut hidden, mut table, mut rows) = (0, "Z\n".to_owned(), Vec::new());
+    for _ in 0..800 {
+        hidden = draw([[0.9, 0.07, 0.03], [0.1, 0.8, 0.1], [0.05, 0.15, 0.8]][hidden]);
+        let seen = draw([[0.7, 0.2, 0.1], [0.2, 0.6, 0.2], [0.1, 0.2, 0.7]][hidden]);
+        table.push_str(["a\n", "b\n", "c\n"][seen]);
+        rows.push(vec![("Z".to_owned(), seen as f64)]);
+    }
+    let found = learned(&model, &table, None).unwrap();
+    let course = found.report.expectation.as_ref().unwrap();
+    assert!(course.converged && course.steps < 1000, "{} steps", course.steps);
+    let asked = filtered(found.model(), "filter P(S | Z)", &rows);
+    assert!((found.report.ln_likelihood - asked).abs() < 1e-9, "{asked}");
+}
+
 #[test]
 fn the_law_of_the_start_can_be_unknown_and_is_written_back() {
     let model = model_of(

@@ -42,7 +42,9 @@ impl Case {
     /// The model has no such variable, or the variable no such value.
     pub fn with_value(self, model: &Model, variable: &str, value: &str) -> Result<Self, Error> {
         let id = model.variable(variable);
-        let id = id.ok_or_else(|| Error::input(variable, "the program has no variable of this name"))?;
+        let id = id.ok_or_else(|| {
+            Error::input(variable, format!("`{}` has no variable of this name", model.name))
+        })?;
         match Values::new(model, id, &|_| None).read(value) {
             Ok(Some(value)) => Ok(self.with(id, value.number)),
             Ok(None) => Ok(self),

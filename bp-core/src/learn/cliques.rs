@@ -127,12 +127,12 @@ impl Cliques {
 }
 
 /// Adds to each cell what stands at its place.
-fn add(cells: &mut [f64], table: &[f64], places: &[u32]) {
+pub(super) fn add(cells: &mut [f64], table: &[f64], places: &[u32]) {
     cells.iter_mut().zip(places).for_each(|(cell, place)| *cell += table[*place as usize]);
 }
 
 /// ln Σ exp of the cells that share a place.
-fn summed(cells: &[f64], places: &[u32], count: usize) -> Vec<f64> {
+pub(super) fn summed(cells: &[f64], places: &[u32], count: usize) -> Vec<f64> {
     let mut most = vec![f64::NEG_INFINITY; count];
     for (cell, place) in cells.iter().zip(places) {
         most[*place as usize] = most[*place as usize].max(*cell);
@@ -148,7 +148,7 @@ fn summed(cells: &[f64], places: &[u32], count: usize) -> Vec<f64> {
 }
 
 /// For each cell of a table over some slots the cell of one over some of them; the last slot fastest in both.
-fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usize) -> Vec<u32> {
+pub(super) fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usize) -> Vec<u32> {
     let mut stride = 1;
     let mut strides = vec![0; from.len()];
     for slot in to.iter().rev() {

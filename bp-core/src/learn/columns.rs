@@ -5,7 +5,7 @@
 //! is an error and never a variable that is learned from nothing.
 
 use super::expect::MISSING;
-use super::learner::Learner;
+use super::learner::{Learner, NO_WEIGHT, is_weight};
 use super::over_time::carried;
 use super::program::Program;
 use crate::data::{Table, Values, is_missing};
@@ -62,10 +62,8 @@ impl Learner {
                 let Some(values) = values else { continue };
                 match (role, table.cell(row, column, values)?) {
                     (Role::Slot(slot), Some(value)) => key[*slot] = (value.number + 0.0).to_bits(),
-                    (Role::Weight, Some(value)) if value.number >= 0.0 => weight = value.number,
-                    (Role::Weight, _) => {
-                        return Err(table.wrong(row, column, "not a weight: write a number of at least 0"));
-                    }
+                    (Role::Weight, Some(value)) if is_weight(value.number) => weight = value.number,
+                    (Role::Weight, _) => return Err(table.wrong(row, column, NO_WEIGHT)),
                     _ => {}
                 }
             }
@@ -124,12 +122,11 @@ impl Learner {
 fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role>, Error> {
     let wrong = |message: String| Error::input(table.path.display().to_string(), message);
     let known = || table.columns.iter().map(String::as_str);
-    let did_you_mean = |name: &str, near: Option<&str>| {
-        near.map_or_else(|| listed(name, known()), |near| format!("did you mean `{near}`?"))
-    };
+    let did_you_mean =
+        |near: Option<&str>| near.map_or_else(|| listed(known()), |near| format!("did you mean `{near}`?"));
     for name in columns.ignore.iter().chain(&columns.weight).chain(&columns.sequence) {
         if !table.columns.contains(name) {
-            let help = did_you_mean(name, near(name, known()));
+            let help = did_you_mean(near(name, known()));
             return Err(wrong(format!("there is no column `{name}`; {help}")));
         }
     }
@@ -145,16 +142,16 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
                 let slots = program.slots.iter().enumerate();
                 let open = slots.filter(|(_, slot)| !table.columns.contains(&slot.name));
                 let near = near(column, open.map(|(_, slot)| slot.name.as_str()));
+                let name = argument(column);
+                let over_time = !carried(&program.model).is_empty() && columns.sequence.is_none();
                 let help = match near {
-                    Some(near) => format!("did you mean `{near}`? Otherwise leave it out: "),
-                    None => "leave it out: ".to_owned(),
+                    Some(near) => format!("did you mean `{near}`? Otherwise leave the column out: `--ignore {name}`"),
+                    None if over_time => format!(
+                        "if it tells sequences apart, add `--sequence {name}`; otherwise leave it out: `--ignore {name}`"
+                    ),
+                    None => format!("leave the column out: `--ignore {name}`"),
                 };
-                let message = format!(
-                    "no variable of `{}` is called as the column `{column}`; {help}`--ignore {}`",
-                    program.model.name,
-                    argument(column)
-                );
-                return Err(wrong(message));
+                return Err(wrong(format!("`{}` has no variable named `{column}`; {help}", program.model.name)));
             }
         });
     }
@@ -168,12 +165,12 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
             let all = names();
             let help = near(name, all.iter().map(String::as_str));
             let help = help.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            return Err(Error::input(name, format!("the program has no variable of this name{help}")));
+            return Err(wrong_name(program, name, &help));
         }
         let mut shown = slots.enumerate().filter(|(_, slot)| is_named(program, slot, name));
         if let Some((_, slot)) = shown.find(|(slot, _)| roles.contains(&Role::Slot(*slot))) {
             let message = format!(
-                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
+                "it is said to be hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
                 slot.name,
                 argument(&slot.name)
             );
@@ -203,9 +200,13 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
                 quoted(&program.model.variable_name(slot.variable)),
             ),
         };
-        return Err(wrong(format!("no column is called as the variable `{}`; {help}", slot.name)));
+        return Err(wrong(format!("there is no column for the variable `{}`; {help}", slot.name)));
     }
     Ok(roles)
+}
+
+fn wrong_name(program: &Program, name: &str, help: &str) -> Error {
+    Error::input(name, format!("`{}` has no variable of this name{help}", program.model.name))
 }
 
 /// Whether a name is that of a slot, or of the family that it belongs to.
@@ -213,7 +214,7 @@ fn is_named(program: &Program, slot: &super::program::Slot, name: &str) -> bool 
     slot.name == name || program.model.variable_name(slot.variable) == name
 }
 
-fn listed<'n>(_: &str, columns: impl Iterator<Item = &'n str>) -> String {
+fn listed<'n>(columns: impl Iterator<Item = &'n str>) -> String {
     const MOST: usize = 12;
     let mut names: Vec<String> = columns.map(|name| format!("`{name}`")).collect();
     if names.len() > MOST {

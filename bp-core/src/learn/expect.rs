@@ -254,12 +254,12 @@ impl Pattern {
 }
 
 /// How many values some slots have together.
-fn cells(program: &Program, slots: &[usize]) -> usize {
+pub(super) fn cells(program: &Program, slots: &[usize]) -> usize {
     slots.iter().map(|slot| program.slots[*slot].count.unwrap_or(1)).product()
 }
 
 /// Gives slots the values of a joint ordinal, the last slot fastest.
-fn put(program: &Program, slots: &[usize], cell: usize, values: &mut [f64]) {
+pub(super) fn put(program: &Program, slots: &[usize], cell: usize, values: &mut [f64]) {
     let mut rest = cell;
     for slot in slots.iter().rev() {
         let count = program.slots[*slot].count.unwrap_or(1);

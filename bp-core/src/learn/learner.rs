@@ -73,10 +73,10 @@ impl Learner {
     /// A case was seen as often as its weight says.
     ///
     /// # Errors
-    /// As for [`Learner::observe`]; a weight that is negative or not finite.
+    /// As for [`Learner::observe`]; a weight that is neither 0 nor between 10⁻¹⁰⁰ and 10¹⁰⁰.
     pub fn observe_weighted(&mut self, case: &Case, weight: f64) -> Result<(), Error> {
-        if !(weight >= 0.0 && weight.is_finite()) {
-            return Err(Error::input("weight", format!("{weight} is not a finite number of at least 0")));
+        if !is_weight(weight) {
+            return Err(Error::input("weight", format!("`{weight}` is {NO_WEIGHT}")));
         }
         let key = self.key(case)?;
         self.weighted = true;
@@ -233,7 +233,7 @@ impl Learner {
         }
         let sequences = Sequences::new(&mut learnable, &self.sequences)?;
         let mut generator = Xoshiro256PlusPlus::seed_from_u64(settings.seed);
-        let start = sequences.weighted(&mut |_, _, _, _| generator.random::<f64>().powi(4) + 1e-3);
+        let start = sequences.weighted(&mut |_, _| generator.random::<f64>().powi(4) + 1e-3);
         let keep: Vec<bool> = learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
         let found = maximise(&mut learnable, &sequences, &start, &keep, settings, progress)?;
         let figures = Figures {
@@ -245,6 +245,14 @@ impl Learner {
         let report = report(self, &learnable, figures);
         Ok(Learned { learnable, report })
     }
+}
+
+/// What is said of something that is no weight.
+pub(super) const NO_WEIGHT: &str = "not a weight: write 0, or a number between 1e-100 and 1e100";
+
+/// Whether a number can be a weight: sums of them times other numbers neither overflow nor vanish.
+pub(super) fn is_weight(number: f64) -> bool {
+    number == 0.0 || (1e-100..=1e100).contains(&number)
 }
 
 /// Whether a distribution has numbers before anything is learned: parameters with defaults.

@@ -3,12 +3,12 @@
 //! In: an E step, and statistics to start from. Out: numbers at which the likelihood of what was seen has a maximum, near
 //! where it began. Invariant: no step lowers ln L + ln prior; a step that would is shortened, or is the last.
 //!
-//! Dempster, Laird and Rubin, *Journal of the Royal Statistical Society* B 39:1-38, 1977. EM creeps where much is hidden:
-//! after two steps θ₀ → θ₁ → θ₂ a third goes to θ₀ − 2αr + α²v with r = θ₁ − θ₀, v = (θ₂ − θ₁) − r, α = −|r|/|v|, and is
-//! taken back where it is outside the domain or lowers ln L (Varadhan and Roland, *Scandinavian Journal of Statistics*
-//! 35:335-353, 2008, scheme S3).
+//! Dempster, Laird and Rubin, *Journal of the Royal Statistical Society* B 39:1-38, 1977. EM creeps where much is hidden, so
+//! each step goes where the last ones point to (`accelerate.rs`); where that is outside the domain it goes part of the way,
+//! and where it lowers ln L it is taken back: the plain step takes its place.
 
 use super::Settings;
+use super::accelerate::History;
 use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
 use super::estimate::{Outcome, Step, estimate, spreads};
 use super::expect::{Expectation, Expected};
@@ -18,6 +18,7 @@ use super::report::Course;
 use super::statistics::Statistic;
 use crate::error::Error;
 use crate::law::Law;
+use crate::progress::Work;
 use std::collections::BTreeSet;
 
 /// How often a step that lowers the likelihood is halved.
@@ -66,43 +67,41 @@ pub(super) fn maximise(
     let cells: BTreeSet<Cell> = learnable.distributions().iter().flat_map(|it| cells_of(&it.kind)).collect();
     let cells = cells.into_iter().collect();
     let mut iteration = Iteration { learnable, cases, cells, spreads, settings };
-    let mut course = Course { seed: settings.seed, ..Course::default() };
+    let mut course = Course { seed: settings.seed, drawn: keep.contains(&false), ..Course::default() };
     let mut at = iteration.point()?;
-    // The points from which the last plain steps went, newest last.
-    let mut before: Vec<Vec<f64>> = Vec::new();
+    let (mut history, mut rests) = (History::default(), 0);
+    let work = Work::without_end();
     loop {
         course.steps += 1;
         course.trail.push(at.objective);
         progress(course.steps, at.expected.ln_likelihood);
-        if course.converged || course.steps >= settings.iterations {
+        course.interrupted = !course.converged && !work.goes_on();
+        if course.converged || course.interrupted || course.steps >= settings.iterations {
             break;
         }
-        if let [.., first, second] = before.as_slice() {
-            let longer = iteration.longer(first, second, &at.numbers);
-            before.clear();
-            if let Some(longer) = longer
-                && let Ok(point) = iteration.point_at(&longer)
-                && point.objective >= at.objective
-            {
-                at = point;
-                continue;
-            }
-            iteration.put(&at.numbers);
-        }
         outcomes = iteration.step(&at.expected.statistics)?;
-        let next = iteration.point()?;
-        before.push(at.numbers.clone());
-        match iteration.accepted(&at, next)? {
-            Some(next) => {
-                course.converged = iteration.has_converged(&at, &next);
-                at = next;
-            }
+        let plain = iteration.numbers();
+        let scales = iteration.scales(&plain);
+        let further = history.further(&at.numbers, &plain, &scales);
+        let next = match further.and_then(|further| iteration.further(&at, &plain, further)) {
+            Some(next) => next,
             None => {
-                iteration.put(&at.numbers);
-                (course.converged, course.held) = (true, true);
-                break;
+                history.forget();
+                let next = iteration.point_at(&plain)?;
+                let Some(next) = iteration.accepted(&at, next)? else {
+                    iteration.put(&at.numbers);
+                    (course.converged, course.held) = (true, true);
+                    break;
+                };
+                next
             }
-        }
+        };
+        // The longer step tells how far it is still; after a plain one that is not known.
+        let rest = iteration.rests(&at, &next.numbers, next.objective, &scales)
+            && iteration.rests(&at, &plain, next.objective, &scales);
+        rests = if rest { rests + 1 } else { 0 };
+        course.converged = rests > 1;
+        at = next;
     }
     iteration.put(&at.numbers);
     course.ln_likelihood = at.expected.ln_likelihood;
@@ -158,14 +157,12 @@ impl Iteration<'_> {
         Ok(None)
     }
 
-    fn has_converged(&self, at: &Point, next: &Point) -> bool {
-        let gain = (next.objective - at.objective).abs();
-        let scales = self.scales(&next.numbers);
-        let moved = at.numbers.iter().zip(&next.numbers).zip(scales);
-        gain <= self.settings.threshold * next.objective.abs().max(1.0)
-            && moved
-                .into_iter()
-                .all(|((from, to), scale)| (to - from).abs() <= self.settings.tolerance * scale)
+    /// Whether neither ln L nor any number changes by more than the thresholds.
+    fn rests(&self, at: &Point, numbers: &[f64], objective: f64, scales: &[f64]) -> bool {
+        let Settings { threshold, tolerance, .. } = self.settings;
+        let mut moved = at.numbers.iter().zip(numbers).zip(scales);
+        (objective - at.objective).abs() <= threshold * objective.abs().max(1.0)
+            && moved.all(|((from, to), scale)| (to - from).abs() <= tolerance * scale)
     }
 
     /// What the change of each number is compared with: its size; of a mean at least the deviation, of a probability or
@@ -212,30 +209,33 @@ impl Iteration<'_> {
         scales
     }
 
-    /// Where two plain steps point to, if that is further than they went and every distribution can have it.
-    fn longer(&mut self, first: &[f64], second: &[f64], third: &[f64]) -> Option<Vec<f64>> {
-        let scales = self.scales(third);
-        let (mut of_steps, mut of_bends) = (0.0, 0.0);
-        for (((first, second), third), scale) in first.iter().zip(second).zip(third).zip(&scales) {
-            let step = second - first;
-            let bend = (third - second) - step;
-            let scale = scale.max(f64::MIN_POSITIVE);
-            of_steps += (step / scale).powi(2);
-            of_bends += (bend / scale).powi(2);
+    /// The point to which the steps point, or one on the way to it that every distribution can have; nothing where the
+    /// likelihood is lower there.
+    fn further(&mut self, at: &Point, plain: &[f64], further: Vec<f64>) -> Option<Point> {
+        for halving in 0..=MOST_HALVINGS {
+            let part = 0.5_f64.powi(halving as i32);
+            let numbers: Vec<f64> =
+                plain.iter().zip(&further).map(|(from, to)| from + part * (to - from)).collect();
+            self.put(&numbers);
+            self.sum_rows();
+            let all = self.learnable.distributions().iter().zip(&self.spreads);
+            if all.into_iter().all(|(it, spread)| self.is_possible(&it.kind, *spread)) {
+                return self.point().ok().filter(|point| point.objective >= at.objective);
+            }
         }
-        let length = (of_steps / of_bends).sqrt();
-        if !(length.is_finite() && length > 1.0) {
-            return None;
+        None
+    }
+
+    /// Takes the rounding out of rows that sum to one.
+    fn sum_rows(&mut self) {
+        for position in 0..self.learnable.distributions().len() {
+            let kind = &self.learnable.distributions()[position].kind;
+            if matches!(kind, Kind::Row(row) if !row.contains(&Share::Rest)) {
+                let cells = cells_of(kind);
+                let total: f64 = cells.iter().map(|cell| self.learnable.number(*cell)).sum();
+                cells.iter().for_each(|cell| self.learnable.set(*cell, self.learnable.number(*cell) / total));
+            }
         }
-        let numbers = first.iter().zip(second).zip(third).map(|((first, second), third)| {
-            let step = second - first;
-            let bend = (third - second) - step;
-            first + 2.0 * length * step + length * length * bend
-        });
-        let numbers: Vec<f64> = numbers.collect();
-        self.put(&numbers);
-        let all = self.learnable.distributions().iter().zip(&self.spreads);
-        all.into_iter().all(|(it, spread)| self.is_possible(&it.kind, *spread)).then_some(numbers)
     }
 
     fn is_possible(&self, kind: &Kind, spread: f64) -> bool {

@@ -19,6 +19,7 @@
 //! assert!((answer[0].answer[0].p().unwrap() - 1.0 / 3.0).abs() < 1e-15);
 //! ```
 
+mod accelerate;
 mod case;
 mod cliques;
 mod columns;
@@ -31,6 +32,7 @@ mod kind;
 mod learner;
 mod likelihood;
 mod maximise;
+mod messages;
 mod normals;
 mod over_time;
 mod parametric;

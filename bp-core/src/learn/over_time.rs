@@ -7,20 +7,20 @@
 //! E: n(x, u) = Σ_sequences Σₜ P(Xₜ = x, Uₜ = u | z₁..T), from α and β (Baum, Petrie, Soules and Weiss, *Annals of
 //! Mathematical Statistics* 41:164-171, 1970; Rabiner 1989).
 
-use super::distribution::{Learnable, Seen};
-use super::expect::{Expectation, Expected, Key, MISSING};
+use super::distribution::{Finder, Learnable, Seen};
+use super::expect::{Expectation, Expected, Key, MISSING, cells, put};
+use super::messages::{Messages, Part};
 use super::program::Program;
 use super::statistics::{Statistic, grow};
 use crate::error::Error;
 use crate::error::Impossible;
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Known, Model, Searched, Value, When};
-use crate::plan::refusal;
+use crate::plan::{is_proper, refusal};
 use crate::time::Instant;
 use crate::time::chain::Chain;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
 
 /// The most values that the hidden slots of one family may have together.
 const MOST_VALUES: usize = 1 << 16;
@@ -33,19 +33,14 @@ pub(super) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
     model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
 }
 
-/// A family of which something is hidden, and where its expected counts go.
-struct Hidden {
-    slots: Vec<usize>,
-    /// Position among the hidden values, distribution, what would have been seen.
-    cells: Vec<(usize, usize, Seen)>,
-}
-
 /// A sequence, ready to be asked again and again.
 struct Sequence {
     name: String,
     instants: Vec<Instant>,
-    /// The hidden families of each instant.
-    hidden: Vec<Vec<Arc<Hidden>>>,
+    /// The instants as messages know them.
+    slices: Vec<usize>,
+    /// The parts of each instant that are counted.
+    counted: Vec<Vec<usize>>,
 }
 
 /// Sequences, ready to be asked again and again.
@@ -53,13 +48,16 @@ pub(super) struct Sequences {
     carried: Vec<(VariableId, VariableId)>,
     /// The hidden slots of what is learned.
     axes: Vec<usize>,
+    /// Families, for each combination of what is seen of them.
+    parts: Vec<Part>,
+    /// For each part the hidden values that are counted: which, of which distribution, what would have been seen.
+    counts: Vec<Vec<Counted>>,
     sequences: Vec<Sequence>,
     /// What is seen for sure.
     complete: Vec<Statistic>,
+    /// Where instants have few hidden values; elsewhere the messages are those of [`Chain`].
+    messages: Option<Messages>,
 }
-
-/// A family, and the bits of what is seen of it.
-type Met = (usize, Vec<u64>);
 
 impl Sequences {
     /// Sorts out what is hidden at each instant.
@@ -69,15 +67,18 @@ impl Sequences {
     pub(super) fn new(learnable: &mut Learnable, sequences: &[(String, Vec<Key>)]) -> Result<Self, Error> {
         let carried = carried(&learnable.program.model);
         is_finite(&learnable.program, &carried, sequences)?;
-        let mut all = Self { carried, axes: Vec::new(), sequences: Vec::new(), complete: Vec::new() };
-        let (mut axes, mut met): (BTreeSet<usize>, HashMap<Met, Arc<Hidden>>) = Default::default();
         let mut finder = learnable.finder()?;
         let program = finder.program;
+        let mut messages = by_messages(program, &carried);
+        let (mut parts, mut counts, mut complete) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut axes, mut met): (BTreeSet<usize>, HashMap<(usize, Vec<u64>), usize>) = Default::default();
+        let mut all = Vec::new();
         for (name, keys) in sequences {
             // What comes after the last observation says nothing.
             let length = keys.iter().rposition(|key| key.iter().any(|bits| *bits != MISSING));
             let keys = &keys[..length.map_or(0, |last| last + 1)];
-            let mut sequence = Sequence { name: name.clone(), instants: Vec::new(), hidden: Vec::new() };
+            let (instants, slices, counted) = Default::default();
+            let mut sequence = Sequence { name: name.clone(), instants, slices, counted };
             for (number, key) in keys.iter().enumerate() {
                 let (mut values, mut numbers) = values(program, key);
                 let seen: Vec<usize> = (0..key.len()).filter(|slot| key[*slot] != MISSING).collect();
@@ -85,72 +86,62 @@ impl Sequences {
                 if let Some(index) = program.plate_slot() {
                     (values[index], numbers[index]) = (0.0, 0.0);
                 }
-                let mut hidden = Vec::new();
-                for position in needed(program, &all.carried, &values, number, keys.len()) {
+                let mut own = Vec::new();
+                for position in needed(program, &carried, &values, number, keys.len()) {
                     let family = &program.families[position];
-                    if !family.learned {
-                        continue;
-                    }
-                    let slots: Vec<usize> =
-                        family.slots.iter().copied().filter(|slot| values[*slot].is_nan()).collect();
-                    if slots.is_empty() {
+                    if family.learned && family.slots.iter().all(|slot| !values[*slot].is_nan()) {
                         if let Some((distribution, seen)) = finder.locate(family, &values, &numbers)? {
-                            finder.grow(&mut all.complete);
-                            all.complete[distribution].add(&seen, 1.0);
+                            finder.grow(&mut complete);
+                            complete[distribution].add(&seen, 1.0);
                         }
-                        continue;
                     }
                     let bits = family.slots.iter().map(|slot| numbers[*slot].to_bits()).collect();
-                    let known = met.get(&(position, bits));
-                    if let Some(known) = known {
-                        hidden.push(known.clone());
-                        continue;
-                    }
-                    let bits = family.slots.iter().map(|slot| numbers[*slot].to_bits()).collect();
-                    let mut cells = Vec::new();
-                    for cell in 0..cells_of(program, &slots, position)? {
-                        let mut rest = cell;
-                        for slot in slots.iter().rev() {
-                            let count = program.slots[*slot].count.unwrap_or(1);
-                            values[*slot] = (rest % count) as f64;
-                            numbers[*slot] = program.number(*slot, values[*slot]);
-                            rest /= count;
+                    let next = parts.len();
+                    let part = *met.entry((position, bits)).or_insert(next);
+                    if part == next {
+                        let (made, cells) = part_of(&mut finder, position, &mut values, &mut numbers)?;
+                        if !cells.is_empty() {
+                            axes.extend(&made.slots);
                         }
-                        if let Some((distribution, seen)) = finder.locate(family, &values, &numbers)? {
-                            cells.push((cell, distribution, seen));
-                        }
+                        parts.push(made);
+                        counts.push(cells);
                     }
-                    slots.iter().for_each(|slot| (values[*slot], numbers[*slot]) = (f64::NAN, f64::NAN));
-                    axes.extend(&slots);
-                    let made = Arc::new(Hidden { slots, cells });
-                    met.insert((position, bits), made.clone());
-                    hidden.push(made);
+                    own.push(part);
                 }
-                sequence.hidden.push(hidden);
+                let is_counted = |part: usize| !counts[part].is_empty();
+                sequence.counted.push(own.iter().copied().filter(|part| is_counted(*part)).collect());
+                if let Some(known) = &mut messages {
+                    let slice = known.instant(program, number == 0, &values, (&parts, own), is_counted);
+                    match slice {
+                        Some(slice) => sequence.slices.push(slice),
+                        None => messages = None,
+                    }
+                }
             }
-            all.sequences.push(sequence);
+            all.push(sequence);
         }
-        all.axes = axes.into_iter().collect();
-        grow(learnable, &mut all.complete);
-        Ok(all)
+        grow(learnable, &mut complete);
+        let axes = axes.into_iter().collect();
+        Ok(Self { carried, axes, parts, counts, sequences: all, complete, messages })
     }
 
-    /// What is seen for sure, and hidden values with these weights instead of probabilities.
-    pub(super) fn weighted(
-        &self,
-        weight: &mut dyn FnMut(usize, usize, usize, usize) -> f64,
-    ) -> Vec<Statistic> {
-        let mut statistics = self.complete.clone();
+    /// What is seen for sure, and hidden values with weights in place of probabilities: those of a sequence's cells, one
+    /// counted part after the other.
+    pub(super) fn weighted(&self, weight: &mut dyn FnMut(usize, usize) -> f64) -> Vec<Statistic> {
+        let mut sums: Vec<Vec<f64>> = self.counts.iter().map(|counts| vec![0.0; counts.len()]).collect();
         for (number, sequence) in self.sequences.iter().enumerate() {
-            for (instant, hidden) in sequence.hidden.iter().enumerate() {
-                for (position, hidden) in hidden.iter().enumerate() {
-                    for (cell, distribution, seen) in &hidden.cells {
-                        let share = weight(number, instant, position, *cell);
-                        if share > 0.0 {
-                            statistics[*distribution].add(seen, share);
-                        }
-                    }
+            let mut from = 0;
+            for part in sequence.counted.iter().flatten() {
+                for (sum, (cell, ..)) in sums[*part].iter_mut().zip(&self.counts[*part]) {
+                    *sum += weight(number, from + cell);
                 }
+                from += self.parts[*part].cells;
+            }
+        }
+        let mut statistics = self.complete.clone();
+        for (sum, (_, distribution, seen)) in sums.iter().flatten().zip(self.counts.iter().flatten()) {
+            if *sum > 0.0 {
+                statistics[*distribution].add(seen, *sum);
             }
         }
         statistics
@@ -160,27 +151,40 @@ impl Sequences {
 impl Expectation for Sequences {
     fn expect(&self, learnable: &Learnable) -> Result<Expected, Error> {
         let program = &learnable.program;
+        let weights = match &self.messages {
+            Some(messages) => Some(messages.weights(program, &self.parts)?),
+            None => None,
+        };
         let some = |sequences: &[Sequence]| -> Result<Vec<Smoothed>, Error> {
             let (setting, name) = (program.setting()?, program.model.name.clone());
-            let mut chain = Chain::new(&setting, &self.carried, self.axes.clone(), Vec::new(), name)?;
-            sequences.iter().map(|sequence| sequence.answer(&mut chain)).collect()
+            let mut chain = None;
+            let answer = |sequence: &Sequence| {
+                if let Some(answer) = weights.as_ref().and_then(|weights| weights.answer(&sequence.slices)) {
+                    return Ok(answer);
+                }
+                if chain.is_none() {
+                    let axes = self.axes.clone();
+                    chain = Some(Chain::new(&setting, &self.carried, axes, Vec::new(), name.clone())?);
+                }
+                let chain = chain.as_mut().expect("internal: it was made");
+                sequence.answer(chain, &self.parts)
+            };
+            sequences.iter().map(answer).collect()
         };
         let answers: Vec<Vec<_>> = self.sequences.par_chunks(TOGETHER).map(some).collect::<Result<_, _>>()?;
         let answers: Vec<Smoothed> = answers.into_iter().flatten().collect();
         let ln_likelihood = answers.iter().map(|(ln, _)| ln).sum();
-        let mut share = |number: usize, instant: usize, position: usize, cell: usize| -> f64 {
-            answers[number].1[instant][position][cell]
-        };
-        Ok(Expected { ln_likelihood, statistics: self.weighted(&mut share) })
+        let statistics = self.weighted(&mut |number, cell| answers[number].1[cell]);
+        Ok(Expected { ln_likelihood, statistics })
     }
 }
 
-/// ln P of a sequence; for each instant and each of its hidden families the probabilities of the hidden values.
-type Smoothed = (f64, Vec<Vec<Vec<f64>>>);
+/// ln P of a sequence; the probabilities of the hidden values of its counted parts, one part after the other.
+type Smoothed = (f64, Vec<f64>);
 
 impl Sequence {
-    /// What the whole sequence says of each instant.
-    fn answer(&self, chain: &mut Chain<'_>) -> Result<Smoothed, Error> {
+    /// What the whole sequence says of each instant, by the messages of `smooth`.
+    fn answer(&self, chain: &mut Chain<'_>, parts: &[Part]) -> Result<Smoothed, Error> {
         if self.instants.is_empty() {
             return Ok((0.0, Vec::new()));
         }
@@ -193,13 +197,63 @@ impl Sequence {
         })?;
         let mut answers = vec![Vec::new(); self.instants.len()];
         chain.backward(&forward, |instant, joint| {
-            for hidden in &self.hidden[instant] {
-                answers[instant].push(joint.distribution(&hidden.slots)?);
+            for part in &self.counted[instant] {
+                answers[instant].extend(joint.distribution(&parts[*part].slots)?);
             }
             Ok(())
         })?;
-        Ok((forward.ln_evidence, answers))
+        Ok((forward.ln_evidence, answers.into_iter().flatten().collect()))
     }
+}
+
+/// Messages on flat arrays, for a program whose factors surely sum to one.
+fn by_messages(program: &Program, carried: &[(VariableId, VariableId)]) -> Option<Messages> {
+    let finite = |slot: usize| program.slots[slot].count.is_some();
+    let proper = program
+        .families
+        .iter()
+        .all(|family| !finite(family.instance.left[0]) || is_proper(&program.model, family.instance.factor));
+    let slots = |of: &dyn Fn(&(VariableId, VariableId)) -> VariableId| -> Vec<usize> {
+        let own =
+            |variable| (0..program.slots.len()).filter(move |slot| program.slots[*slot].variable == variable);
+        carried.iter().map(of).flat_map(own).collect()
+    };
+    if !proper {
+        return None;
+    }
+    Messages::new(program, slots(&|pair| pair.0), slots(&|pair| pair.1))
+}
+
+/// A hidden value that is counted: which it is, of which distribution, what would have been seen.
+type Counted = (usize, usize, Seen);
+
+/// A family where some slots have values, and the hidden values of it that are counted.
+fn part_of(
+    finder: &mut Finder<'_>,
+    position: usize,
+    values: &mut [f64],
+    numbers: &mut [f64],
+) -> Result<(Part, Vec<Counted>), Error> {
+    let program = finder.program;
+    let family = &program.families[position];
+    let slots: Vec<usize> = family.slots.iter().copied().filter(|slot| values[*slot].is_nan()).collect();
+    let own = family.slots.iter().map(|slot| values[*slot]).collect();
+    let mut part = Part { family: position, values: own, slots, cells: 1 };
+    let mut counted = Vec::new();
+    if !family.learned || part.slots.is_empty() {
+        part.cells = cells(program, &part.slots);
+        return Ok((part, counted));
+    }
+    part.cells = cells_of(program, &part.slots, position)?;
+    for cell in 0..part.cells {
+        put(program, &part.slots, cell, values);
+        part.slots.iter().for_each(|slot| numbers[*slot] = program.number(*slot, values[*slot]));
+        if let Some((distribution, seen)) = finder.locate(family, values, numbers)? {
+            counted.push((cell, distribution, seen));
+        }
+    }
+    part.slots.iter().for_each(|slot| (values[*slot], numbers[*slot]) = (f64::NAN, f64::NAN));
+    Ok((part, counted))
 }
 
 /// Refuses a program that sums over finite states do not answer.

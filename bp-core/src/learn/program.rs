@@ -201,7 +201,7 @@ impl Program {
     pub(super) fn spelled(&self, slot: usize, value: f64) -> String {
         match &self.model.variables[self.slots[slot].variable].domain {
             domain if domain.is_finite() => domain.value_spelled(value as usize),
-            _ => value.to_string(),
+            _ => crate::spelling::number(value),
         }
     }
 

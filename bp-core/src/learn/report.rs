@@ -19,6 +19,7 @@ pub struct Report {
     /// How many cases.
     pub cases: usize,
     /// The sum of their weights, where they have some.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<f64>,
     /// How many of their cells were missing, hidden variables not counted.
     pub cells_missing: usize,
@@ -27,6 +28,7 @@ pub struct Report {
     /// ln P of all that was seen, by the whole program: forms that are known count too, what is missing is summed out.
     pub ln_likelihood: f64,
     /// How hidden variables were dealt with, if there were any.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub expectation: Option<Course>,
     /// Form by form.
     pub forms: Vec<FormReport>,
@@ -42,8 +44,12 @@ pub struct Course {
     pub converged: bool,
     /// Whether the last step was taken back, because it and its fractions would have lowered the likelihood.
     pub held: bool,
+    /// Whether it was asked to stop before that.
+    pub interrupted: bool,
     /// What the start was drawn from.
     pub seed: u64,
+    /// Whether something of the start was drawn: then another seed may lead to another maximum.
+    pub drawn: bool,
     /// ln L + ln prior at each step.
     pub trail: Vec<f64>,
     /// ln L at the last.

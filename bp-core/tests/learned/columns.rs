@@ -36,12 +36,12 @@ fn a_slip_in_a_column_is_told_with_a_guess() {
     let none = Columns::default();
     assert_eq!(
         told("Flu,fever\n1,1\n", &none),
-        "input `d.csv`: no variable of `Learning` is called as the column `fever`; did you mean `Fever`? Otherwise leave \
-         it out: `--ignore fever`"
+        "input `d.csv`: `Learning` has no variable named `fever`; did you mean `Fever`? Otherwise leave the column out: \
+         `--ignore fever`"
     );
     assert_eq!(
         told("Flu\n1\n", &none),
-        "input `d.csv`: no column is called as the variable `Fever`; if it is hidden, say so: `--hidden Fever`, or \
+        "input `d.csv`: there is no column for the variable `Fever`; if it is hidden, say so: `--hidden Fever`, or \
          `hidden Fever;` in `identification`"
     );
     assert!(
@@ -102,8 +102,14 @@ fn a_weight_is_so_many_rows() {
     let coin = program("X : bool;", "P(X)", "P(X) = unknown(histogram);");
     let learned = learn(&coin, halves, &columns(&[], &[], Some("w"))).unwrap();
     assert!(written(&coin, &learned).contains(&format!("bernoulli({})", 1.0 / 3.0)));
-    for (table, row) in [("X,w\n1,1\n0,-1\n", 3), ("X,w\n1,NA\n", 2), ("X,w\n1,inf\n", 2), ("X,w\n1,x\n", 2)]
-    {
+    for (table, row) in [
+        ("X,w\n1,1\n0,-1\n", 3),
+        ("X,w\n1,NA\n", 2),
+        ("X,w\n1,inf\n", 2),
+        ("X,w\n1,x\n", 2),
+        ("X,w\n1,1e308\n1,1e308\n", 2),
+        ("X,w\n1,1e-320\n", 2),
+    ] {
         let told = learn(&coin, table, &columns(&[], &[], Some("w"))).unwrap_err();
         assert!(told.contains(&format!("`d.csv`, row {row}, column `w`")), "{told}");
     }

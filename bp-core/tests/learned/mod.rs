@@ -5,5 +5,6 @@
 
 mod climbs;
 mod columns;
+mod maxima;
 mod plates;
 mod quoted;

@@ -9,6 +9,8 @@ use crate::numbers::six_digits;
 use crate::settings::{self, Meaning};
 use crate::wrap::{WIDTH, filled, wrapped};
 use crate::{output, program};
+use bp_core::error::Error;
+use bp_core::files;
 use bp_core::learn::{Columns, Learned, Learner, Report, Settings, sizes};
 use bp_core::model::Model;
 use bp_core::source::Source;
@@ -56,7 +58,8 @@ pub(crate) struct Arguments {
     /// A column that is left out, such as an id; may be repeated.
     #[arg(long, value_name = "COLUMN")]
     ignore: Vec<String>,
-    /// The column that says how often each row came: a number of at least 0.
+    /// The column that says how often each row came: 0, or a number between
+    /// 1e-100 and 1e100.
     #[arg(long, value_name = "COLUMN")]
     weight: Option<String>,
     /// The column that tells sequences apart, of a program over time.
@@ -97,6 +100,9 @@ fn at_least_one(text: &str) -> Result<usize, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    if let Some(to) = &arguments.out {
+        files::check_name(to).map_err(|error| Error::file(to, error))?;
+    }
     let source = program::read(&arguments.file)?;
     let model = match compile(&source) {
         Ok(model) => model,
@@ -138,6 +144,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         false => show(&learned.report, arguments, out)?,
     }
     match &learned.report.expectation {
+        Some(course) if course.interrupted => {
+            let steps = counted(course.steps, "step");
+            let to = arguments.out.as_ref();
+            let to = to.map_or_else(String::new, |to| format!(", and written to {}", to.display()));
+            Err(Failure::Words(format!("interrupted after {steps}: what was found by then is reported{to}")))
+        }
         Some(course) if !course.converged => {
             let steps = counted(course.steps, "step");
             Err(Failure::Words(format!(
@@ -162,7 +174,9 @@ fn progress(iterations: usize) -> ProgressBar {
     }
     let bar = ProgressBar::new(iterations as u64);
     let plain = if colour(&std::io::stderr()) { "{bar:30.cyan}" } else { "{bar:30}" };
-    let style = ProgressStyle::with_template(&format!("{plain} {{pos}}/{{len}} {{msg}}"));
+    let style = ProgressStyle::with_template(&format!(
+        "{plain} {{pos}}/{{len}} {{msg}}; Ctrl-C stops with what there is"
+    ));
     match style {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
@@ -222,9 +236,16 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         let end = match (course.converged, course.held) {
             (true, true) => "converged: a further step would lower ln likelihood",
             (true, false) => "converged",
+            (false, _) if course.interrupted => "interrupted",
             (false, _) => "not converged",
         };
         facts.push(format!("{}, {end}", counted(course.steps, "step")));
+        if course.drawn {
+            facts.push(format!(
+                "the start was drawn from seed {}: another `--seed` may find a higher likelihood",
+                course.seed
+            ));
+        }
     }
     write!(out, "{}", wrapped("", &facts.join("; "), 2))?;
     writeln!(out)?;
