@@ -108,7 +108,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
     let compiled: Vec<CompiledQuestion<'_>> =
         questions.iter().map(|question| compile(&model, question)).collect::<Result<_, _>>()?;
-    let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?;
+    let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?.with_told(&model);
     let sampling =
         Sampling { particles: arguments.particles, seed: arguments.seed, method: arguments.method };
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());

@@ -8,7 +8,7 @@ use bp_core::data::Values;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::ids::{ParameterId, SetId, VariableId};
-use bp_core::model::{Model, ParameterKind, SetKind};
+use bp_core::model::{IndexSpace, Model, Parameter, ParameterKind, SetKind};
 use bp_core::space::{Edge, Moves, Space};
 use bp_core::spelling::number as written;
 use std::collections::BTreeMap;
@@ -65,6 +65,44 @@ impl Settings {
             settings.set(model, name, value, meaning)?;
         }
         Ok(settings)
+    }
+
+    /// With the sizes of sets that were not set, as the numbers of parameters tell them: of `mu[Grid] = [1, 2, 3]` 3.
+    pub(crate) fn with_told(mut self, model: &Model) -> Self {
+        let fields = || model.parameters.values().filter(|parameter| parameter.default.len() > 1);
+        while let Some((name, size)) = fields().find_map(|field| self.told_by(model, field)) {
+            self.sizes.insert(name, size);
+        }
+        self
+    }
+
+    /// The size of the only set of a field whose size is not known.
+    fn told_by(&self, model: &Model, field: &Parameter) -> Option<(String, usize)> {
+        let (mut open, mut known) = (None, 1);
+        for over in &field.over {
+            match over {
+                IndexSpace::Range(range) => {
+                    let high = range
+                        .high
+                        .size
+                        .map_or(Some(0), |size| self.sizes.get(&model.parameters[size].name).copied());
+                    known *= usize::try_from(high? as i64 + range.high.offset - range.low + 1).ok()?;
+                }
+                IndexSpace::Set(set) => {
+                    let (name, kind) = (&model.sets[*set].name, &model.sets[*set].kind);
+                    let plain = !matches!(kind, SetKind::Displacements(_));
+                    if let Some(size) = self.sizes.get(name) {
+                        known *= size;
+                    } else if open.is_some() || !plain || self.grids.iter().any(|(grid, _)| grid == name) {
+                        return None;
+                    } else {
+                        open = Some(name);
+                    }
+                }
+            }
+        }
+        let (name, count) = (open?, field.default.len());
+        (known > 0 && count % known == 0).then(|| (name.clone(), count / known))
     }
 
     fn set(&mut self, model: &Model, name: &str, text: &str, meaning: Meaning) -> Result<(), Error> {

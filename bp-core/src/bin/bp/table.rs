@@ -39,7 +39,7 @@ pub(crate) fn write(answer: &Answer, all: bool, out: &mut impl Write) -> Result<
         let (particles, effective) = (estimate.particles, estimate.effective);
         writeln!(
             out,
-            "\n  {particles} draws, worth {effective:.0} of the answer itself (seed {})",
+            "\n  {particles} draws; effective sample size {effective:.0} (seed {})",
             estimate.seed
         )?;
         if let Some(warning) = &estimate.warning {
