@@ -18,7 +18,7 @@ pub(crate) const MOST_SHAPE: f64 = 1e6;
 /// 6.3.18), in which nothing cancels where both are large.
 pub(super) fn ln_less_digamma(x: f64) -> (f64, f64) {
     let (mut far, mut sum, mut bend) = (x, 0.0, 0.0);
-    while far < 10.0 {
+    while far < 20.0 {
         sum += 1.0 / far;
         bend -= 1.0 / (far * far);
         far += 1.0;

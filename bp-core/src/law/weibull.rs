@@ -88,11 +88,11 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
     };
     let mean = sample.mean_of(relative);
     let deviation = sample.mean_of(|x| (relative(x) - mean).powi(2)).sqrt();
-    if deviation <= 1e-14 {
+    if deviation <= 0.0 || relative(least) > -1e-15 {
         return Err(TOO_EQUAL);
     }
     // ln X has the standard deviation π / (k √6).
-    let start = std::f64::consts::PI / (deviation * 6f64.sqrt());
+    let start = (std::f64::consts::PI / (deviation * 6f64.sqrt())).min(MOST_SHAPE);
     let equation = |k: f64| {
         let power = |n: i32| sample.mean_of(|x| (k * relative(x)).exp() * relative(x).powi(n));
         let (zeroth, first, second) = (power(0), power(1), power(2));
