@@ -86,6 +86,16 @@ const DIRECTIONS: [(&str, &[&str]); 17] = [
     ("io", &["plan", "kernel", "lower", "emit", "learn"]),
 ];
 
+/// Parts of bp-core between which inputs, sizes and results are known by keys.
+const TYPED: [&str; 5] = ["kernel", "lower", "exec", "emit", "answer"];
+
+/// Calls by which text is taken apart again.
+const PHRASES: [&str; 6] =
+    [".strip_prefix(", ".strip_suffix(", ".starts_with(", ".split_once(", ".ends_with('", ".ends_with(\""];
+
+/// Which of their files spell, and why.
+const SPELLERS: [(&str, &str); 1] = [("emit/names.rs", "it makes identifiers of the names of a program")];
+
 /// Where a direction is not kept, and why.
 const EXCEPTIONS: [(&str, &str, &str); 2] = [
     (
@@ -228,6 +238,23 @@ fn imports_point_in_one_direction() {
         });
         if !used {
             wrong.push(format!("{at} no longer knows {to}: strike the exception"));
+        }
+    }
+    nothing(&wrong);
+}
+
+#[test]
+fn stages_of_the_compiler_share_keys_and_no_phrases() {
+    let mut wrong = Vec::new();
+    for file in files("rs") {
+        let Some(inside) = file.path.strip_prefix("bp-core/src/") else { continue };
+        let part = inside.split(['/', '.']).next().unwrap_or("");
+        if !TYPED.contains(&part) || SPELLERS.iter().any(|(path, _)| *path == inside) {
+            continue;
+        }
+        let (text, _) = file.text.split_once("#[cfg(test)]").unwrap_or((&file.text, ""));
+        for call in PHRASES.iter().filter(|call| code(text).contains(**call)) {
+            wrong.push(format!("{}: has `{call}`: match on a key, not on text", file.path));
         }
     }
     nothing(&wrong);

@@ -135,7 +135,7 @@ fn what_only_its_invocation_reads_is_kept_by_it() {
             kernel.buffers[id].axes.iter().map(|a| kernel.axes[*a].extent.known().unwrap()).product();
         match buffer.role {
             Role::Scratch => cells += count,
-            Role::Output => answers += count,
+            Role::Output(_) => answers += count,
             _ => {}
         }
     }

@@ -9,7 +9,7 @@ use crate::emit::wgsl::{MOST_WORKGROUPS, Shader, WORKGROUP, emit_wgsl};
 use crate::error::Error;
 use crate::exec::{Array, Bound, Inputs, Outputs};
 use crate::ids::BufferId;
-use crate::kernel::{Kernel, Role};
+use crate::kernel::{Kernel, OutputKey, Role};
 use std::sync::{Arc, Mutex};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, ShaderStages};
@@ -52,7 +52,7 @@ pub struct GpuRun<'g> {
     /// Workgroups of each pass.
     groups: Vec<(u32, u32)>,
     /// Name, first number and count of each output.
-    outputs: Vec<(String, u64, u64)>,
+    outputs: Vec<(OutputKey, u64, u64)>,
 }
 
 /// What goes to the device.
@@ -61,7 +61,7 @@ struct Upload {
     numbers: Vec<f32>,
     positions: Vec<i32>,
     /// Name, first number and count of each output.
-    outputs: Vec<(String, u64, u64)>,
+    outputs: Vec<(OutputKey, u64, u64)>,
 }
 
 impl Gpu {
@@ -187,7 +187,11 @@ impl<'g> GpuKernel<'g> {
         match &*last {
             Some(ready) if ready.extents == extents => Ok(ready.clone()),
             _ => {
-                let size = |name: &str| inputs.find_size(name).or_else(|| self.kernel.size_default(name));
+                let default = |name: &str| {
+                    let mut sizes = self.kernel.sizes.iter();
+                    sizes.find(|size| size.name == name).and_then(|size| size.default)
+                };
+                let size = |name: &str| inputs.find_size(name).or_else(|| default(name));
                 let ready = Arc::new(self.gpu.compile(&self.kernel.with_sizes(size)?, extents));
                 *last = Some(ready.clone());
                 Ok(ready)
@@ -209,8 +213,8 @@ fn upload(shader: &Shader, bound: &Bound<'_, f32>) -> Upload {
             Array::Positions(cells) => upload.positions.extend_from_slice(cells),
             Array::Made => numbers.resize(first + count, 0.0),
         }
-        if buffer.role == Role::Output {
-            upload.outputs.push((buffer.name.clone(), first as u64, count as u64));
+        if let Role::Output(key) = buffer.role {
+            upload.outputs.push((key, first as u64, count as u64));
         }
     }
     // A binding of nothing is not allowed.
@@ -252,7 +256,7 @@ impl GpuRun<'_> {
     /// Brings the outputs back.
     pub fn outputs(&self) -> Outputs<f32> {
         let gpu = self.gpu;
-        let read = |(name, first, count): &(String, u64, u64)| {
+        let read = |(key, first, count): &(OutputKey, u64, u64)| {
             let size = 4 * count;
             let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
@@ -268,7 +272,7 @@ impl GpuRun<'_> {
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("internal: the device answers");
             let bytes = copy.slice(..).get_mapped_range().expect("internal: it has been mapped");
             let number = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
-            (name.clone(), bytes.as_chunks::<4>().0.iter().map(number).collect())
+            (*key, bytes.as_chunks::<4>().0.iter().map(number).collect())
         };
         Outputs { arrays: self.outputs.iter().map(read).collect() }
     }

@@ -76,7 +76,7 @@ fn agree<T: Scalar>(what: &str, truth: &Outputs<f64>, found: &Outputs<T>, tolera
             let q = q.to_f64();
             let close = *p == q
                 || (p - q).abs() <= tolerance * p.abs().max(if tolerance > 1e-9 { 1.0 } else { 1e-3 });
-            assert!(close, "{what}, {name}[{cell}]: {q}, expected {p}");
+            assert!(close, "{what}, {name:?}[{cell}]: {q}, expected {p}");
         }
     }
 }

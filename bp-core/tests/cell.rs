@@ -69,7 +69,7 @@ impl World<'_> {
                     ask.statistic == *statistic && searched == names && ask.searched[0].at.is_some() == at
                 })
             });
-            outputs.get(&found.unwrap().name).to_vec()
+            outputs.get(found.unwrap().key).to_vec()
         };
         let p = Statistic::Distribution;
         State {

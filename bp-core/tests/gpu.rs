@@ -64,7 +64,7 @@ fn agree(
             let apart = (truth - f64::from(*found)).abs();
             assert!(
                 apart <= 2e-5 * truth.abs().max(1.0),
-                "{path}, {name}[{cell}]: {found}, expected {truth}"
+                "{path}, {name:?}[{cell}]: {found}, expected {truth}"
             );
         }
     }

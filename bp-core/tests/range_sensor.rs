@@ -69,7 +69,7 @@ fn reading(model: &Model, rewrites: Rewrites, inputs: &Inputs<'_, f64>, n: usize
     let outputs: Outputs<f64> = interpret(&lowered.kernel, inputs).unwrap();
     let names: Vec<String> = lowered.outputs[0].variables.iter().map(|id| model.variable_name(*id)).collect();
     assert_eq!(names, ["O", "C", "Z"]);
-    let cells = outputs.get(&lowered.outputs[0].name);
+    let cells = outputs.get(lowered.outputs[0].key);
     assert_eq!(cells.len(), 2 * n * (n + 1));
     let at = |o: usize, c: usize, z: usize| cells[(o * n + c - 1) * (n + 1) + z];
     (0..2).map(|o| (1..=n).map(|c| (0..=n).map(|z| at(o, c, z)).collect()).collect()).collect()
@@ -203,7 +203,7 @@ fn iterations(lowered: &Lowered, n: usize) -> usize {
     let kernel = &lowered.kernel;
     let extent = |axis: &bp_core::ids::AxisId| {
         let extent = &kernel.axes[*axis].extent;
-        let size = match extent.size.as_deref() {
+        let size = match extent.size.map(|key| kernel.size(key).name.as_str()) {
             Some("N") => n as i64,
             Some(_) => 1,
             None => 0,

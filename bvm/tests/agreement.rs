@@ -31,8 +31,8 @@ fn by_kernel(model: &Model, question: &str, inputs: &Inputs<'_, f64>) -> Vec<Vec
     let lanes = Lanes::new(bp_core::lower::lower(model, exact, question).unwrap().kernel);
     let truth = interpret(lanes.kernel(), inputs).unwrap();
     let found = lanes.run(inputs).unwrap();
-    for ((name, truth), (_, found)) in truth.arrays.iter().zip(&found.arrays) {
-        assert_same(name, truth, found);
+    for ((key, truth), (_, found)) in truth.arrays.iter().zip(&found.arrays) {
+        assert_same(&format!("{key:?}"), truth, found);
     }
     truth.arrays.into_iter().map(|(_, cells)| cells).collect()
 }

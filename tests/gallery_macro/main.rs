@@ -86,7 +86,7 @@ fn agree(model: &Model, question: &str, inputs: &Inputs<'_, f64>, emitted: &[f64
         for ((name, truth), (_, lanes)) in truth.arrays.iter().zip(&lanes.arrays) {
             assert_eq!(truth.len(), lanes.len());
             let close = |(p, q): (&f64, &f64)| (p - q).abs() <= 1e-12 * p.abs().max(1e-3);
-            assert!(truth.iter().zip(lanes).all(close), "{name} of {}: lanes", model.name);
+            assert!(truth.iter().zip(lanes).all(close), "{name:?} of {}: lanes", model.name);
             matched |= truth.len() == emitted.len() && truth.iter().zip(emitted).all(close);
         }
     }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::exec::compiled::Report;
 use crate::exec::scalar::Scalar;
 use crate::exec::{Inputs, Lanes, Outputs};
-use crate::kernel::TOTAL;
+use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::Model;
 use crate::plan::{Exact, Mark, Options, Route, plan};
@@ -40,7 +40,10 @@ pub fn again(
     let kernel = lower_guarded(model, &exact, asked.question)?.kernel;
     let found = Lanes::new(kernel).run_guarded(inputs, exact.mark(model) == Mark::Log)?;
     let arrays = &found.outputs.arrays;
-    if arrays.iter().any(|(name, cells)| name != TOTAL && !cells.iter().all(|cell| cell.is_finite())) {
+    if arrays
+        .iter()
+        .any(|(key, cells)| *key != OutputKey::Total && !cells.iter().all(|cell| cell.is_finite()))
+    {
         return Err(check::not_a_number(model, &exact.asks[0], inputs));
     }
     // A total may be too small for f64 and yet not 0.
@@ -69,8 +72,8 @@ pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Opt
 }
 
 /// How many totals are 0, where totals are an output.
-fn zeros<T: Scalar>(arrays: &[(String, Vec<T>)]) -> Option<usize> {
-    let (_, totals) = arrays.iter().find(|(name, _)| name == TOTAL)?;
+fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
+    let (_, totals) = arrays.iter().find(|(key, _)| *key == OutputKey::Total)?;
     Some(totals.iter().filter(|total| **total == T::ZERO).count())
 }
 

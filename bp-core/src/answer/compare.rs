@@ -13,7 +13,7 @@ use crate::exec::scalar::{Extended, Scalar};
 pub(super) fn divergences(first: &Table, second: &Table) -> Vec<Row> {
     let mut right = first.right.clone();
     for column in &second.right {
-        if !right.iter().any(|known| known.name == column.name) {
+        if !right.iter().any(|known| known.is(column)) {
             right.push(column.clone());
         }
     }
@@ -25,7 +25,7 @@ pub(super) fn divergences(first: &Table, second: &Table) -> Vec<Row> {
         let ordinals = Column::ordinals(&right, context);
         let numbers = |(table, all): &(&Table, Vec<Extended>)| -> Vec<Extended> {
             let at = table.right.iter().fold(0, |at, column| {
-                let position = right.iter().position(|known| known.name == column.name);
+                let position = right.iter().position(|known| known.is(column));
                 at * column.values.len() + ordinals[position.expect("internal: every column is there")]
             });
             all[at * width..(at + 1) * width].to_vec()

@@ -9,7 +9,7 @@ use super::{Answer, check, compare, gaussian, impossible, link, sampled, soft, t
 use crate::error::Error;
 use crate::exec::{Guarded, Inputs, Lanes};
 use crate::ids::VariableId;
-use crate::kernel::{Kernel, LN_EVIDENCE};
+use crate::kernel::{Kernel, OutputKey};
 use crate::lower::{Output, lower_guarded};
 use crate::model::{Ask, Evidence, Model, Question, Statistic};
 use crate::plan::{self, Gaussian, JoinTree, Mark, Options, Plan, Route, Sampled, parts};
@@ -26,10 +26,11 @@ pub struct CompiledQuestion<'m> {
     parts: Vec<Vec<Part>>,
 }
 
-/// What a kernel is asked for the sake of an ask, and its text.
-#[derive(Clone, Debug)]
+/// Which ask of which route is asked for the sake of an ask.
+#[derive(Clone, Copy, Debug)]
 struct Part {
-    text: String,
+    route: usize,
+    place: usize,
     /// Whether it is the ask itself.
     whole: bool,
 }
@@ -53,11 +54,27 @@ struct Exact {
     outputs: Vec<Output>,
 }
 
+impl Compiled {
+    /// What it is asked, in the order in which it answers.
+    fn asks(&self) -> Vec<&Ask> {
+        match self {
+            Compiled::Exact(exact) => exact.outputs.iter().filter_map(|output| output.ask.as_ref()).collect(),
+            Compiled::Tree(tree) => tree.exact.asks.iter().collect(),
+            Compiled::Gaussian(gaussian) => gaussian.asks.iter().collect(),
+            Compiled::Sampled(sampled) => sampled.asks.iter().collect(),
+            Compiled::OverTime(ask) => vec![ask],
+        }
+    }
+}
+
 /// What a route says of one of its asks.
 enum Said {
     Table(Table, Option<f64>),
     Answer(Answer),
 }
+
+/// What each route says of each of its asks.
+type AllSaid = Vec<Vec<Said>>;
 
 /// How a question to a model is planned when one wants to see the answer: with ln P(evidence) where the
 /// evidence is one event.
@@ -108,9 +125,14 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
     }
     let exact = |route: &Compiled| matches!(route, Compiled::Exact(_));
     let tables = routes.iter().all(exact);
-    let part = |ask: &Ask, part: &Ask| match part.statistic {
-        Statistic::Entropy if tables => Part { text: model.ask_text(&as_table(part)), whole: false },
-        _ => Part { text: model.ask_text(part), whole: part == ask },
+    let part = |ask: &Ask, part: &Ask| {
+        let of_table = part.statistic == Statistic::Entropy && tables;
+        let wanted = if of_table { &as_table(part) } else { part };
+        let mut places = routes.iter().enumerate().filter_map(|(route, compiled)| {
+            Some((route, compiled.asks().into_iter().position(|own| own == wanted)?))
+        });
+        let (route, place) = places.next().expect("internal: every part is planned");
+        Part { route, place, whole: part == ask && !of_table }
     };
     let parts = (question.asks.iter())
         .map(|ask| plan::parts(&model, ask).iter().map(|own| part(ask, own)).collect())
@@ -182,7 +204,7 @@ impl CompiledQuestion<'_> {
                 let word = ask.statistic.word();
                 return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
             }
-            let (table, _) = self.table(ask, &ask.known, &parts[0], &said)?;
+            let (table, _) = self.table(ask, &ask.known, parts[0], &said)?;
             Ok(Table { question: self.model.ask_text(ask), ..table.into_owned() })
         };
         self.question.asks.iter().zip(&self.parts).map(table).collect()
@@ -194,7 +216,7 @@ impl CompiledQuestion<'_> {
     }
 
     /// What each route says of each of its asks.
-    fn run(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<(String, Said)>, Error> {
+    fn run(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<AllSaid, Error> {
         let model = &self.model;
         check::inputs(model, &self.question, inputs)?;
         let mut said = Vec::new();
@@ -212,26 +234,26 @@ impl CompiledQuestion<'_> {
                 }
                 Compiled::Tree(route) => {
                     let tables = tree::tables(model, route, inputs)?.into_iter();
-                    said.extend(tables.map(|(text, table, ln)| (text, Said::Table(table, ln))));
+                    said.push(tables.map(|(table, ln)| Said::Table(table, ln)).collect());
                     continue;
                 }
                 Compiled::Exact(exact) => {
-                    said.extend(self.run_exact(exact, inputs)?);
+                    said.push(self.run_exact(exact, inputs)?);
                     continue;
                 }
             };
-            said.extend(answers.into_iter().map(|answer| (answer.question.clone(), Said::Answer(answer))));
+            said.push(answers.into_iter().map(Said::Answer).collect());
         }
         Ok(said)
     }
 
-    fn run_exact(&self, exact: &Exact, inputs: &Inputs<'_, f64>) -> Result<Vec<(String, Said)>, Error> {
+    fn run_exact(&self, exact: &Exact, inputs: &Inputs<'_, f64>) -> Result<Vec<Said>, Error> {
         let Guarded { mut outputs, mut extended, extents } = exact.lanes.run_guarded(inputs, exact.log)?;
-        let ln_evidence = exact.ln_evidence.then(|| outputs.get(LN_EVIDENCE)[0]);
+        let ln_evidence = exact.ln_evidence.then(|| outputs.get(OutputKey::LnEvidence)[0]);
         let mut said = Vec::new();
         for output in &exact.outputs {
             let Some(ask) = &output.ask else { continue };
-            let own = outputs.arrays.iter().position(|(name, _)| *name == output.name);
+            let own = outputs.arrays.iter().position(|(key, _)| *key == output.key);
             let own = own.expect("internal: the output exists");
             let cells = std::mem::take(&mut outputs.arrays[own].1);
             let number = |cell: &f64| *cell >= 0.0 && cell.is_finite();
@@ -242,8 +264,8 @@ impl CompiledQuestion<'_> {
                 return Err(impossible::error(&self.model, ask, inputs));
             }
             let extended = extended.as_mut().map(|all| std::mem::take(&mut all.arrays[own].1));
-            let table = Table::read(&self.model, ask, output, cells, extended, &extents[own]);
-            said.push((output.name.clone(), Said::Table(table, ln_evidence)));
+            let table = Table::read(&self.model, ask, &output.variables, cells, extended, &extents[own]);
+            said.push(Said::Table(table, ln_evidence));
         }
         Ok(said)
     }
@@ -253,10 +275,10 @@ impl CompiledQuestion<'_> {
         &self,
         ask: &Ask,
         known: &[crate::model::Known],
-        part: &Part,
-        said: &'s [(String, Said)],
+        part: Part,
+        said: &'s AllSaid,
     ) -> Result<(Cow<'s, Table>, Option<f64>), Error> {
-        match self.said(part, said) {
+        match &said[part.route][part.place] {
             Said::Answer(_) => Err(self.no_table(ask, "it is not answered by sums over finite values")),
             Said::Table(table, ln_evidence) => {
                 let soft = known.iter().any(|known| matches!(known.evidence, Evidence::Soft(_)));
@@ -269,26 +291,21 @@ impl CompiledQuestion<'_> {
         }
     }
 
-    fn said<'s>(&self, part: &Part, said: &'s [(String, Said)]) -> &'s Said {
-        let found = said.iter().find(|(known, _)| *known == part.text);
-        &found.expect("internal: every part is answered").1
-    }
-
     fn answer(
         &self,
         ask: &Ask,
         parts: &[Part],
-        said: &[(String, Said)],
+        said: &AllSaid,
         inputs: &Inputs<'_, f64>,
         sampling: Sampling,
     ) -> Result<Answer, Error> {
-        let question = if parts[0].whole { parts[0].text.clone() } else { self.model.ask_text(ask) };
-        if let (Said::Answer(answer), true) = (self.said(&parts[0], said), parts[0].whole) {
+        let question = self.model.ask_text(ask);
+        if let (Said::Answer(answer), true) = (&said[parts[0].route][parts[0].place], parts[0].whole) {
             return Ok(answer.clone());
         }
-        let (table, ln_evidence) = self.table(ask, &ask.known, &parts[0], said)?;
+        let (table, ln_evidence) = self.table(ask, &ask.known, parts[0], said)?;
         if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, parts.get(1)) {
-            let (second, _) = self.table(ask, from, second, said)?;
+            let (second, _) = self.table(ask, from, *second, said)?;
             let answer = compare::divergences(&table, &second);
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer });
         }

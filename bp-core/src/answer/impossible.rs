@@ -7,7 +7,7 @@
 use crate::error::{Error, Impossible};
 use crate::exec::{Inputs, Lanes};
 use crate::ids::VariableId;
-use crate::kernel::LN_EVIDENCE;
+use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::{Ask, Evidence, Known, Model, Question, Statistic, Value};
 use crate::plan::{Options, Route, plan};
@@ -68,7 +68,7 @@ fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f6
     let [Route::Exact(exact)] = routes.as_slice() else { return None };
     let lanes = Lanes::new(lower_guarded(model, exact, &question.name).ok()?.kernel);
     let outputs = lanes.run_guarded(inputs, false).ok()?.outputs;
-    Some(outputs.get(LN_EVIDENCE)[0] > f64::NEG_INFINITY)
+    Some(outputs.get(OutputKey::LnEvidence)[0] > f64::NEG_INFINITY)
 }
 
 /// An observation, with the value that was given.

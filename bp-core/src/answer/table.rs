@@ -1,12 +1,11 @@
 //! A conditional distribution as a table of numbers.
 //!
-//! In: an output of a kernel and its extents. Out: a [`Table`]. Invariant: the numbers of one context stand together;
+//! In: the cells of an output, its variables and its extents. Out: a [`Table`]. Invariant: the numbers of one context stand together;
 //! contexts go through the known variables as the question names them, the last fastest (the plate's index is the very
 //! last), and within a context the searched ones do, the last fastest. An impossible context is a row of zeros.
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
-use crate::lower::Output;
 use crate::model::{Ask, Domain, IndexSpace, Model, SetKind};
 use serde::Serialize;
 use std::ops::Range;
@@ -34,6 +33,9 @@ pub struct Column {
     /// Which; none for the instants of a question over time.
     #[serde(skip)]
     pub variable: Option<VariableId>,
+    /// The position of its element in a family; 0 of a variable alone.
+    #[serde(skip)]
+    pub element: usize,
     /// Its name.
     pub name: String,
     /// The names of its values, in order.
@@ -45,7 +47,7 @@ impl Table {
     pub(super) fn read(
         model: &Model,
         ask: &Ask,
-        output: &Output,
+        variables: &[VariableId],
         cells: Vec<f64>,
         extended: Option<Vec<Extended>>,
         extents: &[usize],
@@ -53,7 +55,7 @@ impl Table {
         let searched = |id: VariableId| ask.searched.iter().position(|item| item.variable == id);
         let (mut axes, mut on_plate) = (Vec::new(), None);
         let mut next = 0;
-        for id in &output.variables {
+        for id in variables {
             match count_of_axes(model, *id, searched(*id).is_some()) {
                 // It ranges over the plate's own grid, whose axes come last.
                 None => on_plate = Some(*id),
@@ -74,7 +76,7 @@ impl Table {
             axes.iter().flat_map(|(id, axes)| columns(model, *id, &extents[axes.clone()])).collect()
         };
         Self {
-            question: output.name.clone(),
+            question: model.ask_text(ask),
             right: columns(&right),
             left: columns(&left),
             numbers: transposed(cells, extents, &order),
@@ -100,6 +102,11 @@ impl Table {
 }
 
 impl Column {
+    /// Whether two columns are of the same variable, and the same element of a family.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        (self.variable, self.element) == (other.variable, other.element)
+    }
+
     /// Which value each column has at a position, the last fastest.
     pub(super) fn ordinals(columns: &[Column], position: usize) -> Vec<usize> {
         let (mut rest, mut ordinals) = (position, vec![0; columns.len()]);
@@ -115,7 +122,7 @@ impl Column {
 fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
     let name = model.variable_name(id);
     let named = |count: usize| (0..count).map(|ordinal| model.value_name(id, ordinal)).collect();
-    let column = |name, values| Column { variable: Some(id), name, values };
+    let column = |element, name, values| Column { variable: Some(id), element, name, values };
     match (model.variables[id].family, extents) {
         (Some(family), _) => {
             let first = match family.over {
@@ -123,9 +130,9 @@ fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
                 IndexSpace::Set(_) => 0,
             };
             let element = |position: usize| format!("{name}[{}]", first + position as i64);
-            extents.iter().enumerate().map(|(at, count)| column(element(at), named(*count))).collect()
+            extents.iter().enumerate().map(|(at, count)| column(at, element(at), named(*count))).collect()
         }
-        (None, [count]) => vec![column(name, named(*count))],
+        (None, [count]) => vec![column(0, name, named(*count))],
         (None, _) => {
             let mut places = vec![String::new()];
             for extent in extents {
@@ -134,7 +141,7 @@ fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
                     .flat_map(|place| (0..*extent).map(move |at| format!("{place}{comma}{at}")))
                     .collect();
             }
-            vec![column(name, places)]
+            vec![column(0, name, places)]
         }
     }
 }

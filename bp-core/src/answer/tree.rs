@@ -8,7 +8,6 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::lower::Output;
 use crate::model::{Model, Value};
 use crate::plan::{Binding, JoinTree};
 use crate::sample::Observations;
@@ -17,12 +16,12 @@ use crate::tree::{self as join_tree, Absorbed, Evidence, Network, absorb, joint}
 /// The most cells of a joint posterior.
 const MOST_CELLS: f64 = 1e9;
 
-/// The table of each ask, by its text.
+/// The table of each ask, in their order.
 pub(super) fn tables(
     model: &Model,
     route: &JoinTree,
     inputs: &Inputs<'_, f64>,
-) -> Result<Vec<(String, Table, Option<f64>)>, Error> {
+) -> Result<Vec<(Table, Option<f64>)>, Error> {
     let exact = &route.exact;
     let setting = Setting::new(model, inputs)?;
     let open: Vec<VariableId> = exact.each.iter().chain(&exact.searched).copied().collect();
@@ -78,10 +77,8 @@ pub(super) fn tables(
         let variables: Vec<VariableId> = open.iter().copied().filter(own).collect();
         let kept: Vec<bool> = open.iter().flat_map(|id| setting.slots_of(*id).map(|_| own(id))).collect();
         let (numbers, extents) = summed(&cells, &extents, &kept);
-        let name = model.ask_text(ask);
-        let output = Output { name: name.clone(), ask: Some(ask.clone()), variables };
-        let table = Table::read(model, ask, &output, numbers, None, &extents);
-        tables.push((name, table, exact.ln_evidence.then_some(ln_evidence)));
+        let table = Table::read(model, ask, &variables, numbers, None, &extents);
+        tables.push((table, exact.ln_evidence.then_some(ln_evidence)));
     }
     Ok(tables)
 }

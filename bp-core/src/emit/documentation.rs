@@ -74,10 +74,12 @@ fn length(kernel: &Kernel, axes: &[AxisId]) -> String {
         return cells.to_string();
     }
     let factor = |axis: &AxisId| match &kernel.axes[*axis].extent {
-        Extent { size: Some(size), offset: 0 } => format!("`{size}`"),
-        Extent { size: Some(size), offset } if *offset > 0 => format!("(`{size}` + {offset})"),
-        Extent { size: Some(size), offset } => format!("(`{size}` − {})", offset.unsigned_abs()),
         Extent { size: None, offset } => offset.to_string(),
+        Extent { size: Some(size), offset } => match (&kernel.size(*size).name, *offset) {
+            (size, 0) => format!("`{size}`"),
+            (size, more) if more > 0 => format!("(`{size}` + {more})"),
+            (size, less) => format!("(`{size}` − {})", less.unsigned_abs()),
+        },
     };
     axes.iter().map(factor).collect::<Vec<_>>().join(" · ")
 }

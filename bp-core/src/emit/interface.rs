@@ -7,8 +7,8 @@ use super::best::{Best, is_scores};
 use super::documentation as told;
 use super::names::{Names, snake};
 use super::text::Text;
-use crate::ids::BufferId;
-use crate::kernel::{Extent, Kernel, Role};
+use crate::ids::{BufferId, SetId};
+use crate::kernel::{Displacements, Extent, InputKey, Kernel, Role, SizeKey};
 use crate::lower::Output;
 use crate::model::{Model, Statistic};
 use std::collections::HashMap;
@@ -24,13 +24,44 @@ pub(super) enum Given {
     Derived(String),
 }
 
+/// What a field of the inputs gives sizes of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum SizeOf {
+    Grid(SetId),
+    Displacements(SetId),
+    /// A number of its own.
+    Number(SizeKey),
+}
+
+impl SizeOf {
+    fn of(kernel: &Kernel, key: SizeKey) -> Self {
+        let displaces =
+            |role: &Role, set: SetId| matches!(role, Role::Positions(Displacements::Of(by), _) if *by == set);
+        match key {
+            SizeKey::Grid(grid, _) => Self::Grid(grid),
+            SizeKey::Set(set) if kernel.buffers.values().any(|buffer| displaces(&buffer.role, set)) => {
+                Self::Displacements(set)
+            }
+            _ => Self::Number(key),
+        }
+    }
+
+    /// The type of the field.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Grid(_) => "&'a ::bp_core::space::Space",
+            Self::Displacements(_) => "&'a ::bp_core::space::Moves",
+            Self::Number(_) => "usize",
+        }
+    }
+}
+
 /// A field that gives sizes.
 struct SizeField {
-    /// The set, the grid or the size.
-    of: String,
+    of: SizeOf,
+    /// The name of the set, the grid or the size.
+    name: String,
     field: String,
-    kind: &'static str,
-    told: String,
 }
 
 /// The field where an output is made.
@@ -66,44 +97,45 @@ impl<'k> Interface<'k> {
             order: Vec::new(),
         };
         for size in kernel.sizes() {
-            let (of, kind, told) = match size.split_once('.') {
-                Some((grid, _)) => (grid, "&'a ::bp_core::space::Space", format!("The grid `{grid}`.")),
-                None if is_displacements(kernel, size) => (
-                    size,
-                    "&'a ::bp_core::space::Moves",
-                    format!("Where the displacements `{size}` come from."),
-                ),
-                None => (size, "usize", format!("The size `{size}`.")),
-            };
+            let of = SizeOf::of(kernel, size.key);
             if !interface.sizes.iter().any(|known| known.of == of) {
-                let field = names.unique(&snake(of));
-                interface.sizes.push(SizeField { of: of.to_owned(), field, kind, told });
+                let name = match size.key {
+                    SizeKey::Grid(grid, _) => model.sets[grid].name.clone(),
+                    _ => size.name.clone(),
+                };
+                interface.sizes.push(SizeField { of, field: names.unique(&snake(&name)), name });
             }
         }
         for (id, buffer) in kernel.inputs() {
-            let name = &buffer.name;
-            let given = match (name.strip_suffix(".wraps"), name.split_once(" from "), &buffer.role) {
-                (Some(grid), ..) => {
-                    let grid = interface.size_field(grid);
+            let given = match &buffer.role {
+                Role::Positions(by, coordinate) => {
+                    let (of, steps) = match by {
+                        Displacements::Steps(grid) => (SizeOf::Grid(*grid), ".steps()"),
+                        Displacements::Of(set) => (SizeOf::Displacements(*set), ""),
+                    };
+                    Given::Derived(format!(
+                        "&inputs.{}{steps}.{}",
+                        interface.size_field(of),
+                        coordinate.name()
+                    ))
+                }
+                Role::Input { key: InputKey::Wraps(grid), .. } => {
+                    let grid = interface.size_field(SizeOf::Grid(*grid));
                     Given::Derived(format!("if inputs.{grid}.wraps() {{ T::ONE }} else {{ T::ZERO }}"))
                 }
-                (_, Some((set, part)), Role::Positions) => Given::Derived(match set.strip_suffix(" step") {
-                    Some(grid) => format!("&inputs.{}.steps().{part}", interface.size_field(grid)),
-                    None => format!("&inputs.{}.{part}", interface.size_field(set)),
-                }),
-                _ if buffer.axes.is_empty() && interface.has_size(name) => {
-                    Given::Derived(format!("T::from_f64(inputs.{} as f64)", interface.size_field(name)))
-                }
-                _ if buffer.axes.is_empty() => Given::Number(names.unique(&input_name(name))),
-                _ => Given::Slice(names.unique(&input_name(name))),
+                role => match interface.as_size(role) {
+                    Some(size) => Given::Derived(format!("T::from_f64(inputs.{} as f64)", size.field)),
+                    None if buffer.axes.is_empty() => Given::Number(names.unique(&input_name(&buffer.name))),
+                    None => Given::Slice(names.unique(&input_name(&buffer.name))),
+                },
             };
             interface.inputs.push((id, given));
         }
         let mut inputs = names;
         let mut names = Names::default();
         let mut fields: Vec<(String, String)> = Vec::new();
-        for (id, buffer) in kernel.outputs() {
-            let output = meant.iter().find(|output| output.name == buffer.name);
+        for (id, key) in kernel.outputs() {
+            let output = meant.iter().find(|output| output.key == key);
             let output = output.expect("internal: each output of a kernel means something");
             let best = Best::of(model, kernel, id, output, &mut names, |nearest| {
                 if let Some((_, field)) = fields.iter().find(|(known, _)| known == nearest) {
@@ -148,16 +180,13 @@ impl<'k> Interface<'k> {
 
     /// An extent, as an expression of the inputs.
     pub(super) fn extent(&self, extent: &Extent) -> String {
-        let Some(size) = &extent.size else { return extent.offset.to_string() };
-        let field = match size.split_once('.') {
-            Some((grid, part)) => {
-                let axis = ["depth", "rows", "lanes"].iter().position(|known| *known == part).unwrap_or(0);
-                format!("inputs.{}.extents()[{axis}]", self.size_field(grid))
-            }
-            None if is_displacements(self.kernel, size) => {
-                format!("inputs.{}.displacements", self.size_field(size))
-            }
-            None => format!("inputs.{}", self.size_field(size)),
+        let Some(size) = extent.size else { return extent.offset.to_string() };
+        let of = SizeOf::of(self.kernel, size);
+        let field = format!("inputs.{}", self.size_field(of));
+        let field = match (of, size) {
+            (SizeOf::Displacements(_), _) => format!("{field}.displacements"),
+            (_, SizeKey::Grid(_, axis)) => format!("{field}.extents()[{}]", axis as usize),
+            _ => field,
         };
         match extent.offset {
             0 => field,
@@ -168,36 +197,41 @@ impl<'k> Interface<'k> {
 
     /// Gives the inputs by name, in f64, to the `named` of the text.
     pub(super) fn named(&self, text: &mut Text) {
-        for SizeField { of, field, kind, .. } in &self.sizes {
-            text.line(match *kind {
-                "usize" => format!("let named = named.size({of:?}, inputs.{field});"),
-                kind if kind.ends_with("Space") => format!("let named = named.grid({of:?}, inputs.{field});"),
-                _ => format!("let named = named.displacements({of:?}, inputs.{field});"),
+        for SizeField { of, name, field } in &self.sizes {
+            text.line(match of {
+                SizeOf::Number(_) => format!("let named = named.size({name:?}, inputs.{field});"),
+                SizeOf::Grid(_) => format!("let named = named.grid({name:?}, inputs.{field});"),
+                SizeOf::Displacements(_) => {
+                    format!("let named = named.displacements({name:?}, inputs.{field});")
+                }
             });
         }
         for (id, given) in &self.inputs {
-            let name = &self.kernel.buffers[*id].name;
-            match given {
-                Given::Number(field) => {
+            let buffer = &self.kernel.buffers[*id];
+            let name = &buffer.name;
+            match (given, self.as_size(&buffer.role)) {
+                (Given::Number(field), _) => {
                     text.line(format!("let named = named.number({name:?}, inputs.{field}.to_f64());"))
                 }
-                Given::Slice(field) => {
+                (Given::Slice(field), _) => {
                     text.line(format!("let named = named.numbers({name:?}, T::widen(inputs.{field}));"))
                 }
-                Given::Derived(_) if self.has_size(name) => {
-                    let field = self.size_field(name);
+                (Given::Derived(_), Some(size)) => {
+                    let field = &size.field;
                     text.line(format!("let named = named.number({name:?}, inputs.{field} as f64);"))
                 }
-                Given::Derived(_) => {}
+                (Given::Derived(_), None) => {}
             }
         }
     }
 
-    fn has_size(&self, of: &str) -> bool {
-        self.sizes.iter().any(|known| known.of == of)
+    /// The size that an input is read as a number of, if it is one.
+    fn as_size(&self, role: &Role) -> Option<&SizeField> {
+        let InputKey::Parameter(parameter) = role.input()? else { return None };
+        self.sizes.iter().find(|known| known.of == SizeOf::Number(SizeKey::Parameter(*parameter)))
     }
 
-    fn size_field(&self, of: &str) -> &str {
+    fn size_field(&self, of: SizeOf) -> &str {
         let found = self.sizes.iter().find(|known| known.of == of);
         &found.expect("internal: every size has a field").field
     }
@@ -206,10 +240,14 @@ impl<'k> Interface<'k> {
     pub(super) fn structures(&self, text: &mut Text) -> &'static str {
         let mut fields = Text::default();
         let (mut borrows, mut numbers) = (false, false);
-        for SizeField { field, kind, told, .. } in &self.sizes {
-            borrows |= kind.starts_with('&');
-            fields.documented(std::slice::from_ref(told));
-            fields.line(format!("pub {field}: {kind},"));
+        for SizeField { of, name, field } in &self.sizes {
+            borrows |= !matches!(of, SizeOf::Number(_));
+            fields.documented(&[match of {
+                SizeOf::Grid(_) => format!("The grid `{name}`."),
+                SizeOf::Displacements(_) => format!("Where the displacements `{name}` come from."),
+                SizeOf::Number(_) => format!("The size `{name}`."),
+            }]);
+            fields.line(format!("pub {field}: {},", of.kind()));
         }
         for (id, given) in &self.inputs {
             let (field, kind) = match given {
@@ -217,7 +255,7 @@ impl<'k> Interface<'k> {
                 Given::Slice(field) => (field, "&'a [T]"),
                 Given::Derived(_) => continue,
             };
-            borrows |= kind.starts_with('&');
+            borrows |= matches!(given, Given::Slice(_));
             numbers = true;
             fields.documented(&told::input(self.kernel, *id));
             fields.line(format!("pub {field}: {kind},"));
@@ -258,10 +296,6 @@ impl<'k> Interface<'k> {
         text.close();
         generics
     }
-}
-
-fn is_displacements(kernel: &Kernel, size: &str) -> bool {
-    kernel.buffer(&format!("{size} from depth")).is_some()
 }
 
 /// The field of an input: its name without the values that a question in it fixes.

@@ -77,7 +77,7 @@ impl Nests<'_> {
     pub(super) fn source(&self, buffer: BufferId) -> String {
         match self.kernel.buffers[buffer].role {
             // One cell for all lanes: it is copied.
-            Role::Positions | Role::Table(_) => "&[]".to_owned(),
+            Role::Positions(..) | Role::Table { .. } => "&[]".to_owned(),
             _ => format!("&{}[..]", local("m", buffer)),
         }
     }
@@ -166,8 +166,8 @@ impl Nests<'_> {
     fn cell(&self, buffer: BufferId, offset: &str) -> String {
         let source = local("m", buffer);
         match self.kernel.buffers[buffer].role {
-            Role::Positions => format!("T::from_f64(f64::from({source}[{offset}]))"),
-            Role::Table(_) => format!("T::from_f64({source}[{offset}])"),
+            Role::Positions(..) => format!("T::from_f64(f64::from({source}[{offset}]))"),
+            Role::Table { .. } => format!("T::from_f64({source}[{offset}])"),
             _ => format!("{source}[{offset}]"),
         }
     }

@@ -6,7 +6,7 @@
 use super::fused::Item;
 use super::names::local;
 use super::question::room;
-use super::text::{Text, words};
+use super::text::{LocalName, Room, Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Buffer, Check, Fold, Index, Kernel, Node, Reduce, Role};
@@ -50,7 +50,7 @@ impl<'k> Nests<'k> {
     pub(super) fn blocks(&mut self, shared: &[BufferId], text: &mut Text) {
         let group = self.group;
         let mut items = Text::default();
-        let mut outside: BTreeMap<String, String> = BTreeMap::new();
+        let mut outside: BTreeMap<String, Room> = BTreeMap::new();
         let found = self.items();
         // What nests leave for each other block by block has to stay in the first cache.
         let is_kept = found.iter().any(|item| matches!(item, Item::Alone(_)));
@@ -70,26 +70,17 @@ impl<'k> Nests<'k> {
         for nest in &group.nests {
             let out = self.kernel.nests[nest.nest].out;
             if named.contains(local("m", out).as_str()) {
-                outside.insert(
-                    local("m", out),
-                    format!("::std::vec![T::ZERO; {} * LANES + LINE]", self.cells(out)),
-                );
+                outside.insert(local("m", out), Room::Blocks(self.cells(out)));
             }
         }
         // Where lanes are copied to: made once, outside the loops.
         let is_copy = |name: &&&str| {
-            let number = name.strip_prefix('b').unwrap_or("");
-            number.starts_with(|c: char| c.is_ascii_digit()) || matches!(**name, "made" | "folded")
+            matches!(**name, "made" | "folded") || LocalName::of(name).is_some_and(|name| name.kind == "b")
         };
         for copy in named.iter().filter(is_copy) {
-            outside.entry((*copy).to_owned()).or_insert_with(|| "Aligned([T::ZERO; LANES])".to_owned());
+            outside.entry((*copy).to_owned()).or_insert(Room::Block);
         }
-        for (name, start) in &outside {
-            text.line(format!("let mut {name} = {start};"));
-            if start.contains("LINE") {
-                text.line(format!("let {name}: &mut [T] = on_a_line(&mut {name});"));
-            }
-        }
+        outside.iter().for_each(|(name, room)| room.write(name, text));
         let names: Vec<String> = shared.iter().map(|out| local("y", *out)).collect();
         text.line(format!(
             "let [{}] = planes else {{ ::core::unreachable!(\"internal: a part of each\") }};",
@@ -169,7 +160,8 @@ impl<'k> Nests<'k> {
         let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
         let stand = match indices.iter().position(is_lane) {
             Some(position) => {
-                (own || position + 1 == axes.len()) && !matches!(role, Role::Table(_) | Role::Positions)
+                (own || position + 1 == axes.len())
+                    && !matches!(role, Role::Table { .. } | Role::Positions(..))
             }
             None => true,
         };
@@ -366,7 +358,8 @@ impl<'k> Nests<'k> {
         }
         lines.extend_from_slice(actions);
         // Whole lines, where nothing is read that ends with the block: no lanes are left to be done one by one.
-        let is_fetched = |word: &str| word.strip_prefix('r').is_some_and(|id| id.parse::<usize>().is_ok());
+        let is_fetched =
+            |word: &str| LocalName::of(word).is_some_and(|name| name.kind == "r" && name.rest.is_empty());
         let fetched = lines.iter().any(|line| words(line).any(is_fetched));
         text.open(if fetched { "for l in 0..width" } else { "for l in 0..filled" });
         lines.iter().for_each(|line| text.line(line));

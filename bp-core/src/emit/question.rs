@@ -7,10 +7,10 @@ use super::given::given;
 use super::interface::{Given, Interface};
 use super::names::local;
 use super::nest::Nests;
-use super::text::{Text, in_a_comment, words};
+use super::text::{LocalName, Text, in_a_comment, words};
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
-use crate::kernel::{Buffer, Check, Kernel, Numbers, Role, Values, with_plate};
+use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, with_plate};
 use crate::lower::Lowered;
 use crate::model::{Model, Question};
 
@@ -22,7 +22,7 @@ pub(super) fn emit(
     (is_linear, equation): (bool, &str),
     text: &mut Text,
 ) {
-    let kernel = &given(&lowered.kernel);
+    let kernel = &given(&lowered.kernel).validated();
     let interface = Interface::new(model, kernel, &lowered.outputs);
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
@@ -104,11 +104,8 @@ fn again(
         text.line("let named = ::bp_core::exec::Inputs::<f64>::new();");
         interface.named(text);
     };
-    let outputs: Vec<(&str, &str)> = interface
-        .outputs()
-        .iter()
-        .map(|id| (kernel.buffers[*id].name.as_str(), interface.output(*id)))
-        .collect();
+    let outputs: Vec<(OutputKey, &str)> =
+        kernel.outputs().map(|(id, key)| (key, interface.output(id))).collect();
     let all: Vec<String> = outputs.iter().map(|(_, field)| format!("&outputs.{field}[..]")).collect();
     let all = all.join(", ");
     if alone {
@@ -119,8 +116,8 @@ fn again(
         }
         named(text);
         text.line("let (found, report) = ::bp_core::answer::again(&super::model(), asked, &named, (suspects, contexts))?;");
-        for (name, field) in outputs {
-            text.line(format!("put(&found, {name:?}, &mut outputs.{field}[..]);"));
+        for (key, field) in outputs {
+            text.line(format!("put(&found, OutputKey::{key:?}, &mut outputs.{field}[..]);"));
         }
         text.line("Ok(report)");
     } else {
@@ -201,7 +198,7 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
                     text.line(format!("let {name}: &[T] = &{name};"));
                 }
             },
-            Role::Table(numbers) => {
+            Role::Table { numbers, .. } => {
                 let (count, fixed) = (numbers.len(), local("TABLE", id));
                 text.line(format!("static {fixed}: [f64; {count}] = {numbers:?};"));
                 text.line(format!("let {name}: &[f64] = &{fixed};"));
@@ -209,14 +206,14 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
                     text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
                 }
             }
-            Role::Positions => {
+            Role::Positions(..) => {
                 let Given::Derived(expression) = interface.given(id) else {
                     unreachable!("internal: positions belong to a set")
                 };
                 text.line(format!("let {name}: &[i32] = {expression};"));
                 text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
             }
-            Role::Output => {
+            Role::Output(_) => {
                 let field = interface.output(id);
                 text.line(format!("make_room({:?}, {len}, &mut outputs.{field})?;", buffer.name));
                 text.line(format!("let {name}: &mut [T] = &mut outputs.{field}[..];"));
@@ -278,7 +275,7 @@ pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     let buffer = &kernel.buffers[id];
     let (len, name) = (local("n", id), local("m", id));
     match (&buffer.role, kernel.known_cells(&buffer.axes)) {
-        (Role::Output, _) => {}
+        (Role::Output(_), _) => {}
         (_, Some(known)) if known <= 1024 => text.line(format!("let mut {name} = [T::ZERO; {known}];")),
         _ => {
             text.line(format!("let mut {name}: Vec<T> = Vec::new();"));
@@ -355,16 +352,15 @@ fn parallel(
 fn captured(kernel: &Kernel, made: &[BufferId], body: &str) -> Vec<(String, &'static str)> {
     let mut fields: Vec<(String, &'static str)> = Vec::new();
     for word in words(body) {
-        let (prefix, number) = word.split_at(1);
-        let buffer = number.split('_').next().and_then(|number| number.parse::<usize>().ok());
-        let kind = match (prefix, buffer) {
-            ("e" | "q" | "g", Some(_)) => "usize",
-            ("m", Some(buffer)) => {
-                let id = kernel.buffers.ids().nth(buffer).expect("internal: a name of a buffer");
+        let Some(name) = LocalName::of(word) else { continue };
+        let kind = match name.kind {
+            "e" | "q" | "g" => "usize",
+            "m" => {
+                let id = kernel.buffers.ids().nth(name.position).expect("internal: a name of a buffer");
                 match kernel.buffers[id].role {
                     _ if made.contains(&id) => continue,
-                    Role::Positions => "&'g [i32]",
-                    Role::Table(_) => "&'g [f64]",
+                    Role::Positions(..) => "&'g [i32]",
+                    Role::Table { .. } => "&'g [f64]",
                     _ => "&'g [T]",
                 }
             }

@@ -19,7 +19,7 @@ impl Nests<'_> {
     pub(super) fn is_whole(&self, value: ValueId) -> bool {
         match &self.kernel.nodes[value] {
             Node::Load { buffer, otherwise: None, .. } => {
-                !self.varies(value) && self.kernel.buffers[*buffer].role == Role::Positions
+                !self.varies(value) && matches!(self.kernel.buffers[*buffer].role, Role::Positions(..))
             }
             _ => false,
         }
@@ -58,7 +58,7 @@ impl Nests<'_> {
             Node::Load { buffer, indices, otherwise } => {
                 let (inside, offset) = self.offset(*buffer, indices, false);
                 let cell = match self.kernel.buffers[*buffer].role {
-                    Role::Positions => format!("f64::from({}[{offset}])", local("m", *buffer)),
+                    Role::Positions(..) => format!("f64::from({}[{offset}])", local("m", *buffer)),
                     _ => format!("{}[{offset}].to_f64()", local("m", *buffer)),
                 };
                 match otherwise {

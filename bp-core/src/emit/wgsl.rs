@@ -125,10 +125,10 @@ fn describe(kernel: &Kernel, layout: &Layout, id: BufferId, text: &mut Text) {
     let buffer = &kernel.buffers[id];
     let (array, what) = match buffer.role {
         Role::Input { .. } => ("numbers", "given"),
-        Role::Table(_) => ("numbers", "a table"),
-        Role::Positions => ("positions", "given"),
+        Role::Table { .. } => ("numbers", "a table"),
+        Role::Positions(..) => ("positions", "given"),
         Role::Scratch => ("numbers", "made on the way"),
-        Role::Output => ("numbers", "the answer"),
+        Role::Output(_) => ("numbers", "the answer"),
     };
     let axes = buffer.axes.iter().zip(strides).map(|(axis, stride)| {
         let name = &kernel.axes[*axis].name;
@@ -323,7 +323,7 @@ impl Pass<'_> {
                     Term::Known(1) => format!(" + u32({index})"),
                     stride => format!(" + u32({index}) * {}", stride.unsigned()),
                 });
-                let array = if made.role == Role::Positions { "positions" } else { "numbers" };
+                let array = if matches!(made.role, Role::Positions(..)) { "positions" } else { "numbers" };
                 format!("{array}[{}{}]", first.unsigned(), terms.collect::<String>())
             }
         }

@@ -8,7 +8,7 @@
 use super::fused::{Fused, Run, choices, values, written_out};
 use super::names::local;
 use super::nest::Nests;
-use super::text::{Text, words};
+use super::text::{LocalName, Room, Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::Loops;
 use crate::kernel::{Check, Fold, Node};
@@ -18,6 +18,14 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 const MOST_TILES: usize = 16;
 
 type Choice = HashMap<AxisId, usize>;
+
+/// Where the lanes of a tile come from.
+enum Origin {
+    /// A tile that another item of the run has kept.
+    Kept(String),
+    /// An array.
+    Array(String),
+}
 
 /// The text of one item, in parts.
 #[derive(Default)]
@@ -29,11 +37,17 @@ struct Parts {
     lanes: Vec<String>,
     named: BTreeSet<String>,
     /// Lanes that are fetched, by name: whether inside the item's loop, and from where.
-    fetched: BTreeMap<String, (bool, String)>,
+    fetched: BTreeMap<String, (bool, Origin)>,
     /// Numbers that change inside the item's loop.
     numbers: BTreeSet<String>,
     /// Tiles that are made: name of the copy, buffer, and plane.
     made: Vec<(String, BufferId, String)>,
+}
+
+impl Origin {
+    fn is_array(&self) -> bool {
+        matches!(self, Self::Array(_))
+    }
 }
 
 impl Nests<'_> {
@@ -42,7 +56,7 @@ impl Nests<'_> {
         &mut self,
         run: &Run<'_>,
         shared: &[BufferId],
-        outside: &mut BTreeMap<String, String>,
+        outside: &mut BTreeMap<String, Room>,
         text: &mut Text,
     ) {
         let parts: Vec<Parts> = run.items.iter().map(|fused| self.parts(run, fused)).collect();
@@ -52,8 +66,7 @@ impl Nests<'_> {
         // Of known length, so that no index is checked in the loop over tiles.
         for (fused, parts) in run.items.iter().zip(&parts) {
             let Some(axis) = fused.axis else { continue };
-            let settled =
-                parts.fetched.iter().filter(|(_, (inside, source))| *inside && !source.starts_with('k'));
+            let settled = parts.fetched.iter().filter(|(_, (inside, origin))| *inside && origin.is_array());
             let names = settled.map(|(name, _)| format!("all_p{name}"));
             for name in names.chain(parts.numbers.iter().map(|name| format!("all_{name}"))) {
                 text.line(format!("let {name} = &{name}[..{}];", local("e", axis)));
@@ -73,7 +86,7 @@ impl Nests<'_> {
                 }
                 _ => {
                     let cells = self.cells(kept);
-                    outside.insert(name, format!("::std::vec![Aligned([T::ZERO; TILE]); {cells}]"));
+                    outside.insert(name, Room::Array { of: "Aligned([T::ZERO; TILE])", count: cells });
                 }
             }
         }
@@ -156,7 +169,7 @@ impl Nests<'_> {
             if self.is_made_in(run, *buffer) {
                 let plane = self.instance(&self.planes(*buffer, indices), choice);
                 let kept = format!("{}[{plane}]", local("k", *buffer));
-                parts.fetched.insert(format!("{id}{suffix}"), (inside, kept));
+                parts.fetched.insert(format!("{id}{suffix}"), (inside, Origin::Kept(kept)));
                 return;
             }
             let slot = match (inside, fused.axis) {
@@ -167,7 +180,7 @@ impl Nests<'_> {
             self.fetch(value, &slot, "TILE", &mut fetched);
             lines.extend(fetched.finish().lines().map(str::to_owned));
             let source = self.source(*buffer);
-            parts.fetched.insert(format!("{id}{suffix}"), (inside, source));
+            parts.fetched.insert(format!("{id}{suffix}"), (inside, Origin::Array(source)));
         } else {
             let line = format!("let x{id}: T = {};", self.lane(value, 0));
             parts.lanes.push(self.lane_text(&line, choice));
@@ -207,9 +220,8 @@ impl Nests<'_> {
             }
             let word = &rest[..end];
             rest = &rest[end..];
-            let kind = word.trim_end_matches(|c: char| c.is_ascii_digit());
-            let number: Option<usize> = word[kind.len()..].parse().ok();
-            match (kind, number) {
+            let name = LocalName::of(word).filter(|name| name.rest.is_empty());
+            match name.map_or((word, None), |name| (name.kind, Some(name.position))) {
                 ("u" | "z" | "t" | "r" | "x" | "b" | "p" | "from" | "inside", Some(number)) => {
                     out.push_str(&format!("{word}{}", self.value_suffix(number, choice)));
                 }
@@ -228,7 +240,7 @@ impl Nests<'_> {
         &self,
         fused: &Fused<'_>,
         parts: &Parts,
-        outside: &mut BTreeMap<String, String>,
+        outside: &mut BTreeMap<String, Room>,
         text: &mut Text,
     ) {
         parts.outside.iter().for_each(|line| text.line(line));
@@ -237,13 +249,14 @@ impl Nests<'_> {
         text.open(format!("for {running} in 0..{extent}"));
         parts.inside.iter().for_each(|line| text.line(line));
         for name in &parts.numbers {
-            outside.insert(format!("all_{name}"), format!("::std::vec![T::ZERO; {extent}]"));
+            outside.insert(format!("all_{name}"), Room::Array { of: "T::ZERO", count: extent.clone() });
             text.line(format!("all_{name}[{running}] = {name};"));
         }
-        for (name, (inside, source)) in &parts.fetched {
-            if *inside && !source.starts_with('k') {
-                outside.insert(format!("all_p{name}"), format!("::std::vec![Place::default(); {extent}]"));
-                outside.insert(format!("b{name}"), format!("::std::vec![T::ZERO; {extent} * LANES + LINE]"));
+        for (name, (inside, origin)) in &parts.fetched {
+            if *inside && origin.is_array() {
+                let places = Room::Array { of: "Place::default()", count: extent.clone() };
+                outside.insert(format!("all_p{name}"), places);
+                outside.insert(format!("b{name}"), Room::Blocks(extent.clone()));
                 text.line(format!("all_p{name}[{running}] = p{name};"));
             }
         }
@@ -297,7 +310,7 @@ impl Nests<'_> {
 
     /// Reads the tiles that were fetched outside an item's loop, or inside it.
     fn read(&self, fused: &Fused<'_>, parts: &Parts, inside: bool, text: &mut Text) {
-        for (name, (_, source)) in parts.fetched.iter().filter(|(_, (own, _))| *own == inside) {
+        for (name, (_, origin)) in parts.fetched.iter().filter(|(_, (own, _))| *own == inside) {
             let (place, slot) = match fused.axis.filter(|_| inside) {
                 Some(axis) => {
                     let running = local("i", axis);
@@ -305,9 +318,9 @@ impl Nests<'_> {
                 }
                 None => (format!("p{name}"), "0".to_owned()),
             };
-            text.line(match source.starts_with('k') {
-                true => format!("let r{name}: Tile<T> = {source};"),
-                false => {
+            text.line(match origin {
+                Origin::Kept(tile) => format!("let r{name}: Tile<T> = {tile};"),
+                Origin::Array(source) => {
                     format!("let r{name}: Tile<T> = read_tile({place}, {source}, &b{name}[..], {slot}, at);")
                 }
             });

@@ -17,6 +17,7 @@ pub use report::{
 };
 pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
 
+pub use crate::kernel::OutputKey;
 pub use crate::operators::Unary;
 
 use super::inputs::MOST_CELLS;

@@ -6,7 +6,7 @@
 use super::scalar::{Extended, Scalar};
 use super::{Inputs, Lanes, Outputs};
 use crate::error::Error;
-use crate::kernel::{LN_EVIDENCE, TOTAL};
+use crate::kernel::OutputKey;
 
 /// A total below this may have lost something: 2⁻⁵¹².
 const SMALLEST_TOTAL: f64 = f64::from_bits((1023 - 512) << 52);
@@ -31,23 +31,23 @@ impl Lanes {
     pub fn run_guarded(&self, inputs: &Inputs<'_, f64>, log: bool) -> Result<Guarded, Error> {
         if !log {
             let (outputs, extents) = self.run_shaped(inputs)?;
-            if outputs.arrays.iter().all(|(name, cells)| is_safe(name, cells)) {
+            if outputs.arrays.iter().all(|(key, cells)| is_safe(*key, cells)) {
                 return Ok(Guarded { outputs, extended: None, extents });
             }
         }
         let (extended, extents) = self.run_shaped(&inputs.extended())?;
-        let rounded = |(name, cells): &(String, Vec<Extended>)| {
-            (name.clone(), cells.iter().map(|cell| cell.to_f64()).collect())
+        let rounded = |(key, cells): &(OutputKey, Vec<Extended>)| {
+            (*key, cells.iter().map(|cell| cell.to_f64()).collect())
         };
         let outputs = Outputs { arrays: extended.arrays.iter().map(rounded).collect() };
         Ok(Guarded { outputs, extended: Some(extended), extents })
     }
 }
 
-fn is_safe(name: &str, cells: &[f64]) -> bool {
-    cells.iter().all(|cell| match name {
-        TOTAL => cell.is_finite() && *cell >= SMALLEST_TOTAL,
-        LN_EVIDENCE => cell.is_finite() && *cell >= SMALLEST_TOTAL.ln(),
-        _ => cell.is_finite(),
+fn is_safe(key: OutputKey, cells: &[f64]) -> bool {
+    cells.iter().all(|cell| match key {
+        OutputKey::Total => cell.is_finite() && *cell >= SMALLEST_TOTAL,
+        OutputKey::LnEvidence => cell.is_finite() && *cell >= SMALLEST_TOTAL.ln(),
+        OutputKey::Ask(_) => cell.is_finite(),
     })
 }

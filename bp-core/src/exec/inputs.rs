@@ -7,7 +7,10 @@ use super::scalar::{Extended, Scalar};
 use super::values;
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
-use crate::kernel::{Buffer, Extent, Kernel, Numbers, Reduce, Role, Values};
+use crate::kernel::{
+    Buffer, Coordinate, Displacements, Extent, GridAxis, InputKey, Kernel, Numbers, OutputKey, Reduce, Role,
+    SizeKey, Values,
+};
 use crate::memory;
 use crate::space::{Moves, Space};
 use std::any::Any;
@@ -23,13 +26,19 @@ pub(super) const MOST_CELLS: f64 = 1e9;
 pub struct Inputs<'a, T: Clone> {
     sizes: HashMap<String, usize>,
     arrays: HashMap<String, Cow<'a, [T]>>,
-    positions: HashMap<String, Cow<'a, [i32]>>,
+    grids: HashMap<String, &'a Space>,
+    displacements: HashMap<String, &'a Moves>,
 }
 
 impl<'a, T: Clone> Inputs<'a, T> {
     /// Nothing yet.
     pub fn new() -> Self {
-        Self { sizes: HashMap::new(), arrays: HashMap::new(), positions: HashMap::new() }
+        Self {
+            sizes: HashMap::new(),
+            arrays: HashMap::new(),
+            grids: HashMap::new(),
+            displacements: HashMap::new(),
+        }
     }
 
     /// A size: the number of elements of a set, or a parameter of kind size.
@@ -78,26 +87,18 @@ impl<'a, T: Clone> Inputs<'a, T> {
     }
 
     /// The extents of a grid, and whether its lanes go round.
-    pub fn grid(mut self, name: &str, space: &'a Space) -> Self
-    where
-        T: From<f32>,
-    {
-        for (part, extent) in ["depth", "rows", "lanes"].iter().zip(space.extents()) {
-            self.sizes.insert(format!("{name}.{part}"), extent);
+    pub fn grid(mut self, name: &str, space: &'a Space) -> Self {
+        for (axis, extent) in GridAxis::ALL.iter().zip(space.extents()) {
+            self.sizes.insert(format!("{name}.{}", axis.name()), extent);
         }
-        let steps = space.steps();
-        for (part, table) in [("depth", &steps.depth), ("row", &steps.row), ("turn", &steps.turn)] {
-            self.positions.insert(format!("{name} step from {part}"), Cow::Borrowed(table));
-        }
-        self.number(&format!("{name}.wraps"), T::from(if space.wraps() { 1.0 } else { 0.0 }))
+        self.grids.insert(name.to_owned(), space);
+        self
     }
 
     /// The displacements of a set, on the grid that it belongs to.
     pub fn displacements(mut self, name: &str, moves: &'a Moves) -> Self {
         self.sizes.insert(name.to_owned(), moves.displacements);
-        for (part, table) in [("depth", &moves.depth), ("row", &moves.row), ("turn", &moves.turn)] {
-            self.positions.insert(format!("{name} from {part}"), Cow::Borrowed(table));
-        }
+        self.displacements.insert(name.to_owned(), moves);
         self
     }
 
@@ -121,9 +122,8 @@ impl<'a, T: Clone> Inputs<'a, T> {
         Inputs {
             sizes: self.sizes.clone(),
             arrays: self.arrays.iter().map(|(name, values)| (name.clone(), extended(values))).collect(),
-            positions: (self.positions.iter())
-                .map(|(name, table)| (name.clone(), Cow::Borrowed(table.as_ref())))
-                .collect(),
+            grids: self.grids.clone(),
+            displacements: self.displacements.clone(),
         }
     }
 
@@ -132,14 +132,15 @@ impl<'a, T: Clone> Inputs<'a, T> {
     where
         T: Scalar,
     {
-        let size = |name: &str| {
-            let given = self.find_size(name).or_else(|| kernel.size_default(name));
+        let size = |key: SizeKey| {
+            let size = kernel.size(key);
+            let given = self.find_size(&size.name).or(size.default);
             let missing = "this size was not given; give the number of its elements";
-            given.ok_or_else(|| Error::input(name, missing))
+            given.ok_or_else(|| Error::input(&size.name, missing))
         };
         let mut extents = Vec::with_capacity(kernel.axes.len());
         for axis in kernel.axes.values() {
-            extents.push(axis.count(axis.extent.size.as_deref().map_or(Ok(0), size)?)?);
+            extents.push(axis.count(axis.extent.size.map_or(Ok(0), size)?)?);
         }
         let mut bound = Bound { kernel, extents, arrays: Arena::default() };
         for (id, buffer) in kernel.buffers.iter() {
@@ -149,29 +150,58 @@ impl<'a, T: Clone> Inputs<'a, T> {
                 return Err(Error::TooLarge { name: buffer.name.clone(), cells, most: MOST_CELLS, help });
             }
             bound.arrays.push(match &buffer.role {
-                Role::Input { default, broadcast } => {
+                Role::Input { key: InputKey::Wraps(grid), .. } => {
+                    let name = kernel.set_name(*grid);
+                    let space =
+                        self.grids.get(name).ok_or_else(|| Error::input(name, "this grid was not given"))?;
+                    Array::Given(Cow::Owned(vec![T::truth(space.wraps())]))
+                }
+                Role::Input { default, broadcast, .. } => {
                     self.bind_array(&bound, id, default.is_some(), *broadcast, &size)?
                 }
-                Role::Table(numbers) => match self.arrays.contains_key(&buffer.name) {
+                Role::Table { key, numbers } => match key.is_some() && self.arrays.contains_key(&buffer.name)
+                {
                     true => self.bind_array(&bound, id, false, false, &size)?,
                     false => {
                         check_length(&buffer.name, numbers.len(), bound.length(id))?;
                         Array::Owned(in_precision(numbers))
                     }
                 },
-                Role::Positions => {
-                    let table = self
-                        .positions
-                        .get(&buffer.name)
-                        .ok_or_else(|| Error::input(&buffer.name, "this table of positions was not given"))?;
+                Role::Positions(by, coordinate) => {
+                    let table = self.positions(kernel, *by, *coordinate)?;
                     check_length(&buffer.name, table.len(), bound.length(id))?;
                     Array::Positions(table)
                 }
-                Role::Scratch | Role::Output => Array::Made,
+                Role::Scratch | Role::Output(_) => Array::Made,
             });
         }
         bound.fits()?;
         Ok(bound)
+    }
+
+    /// A table of positions of a grid or of its displacements.
+    fn positions<'k>(
+        &'k self,
+        kernel: &'k Kernel,
+        by: Displacements,
+        coordinate: Coordinate,
+    ) -> Result<&'k [i32], Error> {
+        let moves = match by {
+            Displacements::Steps(grid) => {
+                let name = kernel.set_name(grid);
+                self.grids.get(name).map(|space| space.steps()).ok_or((name, "this grid was not given"))
+            }
+            Displacements::Of(set) => {
+                let name = kernel.set_name(set);
+                self.displacements.get(name).copied().ok_or((name, "these displacements were not given"))
+            }
+        };
+        let moves = moves.map_err(|(name, message)| Error::input(name, message))?;
+        Ok(match coordinate {
+            Coordinate::Depth => &moves.depth,
+            Coordinate::Row => &moves.row,
+            Coordinate::Turn => &moves.turn,
+        })
     }
 
     fn bind_array<'k>(
@@ -180,7 +210,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
         id: BufferId,
         optional: bool,
         broadcast: bool,
-        size: &dyn Fn(&str) -> Result<usize, Error>,
+        size: &dyn Fn(SizeKey) -> Result<usize, Error>,
     ) -> Result<Array<'k, T>, Error>
     where
         T: Scalar,
@@ -220,7 +250,7 @@ fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> 
 fn ordinals<'n, T: Scalar>(
     buffer: &Buffer,
     numbers: &'n [T],
-    size: &dyn Fn(&str) -> Result<usize, Error>,
+    size: &dyn Fn(SizeKey) -> Result<usize, Error>,
 ) -> Result<Cow<'n, [T]>, Error> {
     let Some(Values { variable, domain, numbers: known }) = &buffer.values else {
         return Ok(Cow::Borrowed(numbers));
@@ -230,7 +260,7 @@ fn ordinals<'n, T: Scalar>(
         Numbers::Bins(bins) => values::Numbers::Bins { edges: bins.edges(), circle: bins.is_circle() },
         Numbers::Whole { first, count } => {
             let extent = |extent: &Extent| {
-                let size = extent.size.as_deref().map_or(Ok(0), size)?;
+                let size = extent.size.map_or(Ok(0), size)?;
                 Ok(usize::try_from(size as i64 + extent.offset).unwrap_or(0))
             };
             let counts = count.iter().map(extent).collect::<Result<Vec<usize>, Error>>()?;
@@ -346,17 +376,17 @@ impl<T: Clone> Bound<'_, T> {
 /// What the host gets: the kernel's outputs, in order.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Outputs<T> {
-    /// Name and cells of each, the last axis contiguous.
-    pub arrays: Vec<(String, Vec<T>)>,
+    /// Which each is, and its cells, the last axis contiguous.
+    pub arrays: Vec<(OutputKey, Vec<T>)>,
 }
 
 impl<T> Outputs<T> {
-    /// The output of this name.
+    /// An output.
     ///
     /// # Panics
-    /// Where the kernel has none of this name.
-    pub fn get(&self, name: &str) -> &[T] {
-        let found = self.arrays.iter().find(|(known, _)| known == name);
-        &found.unwrap_or_else(|| panic!("internal: the kernel has no output `{name}`")).1
+    /// Where the kernel has no such one.
+    pub fn get(&self, key: OutputKey) -> &[T] {
+        let found = self.arrays.iter().find(|(known, _)| *known == key);
+        &found.unwrap_or_else(|| panic!("internal: the kernel has no output {key:?}")).1
     }
 }

@@ -7,7 +7,7 @@ use super::inputs::{Array, Bound};
 use super::{Inputs, Outputs};
 use crate::error::Error;
 use crate::ids::{AxisId, BufferId, Id, ValueId};
-use crate::kernel::{Fold, Index, Kernel, Node, Reduce, Role};
+use crate::kernel::{Fold, Index, Kernel, Node, Reduce};
 
 /// Runs a kernel in f64.
 ///
@@ -24,12 +24,8 @@ pub fn interpret(kernel: &Kernel, inputs: &Inputs<'_, f64>) -> Result<Outputs<f6
     for nest in &kernel.nests {
         machine.nest(nest.out, &nest.reduce, nest.value);
     }
-    let outputs = kernel.buffers.iter().filter(|(_, buffer)| buffer.role == Role::Output);
-    Ok(Outputs {
-        arrays: outputs
-            .map(|(id, buffer)| (buffer.name.clone(), std::mem::take(&mut machine.made[id.position()])))
-            .collect(),
-    })
+    let outputs = kernel.outputs().map(|(id, key)| (key, std::mem::take(&mut machine.made[id.position()])));
+    Ok(Outputs { arrays: outputs.collect() })
 }
 
 struct Machine<'k> {

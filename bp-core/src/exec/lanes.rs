@@ -25,7 +25,7 @@ use super::{Inputs, Outputs};
 use crate::error::Error;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::Schedule;
-use crate::kernel::{Buffer, Kernel, Role};
+use crate::kernel::{Kernel, Role};
 use code::Pass;
 use machine::{Machine, Piece};
 use rayon::prelude::*;
@@ -100,14 +100,14 @@ impl<T: Scalar> Ready<T> {
         let mut made = vec![Vec::new(); kernel.buffers.len()];
         for (buffer, _) in passes.iter().flat_map(|pass| &pass.made) {
             made[buffer.position()] = match kernel.buffers[*buffer].role {
-                Role::Output => Vec::new(),
+                Role::Output(_) => Vec::new(),
                 _ => vec![T::ZERO; bound.length(*buffer)],
             };
         }
         let mut stays: Vec<bool> = kernel.buffers.ids().map(own).collect();
         let mut settled = Vec::new();
         for pass in &passes {
-            let is_output = |buffer: BufferId| kernel.buffers[buffer].role == Role::Output;
+            let is_output = |buffer: BufferId| kernel.buffers[buffer].role.output().is_some();
             settled.push(pass.is_settled(|buffer| stays[buffer.position()], is_output));
             pass.made.iter().for_each(|(buffer, _)| stays[buffer.position()] = settled[settled.len() - 1]);
         }
@@ -224,8 +224,9 @@ impl Lanes {
         let bound = inputs.bind(&self.kernel)?;
         let mut outputs = Outputs { arrays: Vec::new() };
         self.run_bound(&bound, &mut outputs);
-        let extents = |buffer: &Buffer| buffer.axes.iter().map(|axis| bound.extent(*axis)).collect();
-        Ok((outputs, self.kernel.outputs().map(|(_, buffer)| extents(buffer)).collect()))
+        let axes = |id: BufferId| self.kernel.buffers[id].axes.iter();
+        let extents = |id: BufferId| axes(id).map(|axis| bound.extent(*axis)).collect();
+        Ok((outputs, self.kernel.outputs().map(|(id, _)| extents(id)).collect()))
     }
 
     /// Runs the kernel again, into the arrays of an earlier answer: large ones are not asked of the system anew.
@@ -242,10 +243,9 @@ impl Lanes {
         let kept = kept.and_then(|kept| kept.downcast::<Ready<T>>().ok());
         let kept = kept.filter(|ready| ready.fits(&self.kernel, bound));
         let mut ready = kept.unwrap_or_else(|| Box::new(Ready::new(&self.kernel, &self.schedule, bound)));
-        let named = self.kernel.outputs().count() == outputs.arrays.len();
-        if !named {
-            outputs.arrays =
-                self.kernel.outputs().map(|(_, buffer)| (buffer.name.clone(), Vec::new())).collect();
+        let known = outputs.arrays.iter().map(|(key, _)| *key);
+        if !known.eq(self.kernel.outputs().map(|(_, key)| key)) {
+            outputs.arrays = self.kernel.outputs().map(|(_, key)| (key, Vec::new())).collect();
         }
         for ((id, _), (_, cells)) in self.kernel.outputs().zip(&mut outputs.arrays) {
             cells.resize(bound.length(id), T::ZERO);

@@ -3,8 +3,10 @@
 //! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and an operator that
 //! has only constants under it is one whose value f64 cannot hold.
 
-use super::{Axis, Buffer, Check, Extent, Fold, Index, Kernel, Nest, Node, Reduce, Role, Values};
-use crate::ids::{Arena, AxisId, BufferId, ValueId};
+use super::{
+    Axis, Buffer, Check, Extent, Fold, Index, InputKey, Kernel, Nest, Node, Reduce, Role, Size, Values,
+};
+use crate::ids::{Arena, AxisId, BufferId, SetId, ValueId};
 use crate::operators::{Binary, Unary};
 use std::collections::HashMap;
 
@@ -47,9 +49,9 @@ impl KernelBuilder {
         self.kernel.axes.push(Axis { name: name.to_owned(), extent })
     }
 
-    /// Says what a size is where the host does not give it.
-    pub fn size_default(&mut self, name: &str, size: usize) {
-        self.kernel.size_defaults.push((name.to_owned(), size));
+    /// Names the sizes of the extents, and the sets whose grids and displacements are read.
+    pub fn named(&mut self, sizes: Vec<Size>, sets: Vec<(SetId, String)>) {
+        (self.kernel.sizes, self.kernel.sets) = (sizes, sets);
     }
 
     /// Says along which axes cells are independent.
@@ -57,19 +59,22 @@ impl KernelBuilder {
         self.kernel.parallel = axes.to_vec();
     }
 
-    /// An array; the same one when it is asked for again by an input's name.
+    /// An array; the same one when an input is asked for again.
     pub fn buffer(&mut self, name: &str, role: Role, axes: &[AxisId]) -> BufferId {
-        if let (Role::Input { .. } | Role::Table(_) | Role::Positions, Some(id)) =
-            (&role, self.kernel.buffer(name))
-        {
-            return id;
-        }
-        self.kernel.buffers.push(Buffer { name: name.to_owned(), role, axes: axes.to_vec(), values: None })
+        let known = match (&role, role.input()) {
+            (_, Some(key)) => self.kernel.input(key),
+            (Role::Positions(..), _) => self.kernel.buffers.find(|buffer| buffer.role == role),
+            _ => None,
+        };
+        known.unwrap_or_else(|| {
+            let name = name.to_owned();
+            self.kernel.buffers.push(Buffer { name, role, axes: axes.to_vec(), values: None })
+        })
     }
 
     /// An input that holds values of a variable.
-    pub fn given(&mut self, name: &str, values: Values, axes: &[AxisId]) -> BufferId {
-        let buffer = self.buffer(name, Role::Input { default: None, broadcast: true }, axes);
+    pub fn given(&mut self, name: &str, key: InputKey, values: Values, axes: &[AxisId]) -> BufferId {
+        let buffer = self.buffer(name, Role::Input { key, default: None, broadcast: true }, axes);
         self.kernel.buffers[buffer].values = Some(values);
         buffer
     }

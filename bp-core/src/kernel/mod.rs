@@ -9,14 +9,17 @@
 //! here: a filter is a host loop that runs kernels and swaps buffers.
 
 mod build;
+mod key;
 mod plate;
 mod rewrite;
 pub mod schedule;
 mod shift;
+mod validate;
 mod values;
 mod words;
 
 pub use build::KernelBuilder;
+pub use key::{Coordinate, Displacements, GridAxis, InputKey, OutputKey, Size, SizeKey};
 pub(crate) use plate::with_plate;
 pub(crate) use rewrite::{rewritten, without_copies};
 pub(crate) use shift::share_between_neighbours;
@@ -24,20 +27,14 @@ pub use values::{Numbers, Values};
 pub use words::in_words;
 
 use crate::error::Error;
-use crate::ids::{Arena, AxisId, BufferId, ValueId};
+use crate::ids::{Arena, AxisId, BufferId, SetId, ValueId};
 use crate::operators::{Binary, Unary};
 
-/// The output of ln P(evidence), where there is one.
-pub const LN_EVIDENCE: &str = "ln_evidence";
-
-/// The output of what answers are divided by, where there is one.
-pub const TOTAL: &str = "total of each context";
-
 /// How many values an axis has: `offset`, or `size + offset` where a size is known only at run time.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Extent {
-    /// The name of a size given at run time.
-    pub size: Option<String>,
+    /// A size given at run time.
+    pub size: Option<SizeKey>,
     /// What is added to it.
     pub offset: i64,
 }
@@ -49,8 +46,8 @@ impl Extent {
     }
 
     /// An extent that is known at run time.
-    pub fn named(size: &str) -> Self {
-        Self { size: Some(size.to_owned()), offset: 0 }
+    pub fn sized(size: SizeKey) -> Self {
+        Self { size: Some(size), offset: 0 }
     }
 
     /// The count, where no size is needed.
@@ -86,19 +83,45 @@ impl Axis {
 pub enum Role {
     /// Given by the host.
     Input {
+        /// Which.
+        key: InputKey,
         /// What stands where the host gives none.
         default: Option<f64>,
         /// Whether it may be given without its parallel axes, one value for all.
         broadcast: bool,
     },
-    /// Numbers that come with the kernel, one for each cell; the host may give others under the same name.
-    Table(Vec<f64>),
-    /// Whole numbers given by the host (positions in other buffers).
-    Positions,
+    /// Numbers that come with the kernel, one for each cell.
+    Table {
+        /// Which input they stand for, where the host may give others.
+        key: Option<InputKey>,
+        /// The numbers.
+        numbers: Vec<f64>,
+    },
+    /// Where displaced content comes from: whole numbers given by the host.
+    Positions(Displacements, Coordinate),
     /// Made by one nest for others.
     Scratch,
     /// Made for the host.
-    Output,
+    Output(OutputKey),
+}
+
+impl Role {
+    /// Which input it is, if the host may give it as numbers.
+    pub fn input(&self) -> Option<&InputKey> {
+        match self {
+            Self::Input { key, .. } => Some(key),
+            Self::Table { key, .. } => key.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// Which output it is, if it is one.
+    pub fn output(&self) -> Option<OutputKey> {
+        match self {
+            Self::Output(key) => Some(*key),
+            _ => None,
+        }
+    }
 }
 
 /// An array, its last axis contiguous.
@@ -238,8 +261,10 @@ pub struct Kernel {
     pub nodes: Arena<ValueId, Node>,
     /// What is done, in order.
     pub nests: Vec<Nest>,
-    /// Sizes that stand where the host gives none, by name.
-    pub size_defaults: Vec<(String, usize)>,
+    /// The sizes that extents are made of.
+    pub sizes: Vec<Size>,
+    /// The names of the sets whose grids and displacements are read.
+    pub sets: Vec<(SetId, String)>,
     /// The axes of the plate, slowest first: every cell along them is independent of the others.
     pub parallel: Vec<AxisId>,
     /// What is checked while it is made.
@@ -247,21 +272,38 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The names of the sizes that the host gives, in order of first use.
-    pub fn sizes(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = Vec::new();
+    /// The sizes that the host gives, in order of first use.
+    pub fn sizes(&self) -> Vec<&Size> {
+        self.size_keys().into_iter().map(|key| self.size(key)).collect()
+    }
+
+    /// The keys of the sizes in use, in order of first use.
+    pub(crate) fn size_keys(&self) -> Vec<SizeKey> {
         let axes = self.axes.values().map(|axis| &axis.extent);
         // A domain of which values are given has a size too.
         let domains = self.buffers.values().filter_map(|buffer| match &buffer.values {
             Some(Values { numbers: Numbers::Whole { count, .. }, .. }) => Some(count),
             _ => None,
         });
-        for name in axes.chain(domains.flatten()).filter_map(|extent| extent.size.as_deref()) {
-            if !names.contains(&name) {
-                names.push(name);
+        let mut keys: Vec<SizeKey> = Vec::new();
+        for key in axes.chain(domains.flatten()).filter_map(|extent| extent.size) {
+            if !keys.contains(&key) {
+                keys.push(key);
             }
         }
-        names
+        keys
+    }
+
+    /// A size in use.
+    pub fn size(&self, key: SizeKey) -> &Size {
+        let found = self.sizes.iter().find(|size| size.key == key);
+        found.expect("internal: a kernel knows its sizes")
+    }
+
+    /// The name of a set whose grid or displacements are read.
+    pub fn set_name(&self, set: SetId) -> &str {
+        let found = self.sets.iter().find(|(known, _)| *known == set);
+        &found.expect("internal: a kernel knows its sets").1
     }
 
     /// How many cells these axes span, where that is known and can be counted.
@@ -275,8 +317,9 @@ impl Kernel {
     /// An axis that would have no values.
     pub fn with_sizes(&self, size: impl Fn(&str) -> Option<usize>) -> Result<Self, Error> {
         let mut kernel = self.clone();
+        let size = |key: SizeKey| size(&self.size(key).name);
         for axis in kernel.axes.ids() {
-            if let Some(size) = self.axes[axis].extent.size.as_deref().and_then(&size) {
+            if let Some(size) = self.axes[axis].extent.size.and_then(size) {
                 kernel.axes[axis].extent = Extent::constant(self.axes[axis].count(size)?);
             }
         }
@@ -287,7 +330,7 @@ impl Kernel {
                 continue;
             };
             for extent in count {
-                if let Some(known) = extent.size.as_deref().and_then(&size) {
+                if let Some(known) = extent.size.and_then(size) {
                     *extent = Extent { size: None, offset: known as i64 + extent.offset };
                 }
             }
@@ -295,24 +338,21 @@ impl Kernel {
         Ok(kernel)
     }
 
-    /// What a size is where the host does not give it.
-    pub fn size_default(&self, name: &str) -> Option<usize> {
-        self.size_defaults.iter().find(|(known, _)| known == name).map(|(_, size)| *size)
-    }
-
     /// The buffers that the host gives, in order.
     pub fn inputs(&self) -> impl Iterator<Item = (BufferId, &Buffer)> {
-        self.buffers.iter().filter(|(_, buffer)| matches!(buffer.role, Role::Input { .. } | Role::Positions))
+        self.buffers
+            .iter()
+            .filter(|(_, buffer)| matches!(buffer.role, Role::Input { .. } | Role::Positions(..)))
     }
 
     /// The buffers that the host gets, in order.
-    pub fn outputs(&self) -> impl Iterator<Item = (BufferId, &Buffer)> {
-        self.buffers.iter().filter(|(_, buffer)| buffer.role == Role::Output)
+    pub fn outputs(&self) -> impl Iterator<Item = (BufferId, OutputKey)> {
+        self.buffers.iter().filter_map(|(id, buffer)| Some((id, buffer.role.output()?)))
     }
 
-    /// The buffer of this name.
-    pub fn buffer(&self, name: &str) -> Option<BufferId> {
-        self.buffers.find(|buffer| buffer.name == name)
+    /// The buffer of an input.
+    pub fn input(&self, key: &InputKey) -> Option<BufferId> {
+        self.buffers.find(|buffer| buffer.role.input() == Some(key))
     }
 
     /// The values that a node is made of.

@@ -45,7 +45,7 @@ pub(crate) fn with_plate(kernel: &Kernel, nest: usize) -> Option<(Kernel, Schedu
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Extent, Fold, KernelBuilder, Role};
+    use super::super::{Extent, Fold, KernelBuilder, OutputKey, Role};
     use super::*;
 
     /// `out[x, y] = Σ_b (x + y + b)` over these extents.
@@ -56,7 +56,7 @@ mod tests {
         let [at_x, at_y, at_b] = [x, y, b].map(|axis| builder.running(axis));
         let sum = builder.binary(crate::operators::Binary::Add, at_x, at_y);
         let sum = builder.binary(crate::operators::Binary::Add, sum, at_b);
-        let out = builder.buffer("out", Role::Output, &[x, y]);
+        let out = builder.buffer("out", Role::Output(OutputKey::Ask(0)), &[x, y]);
         builder.nest(out, Reduce::Fold(Fold::Sum, vec![b]), sum);
         builder.build()
     }

@@ -47,7 +47,7 @@ pub(crate) fn share_between_neighbours(mut kernel: Kernel) -> Kernel {
 
 /// The first pair of costly values, in use, along some loop.
 fn find(kernel: &Kernel) -> Option<Pair> {
-    let axes = axes_of(kernel);
+    let axes = kernel.axes_of();
     let is_costly = |value: &ValueId| {
         let node = &kernel.nodes[*value];
         matches!(node, Node::Unary(Unary::NormalCumulative | Unary::LnGamma | Unary::LnBessel, _))
@@ -72,12 +72,12 @@ fn find(kernel: &Kernel) -> Option<Pair> {
 
 /// The kernel in which both values of a pair are read from one array.
 fn shared(kernel: &Kernel, pair: &Pair) -> Kernel {
-    let mut others: Vec<AxisId> = axes_of(kernel)[pair.here.position()].iter().copied().collect();
+    let mut others: Vec<AxisId> = kernel.axes_of()[pair.here.position()].iter().copied().collect();
     others.retain(|axis| *axis != pair.axis);
     // The plate's axes come last, in their order.
     let plate = |axis: &AxisId| kernel.parallel.iter().position(|own| own == axis);
     others.sort_by_key(|axis| plate(axis).map_or(0, |position| position + 1));
-    let Extent { size, offset } = kernel.axes[pair.axis].extent.clone();
+    let Extent { size, offset } = kernel.axes[pair.axis].extent;
     let name = format!("{} and the next", kernel.axes[pair.axis].name);
     let (mut array, mut position) = (None, 0);
     let mut made = rewritten(kernel, |builder, node| {
@@ -90,7 +90,7 @@ fn shared(kernel: &Kernel, pair: &Pair) -> Kernel {
         let one = builder.constant(1.0);
         let (buffer, _) = *array.get_or_insert_with(|| {
             let value = builder.made_again(node.clone());
-            let longer = builder.axis(&name, Extent { size: size.clone(), offset: offset + 1 });
+            let longer = builder.axis(&name, Extent { size, offset: offset + 1 });
             let mut at = builder.running(longer);
             if is_next {
                 at = builder.binary(Binary::Subtract, at, one);
@@ -119,19 +119,6 @@ fn shared(kernel: &Kernel, pair: &Pair) -> Kernel {
     let first = made.nests.iter().position(is_reader).unwrap_or(made.nests.len());
     made.nests.insert(first, Nest { out, reduce: Reduce::None, value });
     made
-}
-
-/// The axes on which each value depends.
-fn axes_of(kernel: &Kernel) -> Vec<BTreeSet<AxisId>> {
-    let mut axes: Vec<BTreeSet<AxisId>> = Vec::with_capacity(kernel.nodes.len());
-    for (id, node) in kernel.nodes.iter() {
-        let mut own: BTreeSet<AxisId> = node.axes().into_iter().collect();
-        for operand in kernel.operands(id) {
-            own.extend(&axes[operand.position()]);
-        }
-        axes.push(own);
-    }
-    axes
 }
 
 /// Tells what values are, `by` steps further along an axis.
@@ -186,13 +173,13 @@ fn sum(left: Form, right: Form, sign: f64) -> Form {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::KernelBuilder;
+    use crate::kernel::{KernelBuilder, OutputKey};
 
     /// Φ(i + upper − 2.25) − Φ(i − 2.25) for each i.
     fn kernel(upper: f64) -> Kernel {
         let mut builder = KernelBuilder::new("bins");
         let axis = builder.axis("i", Extent::constant(5));
-        let out = builder.buffer("out", Role::Output, &[axis]);
+        let out = builder.buffer("out", Role::Output(OutputKey::Ask(0)), &[axis]);
         let running = builder.running(axis);
         let [mean, upper] = [2.25, upper].map(|number| builder.constant(number));
         let low = builder.binary(Binary::Subtract, running, mean);

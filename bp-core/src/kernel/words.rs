@@ -33,8 +33,8 @@ pub fn in_words(kernel: &Kernel) -> Vec<String> {
         (!found.is_empty()).then(|| format!("{what}: {}", found.join(", ")))
     };
     lines.extend(told("reads", &|role| matches!(role, Role::Input { .. })));
-    lines.extend(told("looks up", &|role| matches!(role, Role::Table(_) | Role::Positions)));
-    lines.extend(told("writes", &|role| matches!(role, Role::Output)));
+    lines.extend(told("looks up", &|role| matches!(role, Role::Table { .. } | Role::Positions(..))));
+    lines.extend(told("writes", &|role| matches!(role, Role::Output(_))));
     lines
 }
 
@@ -73,12 +73,12 @@ fn buffer(kernel: &Kernel, id: BufferId, serial: bool) -> String {
 }
 
 fn axes(kernel: &Kernel, axes: &[AxisId]) -> String {
-    let extents: Vec<String> = axes.iter().map(|axis| extent(&kernel.axes[*axis].extent)).collect();
+    let extents: Vec<String> = axes.iter().map(|axis| extent(kernel, &kernel.axes[*axis].extent)).collect();
     extents.join(" × ")
 }
 
-fn extent(extent: &Extent) -> String {
-    match (&extent.size, extent.offset) {
+fn extent(kernel: &Kernel, extent: &Extent) -> String {
+    match (extent.size.map(|key| &kernel.size(key).name), extent.offset) {
         (None, count) => count.to_string(),
         (Some(size), 0) => size.clone(),
         (Some(size), more) if more > 0 => format!("({size} + {more})"),

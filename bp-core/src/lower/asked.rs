@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{AxisId, ValueId, VariableId};
-use crate::kernel::{Index, Role};
+use crate::kernel::{Index, InputKey, Role};
 use crate::model::{Factor, VariableUse};
 use crate::operators::Binary;
 
@@ -23,15 +23,15 @@ impl Lowering<'_> {
             return Err(self.unplanned("only marginals of finite variables are kept"));
         };
         let domain = self.model.variables[of].domain.clone();
-        let name = format!("previous {}", self.model.variable_name(of));
+        let key = InputKey::Previous(of);
+        let name = self.input_name(&key);
         // Where the host gives nothing, `otherwise` holds: no probability is negative.
         // A uniform of a length known now is a number; of another it is worked out from the size.
         let uniform = domain.count().filter(|_| is_uniform).map(|count| 1.0 / count as f64);
         let default = Some(uniform.unwrap_or(-1.0));
         let extent = self.extent(&domain);
-        let values =
-            self.input_axes(&name, &mut |lowering| vec![lowering.builder.axis(&name, extent.clone())]);
-        let mut axes = values;
+        let known = self.builder.so_far().input(&key);
+        let mut axes = self.input_axes(known, &mut |lowering| vec![lowering.builder.axis(&name, extent)]);
         axes.extend(&self.plate);
         let mut indices = vec![self.builder.at(ordinal)];
         match cell {
@@ -41,7 +41,7 @@ impl Lowering<'_> {
                 _ => return Err(self.unplanned("a marginal is kept at a cell")),
             },
         }
-        let buffer = self.builder.buffer(&name, Role::Input { default, broadcast: false }, &axes);
+        let buffer = self.input(key, default, &axes);
         let kept = match cell {
             None => self.builder.load(buffer, indices),
             Some(_) => self.builder.load_or(buffer, indices, otherwise),
@@ -71,6 +71,8 @@ impl Lowering<'_> {
                 self.unplanned(format!("`{name}` is distributed by another program, and must be known"))
             );
         }
+        let key = InputKey::Answer(path.to_owned());
+        let known = self.builder.so_far().input(&key);
         let mut indices: Vec<Index> =
             self.products.clone().into_iter().map(|index| self.builder.at(index)).collect();
         let mut local: Vec<VariableId> = Vec::new();
@@ -91,14 +93,14 @@ impl Lowering<'_> {
             indices.push(self.builder.at(ordinal));
             local.push(left.variable);
             let table = subroutine.table.clone();
-            let axes = self.input_axes(path, &mut |lowering| lowering.value_axes(&local));
-            let buffer = self.builder.buffer(path, Role::Table(table), &axes);
+            let axes = self.input_axes(known, &mut |lowering| lowering.value_axes(&local));
+            let buffer = self.builder.buffer(path, Role::Table { key: Some(key), numbers: table }, &axes);
             // What a Dirac says may lie outside: nothing is there.
             let zero = self.builder.constant(0.0);
             return Ok(self.builder.load_or(buffer, indices, zero));
         }
         let products: Vec<_> = factor.products.clone();
-        let axes = self.input_axes(path, &mut |lowering| {
+        let axes = self.input_axes(known, &mut |lowering| {
             let mut axes = Vec::new();
             for (name, over) in &products {
                 axes.extend(lowering.index_axes(name, over));
@@ -112,7 +114,7 @@ impl Lowering<'_> {
             all.extend(&self.plate);
             indices.extend(self.plate.iter().map(|axis| Index::Axis(*axis)));
         }
-        let buffer = self.builder.buffer(path, Role::Input { default: None, broadcast: false }, &all);
+        let buffer = self.input(key, None, &all);
         Ok(self.builder.load(buffer, indices))
     }
 

@@ -42,7 +42,7 @@ impl Lowering<'_> {
     fn bin_table(&mut self, what: &str, numbers: Vec<f64>, ordinal: ValueId) -> ValueId {
         let name = self.name(what);
         let axis = self.builder.axis(&name, Extent::constant(numbers.len()));
-        let buffer = self.builder.buffer(&name, Role::Table(numbers), &[axis]);
+        let buffer = self.builder.buffer(&name, Role::Table { key: None, numbers }, &[axis]);
         let (place, zero) = (self.builder.at(ordinal), self.builder.constant(0.0));
         self.builder.load_or(buffer, vec![place], zero)
     }
@@ -67,7 +67,11 @@ impl Lowering<'_> {
                 let name = self.name("edge");
                 let axis = self.builder.axis(&name, Extent::constant(bins.edges().len()));
                 let name = self.name("edges");
-                let buffer = self.builder.buffer(&name, Role::Table(bins.edges().to_vec()), &[axis]);
+                let buffer = self.builder.buffer(
+                    &name,
+                    Role::Table { key: None, numbers: bins.edges().to_vec() },
+                    &[axis],
+                );
                 let edge = self.builder.load(buffer, vec![Index::Axis(axis)]);
                 let below = self.builder.binary(Binary::GreaterOrEqual, number, edge);
                 let count = self.fold_over("bins below", Fold::Sum, &[axis], below);

@@ -7,7 +7,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
-use crate::kernel::{Extent, Fold, Reduce};
+use crate::kernel::{Extent, Fold, GridAxis, Reduce, SizeKey};
 use crate::law::Law;
 use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
@@ -233,18 +233,17 @@ impl Lowering<'_> {
     fn uniform(&mut self, domain: &Domain) -> ValueId {
         let extents = match domain {
             Domain::Set(set) if self.model.sets[*set].kind == crate::model::SetKind::Grid => {
-                let name = &self.model.sets[*set].name;
-                ["depth", "rows", "lanes"].map(|part| Extent::named(&format!("{name}.{part}"))).to_vec()
+                GridAxis::ALL.map(|axis| Extent::sized(SizeKey::Grid(*set, axis))).to_vec()
             }
             _ => vec![self.extent(domain)],
         };
         let mut count = self.builder.constant(1.0);
         for extent in extents {
-            let factor = match extent.known() {
-                Some(known) => self.builder.constant(known as f64),
-                None => {
+            let factor = match extent.size {
+                None => self.builder.constant(extent.known().unwrap_or(0) as f64),
+                Some(size) => {
                     // A size is a sum of ones over an axis of that extent: computed once.
-                    let name = format!("number of values of {}", extent.size.clone().unwrap_or_default());
+                    let name = format!("number of values of {}", self.size_name(size));
                     let axis = self.builder.axis(&name, extent);
                     let one = self.builder.constant(1.0);
                     self.builder.fold(&name, &[], Fold::Sum, &[axis], one)

@@ -5,8 +5,8 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{AxisId, BufferId, ExpressionId, ValueId, VariableId};
-use crate::kernel::{Extent, Index, Role};
+use crate::ids::{AxisId, BufferId, ExpressionId, SetId, ValueId, VariableId};
+use crate::kernel::{Coordinate, Displacements, Extent, Index, InputKey, Role, SizeKey};
 use crate::model::{Domain, Expression, SetKind, Value};
 use crate::operators::Binary;
 use crate::plan::Binding;
@@ -110,7 +110,8 @@ impl Lowering<'_> {
         let mut axes: Vec<AxisId> = Vec::new();
         let mut indices: Vec<Index> = Vec::new();
         if let Some(family) = self.model.variables[variable].family {
-            axes = self.input_axes(name, &mut |lowering| lowering.index_axes(name, &family.over));
+            let known = self.builder.so_far().input(&InputKey::Value(variable, name.to_owned()));
+            axes = self.input_axes(known, &mut |lowering| lowering.index_axes(name, &family.over));
             indices = match element {
                 Some(element) => vec![self.builder.at(element)],
                 None => axes.iter().map(|axis| Index::Axis(*axis)).collect(),
@@ -126,13 +127,13 @@ impl Lowering<'_> {
         }
     }
 
-    /// The axes of an input that is already known by its name, but for the plate's; else new ones.
+    /// The axes of an input that is already known, but for the plate's; else new ones.
     pub(super) fn input_axes(
         &mut self,
-        name: &str,
+        known: Option<BufferId>,
         new: &mut dyn FnMut(&mut Self) -> Vec<AxisId>,
     ) -> Vec<AxisId> {
-        match self.builder.so_far().buffer(name) {
+        match known {
             Some(buffer) => {
                 let axes = self.builder.so_far().buffers[buffer].axes.clone();
                 axes.into_iter().filter(|axis| !self.plate.contains(axis)).collect()
@@ -149,19 +150,17 @@ impl Lowering<'_> {
             return Err(self.unplanned("only a cell of a grid can be displaced"));
         };
         let set = match self.model.variables[displacement].domain {
-            Domain::Set(set) => self.model.sets[set].name.clone(),
+            Domain::Set(set) => set,
             _ => return Err(self.unplanned("a displacement is an element of a set of displacements")),
         };
         let grid = self.grid_of(cell)?;
-        self.displaced(&grid, &set, &indices, moved)
+        self.displaced(grid, Displacements::Of(set), &indices, moved)
     }
 
-    /// The name of the grid whose cells a variable ranges over.
-    pub(super) fn grid_of(&self, cell: VariableId) -> Result<String, Error> {
+    /// The grid whose cells a variable ranges over.
+    pub(super) fn grid_of(&self, cell: VariableId) -> Result<SetId, Error> {
         match self.model.variables[cell].domain {
-            Domain::Set(set) if self.model.sets[set].kind == SetKind::Grid => {
-                Ok(self.model.sets[set].name.clone())
-            }
+            Domain::Set(set) if self.model.sets[set].kind == SetKind::Grid => Ok(set),
             _ => Err(self.unplanned(format!("`{}` is not a cell of a grid", self.model.variable_name(cell)))),
         }
     }
@@ -169,32 +168,33 @@ impl Lowering<'_> {
     /// Reads the tables that say where displacements come from.
     pub(super) fn displaced(
         &mut self,
-        grid: &str,
-        set: &str,
+        grid: SetId,
+        by: Displacements,
         cell: &[Index; 3],
         moved: ValueId,
     ) -> Result<Meaning, Error> {
         let [Index::Axis(depth), Index::Axis(row), Index::Axis(lane)] = *cell else {
             return Err(self.unplanned("a cell that was displaced is displaced again"));
         };
-        let displacement = self.input_axes(&format!("{set} from depth"), &mut |lowering| {
-            let steps = set.strip_suffix(" step").is_some();
-            let extent = if steps { Extent::constant(3) } else { Extent::named(set) };
-            vec![lowering.builder.axis(set, extent)]
-        })[0];
-        let axes = [displacement, depth, row];
-        let load = |lowering: &mut Self, part: &str| {
-            let buffer: BufferId =
-                lowering.builder.buffer(&format!("{set} from {part}"), Role::Positions, &axes);
-            let indices = vec![lowering.builder.at(moved), Index::Axis(depth), Index::Axis(row)];
-            lowering.builder.load(buffer, indices)
+        let (name, extent) = match by {
+            Displacements::Of(set) => (self.model.sets[set].name.clone(), Extent::sized(SizeKey::Set(set))),
+            Displacements::Steps(grid) => {
+                (format!("{} step", self.model.sets[grid].name), Extent::constant(3))
+            }
         };
-        let (from_depth, from_row, by) = (load(self, "depth"), load(self, "row"), load(self, "turn"));
-        let wraps = self.builder.buffer(
-            &format!("{grid}.wraps"),
-            Role::Input { default: None, broadcast: false },
-            &[],
-        );
+        let is_known = |role: &Role| matches!(role, Role::Positions(known, _) if *known == by);
+        let known = self.builder.so_far().buffers.find(|buffer| is_known(&buffer.role));
+        let displacement =
+            self.input_axes(known, &mut |lowering| vec![lowering.builder.axis(&name, extent)])[0];
+        let axes = [displacement, depth, row];
+        let [from_depth, from_row, by] = Coordinate::ALL.map(|coordinate| {
+            let (name, role) =
+                (format!("{name} from {}", coordinate.name()), Role::Positions(by, coordinate));
+            let buffer = self.builder.buffer(&name, role, &axes);
+            let indices = vec![self.builder.at(moved), Index::Axis(depth), Index::Axis(row)];
+            self.builder.load(buffer, indices)
+        });
+        let wraps = self.input(InputKey::Wraps(grid), None, &[]);
         let wraps = self.builder.load(wraps, Vec::new());
         Ok(Meaning::Cell([
             Index::At(from_depth),

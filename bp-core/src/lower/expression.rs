@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{ExpressionId, ValueId, VariableId};
-use crate::kernel::{Fold, Index, Reduce, Role};
+use crate::kernel::{Displacements, Fold, Index, InputKey, Node, Reduce, Role};
 use crate::model::{Expression, IndexSpace, SetKind};
 use crate::operators::{Binary, Unary};
 
@@ -70,7 +70,8 @@ impl Lowering<'_> {
                         if self.model.plate.is_some_and(|plate| plate.set == *set));
                     if on_plate && !is_table { plate_places.extend(place) } else { places.extend(place) }
                 }
-                let known = self.builder.so_far().buffer(&name);
+                let key = InputKey::Parameter(parameter);
+                let known = self.builder.so_far().input(&key);
                 if known.is_none() {
                     for space in over.iter() {
                         axes.extend(self.index_axes(&name, space));
@@ -82,8 +83,8 @@ impl Lowering<'_> {
                 }
                 places.extend(plate_places);
                 let role = match default.as_slice() {
-                    [_, _, ..] => Role::Table(default),
-                    _ => Role::Input { default: default.first().copied(), broadcast: false },
+                    [_, _, ..] => Role::Table { key: Some(key), numbers: default },
+                    _ => Role::Input { key, default: default.first().copied(), broadcast: false },
                 };
                 let buffer = self.builder.buffer(&name, role, &axes);
                 Ok(self.builder.load(buffer, places))
@@ -192,7 +193,7 @@ impl Lowering<'_> {
     fn foreign(&mut self, path: &str, at: Option<ExpressionId>) -> Result<ValueId, Error> {
         let cell = at.map(|at| self.cell(at)).transpose()?;
         let axes = if cell.is_some() { self.plate.clone() } else { Vec::new() };
-        let buffer = self.builder.buffer(path, Role::Input { default: None, broadcast: false }, &axes);
+        let buffer = self.input(InputKey::Answer(path.to_owned()), None, &axes);
         Ok(self.builder.load(buffer, cell.map_or_else(Vec::new, |cell| cell.to_vec())))
     }
 
@@ -221,14 +222,14 @@ impl Lowering<'_> {
         };
         let cell = self.cell(at)?;
         let here = self.foreign(&path, Some(at))?;
-        let buffer = self.builder.so_far().buffer(&path).expect("internal: the field has just been read");
-        let plate = self.model.plate.expect("internal: a cell has a grid");
-        let grid = self.model.sets[plate.set].name.clone();
+        let buffer = self.builder.so_far().input(&InputKey::Answer(path));
+        let buffer = buffer.expect("internal: the field has just been read");
+        let grid = self.model.plate.expect("internal: a cell has a grid").set;
         let gap = gap.map(|gap| self.expression(gap)).transpose()?;
         let mut squares = self.builder.constant(0.0);
         for number in 0..3 {
             let axis = self.builder.constant(f64::from(number));
-            let Meaning::Cell(before) = self.displaced(&grid, &format!("{grid} step"), &cell, axis)? else {
+            let Meaning::Cell(before) = self.displaced(grid, Displacements::Steps(grid), &cell, axis)? else {
                 unreachable!("internal: a displaced cell is a cell")
             };
             let outside = gap.filter(|_| number == 0).unwrap_or(here);
@@ -255,7 +256,9 @@ impl Lowering<'_> {
         let scan = Reduce::Scan { axis: depth, backward: false, keep: holds, initial: one };
         let name_nearer = self.name("all nearer hold");
         let nearer = self.builder.compute(&name_nearer, &axes, scan, zero);
-        let buffer = self.builder.so_far().buffer(&name).expect("internal: the nest has just been made");
+        let Node::Load { buffer, .. } = self.builder.so_far().nodes[holds] else {
+            unreachable!("internal: what a nest makes is read")
+        };
         let running = self.builder.running(depth);
         let next = self.builder.binary(Binary::Add, running, one);
         let further = self.builder.load_or(buffer, vec![Index::At(next), row, lane], zero);

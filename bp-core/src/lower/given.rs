@@ -5,7 +5,7 @@
 
 use super::Lowering;
 use crate::ids::{AxisId, BufferId, VariableId};
-use crate::kernel::{Extent, Numbers, Values};
+use crate::kernel::{Extent, GridAxis, InputKey, Numbers, SizeKey, Values};
 use crate::model::{Domain, SetKind};
 
 /// Labels of which a message lists the numbers, at most.
@@ -15,7 +15,7 @@ impl Lowering<'_> {
     /// The input that holds values of a variable.
     pub(super) fn given_buffer(&mut self, variable: VariableId, name: &str, axes: &[AxisId]) -> BufferId {
         let values = self.values_of(variable);
-        self.builder.given(name, values, axes)
+        self.builder.given(name, InputKey::Value(variable, name.to_owned()), values, axes)
     }
 
     /// The numbers that are values of a variable.
@@ -26,10 +26,7 @@ impl Lowering<'_> {
             Domain::Real | Domain::Vector(_) => Numbers::Real,
             Domain::Bins(bins) => Numbers::Bins(bins.clone()),
             Domain::Set(set) if self.model.sets[*set].kind == SetKind::Grid => {
-                let name = &self.model.sets[*set].name;
-                whole(
-                    ["depth", "rows", "lanes"].map(|part| Extent::named(&format!("{name}.{part}"))).to_vec(),
-                )
+                whole(GridAxis::ALL.map(|axis| Extent::sized(SizeKey::Grid(*set, axis))).to_vec())
             }
             domain => whole(vec![self.extent(domain)]),
         };

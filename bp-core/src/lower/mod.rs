@@ -22,8 +22,11 @@ mod validity;
 pub use read_out::{Lowered, Output};
 
 use crate::error::Error;
-use crate::ids::{AxisId, ExpressionId, Id, ValueId, VariableId};
-use crate::kernel::{Extent, Index, Kernel, KernelBuilder, Node, share_between_neighbours, without_copies};
+use crate::ids::{AxisId, BufferId, ExpressionId, Id, SetId, ValueId, VariableId};
+use crate::kernel::{
+    Displacements, Extent, GridAxis, Index, InputKey, Kernel, KernelBuilder, Node, Role, Size, SizeKey,
+    share_between_neighbours, without_copies,
+};
 use crate::model::{Bound, Domain, IndexSpace, Model, ParameterKind, SetKind};
 use crate::plan::Exact;
 use std::collections::{BTreeSet, HashMap};
@@ -37,7 +40,7 @@ pub fn lower(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error>
 }
 
 /// Lowers a route to a kernel that has one output more where ln P(evidence) is not asked: the totals that its answers are
-/// divided by, named [`TOTAL`](crate::kernel::TOTAL), by which [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) sees
+/// divided by ([`OutputKey::Total`](crate::kernel::OutputKey)), by which [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) sees
 /// whether f64 has lost something.
 ///
 /// # Errors
@@ -49,7 +52,8 @@ pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
 
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
     let outputs = lowering.read_out()?;
-    Ok(Lowered { kernel: share_between_neighbours(without_copies(lowering.finish())), outputs })
+    let kernel = share_between_neighbours(without_copies(lowering.finish()));
+    Ok(Lowered { kernel: if cfg!(debug_assertions) { kernel.validated() } else { kernel }, outputs })
 }
 
 /// What a variable stands for in the loop that is being built.
@@ -90,6 +94,8 @@ struct Lowering<'m> {
     runs_anew: bool,
     /// Which terms multiply densities of reals, once that is asked.
     densities: Vec<bool>,
+    /// The arrays of known numbers of each factor, by the name of the first.
+    tables: HashMap<String, Vec<BufferId>>,
 }
 
 impl<'m> Lowering<'m> {
@@ -109,6 +115,7 @@ impl<'m> Lowering<'m> {
             guarded: false,
             runs_anew: false,
             densities: Vec::new(),
+            tables: HashMap::new(),
         };
         if let Some(index) = model.plate_index() {
             lowering.plate = lowering.run_through(index);
@@ -170,10 +177,10 @@ impl<'m> Lowering<'m> {
         if let Domain::Set(set) = domain
             && self.model.sets[*set].kind == SetKind::Grid
         {
-            let set = &self.model.sets[*set].name;
-            let axes: Vec<AxisId> = (["depth", "rows", "lanes"].iter())
-                .map(|part| {
-                    self.builder.axis(&format!("{name}.{part}"), Extent::named(&format!("{set}.{part}")))
+            let axes: Vec<AxisId> = (GridAxis::ALL.into_iter())
+                .map(|axis| {
+                    let extent = Extent::sized(SizeKey::Grid(*set, axis));
+                    self.builder.axis(&format!("{name}.{}", axis.name()), extent)
                 })
                 .collect();
             return (Meaning::Cell([0, 1, 2].map(|axis| Index::Axis(axes[axis]))), axes);
@@ -191,14 +198,13 @@ impl<'m> Lowering<'m> {
                 self.bounded(range.high, (labels.len() as i64 + 1).saturating_sub(range.low))
             }
             Domain::Bins(bins) => Extent::constant(bins.count()),
-            Domain::Set(set) => Extent::named(&self.model.sets[*set].name),
+            Domain::Set(set) => Extent::sized(SizeKey::Set(*set)),
             Domain::Real | Domain::Vector(_) => Extent::constant(1),
         }
     }
 
     fn bounded(&self, high: Bound, more: i64) -> Extent {
-        let size = high.size.map(|parameter| self.model.parameters[parameter].name.clone());
-        Extent { size, offset: high.offset.saturating_add(more) }
+        Extent { size: high.size.map(SizeKey::Parameter), offset: high.offset.saturating_add(more) }
     }
 
     /// Axes for one index of a parameter or a family; the plate's own where it runs over the plate's set.
@@ -208,8 +214,7 @@ impl<'m> Lowering<'m> {
                 self.plate.clone()
             }
             IndexSpace::Set(set) => {
-                let extent = Extent::named(&self.model.sets[*set].name);
-                vec![self.builder.axis(name, extent)]
+                vec![self.builder.axis(name, Extent::sized(SizeKey::Set(*set)))]
             }
             IndexSpace::Range(range) => {
                 let extent = self.bounded(range.high, 1i64.saturating_sub(range.low));
@@ -266,12 +271,52 @@ impl<'m> Lowering<'m> {
         let first = self.plate.iter().rposition(|axis| !independent(axis)).map_or(0, |position| position + 1);
         let parallel: Vec<AxisId> = self.plate[first..].to_vec();
         self.builder.parallel(&parallel);
-        for parameter in self.model.parameters.values() {
-            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default_number()) {
-                self.builder.size_default(&parameter.name, default as usize);
-            }
-        }
+        let kernel = self.builder.so_far();
+        let size = |key: SizeKey| Size { key, name: self.size_name(key), default: self.size_default(key) };
+        let sizes = kernel.size_keys().into_iter().map(size).collect();
+        let set = |role: &Role| match role {
+            Role::Positions(Displacements::Of(set) | Displacements::Steps(set), _)
+            | Role::Input { key: InputKey::Wraps(set), .. } => Some(*set),
+            _ => None,
+        };
+        let mut sets: Vec<SetId> = kernel.buffers.values().filter_map(|buffer| set(&buffer.role)).collect();
+        sets.sort();
+        sets.dedup();
+        let sets = sets.into_iter().map(|set| (set, self.model.sets[set].name.clone())).collect();
+        self.builder.named(sizes, sets);
         self.builder.build()
+    }
+
+    /// The name of a size, as the host gives it.
+    fn size_name(&self, key: SizeKey) -> String {
+        match key {
+            SizeKey::Set(set) => self.model.sets[set].name.clone(),
+            SizeKey::Grid(set, axis) => format!("{}.{}", self.model.sets[set].name, axis.name()),
+            SizeKey::Parameter(parameter) => self.model.parameters[parameter].name.clone(),
+        }
+    }
+
+    fn size_default(&self, key: SizeKey) -> Option<usize> {
+        let SizeKey::Parameter(parameter) = key else { return None };
+        let declared = &self.model.parameters[parameter];
+        let default = declared.default_number().filter(|_| declared.kind == ParameterKind::Size);
+        default.map(|default| default as usize)
+    }
+
+    /// The name of an input, as the host gives it.
+    fn input_name(&self, key: &InputKey) -> String {
+        match key {
+            InputKey::Parameter(parameter) => self.model.parameters[*parameter].name.clone(),
+            InputKey::Previous(of) => format!("previous {}", self.model.variable_name(*of)),
+            InputKey::Value(_, name) | InputKey::Answer(name) => name.clone(),
+            InputKey::Wraps(grid) => format!("{}.wraps", self.model.sets[*grid].name),
+        }
+    }
+
+    /// An input, the same one when it is asked for again.
+    fn input(&mut self, key: InputKey, default: Option<f64>, axes: &[AxisId]) -> BufferId {
+        let name = self.input_name(&key);
+        self.builder.buffer(&name, Role::Input { key, default, broadcast: false }, axes)
     }
 }
 
@@ -279,6 +324,6 @@ impl<'m> Lowering<'m> {
 fn reaches_across(kernel: &Kernel, node: &Node, axis: AxisId) -> bool {
     let Node::Load { buffer, indices, .. } = node else { return false };
     let buffer = &kernel.buffers[*buffer];
-    buffer.role == crate::kernel::Role::Scratch
+    buffer.role == Role::Scratch
         && (buffer.axes.iter().zip(indices)).any(|(own, index)| *own == axis && *index != Index::Axis(axis))
 }

@@ -32,7 +32,7 @@ impl Lowering<'_> {
         }
         // Relative to the value nearest to the mean, so that a mean far outside leaves something to divide by.
         let extent = self.extent(domain);
-        let (last, half) = (self.count_of(extent.clone(), -1), self.builder.constant(0.5));
+        let (last, half) = (self.count_of(extent, -1), self.builder.constant(0.5));
         let low = self.number_of(variable, &Meaning::Ordinal(zero))?;
         let high = self.number_of(variable, &Meaning::Ordinal(last))?;
         let rounded = self.builder.binary(Binary::Add, mean, half);

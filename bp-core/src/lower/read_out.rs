@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, TermId, ValueId, VariableId};
-use crate::kernel::{Check, Fold, Index, Kernel, LN_EVIDENCE, Reduce, Role, TOTAL};
+use crate::kernel::{Check, Fold, Index, Kernel, OutputKey, Reduce, Role};
 use crate::model::{Ask, Statistic, Value};
 use crate::operators::{Binary, Unary};
 use crate::plan::Term;
@@ -24,9 +24,11 @@ pub struct Lowered {
 /// What an output means.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Output {
-    /// Name of the buffer: what was asked, as a user would type it.
+    /// Which output of the kernel it is.
+    pub key: OutputKey,
+    /// Its name: what was asked, as a user would type it.
     pub name: String,
-    /// What was asked; `None` for ln P(evidence), named `ln_evidence`.
+    /// What was asked; `None` for ln P(evidence).
     pub ask: Option<Ask>,
     /// Its axes before the plate's: known variables of which each value is a row, then the searched ones.
     pub variables: Vec<VariableId>,
@@ -88,8 +90,9 @@ impl Lowering<'_> {
         };
         let mut outputs = Vec::new();
         let mut total = None;
-        for ask in &exact.asks {
-            outputs.push(self.answer(ask, joint, &rows, &searched, &mut total)?);
+        for (place, ask) in exact.asks.iter().enumerate() {
+            let key = OutputKey::Ask(place);
+            outputs.push(self.answer((key, ask), joint, &rows, &searched, &mut total)?);
         }
         if total.is_none() {
             self.check_without_total(&rows)?;
@@ -102,9 +105,10 @@ impl Lowering<'_> {
             if let Some(shift) = shift {
                 ln = self.builder.binary(Binary::Add, ln, shift);
             }
-            let out = self.builder.buffer(LN_EVIDENCE, Role::Output, &axes);
+            let (key, name) = (OutputKey::LnEvidence, "ln_evidence".to_owned());
+            let out = self.builder.buffer(&name, Role::Output(key), &axes);
             self.builder.nest(out, Reduce::None, ln);
-            outputs.push(Output { name: LN_EVIDENCE.to_owned(), ask: None, variables: exact.each.clone() });
+            outputs.push(Output { key, name, ask: None, variables: exact.each.clone() });
         }
         Ok(outputs)
     }
@@ -165,7 +169,7 @@ impl Lowering<'_> {
 
     fn answer(
         &mut self,
-        ask: &Ask,
+        (key, ask): (OutputKey, &Ask),
         joint: ValueId,
         rows: &[AxisId],
         searched: &[(VariableId, Vec<AxisId>)],
@@ -220,9 +224,9 @@ impl Lowering<'_> {
             _ => Reduce::None,
         };
         let name = self.model.ask_text(ask);
-        let out = self.builder.buffer(&name, Role::Output, &axes);
+        let out = self.builder.buffer(&name, Role::Output(key), &axes);
         self.builder.nest(out, reduce, value);
-        Ok(Output { name, ask: Some(ask.clone()), variables })
+        Ok(Output { key, name, ask: Some(ask.clone()), variables })
     }
 
     /// The total of a value over some axes, made ready for dividing by it.
@@ -231,7 +235,7 @@ impl Lowering<'_> {
         let total = self.builder.fold(&name, totals, Fold::Sum, over, value);
         self.builder.check(total, Check::Total);
         if self.guarded {
-            let out = self.builder.buffer(TOTAL, Role::Output, totals);
+            let out = self.builder.buffer("total of each context", Role::Output(OutputKey::Total), totals);
             self.builder.nest(out, Reduce::None, total);
         }
         let divisor = self.builder.or_one(total);

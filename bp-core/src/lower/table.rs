@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{BufferId, ExpressionId, ValueId};
-use crate::kernel::{Extent, Reduce, Role};
+use crate::kernel::{Extent, Node, Reduce, Role};
 use crate::model::{Factor, VariableUse};
 use crate::operators::Binary;
 
@@ -56,8 +56,11 @@ impl Lowering<'_> {
                 let running = self.builder.running(axis);
                 let entry = self.choose(running, &values);
                 let name = self.name("table");
-                self.builder.compute(&name, &[axis], Reduce::None, entry);
-                self.builder.so_far().buffer(&name).expect("internal: the table has just been made")
+                let entry = self.builder.compute(&name, &[axis], Reduce::None, entry);
+                let Node::Load { buffer, .. } = self.builder.so_far().nodes[entry] else {
+                    unreachable!("internal: what a nest makes is read")
+                };
+                buffer
             }
         };
         Ok(self.read(factor, buffer, position))
@@ -88,16 +91,17 @@ impl Lowering<'_> {
     /// a table that is lowered again has the one that it had.
     fn array(&mut self, factor: &Factor, numbers: &[f64]) -> BufferId {
         let head = self.array_name(factor);
-        let mut name = head.clone();
-        for number in 2.. {
-            let Some(known) = self.builder.so_far().buffer(&name) else { break };
-            if matches!(&self.builder.so_far().buffers[known].role, Role::Table(own) if own == numbers) {
-                return known;
-            }
-            name = format!("{head}, {number}");
+        let known = self.tables.get(&head).cloned().unwrap_or_default();
+        let is_same = |known: &BufferId| matches!(&self.builder.so_far().buffers[*known].role, Role::Table { numbers: own, .. } if own == numbers);
+        if let Some(same) = known.iter().copied().find(is_same) {
+            return same;
         }
+        let name = if known.is_empty() { head.clone() } else { format!("{head}, {}", known.len() + 1) };
         let axis = self.builder.axis(&name, Extent::constant(numbers.len()));
-        self.builder.buffer(&name, Role::Table(numbers.to_vec()), &[axis])
+        let buffer =
+            self.builder.buffer(&name, Role::Table { key: None, numbers: numbers.to_vec() }, &[axis]);
+        self.tables.entry(head).or_default().push(buffer);
+        buffer
     }
 
     /// Where an entry stands: row-major, last variable fastest, right-hand variables first.

@@ -10,6 +10,7 @@ pub(crate) mod random;
 
 use bp_core::exec::{Inputs, interpret};
 use bp_core::ids::VariableId;
+use bp_core::kernel::OutputKey;
 use bp_core::lower::lower;
 use bp_core::model::{Ask, Model, Question};
 use bp_core::plan::{Options, Rewrites, Route, plan};
@@ -53,10 +54,10 @@ pub(crate) fn interpreted(
         let Route::Exact(exact) = route else { panic!("a closed form for a discrete program") };
         let lowered = lower(model, exact, "test").unwrap_or_else(|error| panic!("{error}"));
         let outputs = interpret(&lowered.kernel, &Inputs::new()).unwrap_or_else(|error| panic!("{error}"));
-        let ln_evidence = options.ln_evidence.then(|| outputs.get("ln_evidence")[0]);
+        let ln_evidence = options.ln_evidence.then(|| outputs.get(OutputKey::LnEvidence)[0]);
         for output in &lowered.outputs {
             let Some(ask) = &output.ask else { continue };
-            let cells = outputs.get(&output.name);
+            let cells = outputs.get(output.key);
             let counts: Vec<usize> = (output.variables.iter())
                 .map(|variable| model.variables[*variable].domain.count().unwrap())
                 .collect();

@@ -6,6 +6,7 @@
 use crate::clock::{Task, Work, race_on, table};
 use crate::hand;
 use bp_core::exec::{Inputs, Lanes, Outputs, interpret};
+use bp_core::kernel::OutputKey;
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
 use bp_core::space::{Edge, Space};
@@ -209,7 +210,7 @@ pub(crate) fn run(seconds: f64) {
     let start = std::time::Instant::now();
     let answer = interpret(&interpreted, &inputs_64).expect("it fits");
     println!("  {:<32}{:>10.0}  (once, f64, step)", "interpreter", start.elapsed().as_secs_f64() * 1e3);
-    let single: Vec<f32> = answer.get("P(V | Z)").iter().map(|x| *x as f32).collect();
+    let single: Vec<f32> = answer.get(OutputKey::Ask(1)).iter().map(|x| *x as f32).collect();
     close(&single, &stepped.p_v, "P(V) of the interpreter");
 }
 

@@ -10,7 +10,7 @@ use crate::{cases, program, table};
 use bp_core::answer::{Answer, CompiledQuestion, Table, ask_over_time, compile, read_instants};
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
-use bp_core::kernel::Role;
+use bp_core::kernel::{InputKey, Role};
 use bp_core::model::{Evidence, Form, Model, Question, Statistic, Value};
 use bp_core::progress;
 use bp_core::sample::{Method, Sampling};
@@ -234,9 +234,10 @@ fn names(model: &Model, questions: &[CompiledQuestion<'_>]) -> Result<BTreeMap<S
     let mut names = BTreeMap::new();
     for question in questions {
         for kernel in question.kernels() {
-            let inputs = kernel.buffers.values().filter(|buffer| matches!(buffer.role, Role::Input { .. }));
-            // `Grid.wraps` comes with the grid.
-            let own = inputs.filter(|buffer| !buffer.name.ends_with(".wraps"));
+            // Whether a grid goes round comes with the grid.
+            let is_own =
+                |role: &Role| matches!(role, Role::Input { key, .. } if !matches!(key, InputKey::Wraps(_)));
+            let own = kernel.buffers.values().filter(|buffer| is_own(&buffer.role));
             names.extend(own.map(|buffer| (buffer.name.clone(), Meaning::Field)));
         }
         for ask in &question.question().asks {

@@ -87,7 +87,7 @@ impl Layout {
                 places.push(Place::Private(count));
                 continue;
             }
-            let next = if buffer.role == Role::Positions { &mut positions } else { &mut numbers };
+            let next = if matches!(buffer.role, Role::Positions(..)) { &mut positions } else { &mut numbers };
             let first = next.map_or_else(&mut open, Term::Known);
             let mut stride = Some(1);
             let mut strides = Vec::new();

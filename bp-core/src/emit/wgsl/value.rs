@@ -79,7 +79,7 @@ impl Pass<'_> {
         }
         let element = self.element(buffer, places.into_iter());
         match self.kernel.buffers[buffer].role {
-            Role::Positions => (inside, format!("f32({element})")),
+            Role::Positions(..) => (inside, format!("f32({element})")),
             _ => (inside, element),
         }
     }

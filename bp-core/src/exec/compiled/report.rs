@@ -6,6 +6,7 @@
 use super::super::Outputs;
 use super::super::scalar::Scalar;
 use super::tile::{TILE, Tile};
+use crate::kernel::OutputKey;
 
 /// What a question reports besides its answer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -72,8 +73,8 @@ pub fn without_nan<T: Scalar>(cells: &mut [T]) {
 }
 
 /// Puts an output that was computed again in its place.
-pub fn put<T: Scalar>(found: &Outputs<f64>, name: &str, cells: &mut [T]) {
-    for (cell, found) in cells.iter_mut().zip(found.get(name)) {
+pub fn put<T: Scalar>(found: &Outputs<f64>, key: OutputKey, cells: &mut [T]) {
+    for (cell, found) in cells.iter_mut().zip(found.get(key)) {
         *cell = T::from_f64(*found);
     }
 }

@@ -74,7 +74,7 @@ impl Builder<'_> {
             false => Source::Whole(buffer),
         };
         let has_lanes = made_here || found.turned.is_some() || found.lanes.iter().any(|stride| *stride > 0);
-        let positions = matches!(self.known.kernel.buffers[buffer].role, Role::Positions);
+        let positions = matches!(self.known.kernel.buffers[buffer].role, Role::Positions(..));
         let alike = !has_lanes && !matches!(other, Value::Number(_));
         if !found.scattered.is_empty() || alike || (positions && has_lanes) {
             return self.gather(source, found, otherwise);
@@ -107,7 +107,7 @@ impl Builder<'_> {
     /// A number that comes with the kernel.
     fn own_cell(&self, buffer: BufferId, at: usize) -> Option<f64> {
         match &self.known.kernel.buffers[buffer].role {
-            Role::Table(numbers) if (self.known.own)(buffer) => {
+            Role::Table { numbers, .. } if (self.known.own)(buffer) => {
                 let narrow = |number: f64| if self.known.narrow { f64::from(number as f32) } else { number };
                 numbers.get(at).copied().map(narrow)
             }

@@ -1,0 +1,114 @@
+//! Keys: what the sizes, inputs and outputs of a kernel are.
+//!
+//! In: ids of the model that the kernel was lowered from. Out: a key for each thing that passes between a kernel and its
+//! host. Invariant: back ends, readers and writers match on keys; the names beside them are made once, when the kernel is
+//! built, and serve the host's calls and messages.
+
+use crate::ids::{ParameterId, SetId, VariableId};
+
+/// An axis of a grid.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum GridAxis {
+    /// Away from the centre.
+    Depth,
+    /// Upwards.
+    Rows,
+    /// Around.
+    Lanes,
+}
+
+impl GridAxis {
+    /// The axes, slowest first.
+    pub const ALL: [Self; 3] = [Self::Depth, Self::Rows, Self::Lanes];
+
+    /// Its name: `Grid.depth`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Rows => "rows",
+            Self::Lanes => "lanes",
+        }
+    }
+}
+
+/// A number that is known at run time and bounds loops.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum SizeKey {
+    /// The number of elements of a set.
+    Set(SetId),
+    /// The extent of a grid along an axis.
+    Grid(SetId, GridAxis),
+    /// A parameter of kind size.
+    Parameter(ParameterId),
+}
+
+/// A size of a kernel.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Size {
+    /// Which.
+    pub key: SizeKey,
+    /// The name under which the host gives it.
+    pub name: String,
+    /// What it is where the host does not give it.
+    pub default: Option<usize>,
+}
+
+/// Numbers that the host gives.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum InputKey {
+    /// A parameter of the program.
+    Parameter(ParameterId),
+    /// The marginal distribution of a variable that the last step kept.
+    Previous(VariableId),
+    /// A value of a variable that the question names: `w` in `Wet = w`.
+    Value(VariableId, String),
+    /// The answer of another program, by the path of its question.
+    Answer(String),
+    /// Whether the lanes of a grid go round.
+    Wraps(SetId),
+}
+
+/// Which coordinate of a cell a table of positions holds.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Coordinate {
+    /// The position along the depth.
+    Depth,
+    /// The row.
+    Row,
+    /// The number of lanes to turn by.
+    Turn,
+}
+
+impl Coordinate {
+    /// The coordinates in the order of a cell.
+    pub const ALL: [Self; 3] = [Self::Depth, Self::Row, Self::Turn];
+
+    /// Its name: the field of [`Moves`](crate::space::Moves) that holds it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Row => "row",
+            Self::Turn => "turn",
+        }
+    }
+}
+
+/// Displacements on a grid.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Displacements {
+    /// Those of a set, which the host gives.
+    Of(SetId),
+    /// One cell back along each axis of a grid.
+    Steps(SetId),
+}
+
+/// What an output is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum OutputKey {
+    /// The answer of an ask, by its place among those of the route.
+    Ask(usize),
+    /// ln P(evidence).
+    LnEvidence,
+    /// What answers are divided by.
+    Total,
+}
