@@ -113,7 +113,8 @@ fn has_sizes(kernels: &[Kernel], sizes: &[(String, usize)]) -> Result<(), Failur
     if let Some((_, (name, _))) = sizes.iter().enumerate().find(twice) {
         return Err(Failure::Words(format!("size `{name}` is given twice; give it once")));
     }
-    let known: BTreeSet<&str> = kernels.iter().flat_map(Kernel::sizes).map(|size| size.name.as_str()).collect();
+    let known: BTreeSet<&str> =
+        kernels.iter().flat_map(Kernel::sizes).map(|size| size.name.as_str()).collect();
     match sizes.iter().find(|(name, _)| !known.contains(name.as_str())) {
         None => Ok(()),
         Some((name, _)) if known.is_empty() => {
