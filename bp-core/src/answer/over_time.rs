@@ -118,7 +118,7 @@ impl Asker<'_> {
             numbers.extend(own);
         }
         let instants = answered.told.iter().map(|told| told.instant.to_string()).collect();
-        let right = Column { variable: None, name: self.index(), values: instants };
+        let right = Column { variable: None, element: 0, name: self.index(), values: instants };
         Ok(Table {
             question: self.setting.model.ask_text(&route.ask),
             right: if several { vec![right] } else { Vec::new() },
@@ -136,7 +136,8 @@ impl Asker<'_> {
             let count = self.setting.count(variable);
             let value = |ordinal| self.setting.model.value_name(variable, ordinal);
             let values = (0..count).map(value).collect();
-            Column { variable: Some(variable), name: self.setting.slot_name(slot), values }
+            let element = slot - self.setting.slots_of(variable).start;
+            Column { variable: Some(variable), element, name: self.setting.slot_name(slot), values }
         };
         slots.map(column).collect()
     }
