@@ -64,10 +64,10 @@ fn agree<T: Scalar>(
 ) -> Result<(), String> {
     for (name, cells) in &found.arrays {
         let truth = truth.arrays.iter().find(|(own, _)| own == name).map(|(_, cells)| cells);
-        let truth = truth.ok_or_else(|| format!("{by}: an output `{name}` more"))?;
+        let truth = truth.ok_or_else(|| format!("{by}: an output {name:?} more"))?;
         for (cell, (found, expected)) in cells.iter().zip(truth).enumerate() {
             if !near(found.to_f64(), *expected) {
-                return Err(format!("{by}: {name}[{cell}] = {}, expected {expected}", found.to_f64()));
+                return Err(format!("{by}: {name:?}[{cell}] = {}, expected {expected}", found.to_f64()));
             }
         }
     }
