@@ -97,7 +97,7 @@ pub enum Error {
     /// An answer that would not fit.
     #[error(
         "`{name}` needs {} cells ({}), but at most {} are allowed{}; {help}",
-        count_text(*cells), bytes_text(*cells * 8.0), count_text(*most), free_text()
+        apart(*cells, *most)[0], bytes_text(*cells * 8.0), apart(*cells, *most)[1], free_text()
     )]
     TooLarge {
         /// What would be too large.
@@ -115,7 +115,7 @@ pub enum Error {
     /// An answer that would take too long.
     #[error(
         "`{question}` takes about {} products, but at most {} are computed; {help}",
-        count_text(*products), count_text(*most)
+        apart(*products, *most)[0], apart(*products, *most)[1]
     )]
     TooLong {
         /// The question.
@@ -127,6 +127,12 @@ pub enum Error {
         /// The way out.
         help: String,
     },
+}
+
+/// Two counts in words, with all of their digits where fewer would make them equal.
+fn apart(one: f64, other: f64) -> [String; 2] {
+    let texts = [one, other].map(count_text);
+    if texts[0] == texts[1] { [one, other].map(|count| format!("{count:.0}")) } else { texts }
 }
 
 /// What the machine has free, as a remark.

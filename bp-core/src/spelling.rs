@@ -46,6 +46,12 @@ pub fn number(number: f64) -> String {
     }
 }
 
+/// A number with all of its digits, as it is typed back: 0.1, 1e200, 5e-324. Zero has no sign.
+pub fn exact(number: f64) -> String {
+    let text = format!("{:?}", number + 0.0);
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
 /// The name that a spelling stands for.
 pub fn unquoted(spelling: &str) -> Cow<'_, str> {
     let Some(inside) = spelling.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) else {
@@ -103,6 +109,9 @@ mod tests {
         ];
         assert_eq!(numbers.map(number), texts);
         assert_eq!([f64::NAN, f64::NEG_INFINITY].map(number), ["NaN", "-inf"]);
+        let numbers = [0.1 + 0.2, 1e200, -0.0, 5e-324, -3.0, 1234567.5];
+        let texts = ["0.30000000000000004", "1e200", "0", "5e-324", "-3", "1234567.5"];
+        assert_eq!(numbers.map(exact), texts);
     }
 
     #[test]

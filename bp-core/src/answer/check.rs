@@ -10,7 +10,7 @@ use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, Evidence, Model, Question, Value};
 use crate::sample::Observations;
-use crate::spelling::number as written;
+use crate::spelling::{exact, number as written};
 
 /// Checks parameters against their kinds, and given values against their domains.
 pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
@@ -63,7 +63,7 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
             let (variable, text) = (model.variable_name(variable), model.domain_text(domain));
             return Err(Error::input(
                 name,
-                format!("{value} is not a value of `{variable}`, which is `{text}`"),
+                format!("{} is not a value of `{variable}`, which is `{text}`", exact(*value)),
             ));
         }
     }

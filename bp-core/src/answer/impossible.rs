@@ -11,6 +11,7 @@ use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::{Ask, Evidence, Known, Model, Question, Statistic, Value};
 use crate::plan::{Options, Route, plan};
+use crate::spelling::exact;
 
 /// The error; where no single observation can be told, it names the question alone.
 pub(super) fn error(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
@@ -77,11 +78,11 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
     let domain = &model.variables[known.variable].domain;
     match &known.evidence {
         Evidence::Hard(Value::Ordinal(ordinal)) => format!("{name} = {}", domain.value_spelled(*ordinal)),
-        Evidence::Hard(Value::Real(number)) => format!("{name} = {number}"),
+        Evidence::Hard(Value::Real(number)) => format!("{name} = {}", exact(*number)),
         Evidence::Hard(Value::Given(given)) => match inputs.find(given) {
             Some([number]) => match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
                 Some(ordinal) => format!("{name} = {}", domain.value_spelled(ordinal)),
-                None => format!("{name} = {number}"),
+                None => format!("{name} = {}", exact(*number)),
             },
             _ => format!("{name} = {given}"),
         },

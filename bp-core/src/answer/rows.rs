@@ -10,6 +10,7 @@ use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Model, Statistic, Value};
 use crate::random::seeded;
+use crate::spelling::exact;
 use rand::RngExt;
 
 /// The most rows with the names of their values.
@@ -128,7 +129,11 @@ impl Reader<'_> {
     fn fits(&self) -> Result<(), Error> {
         let cells = self.table.numbers.len() as f64;
         if cells > MOST_ROWS {
-            let help = "`--table` writes the numbers alone; or search and know fewer variables".to_owned();
+            let fewer = "search and know fewer variables";
+            let help = match self.ask.reduction {
+                Reduction::Probability => format!("`--table` writes the numbers alone; or {fewer}"),
+                _ => fewer.to_owned(),
+            };
             return Err(Error::TooLarge { name: self.table.question.clone(), cells, most: MOST_ROWS, help });
         }
         Ok(())
@@ -210,11 +215,11 @@ impl Reader<'_> {
         let domain = &self.model.variables[variable].domain;
         match at {
             Value::Ordinal(ordinal) => self.model.value_name(variable, *ordinal),
-            Value::Real(number) => number.to_string(),
+            Value::Real(number) => exact(*number),
             Value::Given(name) => match self.given(name, context) {
                 Some(number) => match domain.ordinal_among(number, None).filter(|_| domain.is_finite()) {
                     Some(ordinal) => domain.value_name(ordinal),
-                    None => number.to_string(),
+                    None => exact(number),
                 },
                 None => name.clone(),
             },

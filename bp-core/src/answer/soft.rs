@@ -10,6 +10,7 @@ use super::table::{Column, Table};
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::model::{Ask, Evidence, Known, Model};
+use crate::spelling::exact;
 
 /// The table that an ask means, of its part's.
 ///
@@ -50,7 +51,7 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
                     numbers.fill(Extended::ZERO);
                     break;
                 }
-                let (value, q) = (model.value_name(*id, value), weights[value]);
+                let (value, q) = (model.value_name(*id, value), exact(weights[value]));
                 let message = format!(
                     "soft evidence gives `{value}` the probability {q}, but it is impossible by what else `{}` knows",
                     model.ask_text(ask)

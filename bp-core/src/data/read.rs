@@ -8,6 +8,7 @@ use super::{Table, shown, wrong};
 use crate::error::Error;
 use crate::files;
 use csv::{ReaderBuilder, StringRecord};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -225,6 +226,7 @@ fn ragged(row: &Row, found: usize, width: usize) -> String {
 /// Names the columns. A first column without a name counts the rows, as pandas and R write it; others without a name must be
 /// empty.
 fn name_columns(table: &mut Table, names: &StringRecord) -> Result<(), Error> {
+    let mut known: HashMap<&str, usize> = HashMap::with_capacity(names.len());
     for (position, name) in names.iter().enumerate() {
         let name = name.trim();
         let counts = position == 0 && names.len() > 1 && (name.is_empty() || name == "Unnamed: 0");
@@ -245,8 +247,8 @@ fn name_columns(table: &mut Table, names: &StringRecord) -> Result<(), Error> {
             };
             return Err(wrong(&table.path, message));
         }
-        if let Some(first) = table.column(name) {
-            let (name, first, second) = (shown(name), table.positions[first] + 1, position + 1);
+        if let Some(first) = known.insert(name, position) {
+            let (name, first, second) = (shown(name), first + 1, position + 1);
             let message =
                 format!("row 1 names the column `{name}` twice, as column {first} and as column {second}");
             return Err(wrong(&table.path, message));

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
-use crate::spelling::quoted;
+use crate::spelling::{exact, quoted};
 
 /// The longest arguments of a form that a message repeats, in characters.
 const LONGEST: usize = 48;
@@ -107,7 +107,7 @@ impl Model {
     pub fn ask_text(&self, ask: &Ask) -> String {
         let value = |variable: VariableId, value: &Value| match value {
             Value::Ordinal(ordinal) => self.variables[variable].domain.value_spelled(*ordinal),
-            Value::Real(number) => number.to_string(),
+            Value::Real(number) => exact(*number),
             Value::Given(name) => name.clone(),
         };
         let item = |variable: VariableId, at: Option<&Value>| match at {
@@ -115,7 +115,7 @@ impl Model {
             None => self.spelled(variable),
         };
         let weighted = |variable: VariableId, word: &str, weights: &[f64]| {
-            let weights: Vec<_> = weights.iter().map(f64::to_string).collect();
+            let weights: Vec<_> = weights.iter().copied().map(exact).collect();
             format!("{} {word} [{}]", self.spelled(variable), weights.join(", "))
         };
         let join = |items: Vec<String>| {
@@ -166,7 +166,7 @@ impl Model {
         let list = |ids: &[ExpressionId]| ids.iter().map(|id| text(id, 0)).collect::<Vec<_>>().join(", ");
         let mut tightness = TIGHT;
         let written = match expression {
-            Expression::Number(number) => number.to_string(),
+            Expression::Number(number) => exact(*number),
             Expression::Parameter { parameter, indices } if indices.is_empty() => {
                 self.parameters[*parameter].name.clone()
             }

@@ -7,6 +7,7 @@ use super::{Binding, Elimination, Exact, Options, Step, Term, eliminate, elision
 use crate::error::Error;
 use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
+use crate::spelling::exact;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// The rule by which a question means what it means.
@@ -112,7 +113,7 @@ impl<'m> Draft<'m> {
                         Value::Ordinal(ordinal) => {
                             format!("`{name}` is {}", self.model.value_name(known.variable, *ordinal))
                         }
-                        Value::Real(number) => format!("`{name}` is {number}"),
+                        Value::Real(number) => format!("`{name}` is {}", exact(*number)),
                         Value::Given(given) => format!("`{name}` is given when asked, as `{given}`"),
                     });
                     value

@@ -6,6 +6,7 @@
 use super::{Binding, Exact, FirstScan, Notation, Term, elision, scope};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Evidence, Expression, IndexSpace, Model, Value, VariableUse};
+use crate::spelling::exact;
 use std::collections::BTreeMap;
 
 /// How deeply sums may nest that are written out.
@@ -210,7 +211,7 @@ impl Printer<'_> {
             Some(Binding::Value(Value::Ordinal(ordinal))) => {
                 self.notation.label(&self.model.value_name(id, *ordinal))
             }
-            Some(Binding::Value(Value::Real(number))) => self.notation.label(&number.to_string()),
+            Some(Binding::Value(Value::Real(number))) => self.notation.label(&exact(*number)),
             Some(Binding::Value(Value::Given(given))) if *given == self.model.variable_name(id) => {
                 self.notation.label(&given.to_lowercase())
             }

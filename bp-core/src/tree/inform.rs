@@ -53,6 +53,9 @@ pub fn joint(network: &Network, evidence: &Evidence, variables: &[usize]) -> Res
             None => probabilities.extend(std::iter::repeat_n(0.0, extent)),
         }
     })?;
+    // Each is a ratio of two numbers known by their logarithms: what rounding leaves is shared out.
+    let total: f64 = probabilities.iter().sum();
+    probabilities.iter_mut().for_each(|p| *p /= total);
     Ok(Joint { probabilities, ln_evidence })
 }
 
@@ -143,4 +146,30 @@ fn condition(
         }
     }
     Ok(ln_evidence)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tree::Table;
+
+    #[test]
+    fn evidence_below_many_parents_counts_where_nothing_else_is_wanted() {
+        // P(X_i) = ¼ for 13 causes, P(Y | X) = ΣX / 13: P(Y) = ¼, and
+        // P(X₀ X₁ | Y) = (2 + 11/4) / 13 · (1/16) / ¼, P(no X₀, no X₁ | Y) = (11/4) / 13 · (9/16) / ¼.
+        let causes = 13;
+        let cause = |number| Table { variables: vec![number], values: vec![0.75, 0.25] };
+        let mut tables: Vec<Table> = (0..causes).map(cause).collect();
+        let share = |row: u32| f64::from(row.count_ones()) / 13.0;
+        let values = (0..1u32 << causes).flat_map(|row| [1.0 - share(row), share(row)]).collect();
+        tables.push(Table { variables: (0..=causes).collect(), values });
+        let table_of = (0..=causes).map(Some).collect();
+        let network = Network { cardinalities: vec![2; causes + 1], tables, table_of };
+        let evidence = Evidence { hard: vec![(causes, 1)], ..Evidence::default() };
+        let found = joint(&network, &evidence, &[0, 1]).unwrap();
+        assert!((found.ln_evidence - 0.25f64.ln()).abs() < 1e-12, "{}", found.ln_evidence);
+        let expected = [2.75 / 13.0 * 2.25, 3.75 / 13.0 * 0.75, 3.75 / 13.0 * 0.75, 4.75 / 13.0 * 0.25];
+        let near = |(p, q): (&f64, &f64)| (p - q).abs() < 1e-12;
+        assert!(found.probabilities.iter().zip(&expected).all(near), "{:?}", found.probabilities);
+    }
 }

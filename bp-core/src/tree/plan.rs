@@ -99,7 +99,9 @@ impl MarginalsSession<'_> {
         if !marginal.is_empty() {
             return marginal.to_vec();
         }
-        let value = evidence.hard.iter().find(|(one, _)| *one == variable).map(|(_, value)| *value);
+        let known = self.sessions.first().map(|session| session.known.values[variable]);
+        let in_case = || evidence.hard.iter().find(|(one, _)| *one == variable).map(|(_, value)| *value);
+        let value = known.or_else(in_case);
         let count = self.plan.cardinalities[variable];
         (0..count).map(|other| f64::from(u8::from(Some(other) == value))).collect()
     }
@@ -235,6 +237,10 @@ impl<'n> Question<'n> {
             if total > 0.5 * whole || total > MOST {
                 return None;
             }
+        }
+        // Where nothing is wanted but P(evidence), one tree tells that.
+        if found.is_empty() {
+            return None;
         }
         let mut answered = vec![false; count];
         let groups = found.into_iter().map(|(part, _)| {

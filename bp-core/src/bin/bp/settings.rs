@@ -221,6 +221,8 @@ fn list<T>(text: &str, read: impl Fn(&str) -> Result<T, Error>) -> Result<Vec<T>
 
 fn number(name: &str, text: &str) -> Result<f64, Error> {
     let finite = text.parse().ok().filter(|number: &f64| number.is_finite());
+    // −0 is 0.
+    let finite = finite.map(|number| number + 0.0);
     finite.ok_or_else(|| Error::input(name, format!("`{text}` is not a finite number")))
 }
 

@@ -3,6 +3,7 @@
 //! In: `min(a, b)`, `frontier(C)`, the arms of a match. Out: nodes of the model. Invariant: a match covers every value;
 //! its last arm is what is left when the others do not hold.
 
+use super::cover::LeftOut;
 use super::expressions::{Scope, Typed, plural};
 use super::names::{did_you_mean, listed};
 use super::types::Type;
@@ -262,7 +263,7 @@ impl Checker<'_> {
             }
         };
         let mut conditions = Vec::new();
-        let mut covered: Vec<(f64, f64)> = Vec::new();
+        let mut left = LeftOut::of(domain.as_ref());
         let mut total = false;
         for pattern in arms {
             if total {
@@ -279,13 +280,12 @@ impl Checker<'_> {
                     (self.pattern_value(low, domain.as_ref())?, self.pattern_value(high, domain.as_ref())?)
                 }
             };
-            covered.push((low, high));
-            total = low == f64::NEG_INFINITY || covers(&covered, domain.as_ref()).is_ok();
+            total = left.cover(low, high) || low == f64::NEG_INFINITY;
             conditions.push(self.within(pattern.at.0, value, low, high));
         }
         if !total {
-            let missing = match (covers(&covered, domain.as_ref()), &domain) {
-                (Err(Some(ordinal)), Some(domain)) => format!("`{}`", domain.value_name(ordinal)),
+            let missing = match (left.first(), &domain) {
+                (Some(ordinal), Some(domain)) => format!("`{}`", domain.value_name(ordinal)),
                 _ => "every value".to_owned(),
             };
             let wrong = Diagnostic::new(span, format!("this `match` does not cover {missing}"));
@@ -357,17 +357,6 @@ pub(super) fn ordinal_of(value: &Value, domain: &Domain) -> Option<usize> {
         (ValueKind::Number(sign, text), Domain::Set(_)) => usize::try_from(integer(*sign, text)?).ok(),
         _ => None,
     }
-}
-
-/// Whether the intervals cover a domain; else the first value that they leave out, if that can be told.
-fn covers(intervals: &[(f64, f64)], domain: Option<&Domain>) -> Result<(), Option<usize>> {
-    let domain = domain.ok_or(None)?;
-    let count = domain.count().filter(|count| *count <= 1 << 16).ok_or(None)?;
-    let left_out = (0..count).find(|ordinal| {
-        let value = (*ordinal as i64 + domain.base()) as f64;
-        !intervals.iter().any(|(low, high)| (*low..=*high).contains(&value))
-    });
-    left_out.map_or(Ok(()), |ordinal| Err(Some(ordinal)))
 }
 
 /// An expression that is just a name, for forms that take one.

@@ -4,6 +4,7 @@
 //! that the model cannot even hold); the model judges itself, and its faults are put under the words they come from.
 //! Invariant: a mistake is told once: what depends on something wrong is not told again.
 
+mod cover;
 mod declarations;
 mod decomposition;
 mod domains;

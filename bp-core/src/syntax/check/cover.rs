@@ -1,0 +1,55 @@
+//! Which values the arms of a `match` leave out.
+//!
+//! In: a domain, then one interval after another. Out: whether all of its values are covered; the first that is not. Invariant:
+//! an arm takes as long as the values that it covers, not as the arms before it.
+
+use crate::model::Domain;
+
+/// The most values of a domain of which a `match` may do without `_`.
+const MOST_COVERED: usize = 1 << 16;
+
+/// The values of a domain that the arms so far leave out.
+pub(super) struct LeftOut {
+    /// Which of them, and the number of the first; nothing where the domain has no list of values, or a very long one.
+    values: Option<(Vec<bool>, f64)>,
+    count: usize,
+}
+
+impl LeftOut {
+    pub(super) fn of(domain: Option<&Domain>) -> Self {
+        let count = |domain: &Domain| domain.count().filter(|count| *count <= MOST_COVERED);
+        let values = domain.and_then(|domain| Some((vec![true; count(domain)?], domain.base() as f64)));
+        let count = values.as_ref().map_or(0, |(values, _)| values.len());
+        Self { values, count }
+    }
+
+    /// Takes the values of an interval out; whether none is left.
+    pub(super) fn cover(&mut self, low: f64, high: f64) -> bool {
+        let Some((values, base)) = &mut self.values else { return false };
+        let end = values.len() as f64;
+        let from = (low - *base).ceil().clamp(0.0, end) as usize;
+        let to = ((high - *base).floor() + 1.0).clamp(0.0, end) as usize;
+        for value in values.get_mut(from..to).unwrap_or_default() {
+            self.count -= usize::from(std::mem::replace(value, false));
+        }
+        self.count == 0
+    }
+
+    /// The first value that is left out, if that can be told.
+    pub(super) fn first(&self) -> Option<usize> {
+        self.values.as_ref()?.0.iter().position(|left| *left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_cover_a_domain_bit_by_bit() {
+        let mut left = LeftOut::of(Some(&Domain::Boolean));
+        assert!(!left.cover(1.0, 1.0) && left.first() == Some(0));
+        assert!(!left.cover(0.5, 0.9) && !left.cover(3.0, 2.0));
+        assert!(left.cover(f64::NEG_INFINITY, 0.0) && left.first().is_none());
+    }
+}
