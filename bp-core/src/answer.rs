@@ -22,7 +22,7 @@ mod tree;
 
 pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, plan_for_answer};
-pub use instants::read_instants;
+pub use instants::{Observed, OtherColumns, read_instants, read_sequences};
 pub use link::link;
 pub use table::{Column, Table};
 

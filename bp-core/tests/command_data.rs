@@ -189,6 +189,52 @@ fn missing_is_one_thing_over_time() {
 const UAI: &str = "BAYES\n2\n2 2\n2\n1 0\n2 0 1\n\n2\n 0.25 0.75\n\n4\n 0.5 0.5\n 0.2 0.8\n";
 
 #[test]
+fn sequences_are_answered_apart_and_columns_have_names() {
+    let folder = Folder::with(&[
+        ("k.bp", KALMAN.as_bytes()),
+        ("two.csv", b"town,Z\na,1\nb,3\n"),
+        ("typo.csv", b"Zz,Z\n1,1\n"),
+    ]);
+    // The state has variance 2 before the reading: the mean is ⅔ of what was read.
+    let on = |more: &[&str]| [&["ask", "k.bp", "filter P(X | Z)", "--data", "two.csv"], more].concat();
+    let answer: Value = serde_json::from_str(&folder.well(&on(&["--sequence", "town", "--json"]))).unwrap();
+    for (number, (name, mean)) in [("a", 2.0 / 3.0), ("b", 2.0)].into_iter().enumerate() {
+        let one = &answer["sequences"][number];
+        assert_eq!(one["sequence"], name);
+        let found = one["answers"]["answer"][0]["mean"].as_f64().unwrap();
+        assert!((found - mean).abs() < 1e-12, "{answer}");
+    }
+    let text = folder.well(&on(&["--sequence", "town"]));
+    assert!(text.starts_with("town a\n") && text.contains("\ntown b\n"), "{text}");
+    // As one sequence: from N(⅔, ⅔) the second reading is weighed by (⅔ + 1) / (⅔ + 2) = ⅝, ⅔ + ⅝ · 7/3 = 17/8.
+    let answer: Value = serde_json::from_str(&folder.well(&on(&["--ignore", "town", "--json"]))).unwrap();
+    let found = answer["answer"][0]["mean"].as_f64().unwrap();
+    assert!((found - 17.0 / 8.0).abs() < 1e-12, "{answer}");
+
+    let wrong = folder.ill(&on(&[]));
+    assert!(
+        wrong.contains("column `town` names no variable of `K`") && wrong.contains("--ignore town"),
+        "{wrong}"
+    );
+    let wrong = folder.ill(&["ask", "k.bp", "filter P(X | Z)", "--data", "typo.csv"]);
+    assert!(wrong.contains("column `Zz`") && wrong.contains("did you mean `Z`?"), "{wrong}");
+    let wrong = folder.ill(&[
+        "ask",
+        "k.bp",
+        "filter P(X | Z = z)",
+        "--data",
+        "two.csv",
+        "--ignore",
+        "town",
+        "--set",
+        "z=1",
+    ]);
+    assert!(wrong.contains("`z`") && wrong.contains("each instant has its own value"), "{wrong}");
+    let wrong = folder.ill(&["ask", "k.bp", "filter P(X | Z)"]);
+    assert!(wrong.contains("it is asked over time: give what was observed"), "{wrong}");
+}
+
+#[test]
 fn evidence_is_json_or_uai_and_names_nothing_twice() {
     let folder = Folder::with(&[("x.uai", UAI.as_bytes()), ("x.uai.evid", b"1\n1 1 0\n")]);
     // P(0 | 1 = 0): 0.125 to 0.15.

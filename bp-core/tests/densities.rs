@@ -6,8 +6,10 @@
 mod support;
 
 use bp_core::answer::{argmax, ask};
+use bp_core::distribution::Setting;
 use bp_core::exec::Inputs;
 use bp_core::space::{Edge, Space};
+use bp_core::tree::Network;
 use statrs::distribution::{Continuous, Normal, Uniform};
 use support::{model_of, question};
 
@@ -76,6 +78,46 @@ fn bins_of_a_normal_law_share_all_of_it() {
     let beyond = Inputs::new().number("a", 5.5).number("b", 3.0);
     let found = density("{ Nothing } or 1..=5", "normal_bins(a, b)", "P(X)", &beyond);
     near(&found, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn bins_far_above_the_mean_keep_their_digits() {
+    // Φ(−(j − 3)) − Φ(−(j − 2)) for j = 8, 12, 30, by mpmath in 50 digits.
+    let expected =
+        [(8, 2.856_649_842_341_562e-7), (12, 1.128_512_207_423_599e-19), (30, 7.389_481_006_876_894e-161)];
+    let inputs = Inputs::new().number("a", 2.0).number("b", 1.0);
+    let found = density("{ Nothing } or 1..=40", "normal_bins(a, b)", "P(X)", &inputs);
+    let model = model_of(
+        "program One { variables { X : { Nothing } or 1..=40; } decomposition { P(X) } forms { P(X) = normal_bins(2, 1); } }",
+    );
+    let nothing = Inputs::new();
+    let network = Network::of(&Setting::new(&model, &nothing).unwrap()).unwrap();
+    for numbers in [&found, &network.tables[0].values] {
+        for (bin, p) in expected {
+            assert!((numbers[bin] - p).abs() < 1e-13 * p, "{bin}: {}", numbers[bin]);
+        }
+    }
+}
+
+#[test]
+fn weights_of_any_size_are_shared() {
+    // Relative to each other: ⅙, ⅓ and ½, whether their sum overflows or each is below the least normal number.
+    for unit in ["1.7e308", "4e-320"] {
+        let text = format!(
+            "program One {{ variables {{ X : 1..=3; Y : bool; }} decomposition {{ P(X) P(Y | X) }}
+             forms {{ P(X) = weights(X / 3 * {unit}); P(Y | X) = bernoulli(0.5); }} }}"
+        );
+        let model = model_of(&text);
+        let nothing = Inputs::new();
+        let network = Network::of(&Setting::new(&model, &nothing).unwrap()).unwrap();
+        let asked = ask(&model, &question(&model, "P(X | Y = true)"), &nothing).unwrap();
+        let asked: Vec<f64> = asked[0].answer.iter().map(|row| row.p().unwrap()).collect();
+        for numbers in [&asked, &network.tables[0].values] {
+            for (p, q) in numbers.iter().zip([1.0 / 6.0, 1.0 / 3.0, 0.5]) {
+                assert!((p - q).abs() < 1e-3, "{unit}: {numbers:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! In: small programs. Out: their answers beside numbers worked out here. Invariant: nothing expected comes from our own
 //! output; draws are seeded.
 
-use bp_core::answer::{Answer, Figure, ask, ask_over_time, compile, read_instants};
+use bp_core::answer::{Answer, Figure, OtherColumns, ask, ask_over_time, compile, read_sequences};
 use bp_core::data::read_table;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
@@ -285,7 +285,9 @@ fn a_value_that_the_question_gives_holds_at_every_instant() {
     let asked = |question_text: &str, table: &str| {
         let question = parse_question(&Source::new("question", question_text), &model).unwrap();
         let table = read_table(Path::new("seen.csv"), table.as_bytes())?;
-        let rows = read_instants(&model, &question, &table, &Inputs::new())?;
+        let others = OtherColumns { ignore: vec!["Day".to_owned()], ..OtherColumns::default() };
+        let others = if table.column("Day").is_some() { others } else { OtherColumns::default() };
+        let rows = read_sequences(&model, &question, &table, &others, &Inputs::new())?.remove(0).1;
         ask_over_time(&model, &question, &rows, &Inputs::new(), Sampling::default())
     };
     // Seen at two instants: 9 to 1.

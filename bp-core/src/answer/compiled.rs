@@ -225,12 +225,8 @@ impl CompiledQuestion<'_> {
                 Compiled::Gaussian(gaussian) => gaussian::answers(model, gaussian, inputs)?,
                 Compiled::Sampled(sampled) => sampled::answers(model, sampled, inputs, sampling)?,
                 Compiled::OverTime(ask) => {
-                    let reason =
-                        "it is asked over time: give what was observed, a row for each instant (`--data`)";
-                    return Err(Error::Unplanned {
-                        question: model.ask_text(ask),
-                        reason: reason.to_owned(),
-                    });
+                    let message = "it is asked over time: give what was observed, a row for each instant (`--data FILE`)";
+                    return Err(Error::input(model.ask_text(ask), message));
                 }
                 Compiled::Tree(route) => {
                     let tables = tree::tables(model, route, inputs)?.into_iter();

@@ -7,6 +7,7 @@
 use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
 use crate::error::Error;
+use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
 use crate::model::{Domain, Form};
@@ -238,33 +239,28 @@ impl Evaluation<'_> {
     }
 }
 
-/// Each part of the total; all 0 where the total is 0.
-pub(super) fn normalised(mut weights: Vec<f64>) -> Vec<f64> {
-    let mut total: f64 = weights.iter().sum();
-    if total == f64::INFINITY {
-        // Each is finite: relative to the largest, so is their sum.
-        let most = weights.iter().copied().fold(0.0, f64::max);
-        weights.iter_mut().for_each(|weight| *weight /= most);
-        total = weights.iter().sum();
-    }
-    if total > 0.0 {
-        weights.into_iter().map(|weight| weight / total).collect()
-    } else {
-        weights.into_iter().map(|weight| weight * 0.0).collect()
-    }
+/// Each part of the total, however large or small the numbers are; all 0 where the total is 0.
+pub(super) fn normalised(weights: Vec<f64>) -> Vec<f64> {
+    law::shares(weights.into_iter().map(Extended::from_f64).collect())
 }
 
-/// "Nothing", then `count` unit bins, the first of which takes all that lies below it.
+/// "Nothing", then `count` unit bins, the first of which takes all that lies below it. What lies above the mean is told by the
+/// upper tails, Φ(−b) − Φ(−a): there Φ(b) − Φ(a) would cancel.
 fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<f64> {
-    let below = |edge: usize| normal_cumulative((edge as f64 - mean) / deviation);
+    let standard = |edge: usize| (edge as f64 - mean) / deviation;
     let mut probabilities = vec![0.0; count + 1];
     if mean >= count as f64 + 0.5 {
         probabilities[0] = 1.0;
         return probabilities;
     }
-    probabilities[0] = 1.0 - below(count);
+    probabilities[0] = normal_cumulative(-standard(count));
     for (bin, probability) in probabilities.iter_mut().enumerate().skip(1) {
-        *probability = below(bin) - if bin == 1 { 0.0 } else { below(bin - 1) };
+        let (low, high) = (standard(bin - 1), standard(bin));
+        *probability = match bin {
+            1 => normal_cumulative(high),
+            _ if low > 0.0 => normal_cumulative(-low) - normal_cumulative(-high),
+            _ => normal_cumulative(high) - normal_cumulative(low),
+        };
     }
     probabilities
 }

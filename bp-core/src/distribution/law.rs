@@ -78,7 +78,7 @@ pub(super) fn over(setting: &Setting<'_>, variable: VariableId, law: Law, parame
 }
 
 /// Each part of the total, however small it is; all 0 where the total is 0.
-fn shares(weights: Vec<Extended>) -> Vec<f64> {
+pub(super) fn shares(weights: Vec<Extended>) -> Vec<f64> {
     let total: Extended = weights.iter().copied().sum();
     let share =
         |weight: Extended| if total > Extended::ZERO { weight / total } else { weight * Extended::ZERO };

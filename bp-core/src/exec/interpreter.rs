@@ -19,6 +19,8 @@ pub fn interpret(kernel: &Kernel, inputs: &Inputs<'_, f64>) -> Result<Outputs<f6
         made: kernel.buffers.ids().map(|_| Vec::new()).collect(),
         strides: kernel.buffers.ids().map(|id| bound.strides(id)).collect(),
         running: vec![0; kernel.axes.len()],
+        known: vec![(0, 0.0); kernel.nodes.len()],
+        round: 0,
         bound,
     };
     for nest in &kernel.nests {
@@ -33,6 +35,9 @@ struct Machine<'k> {
     made: Vec<Vec<f64>>,
     strides: Vec<Vec<usize>>,
     running: Vec<usize>,
+    /// Of each node the round in which it was computed last, and its value then.
+    known: Vec<(u64, f64)>,
+    round: u64,
 }
 
 impl Machine<'_> {
@@ -85,56 +90,81 @@ impl Machine<'_> {
         }
     }
 
-    fn value(&self, id: ValueId) -> f64 {
-        match &self.bound.kernel.nodes[id] {
-            Node::Constant(bits) => f64::from_bits(*bits),
-            Node::Axis(axis) => self.running[axis.position()] as f64,
-            Node::Unary(operator, operand) => operator.apply(self.value(*operand)),
-            Node::Binary(operator, left, right) => operator.apply(self.value(*left), self.value(*right)),
-            Node::Select(condition, then, otherwise) => {
-                self.value(if self.value(*condition) != 0.0 { *then } else { *otherwise })
+    /// The value of a node where the axes are. A chain of nodes is as long as the program, so there is no recursion: what a
+    /// node still needs is computed before it.
+    fn value(&mut self, id: ValueId) -> f64 {
+        self.round += 1;
+        let mut open = vec![id];
+        while let Some(next) = open.last() {
+            match self.node(*next) {
+                Ok(value) => {
+                    self.known[next.position()] = (self.round, value);
+                    open.pop();
+                }
+                Err(needed) => open.push(needed),
             }
-            Node::Load { buffer, indices, otherwise } => match self.position(*buffer, indices) {
-                Some(position) => match &self.bound.arrays[*buffer] {
-                    Array::Given(values) | Array::Broadcast(values) | Array::Owned(values) => {
-                        values[position]
-                    }
-                    Array::Default => self.bound.default(*buffer),
-                    Array::Positions(values) => f64::from(values[position]),
-                    Array::Made => self.made[buffer.position()][position],
-                },
-                None => otherwise.map_or_else(
-                    || {
-                        panic!(
-                            "internal: an index of `{}` is outside",
-                            self.bound.kernel.buffers[*buffer].name
-                        )
-                    },
-                    |otherwise| self.value(otherwise),
-                ),
-            },
         }
+        self.known[id.position()].1
     }
 
-    fn position(&self, buffer: BufferId, indices: &[Index]) -> Option<usize> {
+    /// The value of a node, or another node that it needs first.
+    fn node(&self, id: ValueId) -> Result<f64, ValueId> {
+        let value = |id: ValueId| match self.known[id.position()] {
+            (round, value) if round == self.round => Ok(value),
+            _ => Err(id),
+        };
+        Ok(match &self.bound.kernel.nodes[id] {
+            Node::Constant(bits) => f64::from_bits(*bits),
+            Node::Axis(axis) => self.running[axis.position()] as f64,
+            Node::Unary(operator, operand) => operator.apply(value(*operand)?),
+            Node::Binary(operator, left, right) => operator.apply(value(*left)?, value(*right)?),
+            Node::Select(condition, then, otherwise) => {
+                value(if value(*condition)? != 0.0 { *then } else { *otherwise })?
+            }
+            Node::Load { buffer, indices, otherwise } => {
+                match (self.position(*buffer, indices, &value)?, otherwise) {
+                    (Some(position), _) => match &self.bound.arrays[*buffer] {
+                        Array::Given(values) | Array::Broadcast(values) | Array::Owned(values) => {
+                            values[position]
+                        }
+                        Array::Default => self.bound.default(*buffer),
+                        Array::Positions(values) => f64::from(values[position]),
+                        Array::Made => self.made[buffer.position()][position],
+                    },
+                    (None, Some(otherwise)) => value(*otherwise)?,
+                    (None, None) => {
+                        let name = &self.bound.kernel.buffers[*buffer].name;
+                        panic!("internal: an index of `{name}` is outside")
+                    }
+                }
+            }
+        })
+    }
+
+    fn position(
+        &self,
+        buffer: BufferId,
+        indices: &[Index],
+        value: &impl Fn(ValueId) -> Result<f64, ValueId>,
+    ) -> Result<Option<usize>, ValueId> {
         let mut position = 0;
         let axes = &self.bound.kernel.buffers[buffer].axes;
         for ((index, axis), stride) in indices.iter().zip(axes).zip(&self.strides[buffer.position()]) {
             let extent = self.bound.extent(*axis) as i64;
             let at = match index {
                 Index::Axis(axis) => self.running[axis.position()] as i64,
-                Index::At(value) => self.value(*value) as i64,
+                Index::At(place) => value(*place)? as i64,
                 Index::Turned { axis, by, wraps } => {
-                    let at = self.running[axis.position()] as i64 + self.value(*by) as i64;
-                    if self.value(*wraps) != 0.0 { at.rem_euclid(extent) } else { at }
+                    let at = self.running[axis.position()] as i64 + value(*by)? as i64;
+                    if value(*wraps)? != 0.0 { at.rem_euclid(extent) } else { at }
                 }
             };
             if !(0..extent).contains(&at) {
-                return None;
+                return Ok(None);
             }
             position += at as usize * stride;
         }
-        Some(position)
+        Ok(Some(position))
     }
 }
 

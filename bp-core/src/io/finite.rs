@@ -1,16 +1,15 @@
 //! A model as the network formats see it: finite variables, each with one table given its parents.
 //!
 //! In: a [`Model`]. Out: a [`Node`] for each variable, in their order. Invariant: tables are row-major, the parents in
-//! their order, the variable itself fastest. A form that is not made of numbers is asked: P(variable | parents), with
-//! its parents alike; several variables on a left side become P(A | R) P(B | A R).
+//! their order, the variable itself fastest. A form that is not made of numbers is worked out in each context; several variables
+//! on a left side become P(A | R) P(B | A R).
 
-use crate::answer;
+use crate::answer::link;
+use crate::distribution::{Distribution, Setting};
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::ids::{Id, VariableId};
-use crate::model::{
-    Ask, Evidence, Factor, Form, Known, Model, Question, Searched, Statistic, VariableUse, When,
-};
+use crate::ids::{FactorId, Id};
+use crate::model::{Factor, Form, Model, VariableUse};
 use std::borrow::Cow;
 
 /// A variable of a network.
@@ -43,8 +42,10 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
         let states = (0..count).map(|ordinal| variable.domain.value_name(ordinal)).collect();
         nodes.push(Node { name: &variable.name, states, parents: Vec::new(), numbers: Cow::Borrowed(&[]) });
     }
-    let mut asker = None;
-    for factor in model.factors.values() {
+    let linked = link(model)?;
+    let inputs = Inputs::new();
+    let mut setting = None;
+    for (id, factor) in model.factors.iter() {
         if !factor.products.is_empty()
             || factor.left.iter().chain(&factor.right).any(|use_| use_.element.is_some())
         {
@@ -63,8 +64,11 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
             let numbers = match known(model, factor) {
                 Some(numbers) => numbers,
                 None => {
-                    let asker = asker.get_or_insert_with(|| model.clone());
-                    Cow::Owned(asked(asker, model, factor, &uses, left.variable, (cells, entries))?)
+                    let setting = match &mut setting {
+                        Some(setting) => setting,
+                        none => none.insert(Setting::new(&linked, &inputs)?),
+                    };
+                    Cow::Owned(worked_out(setting, id, position, (cells, entries))?)
                 }
             };
             let node = &mut nodes[left.variable.position()];
@@ -119,52 +123,39 @@ fn known<'m>(model: &'m Model, factor: &'m Factor) -> Option<Cow<'m, [f64]>> {
     }
 }
 
-/// The table of a factor that has to be worked out: in a model that holds it and nothing else.
-fn asked(
-    asker: &mut Model,
-    model: &Model,
-    factor: &Factor,
-    right: &[VariableUse],
-    left: VariableId,
+/// The table of one variable of a factor that has to be worked out, given what stands before it: the factor's numbers in each
+/// context, summed over the variables behind it.
+fn worked_out(
+    setting: &Setting<'_>,
+    id: FactorId,
+    position: usize,
     (cells, entries): (usize, usize),
 ) -> Result<Vec<f64>, Error> {
-    asker.questions = Default::default();
-    asker.factors = Default::default();
-    asker.factors.push(factor.clone());
-    for parent in &factor.right {
-        asker.factors.push(Factor {
-            left: vec![parent.clone()],
-            right: Vec::new(),
-            form: Form::Uniform,
-            products: Vec::new(),
-        });
-    }
-    let ask = Ask {
-        statistic: Statistic::Distribution,
-        when: When::Now,
-        searched: vec![Searched { variable: left, at: None }],
-        known: right.iter().map(|use_| Known { variable: use_.variable, evidence: Evidence::Each }).collect(),
-    };
-    let question = Question { name: "table".to_owned(), asks: vec![ask] };
-    let answers = answer::ask(asker, &question, &Inputs::new())?;
-    let mut numbers = vec![0.0; cells];
-    for row in answers.first().map_or(&[][..], |answer| &answer.answer) {
-        let ordinal = |variable: VariableId| {
-            let name = model.variable_name(variable);
-            let value = row.values.iter().find(|(known, _)| *known == name)?;
-            model.variables[variable].domain.ordinal_of(&value.1)
-        };
-        let place = (right.iter().map(|use_| use_.variable).chain([left])).try_fold(0, |place, variable| {
-            Some(place * model.variables[variable].domain.count()? + ordinal(variable)?)
-        });
-        if let (Some(place), Some(p)) = (place.filter(|place| *place < cells), row.p()) {
-            numbers[place] = p;
+    let factor = &setting.model.factors[id];
+    let instances = setting.instances(id)?;
+    let [instance] = instances.as_slice() else { unreachable!("internal: the factor is not indexed") };
+    let count = |use_: &VariableUse| setting.count(use_.variable);
+    let slots: Vec<usize> = factor.right.iter().map(|use_| setting.slots_of(use_.variable).start).collect();
+    let counts: Vec<usize> = factor.right.iter().map(count).collect();
+    let behind: usize = factor.left[position + 1..].iter().map(count).product();
+    let (mut values, mut numbers) = (vec![0.0; setting.slots()], Vec::with_capacity(cells));
+    for mut row in 0..counts.iter().product::<usize>() {
+        for (slot, count) in slots.iter().zip(&counts).rev() {
+            values[*slot] = (row % count) as f64;
+            row /= count;
         }
+        let Distribution::Finite(joint) = setting.distribution(instance, &values)? else {
+            unreachable!("internal: a finite variable's form")
+        };
+        numbers.extend(joint.chunks(behind).map(|run| run.iter().sum::<f64>()));
     }
-    // What follows from something impossible is not told by the model; any law would do. But a row of the first variable
-    // is a whole context: it is impossible.
-    if factor.left.first().is_some_and(|first| first.variable != left) {
-        for row in numbers.chunks_exact_mut(entries).filter(|row| row.iter().all(|p| *p == 0.0)) {
+    for row in numbers.chunks_exact_mut(entries) {
+        let total: f64 = row.iter().sum();
+        if total > 0.0 {
+            row.iter_mut().for_each(|number| *number /= total);
+        } else if position > 0 {
+            // What follows from something impossible is not told by the model; any law would do. But a row of the first
+            // variable is a whole context: it is impossible.
             row.fill(1.0 / entries as f64);
         }
     }

@@ -84,7 +84,8 @@ impl Lowering<'_> {
     }
 
     /// Paper, Eq. 4, made exact: Φ((j−m)/s) − Φ((j−1−m)/s) for bin j, all below for the first, the rest for
-    /// "nothing"; and "nothing" for sure where the mean lies beyond N + ½.
+    /// "nothing"; and "nothing" for sure where the mean lies beyond N + ½. Above the mean the difference is that of the upper
+    /// tails, Φ((m−j+1)/s) − Φ((m−j)/s), which do not cancel there.
     pub(super) fn normal_bins(
         &mut self,
         domain: &Domain,
@@ -111,22 +112,25 @@ impl Lowering<'_> {
         };
         let (zero, half, one) =
             (self.builder.constant(0.0), self.builder.constant(0.5), self.builder.constant(1.0));
-        let below = |lowering: &mut Self, edge: ValueId| {
-            let centred = lowering.builder.binary(Binary::Subtract, edge, mean);
-            let standard = lowering.builder.binary(Binary::Divide, centred, deviation);
-            lowering.builder.unary(Unary::NormalCumulative, standard)
+        // What lies below an edge, and what lies above it.
+        let parts = |lowering: &mut Self, edge: ValueId| {
+            let standard = lowering.standard(edge, mean, deviation);
+            let turned = lowering.builder.unary(Unary::Negate, standard);
+            [standard, turned].map(|standard| lowering.builder.unary(Unary::NormalCumulative, standard))
         };
         let nothing = self.builder.binary(Binary::LessOrEqual, bin, zero);
         let first = self.builder.binary(Binary::LessOrEqual, bin, one);
         // Upper edge of the bin, or N for "nothing"; what lies below its lower edge.
         let upper = self.builder.select(nothing, bins, bin);
-        let up_to = below(self, upper);
+        let [up_to, beyond] = parts(self, upper);
         // One below the upper one, as neighbouring means see it: so they share it.
         let lower = self.builder.binary(Binary::Subtract, upper, one);
-        let before = below(self, lower);
-        let before = self.builder.select(first, zero, before);
-        let within = self.builder.binary(Binary::Subtract, up_to, before);
-        let beyond = self.builder.binary(Binary::Subtract, one, up_to);
+        let [before, from] = parts(self, lower);
+        let rising = self.builder.binary(Binary::Subtract, up_to, before);
+        let falling = self.builder.binary(Binary::Subtract, from, beyond);
+        let above = self.builder.binary(Binary::Greater, lower, mean);
+        let within = self.builder.select(above, falling, rising);
+        let within = self.builder.select(first, up_to, within);
         let value = self.builder.select(nothing, beyond, within);
         let edge = self.builder.binary(Binary::Add, bins, half);
         let empty = self.builder.binary(Binary::GreaterOrEqual, mean, edge);

@@ -126,6 +126,10 @@ impl Model {
             let searched: Vec<_> = ask.searched.iter().map(|s| item(s.variable, s.at.as_ref())).collect();
             let known: Vec<_> = (known.iter())
                 .map(|known| match &known.evidence {
+                    // What is given under the variable's own name is typed as that name alone.
+                    Evidence::Hard(Value::Given(name)) if *name == self.variable_name(known.variable) => {
+                        self.spelled(known.variable)
+                    }
                     Evidence::Hard(value) => item(known.variable, Some(value)),
                     Evidence::Each => self.spelled(known.variable),
                     Evidence::Virtual(weights) => weighted(known.variable, "virtual", weights),

@@ -7,9 +7,9 @@
 //! 2⁻⁵¹², all that was lost on the way is below 2⁻⁵¹⁰ of it. Densities may fall and rise again.
 
 use super::equation::Printer;
-use super::{Exact, Notation, Plan, Route, Term};
+use super::{By, Exact, Notation, OverTime, Plan, Route, Term};
 use crate::ids::{ExpressionId, FactorId, TermId};
-use crate::model::{Expression, Factor, Form, IndexSpace, Model};
+use crate::model::{Expression, Factor, Form, IndexSpace, Model, Question};
 
 /// How a product is computed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -82,11 +82,12 @@ impl Operands {
 impl Plan {
     /// The products of all routes, each with its mark.
     pub fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
-        let exact = self.routes.iter().filter_map(|route| match route {
-            Route::Exact(exact) => Some(exact),
-            _ => None,
-        });
-        exact.flat_map(|exact| exact.marks(model, notation)).collect()
+        let of_route = |route: &Route| match route {
+            Route::Exact(exact) => exact.marks(model, notation),
+            Route::OverTime(over_time) => over_time_marks(model, over_time, notation),
+            _ => Vec::new(),
+        };
+        self.routes.iter().flat_map(of_route).collect()
     }
 }
 
@@ -140,9 +141,11 @@ impl Exact {
                 (Mark::Linear, "probabilities over a plate, whose error is absolute".to_owned())
             }
             (_, None) => (Mark::Guarded, "how many probabilities depends on a size".to_owned()),
-            (_, Some(count)) => {
-                let word = if count == 1 { "probability" } else { "probabilities" };
-                (Mark::Guarded, format!("its {count} {word} may together be below 2^-512"))
+            (None, Some(_)) => {
+                (Mark::Guarded, "how small its probabilities are depends on inputs".to_owned())
+            }
+            (Some(smallest), Some(_)) => {
+                (Mark::Guarded, format!("its smallest product above 0 is 2^{smallest:.0}, below 2^-512"))
             }
         }
     }
@@ -177,6 +180,22 @@ impl Exact {
         }
         all
     }
+}
+
+/// What is multiplied at an instant. Linear and Gaussian programs carry a mean and a covariance, which are no products.
+fn over_time_marks(model: &Model, route: &OverTime, notation: Notation) -> Vec<Marked> {
+    let reason = match route.by {
+        By::Gaussian(_) => return Vec::new(),
+        By::Chain => "over time each potential keeps its scale apart",
+        By::Particles { .. } => "draws are weighed by logarithms",
+    };
+    let plan = Plan {
+        question: Question { name: String::new(), asks: vec![route.ask.clone()] },
+        routes: vec![Route::OverTime(route.clone())],
+    };
+    let products = plan.computed(model, notation);
+    let marked = |product| Marked { product, mark: Mark::Log, reason: reason.to_owned() };
+    products.into_iter().map(marked).collect()
 }
 
 fn of_factor(model: &Model, id: FactorId) -> Operands {

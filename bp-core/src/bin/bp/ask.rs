@@ -6,8 +6,8 @@
 use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::settings::{Meaning, Settings};
-use crate::{cases, program, table};
-use bp_core::answer::{Answer, CompiledQuestion, Table, ask_over_time, compile, read_instants};
+use crate::{cases, over_time, program, table};
+use bp_core::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile};
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::{InputKey, Role};
@@ -28,6 +28,7 @@ Examples:
   bp ask wet_grass.bp 'P(Rain | Wet = true)'   any other
   bp ask wet_grass.bp 'argmax P(Rain Sprinkler | Wet = true)' --json
   bp ask umbrella.bp 'smooth P(Rain | Umbrella)' --data days.csv
+  bp ask umbrella.bp 'filter P(Rain | Umbrella)' --data days.csv --sequence town
   bp ask line_of_sight.bp 'P(Z = z | O C)' \\
       --set N=10 --set Rays=1 --set sigma=0.6 --set z=3
   bp ask wet_grass.bp 'draw(10) P(Rain | Wet)' --set Wet=true --seed 7
@@ -46,7 +47,8 @@ fastest. An impossible context is all zeros.
 
 --data reads a table, with commas, semicolons or tabs. Its first row names the
 columns; a row gives the variables that the question leaves open. An empty cell,
-`NA`, `NaN` and `?` are not known.")]
+`NA`, `NaN` and `?` are not known. Over time each row is an instant, and each column
+a variable of the program, the column of --sequence, or one of --ignore.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
@@ -67,6 +69,12 @@ pub(crate) struct Arguments {
     /// Ask for each row of a table of cases (CSV); of a question over time the rows are instants.
     #[arg(long, value_name = "FILE", conflicts_with = "table")]
     data: Option<PathBuf>,
+    /// Over time: the column that tells sequences apart; each is answered by itself.
+    #[arg(long, value_name = "COLUMN")]
+    sequence: Option<String>,
+    /// Over time: columns that are left out.
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
+    ignore: Vec<String>,
     #[command(flatten)]
     separator: Separator,
     /// Write the whole conditional table, as numbers alone.
@@ -114,15 +122,16 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
-        let mut answers: Vec<Answer> = Vec::new();
-        for question in &questions {
-            let instants = read_instants(&model, question, &table, &settings.inputs())?;
-            answers.extend(ask_over_time(&model, question, &instants, &settings.inputs(), sampling)?);
-        }
-        return match arguments.json {
-            true => write_json(&one_or_several(&answers), out),
-            false => write_answers(&answers, arguments.all, out),
-        };
+        let others = OtherColumns { sequence: arguments.sequence.clone(), ignore: arguments.ignore.clone() };
+        let sequences = over_time::answers(&model, &questions, &table, &others, &settings, sampling)?;
+        return write_sequences(&sequences, arguments, out);
+    }
+    if let (Some(question), true) =
+        (questions.first(), !arguments.ignore.is_empty() || arguments.sequence.is_some())
+    {
+        let text = model.ask_text(&question.asks[0]);
+        let message = "`--sequence` and `--ignore` are of questions over time, answered with `--data`";
+        return Err(Error::input(text, message).into());
     }
     if let Some(path) = &arguments.data {
         let table = data::open(path, &arguments.separator)?;
@@ -201,6 +210,43 @@ fn write_tables(tables: &[Table], json: bool, out: &mut impl Write) -> Result<()
         for number in &table.numbers {
             writeln!(out, "{number}")?;
         }
+    }
+    Ok(())
+}
+
+/// The answers of each sequence, by its name; of one without a name the answers alone.
+fn write_sequences(
+    sequences: &[(String, Vec<Answer>)],
+    arguments: &Arguments,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let Some(column) = &arguments.sequence else {
+        let answers = sequences.first().map_or(&[][..], |(_, answers)| answers);
+        return match arguments.json {
+            true => write_json(&one_or_several(answers), out),
+            false => write_answers(answers, arguments.all, out),
+        };
+    };
+    if arguments.json {
+        #[derive(Serialize)]
+        struct One<'t> {
+            sequence: &'t str,
+            answers: OneOrSeveral<'t, Answer>,
+        }
+        #[derive(Serialize)]
+        struct Sequences<'t> {
+            sequences: Vec<One<'t>>,
+        }
+        let sequences = sequences
+            .iter()
+            .map(|(sequence, answers)| One { sequence, answers: one_or_several(answers) })
+            .collect();
+        return write_json(&Sequences { sequences }, out);
+    }
+    for (position, (name, answers)) in sequences.iter().enumerate() {
+        let blank = if position > 0 { "\n" } else { "" };
+        writeln!(out, "{blank}{column} {name}")?;
+        write_answers(answers, arguments.all, out)?;
     }
     Ok(())
 }

@@ -23,6 +23,7 @@ mod learn;
 mod network;
 mod numbers;
 mod output;
+mod over_time;
 mod parameters;
 mod program;
 mod settings;

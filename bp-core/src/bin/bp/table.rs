@@ -26,6 +26,9 @@ pub(crate) fn write(answer: &Answer, all: bool, out: &mut impl Write) -> Result<
         writeln!(out)?;
         write_rows(rows, largest(&answer.answer), out)?;
     }
+    if answer.question.starts_with("sequence ") && rows.iter().any(|row| row.p().is_some()) {
+        writeln!(out, "\n  the most likely course; beside each value its probability at that instant alone")?;
+    }
     if shown < answer.answer.len() {
         writeln!(out, "  … and {} more rows; --all shows them", answer.answer.len() - shown)?;
     }

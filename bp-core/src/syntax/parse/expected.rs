@@ -40,6 +40,10 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         diagnostic = diagnostic.with_help("write `=`: what is proportional is normalised");
     } else if found.starts_with('\'') || found == "′" {
         diagnostic = diagnostic.with_help("write `X^-1` for `X` at the previous instant");
+    } else if found == "^" || &text[before.start..before.end] == "^" {
+        diagnostic = diagnostic.with_help(
+            "`X^-1` is `X` at the previous instant, and `^` means nothing else; a power is `pow(x, 2)`",
+        );
     } else if found == "=" && rules.contains(&Rule::infix) {
         diagnostic = diagnostic.with_help("write `==` to compare");
     } else if RESERVED.contains(&found) && rules.contains(&Rule::name) {

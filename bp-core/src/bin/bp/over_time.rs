@@ -1,0 +1,65 @@
+//! Questions over time, asked of the rows of a table: instants, of one sequence or of several.
+//!
+//! In: questions, a table, settings. Out: the answers of each sequence, by its name. Invariant: what is observed at an instant
+//! stands in the question or in a column: a value that is set has no instant, and is refused.
+
+use crate::failure::Failure;
+use crate::settings::Settings;
+use bp_core::answer::{Answer, OtherColumns, ask_over_time, read_sequences};
+use bp_core::data::Table;
+use bp_core::error::Error;
+use bp_core::model::{Evidence, Model, Question, Value};
+use bp_core::sample::Sampling;
+
+pub(crate) fn answers(
+    model: &Model,
+    questions: &[Question],
+    table: &Table,
+    others: &OtherColumns,
+    settings: &Settings,
+    sampling: Sampling,
+) -> Result<Vec<(String, Vec<Answer>)>, Failure> {
+    questions.iter().try_for_each(|question| refuse_set(model, question, settings))?;
+    let inputs = settings.inputs();
+    let mut all: Vec<(String, Vec<Answer>)> = Vec::new();
+    for question in questions {
+        let sequences = read_sequences(model, question, table, others, &inputs)?;
+        for (number, (name, instants)) in sequences.into_iter().enumerate() {
+            // Each sequence has draws of its own; an odd factor gives each a seed of its own.
+            let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+            let answers = ask_over_time(model, question, &instants, &inputs, Sampling { seed, ..sampling });
+            let answers = answers.map_err(|error| match &others.sequence {
+                Some(column) => Failure::Words(format!("{column} {name}: {error}")),
+                None => error.into(),
+            })?;
+            match all.get_mut(number) {
+                Some((_, before)) => before.extend(answers),
+                None => all.push((name, answers)),
+            }
+        }
+        if others.sequence.is_none() && all.is_empty() {
+            // An empty table has no instant, which the question refuses in its own words.
+            ask_over_time(model, question, &[], &inputs, sampling)?;
+        }
+    }
+    Ok(all)
+}
+
+/// Refuses a value that is set for what the question knows.
+fn refuse_set(model: &Model, question: &Question, settings: &Settings) -> Result<(), Error> {
+    for known in question.asks.iter().flat_map(|ask| &ask.known) {
+        let variable = model.variable_name(known.variable);
+        let given = match &known.evidence {
+            Evidence::Hard(Value::Given(name)) => name,
+            _ => &variable,
+        };
+        if settings.has(given) {
+            let message = format!(
+                "it is set, but over time each instant has its own value: give a column `{variable}`, or write the value \
+                 in the question: it then holds at every instant"
+            );
+            return Err(Error::input(given, message));
+        }
+    }
+    Ok(())
+}
