@@ -7,11 +7,11 @@
 mod support;
 
 use bp_core::answer::{Answer, Figure, ask, ask_over_time, ask_with};
-use bp_core::distribution::Setting;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
+use bp_core::model::Model;
 use bp_core::sample::Sampling;
-use bp_core::tree::Network;
+use bp_core::tree::{Marginals, MarginalsSession, Named, most_probable};
 use support::{model_of, question};
 
 /// Domain of Y, its form where K is one of 0..=3, the context that is refused, and the message about the number.
@@ -118,8 +118,42 @@ fn kernels_refuse_them() {
 fn join_trees_refuse_them() {
     for (domain, form, context, number) in FINITE {
         let model = model_of(&program(domain, form, ("", "", "")));
-        let inputs = Inputs::new();
-        refused(Network::of(&Setting::new(&model, &inputs).unwrap()), ["`P(Y | K) = ", context, number]);
+        let found = marginals(&model, &[]);
+        refused(found, ["`P(Y | K) = ", context, number]);
+    }
+}
+
+/// The marginals of a program by a join tree.
+fn marginals(model: &Model, evidence: &[(&str, &str)]) -> Result<Vec<f64>, Error> {
+    let named = Named::new(model.clone(), &[])?;
+    let evidence = named.evidence(evidence.iter().copied(), [])?;
+    let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
+    // By a value that is given each time, and by a likelihood of 0 and 1 as cases of many patterns have it.
+    let (sliced, weighed) = (
+        Marginals::new(&named.network, &given, &[], &named.shown())?,
+        Marginals::new(&named.network, &[], &given, &named.shown())?,
+    );
+    let (mut first, mut second) = (sliced.session(), weighed.session());
+    first.ask(&evidence)?;
+    second.ask(&evidence)?;
+    let all = |session: &MarginalsSession<'_>| {
+        named.shown().iter().flat_map(|one| session.posterior(*one, &evidence)).collect::<Vec<f64>>()
+    };
+    let found = all(&first);
+    assert!(found.iter().zip(all(&second)).all(|(p, q)| (p - q).abs() < 1e-15), "{found:?}");
+    most_probable(&named.network, &evidence)?;
+    Ok(found)
+}
+
+#[test]
+fn a_known_value_alone_excludes_a_context() {
+    // P(Y = true | K) = K / 2: K = 3 is refused wherever it is not excluded by a value.
+    let model = model_of(&program("bool", "bernoulli(K / 2)", ("", "", "")));
+    assert_eq!(marginals(&model, &[("K", "1")]).unwrap(), [0.0, 1.0, 0.0, 0.0, 0.5, 0.5]);
+    let number = ["`P(Y | K) = bernoulli(K / 2)`", "K = 3", "the probability is 1.5"];
+    refused(marginals(&model, &[("Y", "true")]), number);
+    for text in ["P(Y | K virtual [0, 1, 0, 0])", "P(Y | K soft [0, 1, 0, 0])", "P(K | Y = true)"] {
+        refused(ask(&model, &question(&model, text), &Inputs::new()), number);
     }
 }
 

@@ -7,6 +7,7 @@
 
 use super::evidence::{Evidence, contradiction};
 use super::network::{Network, Table};
+use super::refused::Refused;
 use crate::error::Error;
 use std::collections::HashMap;
 
@@ -21,13 +22,14 @@ pub(crate) struct Absorbed {
 /// The network where some variables have values.
 ///
 /// # Errors
-/// The tables give them probability zero.
+/// The tables give them probability zero; a form refuses a number in a context that they leave possible.
 pub(crate) fn absorb(network: Network, evidence: &Evidence) -> Result<Absorbed, Error> {
     let count = network.cardinalities.len();
     let mut values = vec![usize::MAX; count];
     for (variable, value) in &evidence.hard {
         values[*variable] = *value;
     }
+    Refused::check(&network.refused, &values)?;
     let (mut numbers, mut cardinalities) = (vec![usize::MAX; count], Vec::new());
     for variable in (0..count).filter(|variable| values[*variable] == usize::MAX) {
         numbers[variable] = cardinalities.len();
@@ -54,7 +56,7 @@ pub(crate) fn absorb(network: Network, evidence: &Evidence) -> Result<Absorbed, 
             }
         }
     }
-    let mut left = Network { table_of: vec![None; cardinalities.len()], cardinalities, tables: Vec::new() };
+    let mut left = Network { table_of: vec![None; cardinalities.len()], cardinalities, ..Network::default() };
     for merged in tables {
         let (mut table, ln) = merged.finish()?;
         table.variables.iter_mut().for_each(|variable| *variable = numbers[*variable]);
@@ -119,7 +121,8 @@ mod tests {
         let reading = |number| Table { variables: vec![0, number], values: vec![0.9, 0.1, 0.6, 0.4] };
         let tables =
             vec![Table { variables: vec![0], values: vec![0.5; 2] }, reading(1), reading(2), reading(3)];
-        let network = Network { cardinalities: vec![2; 4], tables, table_of: vec![None; 4] };
+        let network =
+            Network { cardinalities: vec![2; 4], tables, table_of: vec![None; 4], ..Network::default() };
         let evidence = Evidence { hard: vec![(1, 1), (2, 1), (3, 1)], likelihoods: Vec::new() };
         let Absorbed { network, numbers, ln_scale } = absorb(network, &evidence).unwrap();
         assert_eq!((network.tables.len(), numbers), (1, vec![0, usize::MAX, usize::MAX, usize::MAX]));

@@ -12,10 +12,12 @@ use super::network::Network;
 use super::pair::{Pairing, pair};
 use super::problem::Problem;
 use super::reading::{Reading, Readings, place};
+use super::refused::Refused;
 use super::table::{Builder, CONSTANT, Tables};
 use super::triangulate::{Effort, HOPELESS, triangulate};
 use crate::error::Error;
 use crate::exec::scalar::Extended;
+use std::collections::HashSet;
 use std::sync::OnceLock;
 
 /// Where the cells of a node are.
@@ -63,6 +65,8 @@ pub struct Tree {
     pub(super) offsets: Vec<Offsets>,
     pub(super) readings: Vec<Reading>,
     pub(super) tables: Tables,
+    /// Where a form refused a number of its tables.
+    pub(super) refused: Vec<Refused>,
     /// The numbers of the tables with exponents apart, once they have been needed.
     pub(super) extended: OnceLock<Vec<Extended>>,
     pub(super) pool: Pool,
@@ -260,6 +264,9 @@ impl Tree {
         }
         offsets.push(next);
         cost.bytes = 8.0 * (next.value + next.derivative + tables.values.len()) as f64;
+        let own: HashSet<usize> = problem.tables.iter().chain(&problem.known).copied().collect();
+        let refused = network.refused.iter().filter(|refused| own.contains(&refused.table));
+        let refused: Vec<Refused> = refused.cloned().collect();
         let scopes = match purpose {
             Purpose::Sum => Vec::new(),
             Purpose::Maximum => scopes(&problem, &pairing, &axes),
@@ -276,6 +283,7 @@ impl Tree {
             offsets,
             readings,
             tables,
+            refused,
             extended: OnceLock::new(),
             pool,
             places,

@@ -5,6 +5,7 @@
 
 use super::cell::Cell;
 use super::compile::Tree;
+use super::refused::Refused;
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 
@@ -60,6 +61,10 @@ impl Known {
         for variable in &tree.weighed {
             cells[tree.likelihood(*variable)].fill(T::ONE);
         }
+        for (variable, value) in evidence.hard.iter().filter(|(variable, _)| *variable < self.values.len()) {
+            self.values[*variable] = *value;
+        }
+        Refused::check(&tree.refused, &self.values)?;
         for (variable, value) in &evidence.hard {
             let count = tree.cardinalities[*variable];
             if *value >= count {
@@ -68,7 +73,6 @@ impl Known {
                     format!("{value} is not one of its {count} values"),
                 ));
             }
-            self.values[*variable] = *value;
             if !tree.given[*variable] {
                 self.weigh(tree, *variable, cells, |other| f64::from(u8::from(other == *value)))?;
             }

@@ -164,7 +164,7 @@ mod tests {
         let values = (0..1u32 << causes).flat_map(|row| [1.0 - share(row), share(row)]).collect();
         tables.push(Table { variables: (0..=causes).collect(), values });
         let table_of = (0..=causes).map(Some).collect();
-        let network = Network { cardinalities: vec![2; causes + 1], tables, table_of };
+        let network = Network { cardinalities: vec![2; causes + 1], tables, table_of, ..Network::default() };
         let evidence = Evidence { hard: vec![(causes, 1)], ..Evidence::default() };
         let found = joint(&network, &evidence, &[0, 1]).unwrap();
         assert!((found.ln_evidence - 0.25f64.ln()).abs() < 1e-12, "{}", found.ln_evidence);

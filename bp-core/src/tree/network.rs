@@ -3,6 +3,7 @@
 //! In: a model with numbers for its parameters, whose variables are all finite. Out: a [`Network`], variables by number. Invariant: each table is
 //! row-major over its variables, the last one fastest, and the product of all tables is the joint distribution.
 
+use super::refused::{self, Refused};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::FactorId;
@@ -35,6 +36,8 @@ pub struct Network {
     pub tables: Vec<Table>,
     /// For each variable the table that distributes it.
     pub table_of: Vec<Option<usize>>,
+    /// Where a form refused a number: there the table has a row that sums to one, and no answer depends on it.
+    pub refused: Vec<Refused>,
 }
 
 /// The most numbers that one table may have.
@@ -104,7 +107,9 @@ impl Network {
             numbers[slot] = cardinalities.len();
             cardinalities.push(network.cardinalities[slot]);
         }
-        for variable in network.tables.iter_mut().flat_map(|table| &mut table.variables) {
+        let of_tables = network.tables.iter_mut().flat_map(|table| &mut table.variables);
+        let of_refused = network.refused.iter_mut().flat_map(|refused| &mut refused.at);
+        for variable in of_tables.chain(of_refused.map(|(variable, _)| variable)) {
             *variable = numbers[*variable];
         }
         network.table_of = vec![None; cardinalities.len()];
@@ -114,7 +119,7 @@ impl Network {
 
     /// The table of an instance; `assignment` is all zeros before and after, and of `room` its cells are taken.
     fn table(
-        &self,
+        &mut self,
         setting: &Setting<'_>,
         instance: &Instance,
         assignment: &mut [f64],
@@ -145,10 +150,18 @@ impl Network {
         })?;
         take(room, cells, setting, factor)?;
         let mut values = Vec::with_capacity(cells);
+        let entries: usize = instance.left.iter().map(|left| self.cardinalities[*left]).product();
         while values.len() < cells {
-            match setting.distribution(instance, assignment)? {
-                Distribution::Finite(probabilities) => values.extend(probabilities),
-                _ => {
+            match setting.distribution(instance, assignment) {
+                Ok(Distribution::Finite(probabilities)) => values.extend(probabilities),
+                Err(Error::Number { form, context, message }) if self.refused.len() < refused::MOST => {
+                    let at = parents.iter().map(|parent| (*parent, assignment[*parent] as usize)).collect();
+                    let words = [form, context, message];
+                    self.refused.push(Refused { table: self.tables.len(), at, words });
+                    values.extend(std::iter::repeat_n(1.0 / entries as f64, entries));
+                }
+                Err(error) => return Err(error),
+                Ok(_) => {
                     let reason = format!("`{}` has no table of numbers", setting.model.head(factor));
                     return Err(refused(setting.model, reason));
                 }

@@ -26,6 +26,7 @@ fn join_trees_of_tiny_cells() {
             cardinalities: vec![2; features.len() + 1],
             tables: vec![Table { variables: vec![0], values: vec![0.5, 0.5] }],
             table_of: (0..=features.len()).map(Some).collect(),
+            ..Network::default()
         };
         network.tables.extend(features.iter().enumerate().map(table));
         let all: Vec<usize> = (1..=features.len()).collect();
@@ -58,6 +59,7 @@ fn likelihoods_of_trees_are_of_any_size() {
             Table { variables: vec![0, 1], values: vec![0.8, 0.2, 0.1, 0.9] },
         ],
         table_of: vec![Some(0), Some(1)],
+        ..Network::default()
     };
     let likelihoods = vec![
         (0, vec![1e-300, 1.0]),
