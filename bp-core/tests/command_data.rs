@@ -196,7 +196,9 @@ fn sequences_are_answered_apart_and_columns_have_names() {
         ("typo.csv", b"Zz,Z\n1,1\n"),
     ]);
     // The state has variance 2 before the reading: the mean is ⅔ of what was read.
-    let on = |more: &[&str]| [&["ask", "k.bp", "filter P(X | Z)", "--data", "two.csv"], more].concat();
+    fn on<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        [&["ask", "k.bp", "filter P(X | Z)", "--data", "two.csv"], more].concat()
+    }
     let answer: Value = serde_json::from_str(&folder.well(&on(&["--sequence", "town", "--json"]))).unwrap();
     for (number, (name, mean)) in [("a", 2.0 / 3.0), ("b", 2.0)].into_iter().enumerate() {
         let one = &answer["sequences"][number];
