@@ -87,7 +87,8 @@ fn columns<'m, 't>(
     for name in others.ignore.iter().chain(&others.sequence) {
         table.needed(name)?;
     }
-    let known: Vec<&Known> = question.asks.iter().flat_map(|ask| &ask.known).collect();
+    let known: Vec<&Known> =
+        question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())).collect();
     // A value that the question gives holds at every instant.
     let is_fixed =
         |known: &&Known| matches!(known.evidence, Evidence::Hard(Value::Ordinal(_) | Value::Real(_)));

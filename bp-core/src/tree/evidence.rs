@@ -61,9 +61,7 @@ impl Known {
         for variable in &tree.weighed {
             cells[tree.likelihood(*variable)].fill(T::ONE);
         }
-        for (variable, value) in evidence.hard.iter().filter(|(variable, _)| *variable < self.values.len()) {
-            self.values[*variable] = *value;
-        }
+        evidence.hard.iter().for_each(|(variable, value)| self.values[*variable] = *value);
         Refused::check(&tree.refused, &self.values)?;
         for (variable, value) in &evidence.hard {
             let count = tree.cardinalities[*variable];
