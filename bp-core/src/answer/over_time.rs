@@ -6,7 +6,7 @@
 
 use super::rows::Reader;
 use super::table::{Column, Table};
-use super::{Answer, Estimate, Figure, Row, compare, gaussian, sampled};
+use super::{Answer, Estimate, Figure, Observed, Row, compare, gaussian, sampled};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -15,9 +15,6 @@ use crate::plan::{self, Options, OverTime, Route};
 use crate::progress;
 use crate::sample::Sampling;
 use crate::time::{self, Answered, Scope, Told, What};
-
-/// What was observed at an instant, by name.
-type Observed = Vec<(String, f64)>;
 
 pub(super) fn answers(
     model: &Model,

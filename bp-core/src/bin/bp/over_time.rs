@@ -47,7 +47,7 @@ pub(crate) fn answers(
 
 /// Refuses a value that is set for what the question knows.
 fn refuse_set(model: &Model, question: &Question, settings: &Settings) -> Result<(), Error> {
-    for known in question.asks.iter().flat_map(|ask| &ask.known) {
+    for known in question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())) {
         let variable = model.variable_name(known.variable);
         let given = match &known.evidence {
             Evidence::Hard(Value::Given(name)) => name,
