@@ -130,8 +130,8 @@ impl Reader<'_> {
         let cells = self.table.numbers.len() as f64;
         if cells > MOST_ROWS {
             let fewer = "search and know fewer variables";
-            let help = match self.ask.reduction {
-                Reduction::Probability => format!("`--table` writes the numbers alone; or {fewer}"),
+            let help = match self.ask.statistic {
+                Statistic::Distribution => format!("`--table` writes the numbers alone; or {fewer}"),
                 _ => fewer.to_owned(),
             };
             return Err(Error::TooLarge { name: self.table.question.clone(), cells, most: MOST_ROWS, help });
