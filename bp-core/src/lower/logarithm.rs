@@ -59,7 +59,8 @@ impl Lowering<'_> {
         self.builder.unary(Unary::Exponential, difference)
     }
 
-    /// Which terms multiply densities of reals: those are computed in logarithms all the way down.
+    /// Which terms multiply densities of reals, or likelihoods, which have any scale: those are computed in logarithms all
+    /// the way down.
     fn of_densities(&self) -> Vec<bool> {
         let mut densities = vec![false; self.exact.terms.len()];
         let mut changed = true;
@@ -69,6 +70,7 @@ impl Lowering<'_> {
                 let has = |id: &TermId| densities[id.position()];
                 let found = match term {
                     Term::Factor(factor) => self.is_density(&self.model.factors[*factor]),
+                    Term::Likelihood(..) => true,
                     Term::Product(factors) => factors.iter().any(has),
                     Term::Sum(_, body) | Term::Normalise(_, body) => has(body),
                     _ => false,
@@ -89,6 +91,10 @@ impl Lowering<'_> {
     fn ln_term(&mut self, id: TermId) -> Result<ValueId, Error> {
         match self.exact.terms[id].clone() {
             Term::Factor(factor) => self.ln_factor(factor),
+            Term::Likelihood(variable, weights) => {
+                let ln: Vec<f64> = weights.iter().map(|weight| weight.ln()).collect();
+                self.likelihood(variable, &ln)
+            }
             Term::Normalise(_, body) => self.ln_term(body),
             Term::Product(factors) => {
                 let (guards, factors): (Vec<_>, Vec<_>) =

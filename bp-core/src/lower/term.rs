@@ -121,7 +121,8 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    fn likelihood(&mut self, variable: VariableId, weights: &[f64]) -> Result<ValueId, Error> {
+    /// The number for the value of a variable that is known by its likelihood.
+    pub(super) fn likelihood(&mut self, variable: VariableId, weights: &[f64]) -> Result<ValueId, Error> {
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
             return Err(self.unplanned("virtual evidence is on a finite variable"));
         };

@@ -84,3 +84,25 @@ fn printed_code_has_no_second_run() {
         printed::<f64>(&text.replace("1e-100", "0"), "P(A | B = true, D = true, E = true)", &Inputs::new());
     near(&none, &[0.0, 0.0], 0.0);
 }
+
+/// P(A = true | V = true) / P(A = false | V = true) = 0.5 / 0.25, whatever the scale of the likelihoods.
+#[test]
+fn likelihoods_of_any_scale() {
+    let text = "program Scale {
+        variables { A, V, W, X : bool; }
+        decomposition { P(A) P(V | A) P(W | V) P(X | W) }
+        forms {
+            P(A) = uniform;
+            P(V | A) = table { 0.75, 0.25; 0.5, 0.5; };
+            P(W | V) = table { 0.5, 0.5; 0.25, 0.75; };
+            P(X | W) = table { 0.5, 0.5; 0.125, 0.875; };
+        }
+    }";
+    for scale in ["1e-150", "1e150"] {
+        let asked = format!(
+            "P(A | V virtual [0, {scale}], W virtual [{scale}, {scale}], X virtual [{scale}, {scale}])"
+        );
+        near(&printed::<f64>(text, &asked, &Inputs::new()), &[1.0 / 3.0, 2.0 / 3.0], 1e-11);
+        near(&printed::<f32>(text, &asked, &Inputs::new()), &[1.0 / 3.0, 2.0 / 3.0], 1e-3);
+    }
+}
