@@ -21,7 +21,7 @@ mod table;
 mod tree;
 
 pub use again::{Asked, again, refused};
-pub use compiled::{CompiledQuestion, compile, plan_for_answer};
+pub use compiled::{CompiledQuestion, compile, compile_by, plan_for_answer};
 pub use instants::{Observed, OtherColumns, read_instants, read_sequences};
 pub use link::link;
 pub use table::{Column, Table};
@@ -29,6 +29,7 @@ pub use table::{Column, Table};
 use crate::error::Error;
 use crate::exec::{Inputs, compiled::least_tied, scalar::Scalar};
 use crate::model::{Model, Question};
+use crate::plan::Strategy;
 use crate::sample::Sampling;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -204,9 +205,24 @@ pub fn ask_over_time(
     inputs: &Inputs<'_, f64>,
     sampling: Sampling,
 ) -> Result<Vec<Answer>, Error> {
+    ask_over_time_by(model, question, observations, inputs, sampling, None)
+}
+
+/// Asks a question over time that one strategy is to answer.
+///
+/// # Errors
+/// As [`ask_over_time`]; the strategy does not answer it.
+pub fn ask_over_time_by(
+    model: &Model,
+    question: &Question,
+    observations: &[Vec<(String, f64)>],
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+    by: Option<Strategy>,
+) -> Result<Vec<Answer>, Error> {
     let model = &*link(model)?;
     check::inputs(model, question, inputs)?;
-    check::answers(over_time::answers(model, question, observations, inputs, sampling)?)
+    check::answers(over_time::answers(model, question, observations, inputs, (sampling, by))?)
 }
 
 /// Scores of which the best is kept.

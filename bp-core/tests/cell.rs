@@ -46,7 +46,7 @@ struct World<'w> {
 impl World<'_> {
     fn step(&self, rewrites: Rewrites) -> State {
         let model = model();
-        let options = Options { rewrites, ln_evidence: false };
+        let options = Options { rewrites, ..Options::default() };
         let plan = plan(&model, model.question("all").unwrap(), options).unwrap();
         let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("the asks share a pass") };
         let lowered = lower(&model, exact, "cell").unwrap();

@@ -5,9 +5,10 @@
 
 mod support;
 
-use bp_core::answer::{Figure, ask_with};
+use bp_core::answer::{Figure, ask_with, compile_by};
 use bp_core::exec::Inputs;
-use bp_core::sample::{Method, Sampling};
+use bp_core::plan::Strategy;
+use bp_core::sample::Sampling;
 use support::{model_of, question};
 
 #[track_caller]
@@ -27,9 +28,9 @@ fn counts_are_added_to_the_parameters() {
     );
     // Three red, one blue: dirichlet(5, 1, 1.5).
     let asked = question(&model, "P(Share Y | A = Red, B = Red, C = Blue, D = Red)");
-    for method in [Method::Weighting, Method::Gibbs] {
-        let sampling = Sampling { method, particles: 40_000, seed: 1 };
-        let answers = ask_with(&model, &asked, &Inputs::new(), sampling).unwrap();
+    for by in [Strategy::Weighting, Strategy::Gibbs] {
+        let compiled = compile_by(&model, &asked, Some(by)).unwrap();
+        let answers = compiled.ask_with(&Inputs::new(), Sampling { particles: 40_000, seed: 1 }).unwrap();
         for row in &answers[0].answer {
             let (name, value) = &row.values[0];
             match row.figure {

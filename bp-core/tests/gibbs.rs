@@ -5,28 +5,35 @@
 
 mod support;
 
-use bp_core::answer::{Answer, Figure, ask_with};
+use bp_core::answer::{Answer, Figure, compile_by};
 use bp_core::distribution::Setting;
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::ids::Id;
 use bp_core::model::Model;
+use bp_core::plan::Strategy;
 use bp_core::plan::Treatment;
-use bp_core::sample::{Method, Observations, Sampling, gibbs};
+use bp_core::sample::{Observations, Sampling, gibbs};
 use statrs::distribution::{Beta, ContinuousCDF};
 use support::{model_of, question};
 
-fn sampling(method: Method, particles: usize) -> Sampling {
-    Sampling { method, particles, seed: 1 }
+fn asked_by(by: Strategy, model: &Model, text: &str, particles: usize) -> Result<Answer, Error> {
+    asked_with(by, model, text, &Inputs::new(), particles)
 }
 
-fn asked_by(method: Method, model: &Model, text: &str, particles: usize) -> Result<Answer, Error> {
-    ask_with(model, &question(model, text), &Inputs::new(), sampling(method, particles))
-        .map(|mut answers| answers.remove(0))
+fn asked_with(
+    by: Strategy,
+    model: &Model,
+    text: &str,
+    inputs: &Inputs<'_, f64>,
+    particles: usize,
+) -> Result<Answer, Error> {
+    let compiled = compile_by(model, &question(model, text), Some(by))?;
+    compiled.ask_with(inputs, Sampling { particles, seed: 1 }).map(|mut answers| answers.remove(0))
 }
 
 fn asked(model: &Model, text: &str, particles: usize) -> Answer {
-    asked_by(Method::Gibbs, model, text, particles).unwrap()
+    asked_by(Strategy::Gibbs, model, text, particles).unwrap()
 }
 
 #[track_caller]
@@ -53,7 +60,7 @@ fn an_unlikely_coin_is_beta_distributed() {
         "program Coin { variables { Bias : real; Heads : 0..=40; } decomposition { P(Bias) P(Heads | Bias) }
          forms { P(Bias) = beta(1, 40); P(Heads | Bias) = binomial(40, Bias); } }",
     );
-    let weighed = asked_by(Method::Weighting, &model, "P(Bias | Heads = 40)", 20_000).unwrap();
+    let weighed = asked_by(Strategy::Weighting, &model, "P(Bias | Heads = 40)", 20_000).unwrap();
     assert!(weighed.estimate.unwrap().effective < 50.0);
     let answer = asked(&model, "P(Bias | Heads = 40)", 20_000);
     let estimate = answer.estimate.clone().unwrap();
@@ -78,7 +85,7 @@ fn a_gaussian_chain_far_from_its_prior() {
          forms { P(S) = bernoulli(0.5); P(X) = normal(0, 1); P(Y | X S) = normal(if S { X } else { 0 + X }, 1);
                  P(D | Y) = dirac(2 * Y); P(Z | D) = normal(D, 0.1); } }",
     );
-    let weighed = asked_by(Method::Weighting, &model, "P(X | Z = 12)", 20_000).unwrap();
+    let weighed = asked_by(Strategy::Weighting, &model, "P(X | Z = 12)", 20_000).unwrap();
     assert!(weighed.estimate.unwrap().effective < 50.0);
     let answer = asked(&model, "P(X D | Z = 12)", 20_000);
     assert!(answer.estimate.as_ref().unwrap().effective > 500.0, "{answer:?}");
@@ -112,7 +119,8 @@ fn a_finite_model_has_the_probabilities_of_the_sum() {
             (bp_core::ids::FactorId::new(factor), treatment)
         })
         .collect();
-    let draws = gibbs(&setting, &steps, &observations, &[0, 1, 3], sampling(Method::Gibbs, 40_000)).unwrap();
+    let draws =
+        gibbs(&setting, &steps, &observations, &[0, 1, 3], Sampling { particles: 40_000, seed: 1 }).unwrap();
     let weight = |a: usize, b: usize| {
         let of_b = [[0.5, 0.3, 0.2], [0.1, 0.2, 0.7]][a][b - 1];
         let of_c = if a == 1 { 0.2 * b as f64 } else { 0.9 / b as f64 };
@@ -158,8 +166,8 @@ fn families_follow_their_own_elements_only() {
     );
     let w = [0.4, 3.0, -2.0];
     let inputs = Inputs::new().array("W", &w);
-    let asked = ask_with(&model, &question(&model, "P(M | W)"), &inputs, sampling(Method::Gibbs, 40_000));
-    let answer = asked.unwrap().remove(0);
+    let asked = asked_with(Strategy::Gibbs, &model, "P(M | W)", &inputs, 40_000);
+    let answer = asked.unwrap();
     let weight = |power: i32| {
         (0..20_000)
             .map(|step| (f64::from(step) + 0.5) * 1e-3)
@@ -194,10 +202,10 @@ fn an_observed_dirac_is_solved_or_refused() {
     // A truth about one real that is hidden can be met: X > 0.
     let answer = asked(&model, "P(X | V = true, S = false)", 20_000);
     within(real(&answer, "X").0, 2.0 * (2.0 / std::f64::consts::PI).sqrt());
-    let refused = asked_by(Method::Gibbs, &model, "P(X | T = true)", 1000).unwrap_err().to_string();
-    assert!(refused.contains("`T` is observed") && refused.contains("--method weighting"), "{refused}");
+    let refused = asked_by(Strategy::Gibbs, &model, "P(X | T = true)", 1000).unwrap_err().to_string();
+    assert!(refused.contains("`T` is observed") && refused.contains("--by weighting"), "{refused}");
     let model = model_of(&text("mixture(0.5, dirac(0), 0.5, normal(0, 1))"));
-    let refused = asked_by(Method::Gibbs, &model, "P(X)", 1000).unwrap_err().to_string();
+    let refused = asked_by(Strategy::Gibbs, &model, "P(X)", 1000).unwrap_err().to_string();
     assert!(refused.contains("`X` is, in part of its form"), "{refused}");
 }
 
@@ -207,7 +215,7 @@ fn what_no_draw_of_the_prior_leads_to_is_an_error() {
         "program Far { variables { X, Y : real; } decomposition { P(X) P(Y | X) }
          forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); } }",
     );
-    let error = asked_by(Method::Gibbs, &model, "P(X | Y = -1)", 100).unwrap_err().to_string();
+    let error = asked_by(Strategy::Gibbs, &model, "P(X | Y = -1)", 100).unwrap_err().to_string();
     assert!(error.contains("nowhere to begin") && error.contains("10000 draws"), "{error}");
 }
 

@@ -58,7 +58,9 @@ fn same(context: &str, found: &Table, expected: &Table) -> Result<(), TestCaseEr
 fn compare(text: &str, model: &Model, question: &Question, ln_evidence: bool) -> Result<(), TestCaseError> {
     let all = brute::enumerate(model);
     for (rule, rewrites) in without() {
-        for (ask, table, ln) in interpreted(model, question, Options { rewrites, ln_evidence }) {
+        for (ask, table, ln) in
+            interpreted(model, question, Options { rewrites, ln_evidence, ..Options::default() })
+        {
             let (expected, mass) = brute::answer(model, &all, &ask);
             let context = format!("without {rule}: {}\n{text}", model.ask_text(&ask));
             same(&context, &table, &expected)?;

@@ -5,11 +5,12 @@
 
 mod support;
 
-use bp_core::answer::{Answer, Figure, ask_over_time};
+use bp_core::answer::{Answer, Figure, ask_over_time, ask_over_time_by};
 use bp_core::exec::Inputs;
 use bp_core::model::Model;
+use bp_core::plan::Strategy;
 use bp_core::plan::{By, Notation, Options, Route, plan};
-use bp_core::sample::{Method, Sampling};
+use bp_core::sample::Sampling;
 use support::{model_of, question};
 
 fn asked(model: &Model, text: &str, z: &[f64], particles: usize, seed: u64) -> Answer {
@@ -163,10 +164,10 @@ fn a_program_that_is_not_linear_is_the_integral_over_a_grid() {
     assert!(error.is_err() || error.unwrap()[0].estimate.as_ref().unwrap().warning.is_some());
     // Chains are no particles.
     let rows = vec![vec![("Z".to_owned(), 1.0)]];
-    let sampling = Sampling { method: Method::Gibbs, ..Sampling::default() };
-    let asked = ask_over_time(&model, &question(&model, "filter P(X | Z)"), &rows, &Inputs::new(), sampling);
-    let error = asked.unwrap_err().to_string();
-    assert!(error.contains("particles are followed, not chains"), "{error}");
+    let asked = question(&model, "filter P(X | Z)");
+    let by = Some(Strategy::Gibbs);
+    let error = ask_over_time_by(&model, &asked, &rows, &Inputs::new(), Sampling::default(), by).unwrap_err();
+    assert!(error.to_string().contains("`gibbs` does not answer questions over time"), "{error}");
 }
 
 #[test]

@@ -58,7 +58,7 @@ fn brute(
 
 fn lowered(model: &Model, rewrites: Rewrites) -> Lowered {
     let question = model.question("reading").unwrap();
-    let plan = plan(model, question, Options { rewrites, ln_evidence: false }).unwrap();
+    let plan = plan(model, question, Options { rewrites, ..Options::default() }).unwrap();
     let Route::Exact(exact) = &plan.routes[0] else { panic!("the sensor is discrete") };
     lower(model, exact, "reading").unwrap()
 }

@@ -174,7 +174,7 @@ fn every_rule_is_used_somewhere_and_changes_nothing() {
         P(D | C) = dirac(not C); P(S | A B) = dirac((if A { 1 } else { 0 }) + (if B { 1 } else { 0 })); } }";
     let model = model_of(chain);
     let rules = |text: &str, rewrites: Rewrites| {
-        let plan = plan(&model, &question(&model, text), Options { rewrites, ln_evidence: false }).unwrap();
+        let plan = plan(&model, &question(&model, text), Options { rewrites, ..Options::default() }).unwrap();
         let Route::Exact(exact) = &plan.routes[0] else { panic!() };
         exact.derivation.iter().map(|step| step.rule).collect::<Vec<_>>()
     };
@@ -186,7 +186,7 @@ fn every_rule_is_used_somewhere_and_changes_nothing() {
     assert!(rules("P(A | D = true)", all).contains(&"order of sums"));
     // P(B) = .4, P(C) = .4 · .6 + .6 · .2 = .36 = P(¬D); P(A B | ¬D): A: .5 · (.7 · .6 + .3 · .2) = .24.
     for (rule, rewrites) in without() {
-        let options = Options { rewrites, ln_evidence: true };
+        let options = Options { rewrites, ln_evidence: true, ..Options::default() };
         let answers = interpreted(&model, &question(&model, "P(A = true | D = false)"), options);
         let (found, ln) = (answers[0].1[0].1, answers[0].2.unwrap());
         assert!(

@@ -5,9 +5,10 @@
 //! its standard errors.
 
 use crate::random::Random;
-use bp_core::answer::{Figure, compile};
+use bp_core::answer::{Figure, compile_by};
 use bp_core::exec::Inputs;
-use bp_core::sample::{Method, Sampling};
+use bp_core::plan::Strategy;
+use bp_core::sample::Sampling;
 use bp_core::source::Source;
 use bp_core::syntax;
 
@@ -61,9 +62,10 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let source = Source::new("question", words.as_str());
     let question =
         syntax::parse_question(&source, &model).map_err(|wrong| told(wrong.render(&source, false)))?;
-    let compiled = compile(&model, &question).map_err(|error| told(error.to_string()))?;
-    for method in [Method::Weighting, Method::Gibbs] {
-        let sampling = Sampling { particles: 8000, seed: 1 + random.below(1000) as u64, method };
+    for method in [Strategy::Weighting, Strategy::Gibbs] {
+        let compiled =
+            compile_by(&model, &question, Some(method)).map_err(|error| told(error.to_string()))?;
+        let sampling = Sampling { particles: 8000, seed: 1 + random.below(1000) as u64 };
         let answers = compiled
             .ask_with(&Inputs::new(), sampling)
             .map_err(|error| told(format!("{method:?}: {error}")))?;

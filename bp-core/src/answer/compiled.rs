@@ -12,7 +12,7 @@ use crate::ids::VariableId;
 use crate::kernel::{Kernel, OutputKey};
 use crate::lower::{Output, lower_guarded};
 use crate::model::{Ask, Evidence, Model, Question, Statistic};
-use crate::plan::{self, Gaussian, JoinTree, Mark, Options, Plan, Route, Sampled, parts};
+use crate::plan::{self, Gaussian, JoinTree, Mark, Options, Plan, Route, Sampled, Strategy, parts};
 use crate::sample::Sampling;
 use std::borrow::Cow;
 
@@ -82,6 +82,10 @@ type AllSaid = Vec<Vec<Said>>;
 /// # Errors
 /// See [`plan::plan`].
 pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error> {
+    plan_for_answer_by(model, question, None)
+}
+
+fn plan_for_answer_by(model: &Model, question: &Question, by: Option<Strategy>) -> Result<Plan, Error> {
     let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
     // The density of a real is told without ln P(evidence), for which it would have to be integrated.
     let event = |ask: &Ask| {
@@ -90,12 +94,14 @@ pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error
     };
     let asks = question.asks.iter().flat_map(|ask| parts(model, ask));
     let (events, tables): (Vec<Ask>, Vec<Ask>) = asks.partition(event);
-    let mut routes = Vec::new();
+    let (mut routes, mut offers) = (Vec::new(), Vec::new());
     for (asks, ln_evidence) in [(events, model.plate.is_none()), (tables, false)] {
         let part = Question { name: question.name.clone(), asks };
-        routes.extend(plan::plan(model, &part, Options { ln_evidence, ..Options::default() })?.routes);
+        let plan = plan::plan(model, &part, Options { ln_evidence, by, ..Options::default() })?;
+        routes.extend(plan.routes);
+        offers.extend(plan.offers);
     }
-    Ok(Plan { question: question.clone(), routes })
+    Ok(Plan { question: question.clone(), routes, offers })
 }
 
 /// Compiles a question to a model.
@@ -103,9 +109,21 @@ pub fn plan_for_answer(model: &Model, question: &Question) -> Result<Plan, Error
 /// # Errors
 /// No route answers it; a subroutine that cannot be answered.
 pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQuestion<'m>, Error> {
+    compile_by(model, question, None)
+}
+
+/// Compiles a question that one strategy is to answer.
+///
+/// # Errors
+/// As [`compile`]; the strategy does not answer it.
+pub fn compile_by<'m>(
+    model: &'m Model,
+    question: &Question,
+    by: Option<Strategy>,
+) -> Result<CompiledQuestion<'m>, Error> {
     let model = link(model)?;
     let mut routes = Vec::new();
-    for route in plan_for_answer(&model, question)?.routes {
+    for route in plan_for_answer_by(&model, question, by)?.routes {
         routes.push(match route {
             Route::Exact(mut exact) => {
                 as_tables(&mut exact.asks);

@@ -11,7 +11,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Known, Model, Question, Statistic, When};
-use crate::plan::{self, Options, OverTime, Route};
+use crate::plan::{self, Options, OverTime, Route, Strategy};
 use crate::progress;
 use crate::sample::Sampling;
 use crate::time::{self, Answered, Scope, Told, What};
@@ -21,10 +21,10 @@ pub(super) fn answers(
     question: &Question,
     observations: &[Observed],
     inputs: &Inputs<'_, f64>,
-    sampling: Sampling,
+    (sampling, by): (Sampling, Option<Strategy>),
 ) -> Result<Vec<Answer>, Error> {
     let setting = Setting::new(model, inputs)?;
-    let asker = Asker { setting: &setting, question, observations, inputs, sampling };
+    let asker = Asker { setting: &setting, question, observations, inputs, sampling, by };
     question.asks.iter().map(|ask| asker.answer(ask)).collect()
 }
 
@@ -35,6 +35,7 @@ struct Asker<'q> {
     observations: &'q [Observed],
     inputs: &'q Inputs<'q, f64>,
     sampling: Sampling,
+    by: Option<Strategy>,
 }
 
 impl Asker<'_> {
@@ -73,7 +74,7 @@ impl Asker<'_> {
     fn run(&self, ask: &Ask, scope: Scope) -> Result<(OverTime, Answered), Error> {
         let model = self.setting.model;
         let alone = Question { name: self.question.name.clone(), asks: vec![ask.clone()] };
-        let mut routes = plan::plan(model, &alone, Options::default())?.routes;
+        let mut routes = plan::plan(model, &alone, Options { by: self.by, ..Options::default() })?.routes;
         let Some(Route::OverTime(route)) = routes.pop() else {
             let reason = "it is not asked over time: write `filter P(…)`, `smooth P(…)`".to_owned();
             return Err(Error::Unplanned { question: self.question.name.clone(), reason });

@@ -9,9 +9,9 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::memory;
 use crate::model::{Ask, Evidence, Model, Statistic, Value};
-use crate::plan::Sampled;
+use crate::plan::{Sampled, Strategy};
 use crate::progress;
-use crate::sample::{Draws, MOST_R_HAT, Method, Moments, Observations, Sampling, gibbs, weigh};
+use crate::sample::{Draws, MOST_R_HAT, Moments, Observations, Sampling, gibbs, weigh};
 
 /// Effective draws below which an answer is said to be rough.
 pub(super) const FEW: f64 = 200.0;
@@ -37,10 +37,7 @@ pub(super) fn answers(
     kept.sort_unstable();
     kept.dedup();
     fits(model.ask_text(ask), &kept, sampling)?;
-    let by = match sampling.method {
-        Method::Weighting => weigh,
-        Method::Gibbs => gibbs,
-    };
+    let by = if route.by == Strategy::Gibbs { gibbs } else { weigh };
     let draws = by(&setting, &route.steps, &observations, &kept, sampling)?;
     if draws.is_impossible() {
         return Err(Error::Impossible(model.ask_text(ask).into()));
@@ -96,7 +93,7 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
         }
         Some(r_hat) if r_hat > MOST_R_HAT => Some(format!(
             "the chains do not tell the same (R-hat {r_hat:.2} > {MOST_R_HAT}): they have not been everywhere; \
-             take more (--particles), or `--method weighting`"
+             take more (--particles), or `--by weighting`"
         )),
         Some(_) if effective < FEW => Some(format!(
             "the draws say no more than {effective:.0} independent ones would: the chains move slowly; take more \

@@ -27,6 +27,7 @@ mod sampled;
 mod scan;
 mod scope;
 mod size;
+mod strategy;
 mod tree;
 
 pub(crate) use barren::is_proper;
@@ -41,6 +42,7 @@ pub use parts::parts;
 pub use range::{Mark, Marked};
 pub(crate) use sampled::has_point;
 pub use sampled::{Sampled, Treatment};
+pub use strategy::{Offer, Strategy};
 pub use tree::{JoinTree, MANY_FACTORS};
 
 use crate::error::Error;
@@ -129,6 +131,10 @@ pub struct Options {
     pub rewrites: Rewrites,
     /// Whether ln P(evidence) is wanted too; then nothing that cancels may be dropped.
     pub ln_evidence: bool,
+    /// The strategy that is to answer; the planner's choice where none is named.
+    pub by: Option<Strategy>,
+    /// Whether the offers of strategies that are not needed are wanted too.
+    pub all_offers: bool,
 }
 
 /// One line of a derivation.
@@ -193,6 +199,8 @@ pub struct Plan {
     pub question: Question,
     /// One route for each group of asks that know the same.
     pub routes: Vec<Route>,
+    /// What the strategies offered for each of these groups, in the order in which they were tried.
+    pub offers: Vec<Vec<Offer>>,
 }
 
 /// Plans a question.
@@ -200,11 +208,17 @@ pub struct Plan {
 /// # Errors
 /// No route answers it: no exact one, and something in it cannot be drawn or weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
-    let mut routes = Vec::new();
+    let (mut routes, mut all_offers) = (Vec::new(), Vec::new());
+    let mut add = |asks: &[Ask]| -> Result<(), Error> {
+        let (route, offers) = strategy::choose(model, asks, options)?;
+        routes.push(route);
+        all_offers.push(offers);
+        Ok(())
+    };
     let (over_time, asks): (Vec<Ask>, Vec<Ask>) =
         question.asks.iter().cloned().partition(|ask| ask.when.is_over_time());
     for ask in over_time {
-        routes.push(Route::OverTime(over_time::plan(model, ask)?));
+        add(&[ask])?;
     }
     let mut rest: Vec<Ask> = Vec::new();
     for part in asks.iter().flat_map(|ask| parts(model, ask)) {
@@ -217,30 +231,16 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
         // A searched real stands for one value, which must not be taken for that of another ask.
         let real =
             |ask: &Ask| ask.searched.iter().any(|item| !model.variables[item.variable].domain.is_finite());
-        let (asks, others) = rest.into_iter().partition(|ask| {
+        let (asks, others): (Vec<Ask>, Vec<Ask>) = rest.into_iter().partition(|ask| {
             *ask == first
                 || ask.known == first.known
                     && gaussian::applies(model, ask) == closed
                     && (closed || !(real(ask) || real(&first)))
         });
         rest = others;
-        routes.push(match closed {
-            true => Route::Gaussian(gaussian::plan(model, asks)?),
-            false => plan_exact_or_sampled(model, asks, options)?,
-        });
+        add(&asks)?;
     }
-    Ok(Plan { question: question.clone(), routes })
-}
-
-/// Sums and products where they answer, else draws.
-fn plan_exact_or_sampled(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Route, Error> {
-    if let Some(tree) = tree::plan(model, &asks, options) {
-        return Ok(Route::Tree(tree));
-    }
-    match plan_exact(model, asks.clone(), options) {
-        Err(Error::Unplanned { reason, .. }) => Ok(Route::Sampled(sampled::plan(model, asks, reason)?)),
-        exact => Ok(Route::Exact(exact?)),
-    }
+    Ok(Plan { question: question.clone(), routes, offers: all_offers })
 }
 
 /// Products from which on an exact plan is compared with one that sums over what its Diracs would be put in for.

@@ -9,7 +9,7 @@
 
 use super::notation::Notation;
 use super::print::Line;
-use super::{Gaussian, conditional, finite, gaussian, sampled, scope};
+use super::{Gaussian, Strategy, conditional, finite, gaussian, sampled, scope};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Model, Statistic, When};
@@ -44,7 +44,7 @@ pub enum By {
 }
 
 /// Plans a question over time.
-pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
+pub(super) fn plan(model: &Model, ask: Ask, strategy: Strategy) -> Result<OverTime, Error> {
     let refused = |reason: String| Error::Unplanned { question: model.ask_text(&ask), reason };
     for known in &ask.known {
         if matches!(known.evidence, Evidence::Soft(_)) {
@@ -57,7 +57,10 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     }
     let carried: Vec<(VariableId, VariableId)> =
         model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect();
-    if gaussian::is_linear(model) {
+    if strategy == Strategy::Gaussian {
+        if !gaussian::is_linear(model) {
+            return Err(refused("not all is real, linear and Gaussian".to_owned()));
+        }
         if let Some(why) = not_of_reals(model, &ask) {
             return Err(refused(why));
         }
@@ -67,7 +70,7 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
     }
     let mut route = OverTime { ask: ask.clone(), carried, by: By::Chain };
     let reason = finite::refusal(model, &ask, &route.carried);
-    let Some(reason) = reason else {
+    if reason.is_none() {
         let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
         let missing = route.carried.iter().map(|(now, _)| *now).find(|now| !asked.contains(now));
         if let (When::Sequence, Some(now)) = (ask.when, missing) {
@@ -76,8 +79,11 @@ pub(super) fn plan(model: &Model, ask: Ask) -> Result<OverTime, Error> {
                 "the most likely sequence is that of all that is carried: search `{name}` too"
             )));
         }
-        return Ok(route);
-    };
+    }
+    if strategy == Strategy::Chain {
+        return reason.map_or(Ok(route), |reason| Err(refused(reason)));
+    }
+    let reason = reason.unwrap_or_else(|| "it is answered exactly, instant by instant".to_owned());
     if let Some(why) = not_of_reals(model, &ask) {
         return Err(refused(format!("{reason}; and {why}")));
     }

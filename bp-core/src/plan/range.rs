@@ -192,6 +192,7 @@ fn over_time_marks(model: &Model, route: &OverTime, notation: Notation) -> Vec<M
     let plan = Plan {
         question: Question { name: String::new(), asks: vec![route.ask.clone()] },
         routes: vec![Route::OverTime(route.clone())],
+        offers: Vec::new(),
     };
     let products = plan.computed(model, notation);
     let marked = |product| Marked { product, mark: Mark::Log, reason: reason.to_owned() };

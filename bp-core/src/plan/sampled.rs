@@ -10,7 +10,7 @@
 
 use super::notation::Notation;
 use super::print::Line;
-use super::scope;
+use super::{Strategy, scope};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::model::{Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Statistic, in_order};
@@ -37,13 +37,21 @@ pub struct Sampled {
     pub steps: Vec<(FactorId, Treatment)>,
     /// Why no exact route answers.
     pub reason: String,
+    /// By weighted draws or by Gibbs sampling.
+    pub by: Strategy,
 }
 
 /// Plans draws.
 ///
 /// # Errors
 /// Something that cannot be drawn or weighed; the reason is told beside the one for which there is no exact answer.
-pub(super) fn plan(model: &Model, asks: Vec<Ask>, reason: String) -> Result<Sampled, Error> {
+pub(super) fn plan(
+    model: &Model,
+    asks: Vec<Ask>,
+    reason: String,
+    by: Strategy,
+    asked_for: bool,
+) -> Result<Sampled, Error> {
     let question = model.ask_text(&asks[0]);
     let refused =
         |why: String| Error::Unplanned { question: question.clone(), reason: format!("{reason}; and {why}") };
@@ -60,14 +68,14 @@ pub(super) fn plan(model: &Model, asks: Vec<Ask>, reason: String) -> Result<Samp
         })
     };
     // What is finite throughout is refused for its size or its form: those are to be mended, not estimated.
-    if !factors.iter().any(hidden_real) {
+    if !asked_for && !factors.iter().any(hidden_real) {
         return Err(Error::Unplanned { question, reason });
     }
     if let Some(why) = factors.iter().find_map(|id| refused_factor(model, &model.factors[*id])) {
         return Err(refused(why));
     }
     let steps = steps(model, &factors, &observed).map_err(refused)?;
-    Ok(Sampled { asks, steps, reason })
+    Ok(Sampled { asks, steps, reason, by })
 }
 
 fn is_hard(evidence: &Evidence) -> bool {

@@ -23,10 +23,22 @@ pub struct JoinTree {
     pub likelihoods: Vec<(VariableId, Vec<f64>)>,
 }
 
-/// A join tree, where many factors are left that all have tables.
-pub(super) fn plan(model: &Model, asks: &[Ask], options: Options) -> Option<JoinTree> {
-    if model.plate.is_some() || model.factors.len() <= MANY_FACTORS {
-        return None;
+/// A join tree, where many factors are left that all have tables; where it is asked for, of few factors too.
+///
+/// # Errors
+/// Why not.
+pub(super) fn plan(
+    model: &Model,
+    asks: &[Ask],
+    options: Options,
+    asked_for: bool,
+) -> Result<JoinTree, String> {
+    let few = |count: usize| format!("{count} factors: loops are written faster than a tree is made");
+    if model.plate.is_some() {
+        return Err("the program is repeated over a plate".to_owned());
+    }
+    if model.factors.len() <= MANY_FACTORS && !asked_for {
+        return Err(few(model.factors.len()));
     }
     let mut draft = Draft::define(model, asks.to_vec(), options);
     draft.marginalise();
@@ -38,16 +50,21 @@ pub(super) fn plan(model: &Model, asks: &[Ask], options: Options) -> Option<Join
         match &draft.terms[*term] {
             Term::Factor(factor) if has_table(model, *factor) => factors.push(*factor),
             Term::Likelihood(variable, weights) => likelihoods.push((*variable, weights.clone())),
-            _ => return None,
+            Term::Factor(factor) => {
+                return Err(format!("`{}` is no table of numbers", model.head(&model.factors[*factor])));
+            }
+            _ => return Err("a factor is no table of numbers".to_owned()),
         }
     }
     let is_finite = |variable: &VariableId| model.variables[*variable].domain.is_finite();
     let asked = draft.searched.iter().chain(&draft.each).all(is_finite);
-    (asked && factors.len() > MANY_FACTORS).then(|| JoinTree {
-        exact: draft.unordered(),
-        factors,
-        likelihoods,
-    })
+    if !asked {
+        return Err("a variable that is asked or known is not finite".to_owned());
+    }
+    if factors.len() <= MANY_FACTORS && !asked_for {
+        return Err(few(factors.len()));
+    }
+    Ok(JoinTree { exact: draft.unordered(), factors, likelihoods })
 }
 
 /// Whether a factor is a table of numbers once its parameters have values.

@@ -248,7 +248,7 @@ fn stuck(setting: &Setting<'_>, slot: usize, why: &str) -> Error {
     let name = setting.slot_name(slot);
     let reason = format!(
         "`{name}` {why}; Gibbs sampling would never leave where it begins: add some noise, \
-         `normal(…, deviation)`, or take `--method weighting`"
+         `normal(…, deviation)`, or take `--by weighting`"
     );
     Error::Unplanned { question: setting.model.name.clone(), reason }
 }

@@ -93,7 +93,7 @@ fn beginning(blankets: &Blankets<'_>, steps: &[Step], random: &mut Random) -> Re
     }
     let reason = format!(
         "Gibbs sampling has nowhere to begin: of {MOST_BEGINNINGS} draws of the prior none could have led to the \
-         evidence; observe it with some noise, or take `--method weighting` and many `--particles`"
+         evidence; observe it with some noise, or take `--by weighting` and many `--particles`"
     );
     Err(Error::Unplanned { question: blankets.setting.model.name.clone(), reason })
 }

@@ -28,25 +28,13 @@ use rand::{RngExt, SeedableRng};
 pub struct Sampling {
     /// How many draws.
     pub particles: usize,
-    /// Where the random numbers begin.
+    /// Random seed.
     pub seed: u64,
-    /// By what draws.
-    pub method: Method,
-}
-
-/// By what draws an answer is estimated.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Method {
-    /// Draws of the prior, weighed by the evidence.
-    #[default]
-    Weighting,
-    /// Chains, in which one variable after the other is drawn given all the others.
-    Gibbs,
 }
 
 impl Default for Sampling {
     fn default() -> Self {
-        Self { particles: 100_000, seed: 1, method: Method::Weighting }
+        Self { particles: 100_000, seed: 1 }
     }
 }
 

@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::exec::{Belief, Filter};
 use crate::model::{Evidence, Value};
 use crate::plan::{By, Gaussian, OverTime};
-use crate::sample::{Draws, Method, Moments, Sampling};
+use crate::sample::{Draws, Moments, Sampling};
 use particles::Moves;
 
 /// What is observed at an instant: slots and their values.
@@ -147,12 +147,6 @@ pub fn answer(
     match &route.by {
         By::Chain => finite::answer(setting, route, instants, scope, sampling.seed),
         By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants, scope),
-        By::Particles { .. } if sampling.method == Method::Gibbs => {
-            let question = setting.model.ask_text(&route.ask);
-            let reason =
-                "over time particles are followed, not chains: leave `--method gibbs` out".to_owned();
-            Err(Error::Unplanned { question, reason })
-        }
         By::Particles { linear, .. } => {
             let moves = Moves::new(setting, &route.carried, linear)?;
             let mut all = instants.to_vec();

@@ -7,13 +7,14 @@ use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::settings::{Meaning, Settings};
 use crate::{cases, over_time, program, table};
-use bp_core::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile};
+use bp_core::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_by};
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
 use bp_core::kernel::{InputKey, Role};
 use bp_core::model::{Evidence, Form, Model, Question, Statistic, Value};
+use bp_core::plan::Strategy;
 use bp_core::progress;
-use bp_core::sample::{Method, Sampling};
+use bp_core::sample::Sampling;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -60,9 +61,9 @@ pub(crate) struct Arguments {
     /// How many draws, where the answer must be estimated.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
     particles: usize,
-    /// By what draws: `weighting`, or `gibbs` where the evidence is unlikely a priori.
-    #[arg(long, value_name = "METHOD", default_value = "weighting", value_parser = method)]
-    method: Method,
+    /// The strategy that is to answer: sums, join_tree, gaussian, chain, weighting, gibbs or particles.
+    #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
+    by: Option<Strategy>,
     /// Where random numbers begin: the same seed gives the same answer.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
     seed: u64,
@@ -93,12 +94,10 @@ fn particles(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "expected a number of draws, from 1 to 100000000".to_owned())
 }
 
-fn method(text: &str) -> Result<Method, String> {
-    match text {
-        "weighting" => Ok(Method::Weighting),
-        "gibbs" => Ok(Method::Gibbs),
-        _ => Err("expected `weighting` or `gibbs`".to_owned()),
-    }
+/// A strategy by its name.
+pub(crate) fn strategy(text: &str) -> Result<Strategy, String> {
+    let names = Strategy::ALL.map(Strategy::name);
+    Strategy::of_name(text).ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
 fn setting(text: &str) -> Result<String, String> {
@@ -114,16 +113,18 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let model = network.model;
     let questions: Vec<Question> =
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
-    let compiled: Vec<CompiledQuestion<'_>> =
-        questions.iter().map(|question| compile(&model, question)).collect::<Result<_, _>>()?;
+    let compiled: Vec<CompiledQuestion<'_>> = questions
+        .iter()
+        .map(|question| compile_by(&model, question, arguments.by))
+        .collect::<Result<_, _>>()?;
     let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?.with_told(&model);
-    let sampling =
-        Sampling { particles: arguments.particles, seed: arguments.seed, method: arguments.method };
+    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
         let others = OtherColumns { sequence: arguments.sequence.clone(), ignore: arguments.ignore.clone() };
-        let sequences = over_time::answers(&model, &questions, &table, &others, &settings, sampling)?;
+        let by = (sampling, arguments.by);
+        let sequences = over_time::answers(&model, &questions, &table, &others, &settings, by)?;
         return write_sequences(&sequences, arguments, out);
     }
     if let (Some(question), true) =
@@ -135,7 +136,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     if let Some(path) = &arguments.data {
         let table = data::open(path, &arguments.separator)?;
-        let cases = cases::answers(&model, &questions, &table, &settings, sampling)?;
+        let cases = cases::answers(&model, &questions, &table, &settings, (sampling, arguments.by))?;
         return write_cases(&cases, arguments, out);
     }
     let inputs = settings.inputs();

@@ -6,12 +6,13 @@
 
 use crate::failure::Failure;
 use crate::settings::Settings;
-use bp_core::answer::{Answer, CompiledQuestion, compile};
+use bp_core::answer::{Answer, CompiledQuestion, compile_by};
 use bp_core::data::{Table, Values};
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::ids::VariableId;
 use bp_core::model::{Evidence, Known, Model, Question, Statistic, Value};
+use bp_core::plan::Strategy;
 use bp_core::sample::Sampling;
 use std::collections::{BTreeSet, HashMap};
 
@@ -124,7 +125,7 @@ pub(crate) fn answers(
     questions: &[Question],
     table: &Table,
     settings: &Settings,
-    sampling: Sampling,
+    (sampling, by): (Sampling, Option<Strategy>),
 ) -> Result<Vec<(usize, Vec<Answer>)>, Failure> {
     let columns = columns(model, questions, table, settings)?;
     let mut compiled: HashMap<BTreeSet<VariableId>, Vec<CompiledQuestion<'_>>> = HashMap::new();
@@ -141,8 +142,9 @@ pub(crate) fn answers(
         let in_row = |error| table.wrong_row(row, error);
         if !compiled.contains_key(&missing) {
             let given: BTreeSet<VariableId> = columns.iter().map(|(id, ..)| *id).collect();
-            let ready =
-                questions.iter().map(|question| compile(model, &filled(model, question, &given, &missing)));
+            let ready = questions
+                .iter()
+                .map(|question| compile_by(model, &filled(model, question, &given, &missing), by));
             compiled.insert(missing.clone(), ready.collect::<Result<_, _>>().map_err(in_row)?);
         }
         // Each case has draws of its own; an odd factor gives each row a seed of its own.

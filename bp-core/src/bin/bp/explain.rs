@@ -3,6 +3,7 @@
 //! In: a program and a question. Out: the derivation and what it costs, as text, LaTeX, JSON or a page of HTML.
 //! Invariant: every form shows the same steps of the same plan.
 
+use crate::ask::strategy;
 use crate::cost::{self, Table};
 use crate::failure::{Failure, colour};
 use crate::output::{self, questions_of};
@@ -12,7 +13,7 @@ use bp_core::error::Error;
 use bp_core::kernel::in_words;
 use bp_core::lower::lower;
 use bp_core::model::{Model, Question};
-use bp_core::plan::{Marked, Notation, Options, Plan, Route, plan};
+use bp_core::plan::{Marked, Notation, Offer, Options, Plan, Route, Strategy, plan};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -35,6 +36,9 @@ pub(crate) struct Arguments {
     /// Tell how the loops go through memory: passes, which axis is contiguous, what is kept, read and written.
     #[arg(long, conflicts_with_all = ["latex", "html"])]
     layout: bool,
+    /// The strategy that is to answer: sums, join_tree, gaussian, chain, weighting, gibbs or particles.
+    #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
+    by: Option<Strategy>,
     /// Write an `align*` environment for LaTeX.
     #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
@@ -60,8 +64,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         false => program::questions(&network, arguments.question.as_deref())?,
     };
     let model = network.model;
+    let options = Options { by: arguments.by, all_offers: true, ..Options::default() };
     let plans: Vec<Plan> =
-        questions.iter().map(|one| plan(&model, one, Options::default())).collect::<Result<_, Error>>()?;
+        questions.iter().map(|one| plan(&model, one, options)).collect::<Result<_, Error>>()?;
     let mut page = Vec::new();
     if arguments.html {
         html::write(&model, &source.text, &plans, &mut page)?;
@@ -123,6 +128,9 @@ fn write_text(model: &Model, plan: &Plan, bold: bool, out: &mut impl Write) -> s
     writeln!(out)?;
     write!(out, "{}", wrap::wrapped("decomposition: ", &parameters::in_words(model), 4))?;
     write!(out, "{}", wrap::wrapped("route: ", &routes(plan), 4))?;
+    for offer in plan.offers.iter().flatten() {
+        write!(out, "{}", wrap::wrapped("offer: ", &offered(offer), 4))?;
+    }
     for table in cost::tables(model, plan) {
         write!(out, "{}", cost::as_text(&table))?;
     }
@@ -135,6 +143,20 @@ fn write_text(model: &Model, plan: &Plan, bold: bool, out: &mut impl Write) -> s
         write!(out, "{}", wrap::wrapped_equation("      ", &product, 10))?;
     }
     Ok(())
+}
+
+/// What a strategy offers, in words.
+fn offered(offer: &Offer) -> String {
+    let name = offer.strategy.name();
+    match (&offer.refusal, offer.products) {
+        (Some(reason), _) => format!("{name}, refused: {reason}"),
+        (None, products) => {
+            let kind = if offer.exact { "exact" } else { "estimate" };
+            let cost = products.map_or(String::new(), |products| format!(", {products} products"));
+            let taken = if offer.taken { ": taken" } else { "" };
+            format!("{name}, {kind}{cost}{taken}")
+        }
+    }
 }
 
 fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl Write) -> std::io::Result<()> {
@@ -194,6 +216,7 @@ fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
     json!({
         "question": asked(model, &plan.question),
         "route": routes(plan),
+        "offers": plan.offers.iter().flatten().collect::<Vec<_>>(),
         "steps": steps,
         "computed": plan.computed(model, Notation::Unicode),
         "free_parameters": free.forms,

@@ -5,10 +5,11 @@
 
 use crate::failure::Failure;
 use crate::settings::Settings;
-use bp_core::answer::{Answer, OtherColumns, ask_over_time, read_sequences};
+use bp_core::answer::{Answer, OtherColumns, ask_over_time_by, read_sequences};
 use bp_core::data::Table;
 use bp_core::error::Error;
 use bp_core::model::{Evidence, Model, Question, Value};
+use bp_core::plan::Strategy;
 use bp_core::sample::Sampling;
 
 pub(crate) fn answers(
@@ -17,7 +18,7 @@ pub(crate) fn answers(
     table: &Table,
     others: &OtherColumns,
     settings: &Settings,
-    sampling: Sampling,
+    (sampling, by): (Sampling, Option<Strategy>),
 ) -> Result<Vec<(String, Vec<Answer>)>, Failure> {
     questions.iter().try_for_each(|question| refuse_set(model, question, settings))?;
     let inputs = settings.inputs();
@@ -27,7 +28,8 @@ pub(crate) fn answers(
         for (number, (name, instants)) in sequences.into_iter().enumerate() {
             // Each sequence has draws of its own; an odd factor gives each a seed of its own.
             let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-            let answers = ask_over_time(model, question, &instants, &inputs, Sampling { seed, ..sampling });
+            let answers =
+                ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, by);
             let answers = answers.map_err(|error| match &others.sequence {
                 Some(column) => Failure::Words(format!("{column} {name}: {error}")),
                 None => error.into(),
@@ -39,7 +41,7 @@ pub(crate) fn answers(
         }
         if others.sequence.is_none() && all.is_empty() {
             // An empty table has no instant, which the question refuses in its own words.
-            ask_over_time(model, question, &[], &inputs, sampling)?;
+            ask_over_time_by(model, question, &[], &inputs, sampling, by)?;
         }
     }
     Ok(all)

@@ -1,0 +1,209 @@
+//! Strategies: the ways to answer, what each offers for some asks, and which one is taken.
+//!
+//! In: asks that know the same. Out: an [`Offer`] of each strategy, and the route of the one that is taken. Invariant:
+//! offers depend on the program and the question alone, never on the machine; an exact offer is taken before an
+//! estimate, and among exact ones the order is fixed; `explain` and `ask` read the same offers.
+
+use super::{Exact, JoinTree, Options, Route, gaussian, over_time, plan_exact, sampled, tree};
+use crate::error::Error;
+use crate::model::{Ask, Model};
+use serde::Serialize;
+
+/// One way to answer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strategy {
+    /// All is linear and Gaussian: closed form; over time a Kalman filter and smoother.
+    Gaussian,
+    /// Sums and products of finite variables over a join tree.
+    JoinTree,
+    /// Sums and products of finite variables as a kernel.
+    Sums,
+    /// Over time, finite: messages forward and backward.
+    Chain,
+    /// Draws of the prior, weighed by the evidence.
+    Weighting,
+    /// Chains, in which one variable after the other is drawn given all the others.
+    Gibbs,
+    /// Over time: draws that follow the program and are weighed by what is observed.
+    Particles,
+}
+
+/// What a strategy offers for some asks.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Offer {
+    /// Which.
+    pub strategy: Strategy,
+    /// Whether its answer is exact.
+    pub exact: bool,
+    /// Products that are summed, where that is known before; sizes that are not known count 16.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub products: Option<f64>,
+    /// Why it cannot answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refusal: Option<String>,
+    /// Whether it is the one that answers.
+    pub taken: bool,
+}
+
+impl Strategy {
+    /// All, in the order in which they are tried.
+    pub const ALL: [Strategy; 7] = [
+        Strategy::Gaussian,
+        Strategy::JoinTree,
+        Strategy::Sums,
+        Strategy::Chain,
+        Strategy::Weighting,
+        Strategy::Gibbs,
+        Strategy::Particles,
+    ];
+
+    /// Its name, as `--by` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Strategy::Gaussian => "gaussian",
+            Strategy::JoinTree => "join_tree",
+            Strategy::Sums => "sums",
+            Strategy::Chain => "chain",
+            Strategy::Weighting => "weighting",
+            Strategy::Gibbs => "gibbs",
+            Strategy::Particles => "particles",
+        }
+    }
+
+    /// The strategy of a name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|strategy| strategy.name() == name)
+    }
+
+    /// Whether its answers are exact.
+    pub fn is_exact(self) -> bool {
+        !matches!(self, Strategy::Weighting | Strategy::Gibbs | Strategy::Particles)
+    }
+
+    /// Whether it answers questions over time.
+    fn is_over_time(self) -> bool {
+        matches!(self, Strategy::Gaussian | Strategy::Chain | Strategy::Particles)
+    }
+
+    /// Whether it answers questions of one instant.
+    fn is_of_one_instant(self) -> bool {
+        !matches!(self, Strategy::Chain | Strategy::Particles)
+    }
+}
+
+/// The route of the strategy that is taken for asks that know the same, and the offers of all.
+///
+/// # Errors
+/// No strategy answers, or not the one that was asked for.
+pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(Route, Vec<Offer>), Error> {
+    let over_time = asks[0].when.is_over_time();
+    let mut offers: Vec<Offer> = Vec::new();
+    let mut taken: Option<Route> = None;
+    let mut refusals: Vec<(Strategy, Error)> = Vec::new();
+    for strategy in Strategy::ALL {
+        if !(if over_time { strategy.is_over_time() } else { strategy.is_of_one_instant() }) {
+            continue;
+        }
+        let wanted = options.by.is_none_or(|by| by == strategy);
+        // Chains are drawn where they are asked for: nothing tells before which draws are better.
+        let wanted = wanted && (strategy != Strategy::Gibbs || options.by.is_some());
+        if taken.is_some() && !options.all_offers {
+            break;
+        }
+        let reason = refusals.iter().find(|(own, _)| matches!(own, Strategy::Sums | Strategy::Chain));
+        let tree = offers.iter().any(|it| it.strategy == Strategy::JoinTree && it.refusal.is_none());
+        let route = route(model, asks, options, strategy, reason.map(|(_, error)| error), tree);
+        let (products, refusal) = match &route {
+            Ok(Route::Exact(exact)) => (Some(exact.cost), None),
+            Ok(_) => (None, None),
+            Err(error) => (None, Some(reason_of(error))),
+        };
+        // What is finite and too large is mended, not estimated.
+        let stop = refusals.iter().any(|(own, error)| {
+            *own == Strategy::Sums && !matches!(error, Error::Unplanned { .. }) && options.by.is_none()
+        });
+        let take = wanted && taken.is_none() && !stop && route.is_ok();
+        offers.push(Offer { strategy, exact: strategy.is_exact(), products, refusal, taken: take });
+        match route {
+            Ok(route) if take => taken = Some(route),
+            Ok(_) => {}
+            Err(error) => refusals.push((strategy, error)),
+        }
+    }
+    if let Some(route) = taken {
+        return Ok((route, offers));
+    }
+    let refused = |strategy: Strategy| refusals.iter().position(|(own, _)| *own == strategy);
+    let told = match options.by {
+        Some(by) => refused(by),
+        // The last resort tells why nothing else answers, too.
+        None => {
+            let sums =
+                refused(Strategy::Sums).filter(|at| !matches!(refusals[*at].1, Error::Unplanned { .. }));
+            let last = if over_time { Strategy::Particles } else { Strategy::Weighting };
+            sums.or(refused(last)).or(refused(Strategy::Sums))
+        }
+    };
+    match told {
+        Some(position) => Err(refusals.swap_remove(position).1),
+        None => {
+            let by = options.by.map_or("no strategy", Strategy::name);
+            let reason = match over_time {
+                true => format!("`{by}` does not answer questions over time"),
+                false => format!("`{by}` answers questions over time only"),
+            };
+            Err(Error::Unplanned { question: model.ask_text(&asks[0]), reason })
+        }
+    }
+}
+
+/// The route by one strategy.
+fn route(
+    model: &Model,
+    asks: &[Ask],
+    options: Options,
+    strategy: Strategy,
+    not_exact: Option<&Error>,
+    by_tree: bool,
+) -> Result<Route, Error> {
+    let refused =
+        |reason: &str| Error::Unplanned { question: model.ask_text(&asks[0]), reason: reason.to_owned() };
+    let forced = options.by == Some(strategy);
+    match strategy {
+        _ if asks[0].when.is_over_time() => {
+            Ok(Route::OverTime(over_time::plan(model, asks[0].clone(), strategy)?))
+        }
+        Strategy::Gaussian if asks.iter().all(|ask| gaussian::applies(model, ask)) => {
+            Ok(Route::Gaussian(gaussian::plan(model, asks.to_vec())?))
+        }
+        Strategy::Gaussian => Err(refused("not all is real, linear and Gaussian")),
+        Strategy::JoinTree => {
+            let tree: JoinTree = tree::plan(model, asks, options, forced).map_err(|why| refused(&why))?;
+            Ok(Route::Tree(tree))
+        }
+        Strategy::Sums if by_tree && !forced => {
+            Err(refused("for so many factors a join tree is made faster than loops are written"))
+        }
+        Strategy::Sums => {
+            let exact: Exact = plan_exact(model, asks.to_vec(), options)?;
+            Ok(Route::Exact(exact))
+        }
+        Strategy::Weighting | Strategy::Gibbs => {
+            let reason = match not_exact {
+                Some(Error::Unplanned { reason, .. }) => reason.clone(),
+                Some(other) => other.to_string(),
+                None => "it is answered exactly by sums".to_owned(),
+            };
+            Ok(Route::Sampled(sampled::plan(model, asks.to_vec(), reason, strategy, forced)?))
+        }
+        Strategy::Chain | Strategy::Particles => Err(refused("it answers questions over time")),
+    }
+}
+
+fn reason_of(error: &Error) -> String {
+    match error {
+        Error::Unplanned { reason, .. } => reason.clone(),
+        other => other.to_string(),
+    }
+}
