@@ -3,10 +3,7 @@
 //! Rain makes the grass wet, and so does the sprinkler, which mostly runs on dry days:
 //! P(Rain | Wet) = 0.3 / (0.3 + 0.7 · 0.9) = 0.322581.
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::prelude::*;
 use bp_macros::bayesian_program;
 
 bayesian_program! {
@@ -23,7 +20,7 @@ bayesian_program! {
     }
 }
 
-fn main() {
+fn main() -> Result<(), bp_core::Error> {
     // At compile time the question has become a function.
     let mut compiled = wet_grass::rain::Outputs::<f64>::default();
     let nothing = wet_grass::rain::Inputs {};
@@ -31,12 +28,9 @@ fn main() {
     let compiled = compiled.p_rain[1];
 
     // At run time the same text is compiled, and any question can be asked.
-    let model = compile(&Source::new("wet_grass", wet_grass::SOURCE)).expect("it compiled above");
-    let typed = Source::new("question", "P(Rain | Wet = true)");
-    let question = parse_question(&typed, &model).expect("it is a question to this program");
-    let answers = ask(&model, &question, &Inputs::new()).expect("wet grass is possible");
-    let asked = answers[0].answer[1].p().expect("a probability");
+    let rain = Program::parse(wet_grass::SOURCE)?.ask("P(Rain | Wet = true)")?;
+    println!("{rain}");
 
-    println!("compiled {compiled:.6}, asked {asked:.6}");
-    assert!((compiled - 0.3 / 0.93).abs() < 1e-12 && (asked - compiled).abs() < 1e-12);
+    assert!((compiled - 0.3 / 0.93).abs() < 1e-12 && (rain.p(true)? - compiled).abs() < 1e-12);
+    Ok(())
 }

@@ -12,10 +12,14 @@ mod gaussian;
 mod impossible;
 mod instants;
 mod link;
+mod marginal;
 mod moments;
+mod open;
 mod over_time;
+mod part;
 mod rows;
 mod sampled;
+mod show;
 mod soft;
 mod table;
 mod tree;
@@ -24,6 +28,9 @@ pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, compile_by, plan_for_answer};
 pub use instants::{Observed, OtherColumns, read_instants, read_sequences};
 pub use link::link;
+pub use open::{filled, open};
+pub(crate) use over_time::of_instant;
+pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub use table::{Column, Table};
 
 use crate::error::Error;
@@ -47,6 +54,12 @@ pub struct Answer {
     pub estimate: Option<Estimate>,
     /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
     pub answer: Vec<Row>,
+    /// How it was computed.
+    #[serde(skip)]
+    pub strategy: Strategy,
+    /// The distributions that the rows are made of, by variable and element.
+    #[serde(skip)]
+    pub parts: Vec<Part>,
 }
 
 /// How an answer was estimated.
@@ -157,6 +170,21 @@ impl Row {
         match self.figure {
             Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
             _ => None,
+        }
+    }
+}
+
+impl Figure {
+    /// The number, of a figure that is one.
+    pub fn number(&self) -> Option<f64> {
+        match *self {
+            Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
+            Figure::Entropy { entropy: number }
+            | Figure::Information { information: number }
+            | Figure::Divergence { divergence: number, .. }
+            | Figure::Expectation { expectation: number, .. }
+            | Figure::Variance { variance: number, .. } => Some(number),
+            Figure::Draw { .. } | Figure::Real { .. } | Figure::Normal { .. } => None,
         }
     }
 }

@@ -1,14 +1,35 @@
-//! What can be wrong with data, and with a question that cannot be answered.
+//! What can be wrong: a program, data, and a question that cannot be answered.
 //!
-//! In: a name and what was found. Out: an [`Error`] that says what to mend. Invariant: a wrong *program* never
-//! comes here: that is a `Diagnostic`.
+//! In: a name and what was found; of a wrong program its diagnostics and its text. Out: an [`Error`] that says what to mend.
+//! Invariant: the stages of the compiler report a wrong program as [`Diagnostics`]; with the text it becomes an [`Error`] where
+//! a user meets it.
 
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::memory::{self, bytes_text, count_text};
+use crate::source::Source;
+use std::fmt::{self, Debug, Formatter};
 use std::path::{Path, PathBuf};
 
-/// What can be wrong with data, and with a question that cannot be answered.
-#[derive(Debug, thiserror::Error)]
+/// What can be wrong: a program, data, and a question that cannot be answered. It prints as a user reads it, also with
+/// `{:?}`: a program that ends in an error shows the page.
+#[derive(thiserror::Error)]
 pub enum Error {
+    /// A wrong program or question, with the text that it is wrong in.
+    #[error("{}", page(wrong, text))]
+    Program {
+        /// The text.
+        text: Box<Source>,
+        /// What is wrong with it.
+        wrong: Diagnostics,
+    },
+    /// Something looked up in an answer that it does not have.
+    #[error("`{question}`: {message}")]
+    Lookup {
+        /// What was asked.
+        question: String,
+        /// What was looked up, and what there is.
+        message: String,
+    },
     /// A file that cannot be read or written.
     #[error("`{}`: {source}", path.display())]
     File {
@@ -155,15 +176,42 @@ impl From<String> for Impossible {
     }
 }
 
-impl std::fmt::Display for Impossible {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for Impossible {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self { question, reason } = self;
         let reason = reason.as_deref().unwrap_or("the program says that this cannot be observed");
         write!(f, "the evidence of `{question}` has probability zero: {reason}")
     }
 }
 
+/// The page of what is wrong with a program, without its first word.
+fn page(wrong: &Diagnostics, text: &Source) -> String {
+    let page = wrong.render(text, false);
+    page.strip_prefix("error: ").unwrap_or(&page).trim_end().to_owned()
+}
+
+/// As it prints: `unwrap` and a `main` that ends in an error show what a user can read.
+impl Debug for Error {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}")
+    }
+}
+
 impl Error {
+    /// What is wrong with a program or a question, with its text.
+    pub fn program(text: &Source, wrong: impl Into<Diagnostics>) -> Self {
+        Error::Program { text: Box::new(text.clone()), wrong: wrong.into() }
+    }
+
+    /// The mistakes of a wrong program, each with its span, its labels and perhaps a help, and the text that spans point
+    /// into.
+    pub fn diagnostics(&self) -> Option<(&Source, &[Diagnostic])> {
+        match self {
+            Error::Program { text, wrong } => Some((text, &wrong.0)),
+            _ => None,
+        }
+    }
+
     /// An input that does not fit.
     pub fn input(name: impl Into<String>, message: impl Into<String>) -> Self {
         Error::Input { name: name.into(), message: message.into() }

@@ -1,41 +1,136 @@
 //! Bayesian Programs, declared as the formalism prints them, and answered by compiled kernels.
 //!
-//! Six values, six verbs: [`source::Source`] → parse → [`syntax::ast::Program`] → check → [`model::Model`] → plan →
-//! [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`].
+//! A [`Program`](program::Program) is opened, given numbers, and asked. Its answer is a
+//! [`Posterior`](program::Posterior): a distribution that prints as a table and is read by variable and value. The files stand
+//! in `examples/door`.
+//!
+//! ```standalone_crate
+//! use bp_core::prelude::*;
+//!
+//! fn main() -> Result<(), bp_core::Error> {
+//! #   std::env::set_current_dir("../examples/door").expect("the folder of the examples");
+//!     let grass = Program::open("grass.bp")?.with("rate", 0.2)?;
+//!     let rain = grass.ask("P(Rain | Wet = true)")?;
+//!     println!("{rain}");                                   // the table with bars
+//!     println!("{}", rain.p(true)?);                        // 0.2 / (0.2 + 0.8 * 0.9) = 0.217
+//!     assert_eq!(rain.mode()?["Rain"], false);
+//!     println!("{} nats, ln P(Wet) = {:?}", rain.entropy()?, rain.ln_evidence());
+//!
+//!     let asked = grass.question("P(Rain | Wet = wet)")?;   // compiled once
+//!     for wet in [true, false] {
+//!         println!("{wet}: {}", asked.given("wet", wet)?.ask()?.p(true)?);
+//!     }
+//!
+//!     let door = Program::open("door.bp")?;
+//!     let mut door = door.filter("P(Open | Seen)")?;        // over time
+//!     for seen in [true, false, true] {
+//!         println!("{:.4}", door.step(evidence! { Seen: seen })?.p(true)?);
+//!     }
+//!
+//!     let alarm = Program::open("alarm.bif")?;              // a network: a join tree is chosen
+//!     let all = alarm.marginals(&evidence! { HR: "HIGH" })?;
+//!     println!("{all}");
+//!     println!("{}", all.of("CATECHOL")?.p("HIGH")?);       // 0.45 / 0.475
+//!
+//!     let learned = grass.learn("lawns.csv")?;              // rate = 1 / 4
+//!     println!("{}", learned.ask("P(Rain)")?.p(true)?);
+//!     Ok(())
+//! }
+//! ```
+//!
+//! An [`Error`] prints as a user reads it: a wrong program with its lines, data with file, row and column.
+//!
+//! Everything else stands in [`compiler`]: the stages, for those who build on them.
 
+pub mod prelude;
+pub mod program;
+
+pub use error::Error;
+
+/// The stages behind the door. Six values, six verbs: [`source::Source`] → parse → [`syntax::ast::Program`] → check →
+/// [`model::Model`] → plan → [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`]. `docs/architecture.md` says
+/// how they fit.
+pub mod compiler {
+    #[cfg(feature = "gpu")]
+    #[doc(inline)]
+    pub use crate::gpu;
+    #[doc(inline)]
+    pub use crate::{
+        answer, bins, data, diagnostic, distribution, draw, emit, error, exec, files, ids, io, kernel, latex,
+        law, learn, lower, model, operators, plan, progress, random, sample, source, space, special,
+        spelling, syntax, time, tree, xml,
+    };
+}
+
+#[doc(hidden)]
 pub mod answer;
+#[doc(hidden)]
 pub mod bins;
+#[doc(hidden)]
 pub mod data;
+#[doc(hidden)]
 pub mod diagnostic;
+#[doc(hidden)]
 pub mod distribution;
+#[doc(hidden)]
 pub mod draw;
+#[doc(hidden)]
 pub mod emit;
+#[doc(hidden)]
 pub mod error;
+#[doc(hidden)]
 pub mod exec;
+#[doc(hidden)]
 pub mod files;
 #[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub mod gpu;
 mod guess;
+#[doc(hidden)]
 pub mod ids;
+#[doc(hidden)]
 pub mod io;
+#[doc(hidden)]
 pub mod kernel;
+#[doc(hidden)]
 pub mod latex;
+#[doc(hidden)]
 pub mod law;
+#[doc(hidden)]
 pub mod learn;
+#[doc(hidden)]
 pub mod lower;
 mod memory;
+#[doc(hidden)]
 pub mod model;
+#[doc(hidden)]
+pub mod numbers;
+#[doc(hidden)]
 pub mod operators;
+#[doc(hidden)]
 pub mod plan;
 mod potential;
+#[doc(hidden)]
 pub mod progress;
+#[doc(hidden)]
 pub mod random;
+#[doc(hidden)]
 pub mod sample;
+#[doc(hidden)]
 pub mod source;
+#[doc(hidden)]
 pub mod space;
+#[doc(hidden)]
 pub mod special;
+#[doc(hidden)]
 pub mod spelling;
+#[doc(hidden)]
 pub mod syntax;
+#[doc(hidden)]
 pub mod time;
+#[doc(hidden)]
 pub mod tree;
+#[doc(hidden)]
+pub mod wrap;
+#[doc(hidden)]
 pub mod xml;

@@ -3,6 +3,7 @@
 //! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant: what
 //! does not depend on the inputs (plan, kernels, schedules) is made once.
 
+use super::part::Part as Law;
 use super::rows::Reader;
 use super::table::Table;
 use super::{Answer, check, compare, gaussian, impossible, link, sampled, soft, tree};
@@ -179,6 +180,16 @@ fn as_table(ask: &Ask) -> Ask {
 }
 
 impl CompiledQuestion<'_> {
+    /// The same with a model of its own.
+    pub fn into_owned(self) -> CompiledQuestion<'static> {
+        CompiledQuestion { model: Cow::Owned(self.model.into_owned()), ..self }
+    }
+
+    /// The model that it is asked of.
+    pub(super) fn model(&self) -> &Model {
+        &self.model
+    }
+
     /// The question.
     pub fn question(&self) -> &Question {
         &self.question
@@ -318,13 +329,19 @@ impl CompiledQuestion<'_> {
             return Ok(answer.clone());
         }
         let (table, ln_evidence) = self.table(ask, &ask.known, parts[0], said)?;
+        let strategy = match self.routes[parts[0].route] {
+            Compiled::Tree(_) => Strategy::JoinTree,
+            _ => Strategy::Sums,
+        };
         if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, parts.get(1)) {
             let (second, _) = self.table(ask, from, *second, said)?;
             let answer = compare::divergences(&table, &second);
-            return Ok(Answer { question, ln_evidence: None, estimate: None, answer });
+            let parts = Vec::new();
+            return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, parts });
         }
         let seed = sampling.seed;
         let answer = Reader { model: &self.model, ask, table: &table, inputs, seed }.rows()?;
-        Ok(Answer { question, ln_evidence, estimate: None, answer })
+        let parts = vec![Law::of_table(&self.model, &table)];
+        Ok(Answer { question, ln_evidence, estimate: None, answer, strategy, parts })
     }
 }

@@ -3,13 +3,14 @@
 //! In: a closed form and the host's inputs. Out: [`Answer`]s: a mean and a deviation for each searched variable, or one
 //! of its moments. Invariant: each parameter and each observation is one number.
 
+use super::part::{Part, PartLaw, Slot};
 use super::{Answer, Figure, Row};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::{Filter, Inputs, condition};
 use crate::ids::VariableId;
 use crate::model::{Ask, Model, Statistic};
-use crate::plan::{Gaussian, components};
+use crate::plan::{Gaussian, Strategy, components};
 use crate::sample::Observations;
 
 /// With more variables than these, only those that are still needed are kept.
@@ -75,8 +76,22 @@ pub(super) fn answers(
     if !numbers.copied().all(f64::is_finite) {
         return Err(setting.not_a_number(&model.ask_text(&gaussian.asks[0]), &evidence.values));
     }
+    // The rows of the belief are those of the asks, one ask after the other.
+    let mut next = 0;
+    let mut part = |ask: &Ask| {
+        let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+        let of: Vec<Slot> = slots.map(|slot| Slot::of(&setting, slot)).collect();
+        let rows = next..next + of.len();
+        next = rows.end;
+        let covariance = |row: usize| rows.clone().map(move |other| (row, other));
+        let covariance = rows.clone().flat_map(covariance).map(|at| belief.covariance[at]).collect();
+        let law = PartLaw::Normal { mean: rows.clone().map(|row| belief.mean[row]).collect(), covariance };
+        Part { instant: None, given: Vec::new(), of, law }
+    };
     Ok((gaussian.asks.iter())
         .map(|ask| Answer {
+            strategy: Strategy::Gaussian,
+            parts: vec![part(ask)],
             question: model.ask_text(ask),
             ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
             estimate: None,

@@ -4,6 +4,7 @@
 //! several are answered. Invariant: instants are numbered from 1; what is made of a finite distribution over time is made
 //! as it is of one without time, with the instants as contexts.
 
+use super::part::{Part, PartLaw, Slot};
 use super::rows::Reader;
 use super::table::{Column, Table};
 use super::{Answer, Estimate, Figure, Observed, Row, compare, gaussian, sampled};
@@ -11,7 +12,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Known, Model, Question, Statistic, When};
-use crate::plan::{self, Options, OverTime, Route, Strategy};
+use crate::plan::{self, By, Options, OverTime, Route, Strategy};
 use crate::progress;
 use crate::sample::Sampling;
 use crate::time::{self, Answered, Scope, Told, What};
@@ -55,7 +56,15 @@ impl Asker<'_> {
                     self.table(&route, &answered, each)
                 };
                 let divergences = compare::divergences(&table(ask)?, &table(&second)?);
-                return Ok(Answer { question, ln_evidence: None, estimate: None, answer: divergences });
+                let (strategy, parts) = (strategy(&route.by), Vec::new());
+                return Ok(Answer {
+                    question,
+                    ln_evidence: None,
+                    estimate: None,
+                    answer: divergences,
+                    strategy,
+                    parts,
+                });
             }
             _ if !answered.sequences.is_empty() => self.sequence_rows(&route, &answered)?,
             _ if answered.told.iter().all(|told| matches!(told.what, What::Finite(_))) => {
@@ -68,7 +77,9 @@ impl Asker<'_> {
                 rows.collect::<Result<Vec<_>, Error>>()?.concat()
             }
         };
-        Ok(Answer { question, ln_evidence, estimate, answer })
+        let several = ask.when.is_every_instant();
+        let parts = answered.told.iter().map(|told| part(setting, ask, told, several)).collect();
+        Ok(Answer { question, ln_evidence, estimate, answer, strategy: strategy(&route.by), parts })
     }
 
     fn run(&self, ask: &Ask, scope: Scope) -> Result<(OverTime, Answered), Error> {
@@ -183,10 +194,11 @@ impl Asker<'_> {
             What::Cloud { draws, kept, linear, .. } => {
                 sampled::rows(self.setting, &Ask { when: When::Now, ..ask.clone() }, draws, kept, linear)?
             }
-            What::Normal(laws) => (laws.iter())
-                .map(|(name, [mean, deviation])| {
+            What::Normal(belief) => (belief.variables.iter().enumerate())
+                .map(|(row, name)| {
                     let values = instant.iter().cloned().chain([(name.clone(), String::new())]).collect();
-                    Row { values, figure: gaussian::figure(ask, *mean, *deviation) }
+                    let deviation = belief.covariance[(row, row)].max(0.0).sqrt();
+                    Row { values, figure: gaussian::figure(ask, belief.mean[row], deviation) }
                 })
                 .collect(),
             What::Finite(_) => Vec::new(),
@@ -214,4 +226,50 @@ fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
         ln_evidence_error: None,
         warning,
     })
+}
+
+/// The way in which a question over time is answered.
+fn strategy(by: &By) -> Strategy {
+    match by {
+        By::Chain => Strategy::Chain,
+        By::Gaussian(_) => Strategy::Gaussian,
+        By::Particles { .. } => Strategy::Particles,
+    }
+}
+
+/// What is believed of an instant, by slot.
+fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
+    let instant = several.then_some(told.instant);
+    let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let of: Vec<Slot> = slots.map(|slot| Slot::of(setting, slot)).collect();
+    let law = match &told.what {
+        What::Cloud { draws, kept, linear, .. } => {
+            return Part { instant, ..sampled::part(setting, ask, draws, kept, linear) };
+        }
+        What::Finite(numbers) => PartLaw::Finite(numbers.clone()),
+        What::Normal(belief) => PartLaw::Normal {
+            mean: belief.mean.iter().copied().collect(),
+            covariance: belief.covariance.transpose().iter().copied().collect(),
+        },
+    };
+    Part { instant, given: Vec::new(), of, law }
+}
+
+/// The answer of a filter after an instant: the distribution of what it searches.
+pub(crate) fn of_instant(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    told: &Told,
+    ln_evidence: f64,
+    sampling: Sampling,
+) -> Answer {
+    let part = part(setting, &route.ask, told, false);
+    Answer {
+        question: setting.model.ask_text(&route.ask),
+        ln_evidence: Some(ln_evidence),
+        estimate: estimate(told, sampling),
+        answer: part.rows(setting.model),
+        strategy: strategy(&route.by),
+        parts: vec![part],
+    }
 }

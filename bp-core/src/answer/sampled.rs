@@ -3,6 +3,7 @@
 //! In: a sampled route and the host's inputs. Out: [`Answer`]s, each figure with its standard error. Invariant: evidence
 //! that no draw meets is an error, and few effective draws are told.
 
+use super::part::{Drawn, Part, PartLaw, Slot};
 use super::{Answer, Estimate, Figure, Row};
 use crate::distribution::Setting;
 use crate::error::Error;
@@ -12,6 +13,7 @@ use crate::model::{Ask, Evidence, Model, Statistic, Value};
 use crate::plan::{Sampled, Strategy};
 use crate::progress;
 use crate::sample::{Draws, MOST_R_HAT, Moments, Observations, Sampling, gibbs, weigh};
+use std::sync::Arc;
 
 /// Effective draws below which an answer is said to be rough.
 pub(super) const FEW: f64 = 200.0;
@@ -38,7 +40,7 @@ pub(super) fn answers(
     kept.dedup();
     fits(model.ask_text(ask), &kept, sampling)?;
     let by = if route.by == Strategy::Gibbs { gibbs } else { weigh };
-    let draws = by(&setting, &route.steps, &observations, &kept, sampling)?;
+    let draws = Arc::new(by(&setting, &route.steps, &observations, &kept, sampling)?);
     if draws.is_impossible() {
         return Err(Error::Impossible(model.ask_text(ask).into()));
     }
@@ -46,7 +48,7 @@ pub(super) fn answers(
         .known
         .iter()
         .any(|known| !matches!(known.evidence, Evidence::Each) || known_real(model, known.variable));
-    route.asks.iter().map(|ask| answer(&setting, ask, &draws, &kept, sampling, known)).collect()
+    route.asks.iter().map(|ask| answer(&setting, ask, &draws, &kept, (sampling, route.by), known)).collect()
 }
 
 /// Refuses draws for which there is no memory.
@@ -70,9 +72,9 @@ fn known_real(model: &Model, variable: crate::ids::VariableId) -> bool {
 pub(super) fn answer(
     setting: &Setting<'_>,
     ask: &Ask,
-    draws: &Draws,
+    draws: &Arc<Draws>,
     kept: &[usize],
-    sampling: Sampling,
+    (sampling, by): (Sampling, Strategy),
     known: bool,
 ) -> Result<Answer, Error> {
     let ln_evidence = draws.ln_evidence().filter(|_| known);
@@ -81,7 +83,34 @@ pub(super) fn answer(
         ln_evidence: ln_evidence.map(|[ln, _]| ln),
         estimate: Some(estimate(draws, ln_evidence.map(|[_, error]| error), sampling)),
         answer: rows(setting, ask, draws, kept, &[])?,
+        strategy: by,
+        parts: vec![part(setting, ask, draws, kept, &[])],
     })
+}
+
+/// The draws of what an ask searches.
+pub(super) fn part(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    draws: &Arc<Draws>,
+    kept: &[usize],
+    linear: &[(usize, Moments)],
+) -> Part {
+    let slots: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+    let drawn = |slot: &usize| match kept.iter().position(|own| own == slot) {
+        Some(position) => Drawn::At(position),
+        None => {
+            let own = linear.iter().find(|(own, _)| own == slot);
+            Drawn::Moments(own.expect("internal: what is searched is kept").1)
+        }
+    };
+    let drawn = slots.iter().map(drawn).collect();
+    Part {
+        instant: None,
+        given: Vec::new(),
+        of: slots.iter().map(|slot| Slot::of(setting, *slot)).collect(),
+        law: PartLaw::Draws(Arc::clone(draws), drawn),
+    }
 }
 
 fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -> Estimate {

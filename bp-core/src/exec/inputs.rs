@@ -102,6 +102,12 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self
     }
 
+    /// The same sizes and numbers, which borrow nothing; the positions of grids, which kernels alone read, are left out.
+    pub fn into_owned(self) -> Inputs<'static, T> {
+        let owned = |(name, values): (String, Cow<'_, [T]>)| (name, Cow::Owned(values.into_owned()));
+        Inputs { sizes: self.sizes, arrays: self.arrays.into_iter().map(owned).collect(), ..Inputs::new() }
+    }
+
     /// What was given under a name.
     pub fn find(&self, name: &str) -> Option<&[T]> {
         self.arrays.get(name).map(|values| values.as_ref())

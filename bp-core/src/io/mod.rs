@@ -14,9 +14,11 @@ mod draft;
 mod finite;
 mod format;
 mod lexer;
+mod open;
 mod warning;
 
 pub use format::Format;
+pub use open::{Opened, format_of, open, open_as, text};
 pub use warning::Warning;
 
 use crate::diagnostic::Diagnostics;

@@ -67,6 +67,11 @@ impl Draws {
         self.ln_mean_weight == Some(f64::NEG_INFINITY)
     }
 
+    /// The weight of a draw; all weights sum to one.
+    pub fn weight(&self, draw: usize) -> f64 {
+        self.weights[draw]
+    }
+
     /// A kept slot of a draw.
     pub fn value(&self, draw: usize, position: usize) -> f64 {
         self.values[draw * self.kept + position]

@@ -37,6 +37,16 @@ pub(crate) struct Forward {
     pub(crate) ln_evidence: f64,
 }
 
+/// An instant that was followed.
+pub(crate) struct Step {
+    /// φ of the instant.
+    pub(crate) product: Product,
+    /// α after it, which sums to one.
+    pub(crate) message: Product,
+    /// ln P(what was observed), given the past.
+    pub(crate) ln_total: f64,
+}
+
 /// All factors of an instant with the messages from both sides: up to a factor, the distribution of its slots.
 pub(crate) struct Joint<'c> {
     product: Product,
@@ -58,7 +68,7 @@ impl<'s> Chain<'s> {
     /// # Errors
     /// A program whose instants have no finite tables.
     pub(crate) fn new(
-        setting: &'s Setting<'s>,
+        setting: &Setting<'s>,
         carried: &[(VariableId, VariableId)],
         searched: Vec<usize>,
         likelihoods: Vec<(usize, Vec<f64>)>,
@@ -87,21 +97,36 @@ impl<'s> Chain<'s> {
         for number in 0..instants.len() + ahead {
             let given = number < instants.len();
             let instant = instants.get(number).unwrap_or(&nothing);
-            let product = self.factors.product(instant, number == 0, given)?;
-            let message = self.message(forward.messages.last(), &product)?;
-            let Factors { counts, orders, .. } = &mut self.factors;
-            let total = message.ln_total(counts, orders);
-            let total = self.small(total)?;
-            if total == f64::NEG_INFINITY {
-                return Err(self.impossible(forward.messages.last(), instant, number));
-            }
+            let step = self.step(forward.messages.last(), instant, number, given)?;
             if given {
-                forward.ln_evidence += total;
+                forward.ln_evidence += step.ln_total;
             }
-            forward.products.push(product);
-            forward.messages.push(scaled(message, total));
+            forward.products.push(step.product);
+            forward.messages.push(step.message);
         }
         Ok(forward)
+    }
+
+    /// Follows one instant more: `number` from 0, `given` where likelihoods of the question hold.
+    ///
+    /// # Errors
+    /// As [`Chain::forward`].
+    pub(crate) fn step(
+        &mut self,
+        last: Option<&Product>,
+        instant: &Instant,
+        number: usize,
+        given: bool,
+    ) -> Result<Step, Error> {
+        let product = self.factors.product(instant, number == 0, given)?;
+        let message = self.message(last, &product)?;
+        let Factors { counts, orders, .. } = &mut self.factors;
+        let total = message.ln_total(counts, orders);
+        let ln_total = self.small(total)?;
+        if ln_total == f64::NEG_INFINITY {
+            return Err(self.impossible(last, instant, number));
+        }
+        Ok(Step { product, message: scaled(message, ln_total), ln_total })
     }
 
     /// The error that an instant cannot be, with the first observation that excludes it.
@@ -146,7 +171,17 @@ impl<'s> Chain<'s> {
         visit: impl FnOnce(&mut Joint<'_>) -> Result<T, f64>,
     ) -> Result<T, Error> {
         let before = number.checked_sub(1).map(|before| &forward.messages[before]);
-        let product = self.entered(before).times(&forward.products[number]);
+        self.after(before, &forward.products[number], visit)
+    }
+
+    /// The same for an instant with this product, after this message.
+    pub(crate) fn after<T>(
+        &mut self,
+        before: Option<&Product>,
+        product: &Product,
+        visit: impl FnOnce(&mut Joint<'_>) -> Result<T, f64>,
+    ) -> Result<T, Error> {
+        let product = self.entered(before).times(product);
         let Factors { counts, orders, .. } = &mut self.factors;
         let visited = visit(&mut Joint { product, counts, orders });
         self.small(visited)

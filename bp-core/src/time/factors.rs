@@ -22,7 +22,7 @@ const MOST_MADE: usize = 10_000_000;
 
 /// What the factors of a program are at an instant.
 pub(super) struct Factors<'s> {
-    setting: &'s Setting<'s>,
+    setting: Arc<Setting<'s>>,
     own: Vec<Own>,
     /// Which of `own` distributes a slot.
     distributes: Vec<Option<usize>>,
@@ -74,7 +74,7 @@ struct Described {
 
 impl<'s> Factors<'s> {
     pub(super) fn new(
-        setting: &'s Setting<'s>,
+        setting: &Setting<'s>,
         carried: &[(VariableId, VariableId)],
         searched: impl IntoIterator<Item = usize>,
         likelihoods: Vec<(usize, Vec<f64>)>,
@@ -119,7 +119,7 @@ impl<'s> Factors<'s> {
             .collect();
         let axes = now.iter().chain(&before).copied().chain(searched).collect();
         Ok(Self {
-            setting,
+            setting: Arc::new(setting.clone()),
             own,
             distributes,
             counts,
@@ -246,7 +246,7 @@ impl<'s> Factors<'s> {
             return Err(self.too_large(size));
         }
         let real = self.is_real(described);
-        let setting = self.setting;
+        let setting = Arc::clone(&self.setting);
         let instance = &self.own[described.own].instance;
         let kept = self.distributions.get(&described.own).filter(|_| !described.given).cloned();
         let (mut cells, mut made) = (Vec::with_capacity(size as usize), Vec::new());

@@ -19,12 +19,7 @@ pub(super) fn answer(
 ) -> Result<Answered, Error> {
     let ask = &route.ask;
     let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
-    let likelihoods = (ask.known.iter()).filter_map(|known| match &known.evidence {
-        Evidence::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
-        _ => None,
-    });
-    let asked = setting.model.ask_text(ask);
-    let mut chain = Chain::new(setting, &route.carried, searched.clone(), likelihoods.collect(), asked)?;
+    let mut chain = chain(setting, route)?;
     let forward = chain.forward(instants, ask.when.ahead())?;
     let told = |instant: usize, numbers: Vec<f64>| Told { instant: instant + 1, what: What::Finite(numbers) };
     let mut all = Vec::with_capacity(instants.len());
@@ -46,6 +41,17 @@ pub(super) fn answer(
         sequences = self::sequences(&mut chain, &forward, &ask.statistic, &searched, instants, seed)?;
     }
     Ok(Answered { told: all, sequences, ln_evidence: forward.ln_evidence })
+}
+
+/// The chain of a route.
+pub(super) fn chain<'s>(setting: &Setting<'s>, route: &OverTime) -> Result<Chain<'s>, Error> {
+    let searched = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let likelihoods = (route.ask.known.iter()).filter_map(|known| match &known.evidence {
+        Evidence::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
+        _ => None,
+    });
+    let asked = setting.model.ask_text(&route.ask);
+    Chain::new(setting, &route.carried, searched.collect(), likelihoods.collect(), asked)
 }
 
 /// The sequences that a statistic asks for.

@@ -7,8 +7,11 @@ pub(crate) mod chain;
 mod factors;
 mod far;
 mod finite;
+mod follow;
 mod normal;
 mod particles;
+
+pub use follow::Follower;
 
 use crate::distribution::Setting;
 use crate::error::Error;
@@ -17,6 +20,7 @@ use crate::model::{Evidence, Value};
 use crate::plan::{By, Gaussian, OverTime};
 use crate::sample::{Draws, Moments, Sampling};
 use particles::Moves;
+use std::sync::Arc;
 
 /// What is observed at an instant: slots and their values.
 pub type Instant = Vec<(usize, f64)>;
@@ -35,12 +39,12 @@ pub struct Told {
 pub enum What {
     /// Of the finite searched slots together: how probable each combination of values is, the last slot fastest.
     Finite(Vec<f64>),
-    /// Of reals, each by its name: mean and standard deviation.
-    Normal(Vec<(String, [f64; 2])>),
+    /// Of reals: their normal law.
+    Normal(Belief),
     /// Particles: of the kept slots that were drawn the draws, of the others what their laws say.
     Cloud {
         /// Draws of the kept slots.
-        draws: Draws,
+        draws: Arc<Draws>,
         /// Which slots these are.
         kept: Vec<usize>,
         /// Slots that were not drawn.
@@ -93,15 +97,7 @@ pub fn instants(
     for variable in route.observed(model) {
         slots.extend(setting.slots_of(variable).map(|slot| (setting.slot_name(slot), slot)));
     }
-    let mut always: Instant = Vec::new();
-    for known in &route.ask.known {
-        let value = match &known.evidence {
-            Evidence::Hard(Value::Ordinal(ordinal)) => *ordinal as f64,
-            Evidence::Hard(Value::Real(number)) => *number,
-            _ => continue,
-        };
-        always.extend(setting.slots_of(known.variable).map(|slot| (slot, value)));
-    }
+    let always = always(setting, route);
     let mut all = Vec::with_capacity(observations.len());
     for (position, observed) in observations.iter().enumerate() {
         let mut checked = crate::sample::Observations::none(setting);
@@ -122,6 +118,20 @@ pub fn instants(
         all.push(instant);
     }
     Ok(all)
+}
+
+/// What the question gives a value holds at every instant.
+fn always(setting: &Setting<'_>, route: &OverTime) -> Instant {
+    let mut always: Instant = Vec::new();
+    for known in &route.ask.known {
+        let value = match &known.evidence {
+            Evidence::Hard(Value::Ordinal(ordinal)) => *ordinal as f64,
+            Evidence::Hard(Value::Real(number)) => *number,
+            _ => continue,
+        };
+        always.extend(setting.slots_of(known.variable).map(|slot| (slot, value)));
+    }
+    always
 }
 
 /// The most instants that are predicted: the messages of all are kept.
@@ -148,24 +158,26 @@ pub fn answer(
         By::Chain => finite::answer(setting, route, instants, scope, sampling.seed),
         By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants, scope),
         By::Particles { linear, .. } => {
-            let moves = Moves::new(setting, &route.carried, linear)?;
+            let moves = Moves::new(setting, &route.carried, linear, sampling)?;
             let mut all = instants.to_vec();
             all.resize(instants.len() + ahead, Vec::new());
-            let cloud =
-                moves.follow(&all, sampling)?.map_err(|instant| impossible(setting, route, instant))?;
+            let mut cloud = moves.follow(&all)?.map_err(|instant| impossible(setting, route, instant))?;
             let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
-            let what = What::Cloud {
-                draws: cloud.draws(&kept),
-                kept,
-                linear: linear.into_iter().map(|slot| (slot, cloud.mixture(slot))).collect(),
-                effective: cloud.effective.clone(),
-            };
+            let what = follow::cloud_of(&mut cloud, &kept, &linear);
             let told = vec![Told { instant: all.len(), what }];
             Ok(Answered { told, sequences: Vec::new(), ln_evidence: cloud.ln_evidence })
         }
     }
+}
+
+/// A Kalman filter before the first instant.
+fn kalman(setting: &Setting<'_>, gaussian: &Gaussian) -> Result<Filter, Error> {
+    let parameters: Vec<(&str, f64)> = (setting.model.parameters.values())
+        .filter_map(|parameter| Some((parameter.name.as_str(), *setting.given(&parameter.name)?.first()?)))
+        .collect();
+    Filter::new(setting.model, gaussian, &parameters)
 }
 
 /// A Kalman filter, forward and back.
@@ -176,11 +188,7 @@ fn answer_gaussian(
     instants: &[Instant],
     scope: Scope,
 ) -> Result<Answered, Error> {
-    let model = setting.model;
-    let parameters: Vec<(&str, f64)> = (model.parameters.values())
-        .filter_map(|parameter| Some((parameter.name.as_str(), *setting.given(&parameter.name)?.first()?)))
-        .collect();
-    let mut filter = Filter::new(model, gaussian, &parameters)?;
+    let mut filter = kalman(setting, gaussian)?;
     let names: Vec<Vec<(String, f64)>> = (instants.iter())
         .map(|instant| instant.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect())
         .collect();
@@ -194,16 +202,7 @@ fn answer_gaussian(
         false => filter.filtered(&named)?,
     };
     let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
-    let told = |(instant, belief): (usize, Belief)| {
-        let of = |(row, name): (usize, &String)| {
-            let deviation = belief.covariance[(row, row)].max(0.0).sqrt();
-            (name.clone(), [belief.mean[row], deviation])
-        };
-        Told {
-            instant: instant + 1,
-            what: What::Normal(belief.variables.iter().enumerate().map(of).collect()),
-        }
-    };
+    let told = |(instant, belief): (usize, Belief)| Told { instant: instant + 1, what: What::Normal(belief) };
     let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
     if ahead > 0 {
         all.push((instants.len() - 1 + ahead, filter.predicted(ahead)?));

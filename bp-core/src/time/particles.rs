@@ -20,6 +20,7 @@ use crate::random::Random;
 use crate::sample::{Draws, Moments, Observations, Sampling, Streams, draw_or_weigh};
 use rand::RngExt;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// One particle.
 #[derive(Clone, Debug)]
@@ -44,7 +45,8 @@ pub(super) struct Cloud {
 
 /// What moves particles from instant to instant.
 pub(super) struct Moves<'s> {
-    setting: &'s Setting<'s>,
+    setting: Arc<Setting<'s>>,
+    sampling: Sampling,
     /// The slots that are not drawn.
     linear: Vec<bool>,
     /// Whether one of these may have no noise of its own.
@@ -58,9 +60,10 @@ pub(super) struct Moves<'s> {
 
 impl<'s> Moves<'s> {
     pub(super) fn new(
-        setting: &'s Setting<'s>,
+        setting: &Setting<'s>,
         carried: &[(VariableId, VariableId)],
         linear: &[VariableId],
+        sampling: Sampling,
     ) -> Result<Self, Error> {
         let mut is_linear = vec![false; setting.slots()];
         linear.iter().for_each(|variable| is_linear[setting.slots_of(*variable)].fill(true));
@@ -83,7 +86,8 @@ impl<'s> Moves<'s> {
             setting.slots_of(*now).zip(setting.slots_of(*before)).collect::<Vec<_>>()
         };
         Ok(Self {
-            setting,
+            setting: Arc::new(setting.clone()),
+            sampling,
             before,
             now,
             carried: carried.iter().flat_map(slots).collect(),
@@ -97,66 +101,16 @@ impl<'s> Moves<'s> {
     /// # Errors
     /// The instant at which no particle can have led to what was observed, wrapped in `Ok(Err(_))`; numbers that cannot
     /// be.
-    pub(super) fn follow(
-        &self,
-        instants: &[Instant],
-        sampling: Sampling,
-    ) -> Result<Result<Cloud, usize>, Error> {
-        let count = sampling.particles;
-        let (streams, resampling) =
-            (Streams::new(sampling.seed, "particles"), Streams::new(sampling.seed, "resampling"));
-        let begin = |number: usize| {
-            let values = Observations::none(self.setting).values;
-            let mut particle = Particle { values, law: Normal::new(self.dirac) };
-            // What is carried without a form is at rest.
-            for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
-                if particle.values[*before] == 0.0 {
-                    particle.law.extend(*before, &[], 0.0, 0.0);
-                    particle.values[*before] = f64::NAN;
-                }
-            }
-            let none = Observations::none(self.setting);
-            let ln_weight = self.run(&self.before, &none, &mut streams.stream(number), &mut particle)?;
-            Ok((particle, ln_weight - (count as f64).ln()))
-        };
-        let begun: Vec<(Particle, f64)> =
-            (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
-        let (particles, ln_weights) = begun.into_iter().unzip();
-        let mut cloud = Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() };
+    pub(super) fn follow(&self, instants: &[Instant]) -> Result<Result<Cloud, usize>, Error> {
+        let mut cloud = self.begin()?;
         let work = Work::of(instants.len());
         for (instant, observed) in instants.iter().enumerate() {
             if !work.goes_on() {
                 // What was followed so far is answered.
                 break;
             }
-            let mut observations = Observations::none(self.setting);
-            observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
-            let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
-                // What cannot be has no values that the next instant could follow.
-                if *ln_weight == f64::NEG_INFINITY {
-                    return Ok(0.0);
-                }
-                if instant > 0 {
-                    self.carry(particle);
-                }
-                let mut random = streams.stream((instant + 1) * count + number);
-                observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
-                self.run(&self.now, &observations, &mut random, particle)
-            };
-            let particles = cloud.particles.par_iter_mut().enumerate();
-            let weights: Vec<f64> =
-                particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
-            cloud.ln_weights.iter_mut().zip(weights).for_each(|(weight, more)| *weight += more);
-            let total = ln_sum(&cloud.ln_weights);
-            if !total.is_finite() {
+            if !self.advance(&mut cloud, observed)? {
                 return Ok(Err(instant));
-            }
-            cloud.ln_evidence += total;
-            cloud.ln_weights.iter_mut().for_each(|weight| *weight -= total);
-            let effective = 1.0 / cloud.ln_weights.iter().map(|ln| (2.0 * ln).exp()).sum::<f64>();
-            cloud.effective.push(effective);
-            if effective < 0.5 * count as f64 && instant + 1 < instants.len() {
-                cloud.resample(resampling.stream(instant).random());
             }
         }
         cloud.complete();
@@ -166,9 +120,70 @@ impl<'s> Moves<'s> {
         }
     }
 
+    /// The particles before the first instant.
+    pub(super) fn begin(&self) -> Result<Cloud, Error> {
+        let count = self.sampling.particles;
+        let streams = Streams::new(self.sampling.seed, "particles");
+        let begin = |number: usize| {
+            let values = Observations::none(&self.setting).values;
+            let mut particle = Particle { values, law: Normal::new(self.dirac) };
+            // What is carried without a form is at rest.
+            for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
+                if particle.values[*before] == 0.0 {
+                    particle.law.extend(*before, &[], 0.0, 0.0);
+                    particle.values[*before] = f64::NAN;
+                }
+            }
+            let none = Observations::none(&self.setting);
+            let ln_weight = self.run(&self.before, &none, &mut streams.stream(number), &mut particle)?;
+            Ok((particle, ln_weight - (count as f64).ln()))
+        };
+        let begun: Vec<(Particle, f64)> =
+            (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
+        let (particles, ln_weights) = begun.into_iter().unzip();
+        Ok(Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() })
+    }
+
+    /// Follows one instant more; `false` where no particle can have led to what was observed.
+    pub(super) fn advance(&self, cloud: &mut Cloud, observed: &Instant) -> Result<bool, Error> {
+        let (count, instant) = (self.sampling.particles, cloud.effective.len());
+        let streams = Streams::new(self.sampling.seed, "particles");
+        let resampling = Streams::new(self.sampling.seed, "resampling");
+        if let Some(before) = instant.checked_sub(1)
+            && cloud.effective[before] < 0.5 * count as f64
+        {
+            cloud.resample(resampling.stream(before).random());
+        }
+        let mut observations = Observations::none(&self.setting);
+        observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
+        let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
+            // What cannot be has no values that the next instant could follow.
+            if *ln_weight == f64::NEG_INFINITY {
+                return Ok(0.0);
+            }
+            if instant > 0 {
+                self.carry(particle);
+            }
+            let mut random = streams.stream((instant + 1) * count + number);
+            observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
+            self.run(&self.now, &observations, &mut random, particle)
+        };
+        let particles = cloud.particles.par_iter_mut().enumerate();
+        let weights: Vec<f64> = particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
+        cloud.ln_weights.iter_mut().zip(weights).for_each(|(weight, more)| *weight += more);
+        let total = ln_sum(&cloud.ln_weights);
+        if !total.is_finite() {
+            return Ok(false);
+        }
+        cloud.ln_evidence += total;
+        cloud.ln_weights.iter_mut().for_each(|weight| *weight -= total);
+        cloud.effective.push(1.0 / cloud.ln_weights.iter().map(|ln| (2.0 * ln).exp()).sum::<f64>());
+        Ok(true)
+    }
+
     /// X becomes X^-1.
     fn carry(&self, particle: &mut Particle) {
-        let blank = Observations::none(self.setting).values;
+        let blank = Observations::none(&self.setting).values;
         let before = std::mem::replace(&mut particle.values, blank);
         for (now, previous) in self.carried.iter().filter(|(_, previous)| !self.linear[*previous]) {
             particle.values[*previous] = before[*now];
@@ -192,7 +207,7 @@ impl<'s> Moves<'s> {
         for (instance, parents) in instances {
             ln_weight += match self.linear[instance.left[0]] {
                 true => self.extend(instance, parents, observations.values[instance.left[0]], particle)?,
-                false => draw_or_weigh(self.setting, instance, observations, random, &mut particle.values)?,
+                false => draw_or_weigh(&self.setting, instance, observations, random, &mut particle.values)?,
             };
             if ln_weight == f64::NEG_INFINITY {
                 break;
@@ -254,7 +269,7 @@ impl Cloud {
 
 impl Cloud {
     /// Gives to particles of weight zero, which have no values, those of another: they say nothing, but can be read.
-    fn complete(&mut self) {
+    pub(super) fn complete(&mut self) {
         let Some(other) = self.ln_weights.iter().position(|weight| *weight > f64::NEG_INFINITY) else {
             return;
         };

@@ -35,8 +35,15 @@ impl Named {
     /// # Errors
     /// See [`Network::of`].
     pub fn new(model: Model, known: &[Known]) -> Result<Self, Error> {
-        let inputs = Inputs::default();
-        let setting = Setting::new(&model, &inputs)?;
+        Self::with(model, known, &Inputs::default())
+    }
+
+    /// The same with numbers for its parameters.
+    ///
+    /// # Errors
+    /// See [`Network::of`].
+    pub fn with(model: Model, known: &[Known], inputs: &Inputs<'_, f64>) -> Result<Self, Error> {
+        let setting = Setting::new(&model, inputs)?;
         let network = Network::of(&setting)?;
         let value = |known: &Known| match known.evidence {
             model::Evidence::Hard(Value::Ordinal(ordinal)) => {
@@ -52,6 +59,16 @@ impl Named {
             numbers.entry(name.clone()).or_insert(number);
         }
         Ok(Self { network, ln_scale: 0.0, names, numbers, model, known })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The variable of the model that a number is, or is an element of.
+    pub fn variable_id(&self, number: usize) -> VariableId {
+        self.names[number].1
     }
 
     /// The variables that an answer shows: all but those that are always known.

@@ -5,18 +5,17 @@
 
 use crate::data::{self, Separator};
 use crate::failure::Failure;
-use crate::settings::{Meaning, Settings};
-use crate::{cases, over_time, program, table};
-use bp_core::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_by};
+use crate::{cases, over_time, program};
+use bp_core::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_by, filled, open};
 use bp_core::error::Error;
 use bp_core::ids::VariableId;
-use bp_core::kernel::{InputKey, Role};
-use bp_core::model::{Evidence, Form, Model, Question, Statistic, Value};
+use bp_core::model::{Model, Question};
 use bp_core::plan::Strategy;
+use bp_core::program::settings::{Settings, names_of};
 use bp_core::progress;
 use bp_core::sample::Sampling;
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -117,7 +116,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         .iter()
         .map(|question| compile_by(&model, question, arguments.by))
         .collect::<Result<_, _>>()?;
-    let settings = Settings::read(&model, &arguments.settings, &names(&model, &compiled)?)?.with_told(&model);
+    let names = names_of(&model, &compiled)?;
+    let settings = Settings::read(&model, &arguments.settings, &names)?.with_told(&model);
     let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
@@ -149,7 +149,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     let mut answers: Vec<Answer> = Vec::new();
     for question in &compiled {
-        answers.extend(cases::ask(&model, question, &inputs, sampling)?);
+        answers.extend(question.ask_filled(&inputs, sampling)?);
         if progress::is_stopped() {
             break;
         }
@@ -162,12 +162,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
 
 /// The question where what is set under the name of an open variable is known.
 fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
-    let open = cases::open(question).into_iter();
+    let open = open(question).into_iter();
     let is_set = |id: &VariableId| {
         let name = model.variable_name(*id);
         settings.iter().filter_map(|text| text.split_once('=')).any(|(known, _)| known.trim() == name)
     };
-    cases::filled(model, question, &open.filter(is_set).collect(), &BTreeSet::new())
+    filled(model, question, &open.filter(is_set).collect(), &BTreeSet::new())
 }
 
 /// One thing is written as itself, several as a list.
@@ -195,7 +195,7 @@ fn write_answers(answers: &[Answer], all: bool, out: &mut impl Write) -> Result<
         if position > 0 {
             writeln!(out)?;
         }
-        table::write(answer, all, out)?;
+        write!(out, "{}", answer.table(all, "--all shows them"))?;
     }
     Ok(())
 }
@@ -274,55 +274,4 @@ fn write_cases(
         write_answers(answers, arguments.all, out)?;
     }
     Ok(())
-}
-
-/// Every name that can be set, and what it stands for.
-fn names(model: &Model, questions: &[CompiledQuestion<'_>]) -> Result<BTreeMap<String, Meaning>, Failure> {
-    let mut names = BTreeMap::new();
-    for question in questions {
-        for kernel in question.kernels() {
-            // Whether a grid goes round comes with the grid.
-            let is_own =
-                |role: &Role| matches!(role, Role::Input { key, .. } if !matches!(key, InputKey::Wraps(_)));
-            let own = kernel.buffers.values().filter(|buffer| is_own(&buffer.role));
-            names.extend(own.map(|buffer| (buffer.name.clone(), Meaning::Field)));
-        }
-        for ask in &question.question().asks {
-            let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
-            let known =
-                ask.known.iter().chain(ask.statistic.from()).filter_map(|known| match &known.evidence {
-                    Evidence::Hard(value) => Some((known.variable, value.clone())),
-                    Evidence::Each => given_when_asked(model, known.variable),
-                    Evidence::Virtual(_) | Evidence::Soft(_) => None,
-                });
-            for (variable, value) in searched.chain(known) {
-                let Value::Given(name) = value else { continue };
-                let before = names.insert(name.clone(), Meaning::Value(variable));
-                if let Some(Meaning::Value(other)) = before
-                    && model.variables[other].domain != model.variables[variable].domain
-                {
-                    let (one, other) = (model.variable_name(variable), model.variable_name(other));
-                    let message = format!(
-                        "it stands for values of `{other}` and `{one}`, which have different domains"
-                    );
-                    return Err(Error::input(name, message).into());
-                }
-            }
-            if let Statistic::Argmax { nearest: Some(field) } = &ask.statistic {
-                names.insert(field.clone(), Meaning::Field);
-            }
-        }
-    }
-    names.extend(model.sets.iter().map(|(id, set)| (set.name.clone(), Meaning::Set(id))));
-    names.extend(model.parameters.iter().map(|(id, it)| (it.name.clone(), Meaning::Parameter(id))));
-    Ok(names)
-}
-
-/// Known variables without a table are given under their own names, but those whose form asks another program are
-/// given through that program's answers.
-fn given_when_asked(model: &Model, variable: VariableId) -> Option<(VariableId, Value)> {
-    let form = model.factor_of(variable).map(|factor| &model.factors[factor].form);
-    let asks = matches!(form, Some(Form::Ask { .. }));
-    let given = !asks && !model.variables[variable].domain.is_finite();
-    given.then(|| (variable, Value::Given(model.variable_name(variable))))
 }

@@ -5,119 +5,14 @@
 //! case. The question is compiled once for each set of variables that are missing together.
 
 use crate::failure::Failure;
-use crate::settings::Settings;
-use bp_core::answer::{Answer, CompiledQuestion, compile_by};
+use bp_core::answer::{Answer, CompiledQuestion, compile_by, filled, open};
 use bp_core::data::{Table, Values};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
 use bp_core::ids::VariableId;
-use bp_core::model::{Evidence, Known, Model, Question, Statistic, Value};
+use bp_core::model::{Model, Question};
 use bp_core::plan::Strategy;
+use bp_core::program::settings::Settings;
 use bp_core::sample::Sampling;
 use std::collections::{BTreeSet, HashMap};
-
-/// The variables whose values a question leaves open.
-pub(crate) fn open(question: &Question) -> BTreeSet<VariableId> {
-    let mut open = BTreeSet::new();
-    each_open(&mut question.clone(), &mut |id, _| {
-        open.insert(id);
-        Filled::Not
-    });
-    open
-}
-
-/// The question where some of its open variables are given under their own names, and some are not known after all.
-pub(crate) fn filled(
-    model: &Model,
-    question: &Question,
-    given: &BTreeSet<VariableId>,
-    missing: &BTreeSet<VariableId>,
-) -> Question {
-    let mut question = question.clone();
-    each_open(&mut question, &mut |id, _| match (missing.contains(&id), given.contains(&id)) {
-        (true, _) => Filled::Missing,
-        (_, true) => Filled::With(Value::Given(model.variable_name(id))),
-        _ => Filled::Not,
-    });
-    question
-}
-
-/// Asks a question whose open variables may be given under their own names; the answers say which values were.
-pub(crate) fn ask(
-    model: &Model,
-    question: &CompiledQuestion<'_>,
-    inputs: &Inputs<'_, f64>,
-    sampling: Sampling,
-) -> Result<Vec<Answer>, Error> {
-    let mut said = question.question().clone();
-    each_open(&mut said, &mut |id, value| {
-        let name = model.variable_name(id);
-        match (value, inputs.find(&name)) {
-            (Some(Value::Given(given)), Some([number])) if *given == name => {
-                let domain = &model.variables[id].domain;
-                Filled::With(match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
-                    Some(ordinal) => Value::Ordinal(ordinal),
-                    None => Value::Real(*number),
-                })
-            }
-            _ => Filled::Not,
-        }
-    });
-    let texts: Vec<String> = said.asks.iter().map(|ask| model.ask_text(ask)).collect();
-    let mut answers = question.ask_with(inputs, sampling).map_err(|error| match error {
-        Error::Impossible(mut impossible) => {
-            let mut asks = question.question().asks.iter();
-            if let Some(at) = asks.position(|ask| model.ask_text(ask) == impossible.question) {
-                impossible.question.clone_from(&texts[at]);
-            }
-            Error::Impossible(impossible)
-        }
-        other => other,
-    })?;
-    for (answer, text) in answers.iter_mut().zip(texts) {
-        answer.question = text;
-    }
-    Ok(answers)
-}
-
-/// What becomes of an open variable.
-enum Filled {
-    Not,
-    With(Value),
-    Missing,
-}
-
-/// Visits each open variable, with the value that the question names, and fills it.
-fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&Value>) -> Filled) {
-    let mut visit = |known: &mut Vec<Known>| {
-        known.retain_mut(|known| {
-            let filled = match &known.evidence {
-                Evidence::Each => fill(known.variable, None),
-                Evidence::Hard(value @ Value::Given(_)) => fill(known.variable, Some(value)),
-                _ => Filled::Not,
-            };
-            if let Filled::With(value) = filled {
-                known.evidence = Evidence::Hard(value);
-                return true;
-            }
-            matches!(filled, Filled::Not)
-        });
-    };
-    for ask in &mut question.asks {
-        visit(&mut ask.known);
-        if let Statistic::Divergence { from, .. } = &mut ask.statistic {
-            visit(from);
-        }
-    }
-    for item in question.asks.iter_mut().flat_map(|ask| &mut ask.searched) {
-        let Some(value @ Value::Given(_)) = &item.at else { continue };
-        match fill(item.variable, Some(value)) {
-            Filled::Not => {}
-            Filled::With(value) => item.at = Some(value),
-            Filled::Missing => item.at = None,
-        }
-    }
-}
 
 /// Answers the questions for each row of a file.
 pub(crate) fn answers(
@@ -151,7 +46,8 @@ pub(crate) fn answers(
         let seed = sampling.seed.wrapping_add((row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut told = Vec::new();
         for question in &compiled[&missing] {
-            told.extend(ask(model, question, &inputs, Sampling { seed, ..sampling }).map_err(in_row)?);
+            let sampling = Sampling { seed, ..sampling };
+            told.extend(question.ask_filled(&inputs, sampling).map_err(in_row)?);
         }
         answers.push((table.line(row), told));
     }

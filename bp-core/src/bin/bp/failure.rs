@@ -28,6 +28,7 @@ impl Failure {
     pub(crate) fn tell(self) -> ExitCode {
         let words = match self {
             Failure::Wrong(wrong, source) => wrong.render(&source, colour(&std::io::stderr())),
+            Failure::Data(Error::Program { text, wrong }) => wrong.render(&text, colour(&std::io::stderr())),
             Failure::Data(error) => format!("error: {error}\n"),
             Failure::Words(words) => format!("error: {words}\n"),
             Failure::Told => String::new(),

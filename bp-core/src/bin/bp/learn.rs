@@ -6,18 +6,16 @@
 use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
 use crate::numbers::six_digits;
-use crate::settings::{self, Meaning};
 use crate::wrap::{WIDTH, filled, wrapped};
 use crate::{output, program};
 use bp_core::error::Error;
 use bp_core::files;
 use bp_core::learn::{Columns, Learned, Learner, Report, Settings, sizes};
-use bp_core::model::Model;
+use bp_core::program::settings::{Settings as Given, names};
 use bp_core::source::Source;
 use bp_core::spelling::quoted;
 use bp_core::syntax::{compile, graft, parse};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
@@ -109,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Err(wrong) => return Err(Failure::Wrong(wrong, source)),
     };
     let table = data::open(&arguments.data, &arguments.separator)?;
-    let given = settings::Settings::read(&model, &arguments.settings, &names(&model))?;
+    let given = Given::read(&model, &arguments.settings, &names(&model))?;
     let given = sizes(&model, &table, given.inputs())?;
     let mut learner = Learner::with(&model, &given)?;
     let columns = Columns {
@@ -158,13 +156,6 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
         _ => Ok(()),
     }
-}
-
-/// What can be set.
-fn names(model: &Model) -> BTreeMap<String, Meaning> {
-    let sets = model.sets.iter().map(|(id, set)| (set.name.clone(), Meaning::Set(id)));
-    let parameters = model.parameters.iter().map(|(id, it)| (it.name.clone(), Meaning::Parameter(id)));
-    sets.chain(parameters).collect()
 }
 
 /// A bar on stderr, where that is a terminal.

@@ -21,15 +21,13 @@ mod html;
 mod latex;
 mod learn;
 mod network;
-mod numbers;
 mod output;
 mod over_time;
 mod parameters;
 mod program;
-mod settings;
 mod signals;
-mod table;
-mod wrap;
+
+use bp_core::{numbers, wrap};
 
 use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;

@@ -4,12 +4,12 @@
 //! stands in the question or in a column: a value that is set has no instant, and is refused.
 
 use crate::failure::Failure;
-use crate::settings::Settings;
 use bp_core::answer::{Answer, OtherColumns, ask_over_time_by, read_sequences};
 use bp_core::data::Table;
 use bp_core::error::Error;
 use bp_core::model::{Evidence, Model, Question, Value};
 use bp_core::plan::Strategy;
+use bp_core::program::settings::Settings;
 use bp_core::sample::Sampling;
 
 pub(crate) fn answers(

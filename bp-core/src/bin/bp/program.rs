@@ -5,38 +5,16 @@
 
 use crate::failure::Failure;
 use bp_core::answer::link;
-use bp_core::error::Error;
-use bp_core::files;
 use bp_core::io::{self, Format, Network};
 use bp_core::model::{Model, Question};
 use bp_core::source::Source;
 use bp_core::syntax::parse_question;
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::path::Path;
 
 /// Reads a text.
 pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
-    let (name, bytes) = bytes(path)?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
-        let told = std::io::Error::new(ErrorKind::InvalidData, format!("line {line} is not UTF-8 text"));
-        Failure::Data(Error::file(path, told))
-    })?;
-    Ok(Source::new(name, text))
-}
-
-/// What messages call a file, and what it holds.
-fn bytes(path: &Path) -> Result<(String, Vec<u8>), Failure> {
-    let fail = |source| Failure::Data(Error::file(path, source));
-    let (name, bytes) = match is_stdin(path) {
-        false => (path.display().to_string(), files::read(path).map_err(fail)?),
-        true => ("stdin".to_owned(), files::bounded(std::io::stdin().lock()).map_err(fail)?),
-    };
-    match files::is_utf16(&bytes) {
-        false => Ok((name, bytes)),
-        true => Err(fail(std::io::Error::new(ErrorKind::InvalidData, "UTF-16 text; save it as UTF-8"))),
-    }
+    Ok(io::text(path)?)
 }
 
 /// Whether a path stands for stdin.
@@ -51,38 +29,22 @@ pub(crate) fn model(path: &Path) -> Result<Model, Failure> {
 
 /// The format of a file by its name: a program where the name has no known ending.
 pub(crate) fn format_of(path: &Path) -> Result<Format, Failure> {
-    match Format::refused(path) {
-        Some(reason) => Err(Failure::Words(format!("`{}` {reason}", path.display()))),
-        None => Ok(Format::of(path).unwrap_or(Format::Program)),
-    }
+    Ok(io::format_of(path)?)
 }
 
 /// Reads a network of this format. What was mended is told on stderr.
 pub(crate) fn network(path: &Path, format: Format) -> Result<Network, Failure> {
-    let source = match format {
-        Format::Program => read(path)?,
-        _ => read_any(path)?,
-    };
-    match io::read(&source, format) {
-        Ok(network) => {
-            for warning in &network.warnings {
-                warn(&warning.line(&source));
-            }
-            Ok(network)
-        }
-        Err(wrong) => Err(Failure::Wrong(wrong, source)),
-    }
+    let opened = io::open_as(path, format)?;
+    opened.warnings.iter().for_each(|warning| warn(warning));
+    Ok(opened.network)
 }
 
 /// A program with its text; the text of a network is that of the program that it is.
 pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
     match format_of(path)? {
         Format::Program => {
-            let source = read(path)?;
-            match io::read(&source, Format::Program) {
-                Ok(network) => Ok((network, source)),
-                Err(wrong) => Err(Failure::Wrong(wrong, source)),
-            }
+            let opened = io::open_as(path, Format::Program)?;
+            Ok((opened.network, opened.source))
         }
         other => {
             let network = network(path, other)?;
@@ -90,16 +52,6 @@ pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
             Ok((network, Source::new(path.display().to_string(), text)))
         }
     }
-}
-
-/// Reads a text that need not be UTF-8: older tools write Latin-1.
-fn read_any(path: &Path) -> Result<Source, Failure> {
-    let (name, bytes) = bytes(path)?;
-    let text = String::from_utf8(bytes).unwrap_or_else(|error| {
-        warn(&format!("{name}: warning: not UTF-8; it was read as Latin-1"));
-        error.as_bytes().iter().copied().map(char::from).collect()
-    });
-    Ok(Source::new(name, text))
 }
 
 /// Tells a line on stderr.

@@ -4,10 +4,10 @@
 //! long stays whole.
 
 /// The columns of a terminal.
-pub(crate) const WIDTH: usize = 80;
+pub const WIDTH: usize = 80;
 
 /// A text in lines; the first starts with `head`, the others with as many blanks as `hang` says.
-pub(crate) fn wrapped(head: &str, text: &str, hang: usize) -> String {
+pub fn wrapped(head: &str, text: &str, hang: usize) -> String {
     let mut lines = String::new();
     let mut line = head.to_owned();
     let mut empty = true;
@@ -30,7 +30,7 @@ pub(crate) fn wrapped(head: &str, text: &str, hang: usize) -> String {
 }
 
 /// An equation in lines: a distribution, and what follows a sum's sign, stay whole where they fit.
-pub(crate) fn wrapped_equation(head: &str, equation: &str, hang: usize) -> String {
+pub fn wrapped_equation(head: &str, equation: &str, hang: usize) -> String {
     const KEPT: char = '\u{a0}';
     let mut kept = String::with_capacity(equation.len());
     // For each bracket that is open, whether it belongs to a name before it.
@@ -55,12 +55,12 @@ pub(crate) fn wrapped_equation(head: &str, equation: &str, hang: usize) -> Strin
 }
 
 /// The columns that a text takes.
-pub(crate) fn columns(text: &str) -> usize {
+pub fn columns(text: &str) -> usize {
     text.chars().count()
 }
 
 /// A text, filled with blanks to a width.
-pub(crate) fn filled(text: &str, width: usize) -> String {
+pub fn filled(text: &str, width: usize) -> String {
     format!("{text}{}", " ".repeat(width.saturating_sub(columns(text))))
 }
 

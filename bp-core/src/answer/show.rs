@@ -1,12 +1,12 @@
-//! An answer as a table.
+//! An answer as a table for a terminal.
 //!
 //! In: an [`Answer`]. Out: aligned columns, and bars for probabilities. Invariant: no line of a table whose values are
 //! short is wider than a terminal.
 
+use super::{Answer, Figure, Row};
 use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
-use bp_core::answer::{Answer, Figure, Row};
-use std::io::{Result, Write};
+use std::fmt::{self, Display, Formatter, Write};
 
 /// The rows of a large table that are shown unless all are wanted.
 const FIRST_ROWS: usize = 40;
@@ -14,8 +14,24 @@ const FIRST_ROWS: usize = 40;
 /// The widest bar, and the narrowest that is worth showing.
 const BARS: std::ops::RangeInclusive<usize> = 8..=40;
 
-/// Writes an answer.
-pub(crate) fn write(answer: &Answer, all: bool, out: &mut impl Write) -> Result<()> {
+/// The table with bars; the first rows of a large one, all of them with `{:#}`.
+impl Display for Answer {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let all = f.alternate();
+        write(self, all, "`{:#}` shows them", f)
+    }
+}
+
+impl Answer {
+    /// The table with bars: `all` of it, or its first rows, with what shows the others.
+    pub fn table(&self, all: bool, how: &str) -> String {
+        let mut text = String::new();
+        write(self, all, how, &mut text).expect("internal: a text takes what is written");
+        text
+    }
+}
+
+fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Result {
     write!(out, "{}", wrapped("", &answer.question, 4))?;
     let shown = if all { answer.answer.len() } else { answer.answer.len().min(FIRST_ROWS) };
     let rows = &answer.answer[..shown];
@@ -30,7 +46,7 @@ pub(crate) fn write(answer: &Answer, all: bool, out: &mut impl Write) -> Result<
         writeln!(out, "\n  the most likely course; beside each value its probability at that instant alone")?;
     }
     if shown < answer.answer.len() {
-        writeln!(out, "  … and {} more rows; --all shows them", answer.answer.len() - shown)?;
+        writeln!(out, "  … and {} more rows; {how}", answer.answer.len() - shown)?;
     }
     let knows = answer.question.contains('|');
     if let Some(ln_evidence) = answer.ln_evidence.filter(|_| knows) {
@@ -79,7 +95,7 @@ fn headings(row: &Row) -> Vec<String> {
     valued.chain(named.then(String::new)).chain(figures).collect()
 }
 
-fn write_rows(rows: &[Row], largest: f64, out: &mut impl Write) -> Result<()> {
+fn write_rows(rows: &[Row], largest: f64, out: &mut impl Write) -> fmt::Result {
     let headings = headings(&rows[0]);
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     let cells: Vec<Vec<String>> = rows.iter().map(cells_of).collect();

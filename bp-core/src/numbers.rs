@@ -3,7 +3,7 @@
 //! In: numbers. Out: text. Invariant: six significant digits, whatever the size.
 
 /// A number with six significant digits.
-pub(crate) fn six_digits(number: f64) -> String {
+pub fn six_digits(number: f64) -> String {
     // Zero has no sign for a reader.
     let number = number + 0.0;
     if number == 0.0 || !number.is_finite() {
@@ -19,7 +19,7 @@ pub(crate) fn six_digits(number: f64) -> String {
 }
 
 /// An error: two significant digits are enough.
-pub(crate) fn two_digits(number: f64) -> String {
+pub fn two_digits(number: f64) -> String {
     match format!("{number:.1e}").parse::<f64>() {
         Ok(rounded) if (1e-4..1e4).contains(&rounded.abs()) => rounded.to_string(),
         _ if number == 0.0 => "0".to_owned(),
@@ -28,7 +28,7 @@ pub(crate) fn two_digits(number: f64) -> String {
 }
 
 /// A bar for a fraction of the width, in eighths of a cell; something that is not nothing shows.
-pub(crate) fn bar(fraction: f64, width: usize) -> String {
+pub fn bar(fraction: f64, width: usize) -> String {
     const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
     let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
     let eighths = (fraction * width as f64 * 8.0).round() as usize;

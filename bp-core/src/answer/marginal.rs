@@ -1,0 +1,119 @@
+//! What is made of a part: some of its slots, its probabilities, its rows.
+//!
+//! In: a [`Part`]. Out: a part of fewer slots, numbers, rows. Invariant: what is left out is summed out; slots stay in their
+//! order.
+
+use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
+use super::{Figure, Row};
+use crate::model::Model;
+use std::sync::Arc;
+
+impl Part {
+    /// The distribution of the slots at some places, ascending.
+    pub fn marginal(&self, places: &[usize]) -> Self {
+        let law = match &self.law {
+            PartLaw::Normal { mean, covariance } => PartLaw::Normal {
+                mean: places.iter().map(|place| mean[*place]).collect(),
+                covariance: (places.iter())
+                    .flat_map(|row| places.iter().map(|column| covariance[*row * mean.len() + *column]))
+                    .collect(),
+            },
+            PartLaw::Draws(draws, drawn) => {
+                PartLaw::Draws(Arc::clone(draws), places.iter().map(|place| drawn[*place]).collect())
+            }
+            PartLaw::Finite(numbers) => {
+                let kept: Vec<Slot> = places.iter().map(|place| self.of[*place].clone()).collect();
+                let width: usize = kept.iter().map(|slot| slot.count).product();
+                let mut sums = Vec::with_capacity(numbers.len() / self.width().max(1) * width);
+                for context in numbers.chunks(self.width().max(1)) {
+                    let mut own = vec![0.0; width];
+                    for (place, p) in context.iter().enumerate() {
+                        let at = ordinals(&self.of, place);
+                        let at = places.iter().fold(0, |sum, own| sum * self.of[*own].count + at[*own]);
+                        own[at] += p;
+                    }
+                    sums.extend(own);
+                }
+                PartLaw::Finite(sums)
+            }
+        };
+        let of = places.iter().map(|place| self.of[*place].clone()).collect();
+        Part { instant: self.instant, given: self.given.clone(), of, law }
+    }
+
+    /// The probability of each combination of finite slots; `None` where a slot is real.
+    pub fn probabilities(&self) -> Option<Vec<f64>> {
+        let finite = self.of.iter().all(|slot| slot.count > 0);
+        match &self.law {
+            PartLaw::Finite(numbers) => Some(numbers.clone()),
+            PartLaw::Draws(draws, drawn) if finite => {
+                let mut sums = vec![0.0; self.width()];
+                for draw in 0..draws.count() {
+                    let at = drawn.iter().zip(&self.of).fold(0, |sum, (drawn, slot)| match drawn {
+                        Drawn::At(position) => sum * slot.count + draws.value(draw, *position) as usize,
+                        Drawn::Moments(_) => sum,
+                    });
+                    sums[at] += draws.weight(draw);
+                }
+                Some(sums)
+            }
+            _ => None,
+        }
+    }
+    /// The rows of a part, as an answer shows them.
+    pub fn rows(&self, model: &Model) -> Vec<Row> {
+        let instant = self.instant.map(|instant| ("t".to_owned(), instant.to_string()));
+        let named = |slots: &[Slot], place: usize| -> Vec<(String, String)> {
+            let values = slots.iter().zip(ordinals(slots, place));
+            values.map(|(slot, at)| (slot.name(model), model.value_name(slot.variable, at))).collect()
+        };
+        let alone = |slot: &Slot, figure: Figure| Row {
+            values: instant.iter().cloned().chain([(slot.name(model), String::new())]).collect(),
+            figure,
+        };
+        match &self.law {
+            PartLaw::Finite(numbers) => {
+                let width = self.width().max(1);
+                let row = |(place, p): (usize, &f64)| Row {
+                    values: (instant.iter().cloned())
+                        .chain(named(&self.given, place / width))
+                        .chain(named(&self.of, place % width))
+                        .collect(),
+                    figure: Figure::Probability { p: *p },
+                };
+                numbers.iter().enumerate().map(row).collect()
+            }
+            PartLaw::Normal { mean, covariance } => {
+                let law = |(place, slot): (usize, &Slot)| {
+                    let deviation = covariance[place * mean.len() + place].max(0.0).sqrt();
+                    alone(slot, Figure::Normal { mean: mean[place], deviation })
+                };
+                self.of.iter().enumerate().map(law).collect()
+            }
+            PartLaw::Draws(draws, drawn) => {
+                let finite = |place: &usize| self.of[*place].count > 0;
+                let (finite, reals): (Vec<usize>, Vec<usize>) = (0..self.of.len()).partition(finite);
+                let mut rows = Vec::new();
+                if !finite.is_empty() {
+                    let own = self.marginal(&finite);
+                    let error = |p: f64| (p * (1.0 - p) / draws.effective().max(1.0)).max(0.0).sqrt();
+                    let all = own.probabilities().unwrap_or_default();
+                    rows.extend(all.iter().enumerate().map(|(place, p)| Row {
+                        values: instant.iter().cloned().chain(named(&own.of, place)).collect(),
+                        figure: Figure::Estimated { p: *p, error: error(*p) },
+                    }));
+                }
+                rows.extend(reals.iter().map(|place| {
+                    let of = match drawn[*place] {
+                        Drawn::At(position) => draws.moments(position),
+                        Drawn::Moments(moments) => moments,
+                    };
+                    let figure =
+                        Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles };
+                    alone(&self.of[*place], figure)
+                }));
+                rows
+            }
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! A filter over time: one instant after the other.
+//!
+//! In: a program with variables `X^-1`, and what is observed at each instant. Out: what is believed after it. Invariant: only what
+//! the next instant needs is kept, so that a filter can run for ever.
+
+use super::value::read;
+use super::{Evidence, Posterior, Program};
+use crate::answer::of_instant;
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::model::{Ask, Question, Statistic, When};
+use crate::plan::{Options, Route, plan};
+use crate::time::{Follower, Told};
+use std::collections::HashMap;
+use std::fmt::{self, Debug, Formatter};
+
+/// A filter: what is believed of the searched variables, given all that was observed so far.
+///
+/// ```
+/// use bp_core::prelude::*;
+/// # fn main() -> Result<(), bp_core::Error> {
+/// let program = Program::parse(
+///     "program Door {
+///          variables { Open, Open^-1, Seen : bool; }
+///          decomposition { P(Open^-1) P(Open | Open^-1) P(Seen | Open) }
+///          forms {
+///              P(Open^-1)        = previous(Open) else bernoulli(0);
+///              P(Open | Open^-1) = table { false: 0.9, 0.1; true: 0.2, 0.8; };
+///              P(Seen | Open)    = bernoulli(if Open { 0.7 } else { 0.1 });
+///          }
+///      }",
+/// )?;
+/// let mut door = program.filter("P(Open | Seen)")?;
+/// let open = door.step(evidence! { Seen: true })?;
+/// // 0.1 · 0.7 / (0.1 · 0.7 + 0.9 · 0.1)
+/// assert!((open.p(true)? - 0.4375).abs() < 1e-15);
+/// // Nothing is seen: 0.4375 · 0.8 + 0.5625 · 0.1.
+/// assert!((door.step(evidence! {})?.p(true)? - 0.40625).abs() < 1e-15);
+/// # Ok(())
+/// # }
+/// ```
+pub struct Filter<'p> {
+    program: &'p Program,
+    follower: Follower<'p>,
+    /// The observed slots, by name.
+    slots: HashMap<String, usize>,
+}
+
+impl<'p> Filter<'p> {
+    pub(super) fn new(program: &'p Program, mut asked: Question) -> Result<Self, Error> {
+        let model = program.model();
+        for ask in &mut asked.asks {
+            if ask.when == When::Now {
+                ask.when = When::Filter;
+            }
+        }
+        let mut routes = plan(model, &asked, Options { by: program.by, ..Options::default() })?.routes;
+        let route = match (routes.pop(), routes.len()) {
+            (Some(Route::OverTime(route)), 0) if is_filter(&route.ask) => route,
+            _ => {
+                let reason = "a filter answers one question: `P(…)` or `filter P(…)`".to_owned();
+                let question = asked.asks.first().map(|ask| model.ask_text(ask)).unwrap_or_default();
+                return Err(Error::Unplanned { question, reason });
+            }
+        };
+        let setting = Setting::new(model, program.inputs())?;
+        let mut slots = HashMap::new();
+        for variable in route.observed(model) {
+            slots.extend(setting.slots_of(variable).map(|slot| (setting.slot_name(slot), slot)));
+        }
+        let follower = Follower::new(setting, route, program.sampling)?;
+        Ok(Self { program, follower, slots })
+    }
+
+    /// One instant: what was observed at it, none of it or some of it too; gives what is believed then. Of a family a value is
+    /// the list of those of its elements, or each is given alone, `Z[2]`.
+    ///
+    /// # Errors
+    /// A name that the question does not know, a value that its variable does not have, observations that are impossible;
+    /// the filter then stays as it was.
+    pub fn step(&mut self, observed: Evidence) -> Result<Posterior, Error> {
+        let mut values = Vec::new();
+        for (name, value) in observed.iter() {
+            let flat = value.flat();
+            let places: Vec<usize> = match self.slots.get(name) {
+                Some(slot) => vec![*slot],
+                None => self.elements(name),
+            };
+            if places.is_empty() {
+                let names: Vec<&str> = self.slots.keys().map(String::as_str).collect();
+                return Err(Error::input(name, super::lookup::unknown(name, names)));
+            }
+            if places.len() != flat.len() {
+                let message = format!("{} values were given, but {} are expected", flat.len(), places.len());
+                return Err(Error::input(name, message));
+            }
+            for (slot, value) in places.into_iter().zip(flat) {
+                let setting = self.follower.setting();
+                let size = |name: &str| setting.inputs().find_size(name);
+                let read = read(setting.model, setting.variable_of(slot), value, &size);
+                let (_, number) = read.map_err(|message| Error::input(name, message))?;
+                values.push((slot, number));
+            }
+        }
+        let told = self.follower.step(&values)?;
+        Ok(self.posterior(&told, String::new()))
+    }
+
+    /// What is believed some instants later, of which nothing is observed. The filter stays where it is.
+    ///
+    /// # Errors
+    /// No steps, or what the program cannot tell of them.
+    pub fn predict(&mut self, steps: usize) -> Result<Posterior, Error> {
+        if steps == 0 {
+            return Err(Error::input("predict", "0 instants ahead is what the last step answered"));
+        }
+        let told = self.follower.predict(steps)?;
+        Ok(self.posterior(&told, format!(", {steps} later")))
+    }
+
+    /// ln P(all that was observed so far); of reals the density.
+    pub fn ln_evidence(&self) -> f64 {
+        self.follower.ln_evidence()
+    }
+
+    /// How many instants were followed.
+    pub fn instants(&self) -> usize {
+        self.follower.instants()
+    }
+
+    /// The slots of the elements of a family, or of the components of a vector.
+    fn elements(&self, name: &str) -> Vec<usize> {
+        let setting = self.follower.setting();
+        let known = setting.model.variables_by_name();
+        let slots = known.get(name).map(|variable| setting.slots_of(*variable)).unwrap_or_default();
+        slots.filter(|slot| self.slots.values().any(|own| own == slot)).collect()
+    }
+
+    fn posterior(&self, told: &Told, when: String) -> Posterior {
+        let (setting, route) = (self.follower.setting(), self.follower.route());
+        let ln_evidence = self.follower.ln_evidence();
+        let mut answer = of_instant(setting, route, told, ln_evidence, self.program.sampling);
+        answer.question.push_str(&when);
+        Posterior::new(self.program, answer)
+    }
+}
+
+/// Whether an ask is for the distribution of the last instant.
+fn is_filter(ask: &Ask) -> bool {
+    ask.when == When::Filter && ask.statistic == Statistic::Distribution
+}
+
+impl Debug for Filter<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let ask = self.program.model().ask_text(&self.follower.route().ask);
+        write!(f, "Filter({ask}, {} instants)", self.instants())
+    }
+}

@@ -1,0 +1,280 @@
+//! Programs, as a Rust user works with them: opened, given numbers, asked.
+//!
+//! In: a file, a text or a [`Model`]. Out: a [`Program`], whose questions are answered by a [`Posterior`]. Invariant: a program is a
+//! value: what is given to it makes another one; every error says what was found, what was expected, and where.
+
+mod evidence;
+mod filter;
+mod learned;
+mod lookup;
+mod marginals;
+mod numbers;
+mod posterior;
+mod question;
+pub mod settings;
+mod value;
+
+pub use evidence::Evidence;
+pub use filter::Filter;
+pub use learned::{Learned, Learning};
+pub use posterior::Posterior;
+pub use question::Question;
+pub use value::Value;
+
+use crate::answer::link;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::guess::listed;
+use crate::io::{self, Network};
+use crate::model::{Known, Model};
+use crate::plan::Strategy;
+use crate::sample::Sampling;
+use crate::source::Source;
+use crate::syntax::{compile, parse_question};
+use settings::{Meaning, Settings, meaning, names};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+/// A Bayesian Program, or a network of another tool, with what was given to it.
+///
+/// ```
+/// use bp_core::prelude::*;
+/// # fn main() -> Result<(), bp_core::Error> {
+/// let coin = Program::parse(
+///     "program Coin {
+///          parameters { bias : probability = 0.5; }
+///          variables { Heads : bool; }
+///          decomposition { P(Heads) }
+///          forms { P(Heads) = bernoulli(bias); }
+///      }",
+/// )?;
+/// assert_eq!(coin.ask("P(Heads)")?.p(true)?, 0.5);
+/// assert_eq!(coin.with("bias", 0.25)?.ask("P(Heads)")?.p(true)?, 0.25);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Program {
+    opened: Arc<Opened>,
+    /// What was given, and the same with the sizes that the numbers of parameters tell.
+    given: Arc<Settings>,
+    settings: Arc<Settings>,
+    /// What was given, as kernels read it; made when a filter first needs it.
+    inputs: OnceLock<Inputs<'static, f64>>,
+    sampling: Sampling,
+    /// The strategy that is to answer.
+    by: Option<Strategy>,
+}
+
+/// What a program is, whatever is given to it.
+#[derive(Debug)]
+struct Opened {
+    model: Model,
+    /// Its text, where it has one.
+    source: Option<Source>,
+    /// What is always known: the potentials of a Markov network.
+    known: Vec<Known>,
+    ln_scale: f64,
+    warnings: Vec<String>,
+}
+
+impl Program {
+    /// Opens a program (`.bp`), or a network (BIF, XMLBIF, UAI, Hugin NET), by the end of its name; `-` is standard input.
+    ///
+    /// # Errors
+    /// A file that cannot be read; every mistake of the program, under its lines.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let io::Opened { network, source, warnings } = io::open(path.as_ref())?;
+        let Network { model, known, ln_scale, .. } = network;
+        Self::made(Opened { model, source: Some(source), known, ln_scale, warnings })
+    }
+
+    /// Reads a program from its text. Of several programs the last one is asked.
+    ///
+    /// # Errors
+    /// Every mistake of the program, under its lines.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let source = Source::new("program", text);
+        let model = compile(&source).map_err(|wrong| Error::program(&source, wrong))?;
+        Self::made(Opened { source: Some(source), ..Opened::from(model) })
+    }
+
+    /// The program with the answers of its subroutines.
+    fn made(mut opened: Opened) -> Result<Self, Error> {
+        if opened.model.subroutines.iter().any(|subroutine| subroutine.table.is_empty()) {
+            opened.model = link(&opened.model)?.into_owned();
+        }
+        Ok(Self::of(opened))
+    }
+
+    fn of(opened: Opened) -> Self {
+        let settings = Settings::new(&opened.model);
+        Self::with_settings(Arc::new(opened), settings, (Sampling::default(), None))
+    }
+
+    fn with_settings(
+        opened: Arc<Opened>,
+        given: Settings,
+        (sampling, by): (Sampling, Option<Strategy>),
+    ) -> Self {
+        let settings = Arc::new(given.clone().with_told(&opened.model));
+        Self { opened, given: Arc::new(given), settings, inputs: OnceLock::new(), sampling, by }
+    }
+
+    /// The program with a value for a parameter (a number, or a list of them), or a size for a set. A grid takes its
+    /// extents, `[4, 3, 8]`.
+    ///
+    /// # Errors
+    /// The program has no parameter and no set of this name; a value that it cannot have.
+    pub fn with(self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
+        let meaning = meaning(name, &names(&self.opened.model))?;
+        self.set(name, &value.into(), meaning)
+    }
+
+    fn set(self, name: &str, value: &Value, meaning: Meaning) -> Result<Self, Error> {
+        let mut given = Arc::unwrap_or_clone(self.given);
+        given.set(&self.opened.model, name, value, meaning)?;
+        Ok(Self::with_settings(self.opened, given, (self.sampling, self.by)))
+    }
+
+    /// The program whose estimates are made of so many draws.
+    #[must_use]
+    pub fn draws(mut self, count: usize) -> Self {
+        self.sampling.particles = count.max(1);
+        self
+    }
+
+    /// The program whose draws begin with this seed: the same seed gives the same answer.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.sampling.seed = seed;
+        self
+    }
+
+    /// The program that one strategy is to answer, by the name that `--by` takes: `sums`, `join_tree`, `gaussian`, `chain`,
+    /// `weighting`, `gibbs` or `particles`. Without it the planner chooses.
+    ///
+    /// # Errors
+    /// There is no such strategy. One that does not answer a question is refused where that is asked.
+    pub fn by(mut self, strategy: &str) -> Result<Self, Error> {
+        let named = Strategy::of_name(strategy).ok_or_else(|| {
+            let names = listed(Strategy::ALL.map(Strategy::name), "and");
+            Error::input("by", format!("there is no strategy `{strategy}`; there are {names}"))
+        })?;
+        self.by = Some(named);
+        Ok(self)
+    }
+
+    /// The name of the program.
+    pub fn name(&self) -> &str {
+        &self.opened.model.name
+    }
+
+    /// The names of its variables.
+    pub fn variables(&self) -> Vec<String> {
+        let model = &self.opened.model;
+        model.variables.ids().map(|id| model.variable_name(id)).collect()
+    }
+
+    /// The names of the questions that it declares.
+    pub fn questions(&self) -> Vec<&str> {
+        self.opened.model.questions.values().map(|question| question.name.as_str()).collect()
+    }
+
+    /// What was mended when a network was opened, a line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.opened.warnings
+    }
+
+    /// The model, for the stages of the compiler.
+    pub fn model(&self) -> &Model {
+        &self.opened.model
+    }
+
+    /// Asks a question, or one that the program declares, by its name.
+    ///
+    /// # Errors
+    /// A wrong question, under its words; one that has no answer; evidence of probability zero; several answers
+    /// ([`Program::ask_all`]).
+    pub fn ask(&self, question: &str) -> Result<Posterior, Error> {
+        self.question(question)?.ask()
+    }
+
+    /// Asks a declared question that asks several things at once.
+    ///
+    /// # Errors
+    /// As [`Program::ask`].
+    pub fn ask_all(&self, question: &str) -> Result<Vec<Posterior>, Error> {
+        self.question(question)?.ask_all()
+    }
+
+    /// Compiles a question, to be asked again and again.
+    ///
+    /// # Errors
+    /// A wrong question, under its words; one that has no answer.
+    pub fn question(&self, question: &str) -> Result<Question, Error> {
+        Question::new(self, self.asked(question)?)
+    }
+
+    /// A filter: what is believed at each instant, given what was observed up to it. `question` is `P(Open | Seen)`; `filter`
+    /// before it may be left out.
+    ///
+    /// # Errors
+    /// As [`Program::question`]; the program has no variable `X^-1`.
+    pub fn filter(&self, question: &str) -> Result<Filter<'_>, Error> {
+        Filter::new(self, self.asked(question)?)
+    }
+
+    /// The posterior of each variable, given some evidence.
+    ///
+    /// # Errors
+    /// A name that nothing has, a value that its variable does not have; evidence of probability zero.
+    pub fn marginals(&self, evidence: &Evidence) -> Result<Posterior, Error> {
+        marginals::marginals(self, evidence)
+    }
+
+    /// Learns what is `unknown` in the program, and the parameters that `identification` names, from a table of cases
+    /// (CSV): `learn("lawns.csv")`, `learn(Learning::from("mails.csv").hidden("Kind"))`.
+    ///
+    /// # Errors
+    /// A table that cannot be read or does not fit, with file, row and column; nothing is to be learned.
+    pub fn learn(&self, data: impl Into<Learning>) -> Result<Learned, Error> {
+        learned::learn(self, &data.into())
+    }
+
+    /// A question as typed, with what is always known.
+    fn asked(&self, text: &str) -> Result<crate::model::Question, Error> {
+        let source = Source::new("question", text);
+        let asked = parse_question(&source, &self.opened.model);
+        let mut asked = asked.map_err(|wrong| Error::program(&source, wrong))?;
+        asked.asks.iter_mut().for_each(|ask| ask.known.extend_from_slice(&self.opened.known));
+        Ok(asked)
+    }
+
+    /// What was given, for as long as the program lives.
+    fn inputs(&self) -> &Inputs<'_, f64> {
+        self.inputs.get_or_init(|| self.settings.inputs().into_owned())
+    }
+}
+
+impl From<Model> for Opened {
+    fn from(model: Model) -> Self {
+        Opened { model, source: None, known: Vec::new(), ln_scale: 0.0, warnings: Vec::new() }
+    }
+}
+
+/// The program that a model is, such as one of [`ModelBuilder`](crate::model::ModelBuilder).
+impl From<Model> for Program {
+    fn from(model: Model) -> Self {
+        Self::of(Opened::from(model))
+    }
+}
+
+/// The program that its text is.
+impl std::str::FromStr for Program {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::parse(text)
+    }
+}

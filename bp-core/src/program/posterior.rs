@@ -1,0 +1,336 @@
+//! What an answer says: a distribution of named variables.
+//!
+//! In: an answer. Out: probabilities by value, the mode, moments, intervals. Invariant: values are looked up by variable and
+//! element; a lookup of what the answer does not have is an error that says what it has.
+
+use super::lookup::{one_slot, slots_named};
+use super::value::{ordinal, value};
+use super::{Evidence, Program, Value};
+use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
+use crate::error::Error;
+use crate::model::Model;
+use crate::plan::Strategy;
+use serde::{Serialize, Serializer};
+use std::fmt::{self, Display, Formatter};
+
+/// The answer to a question: a distribution of variables, or a number that is made of one.
+///
+/// It prints as a table with bars (`{:#}` shows all rows of a large one), and is written by serde as `bp ask --json` writes it.
+///
+/// ```
+/// # use bp_core::prelude::*;
+/// # fn main() -> Result<(), bp_core::Error> {
+/// # let grass = Program::parse("program Grass { variables { Rain, Wet : bool; } decomposition { P(Rain) P(Wet | Rain) }
+/// #     forms { P(Rain) = bernoulli(0.5); P(Wet | Rain) = bernoulli(if Rain { 0.75 } else { 0.25 }); } }")?;
+/// let rain = grass.ask("P(Rain | Wet = true)")?;
+/// assert_eq!(rain.p(true)?, 0.75);
+/// assert_eq!(rain.mode()?["Rain"], true);
+/// let both = grass.ask("P(Rain Wet)")?;
+/// assert_eq!(both.p((true, false))?, 0.125);
+/// assert_eq!(both.of("Wet")?.p(true)?, 0.5);
+/// let table = grass.ask("P(Rain | Wet)")?;
+/// assert_eq!(table.given("Wet", false)?.p(true)?, 0.25);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    pub(super) program: Program,
+    pub(super) answer: Answer,
+}
+
+impl Posterior {
+    pub(super) fn new(program: &Program, answer: Answer) -> Self {
+        Self { program: program.clone(), answer }
+    }
+
+    /// What was asked, as a user types it.
+    pub fn question(&self) -> &str {
+        &self.answer.question
+    }
+
+    /// In which way it was computed.
+    pub fn strategy(&self) -> Strategy {
+        self.answer.strategy
+    }
+
+    /// ln P(evidence), where the evidence is one event; of reals the density.
+    pub fn ln_evidence(&self) -> Option<f64> {
+        self.answer.ln_evidence
+    }
+
+    /// How it was estimated, where it is not exact: draws, their worth, the seed, the standard error of ln P(evidence).
+    pub fn estimate(&self) -> Option<&Estimate> {
+        self.answer.estimate.as_ref()
+    }
+
+    /// A warning about the estimate, if there is one.
+    pub fn warning(&self) -> Option<&str> {
+        self.answer.estimate.as_ref()?.warning.as_deref()
+    }
+
+    /// The probability of a value; of several variables a tuple of their values, in the order of the question, of a family
+    /// the list of those of its elements. Of a normal law it is a density.
+    ///
+    /// # Errors
+    /// It has another number of variables, or such a variable has no such value; several contexts or instants, one of
+    /// which must be chosen; draws of a real, which have no density.
+    pub fn p(&self, value: impl Into<Value>) -> Result<f64, Error> {
+        self.p_and_error(value).map(|[p, _]| p)
+    }
+
+    /// The probability of a value, and its standard error: 0 where the answer is exact.
+    ///
+    /// # Errors
+    /// As [`Posterior::p`].
+    pub fn p_and_error(&self, value: impl Into<Value>) -> Result<[f64; 2], Error> {
+        let (part, value) = (self.one()?, value.into());
+        let values = value.flat();
+        if values.len() != part.of.len() {
+            let (found, names) = (values.len(), self.names(&part.of));
+            let expected = match part.of.len() {
+                0 => "it is one number: `number` reads it".to_owned(),
+                count => format!("it is about {names}: give {count}"),
+            };
+            return Err(self.lookup(format!("{found} values were looked up, but {expected}")));
+        }
+        if let PartLaw::Normal { mean, covariance } = &part.law {
+            let at: Option<Vec<f64>> = values.iter().map(|value| value.as_f64()).collect();
+            let at = at.ok_or_else(|| self.lookup(format!("`{value}` is no number; look up a real")))?;
+            return Ok([super::numbers::density(mean, covariance, &at), 0.0]);
+        }
+        if let Some(real) = part.of.iter().find(|slot| slot.count == 0) {
+            let name = real.name(self.model());
+            let message = format!("draws of `{name}` have no density: ask for `mean`, `interval` or `draws`");
+            return Err(self.lookup(message));
+        }
+        let found = part.of.iter().zip(values).map(|(slot, value)| ordinal(self.model(), slot, value));
+        let found: Vec<usize> = found.collect::<Result<_, _>>().map_err(|message| self.lookup(message))?;
+        Ok(match &part.law {
+            PartLaw::Draws(draws, drawn) => draws.mean(|draw| {
+                let agrees = |(drawn, ordinal): (&Drawn, &usize)| match drawn {
+                    Drawn::At(position) => draws.value(draw, *position) == *ordinal as f64,
+                    Drawn::Moments(_) => false,
+                };
+                f64::from(u8::from(drawn.iter().zip(&found).all(agrees)))
+            }),
+            PartLaw::Finite(numbers) => {
+                let place = found.iter().zip(&part.of).fold(0, |place, (at, slot)| place * slot.count + at);
+                [numbers[place], 0.0]
+            }
+            PartLaw::Normal { .. } => unreachable!("internal: a normal law has been read above"),
+        })
+    }
+
+    /// The probability of each combination of values, in the order of the table.
+    ///
+    /// # Errors
+    /// As [`Posterior::p`].
+    pub fn values(&self) -> Result<Vec<(Evidence, f64)>, Error> {
+        let part = self.one()?;
+        let numbers = self.finite(part)?;
+        let named = |(place, p): (usize, &f64)| (self.assignment(&part.of, place), *p);
+        Ok(numbers.iter().enumerate().map(named).collect())
+    }
+
+    /// The most probable values of all its variables together, the first of several; of a normal law its mean.
+    ///
+    /// # Errors
+    /// As [`Posterior::p`]; nothing is possible in this context.
+    pub fn mode(&self) -> Result<Evidence, Error> {
+        let part = self.one()?;
+        if let PartLaw::Normal { mean, .. } = &part.law {
+            return Ok(part
+                .of
+                .iter()
+                .zip(mean)
+                .map(|(slot, mean)| (slot.name(self.model()), *mean))
+                .collect());
+        }
+        let numbers = self.finite(part)?;
+        let best = numbers.iter().enumerate().fold(
+            (0, 0.0),
+            |best, (place, p)| {
+                if *p > best.1 { (place, *p) } else { best }
+            },
+        );
+        match best {
+            (_, p) if p > 0.0 => Ok(self.assignment(&part.of, best.0)),
+            _ => Err(self.lookup("no value is possible in this context".to_owned())),
+        }
+    }
+
+    /// The entropy, in nats; of a normal law the differential entropy. Of a question for an entropy it is the answer.
+    ///
+    /// # Errors
+    /// As [`Posterior::p`].
+    pub fn entropy(&self) -> Result<f64, Error> {
+        let part = self.one()?;
+        if let PartLaw::Normal { covariance, .. } = &part.law {
+            return Ok(super::numbers::normal_entropy(covariance, part.of.len()));
+        }
+        let numbers = self.finite(part)?;
+        // 0 ln 0 is 0.
+        Ok(numbers.iter().filter(|p| **p > 0.0).map(|p| -p * p.ln()).sum())
+    }
+
+    /// The number that the question asks for: of `entropy`, `information`, `divergence`, `expectation`, `variance`, `max`, or
+    /// the probability of one value.
+    ///
+    /// # Errors
+    /// The answer is not one number.
+    pub fn number(&self) -> Result<f64, Error> {
+        match self.answer.answer.as_slice() {
+            [row] => row.figure.number(),
+            _ => None,
+        }
+        .ok_or_else(|| self.lookup("the answer is not one number: look up values with `p`".to_owned()))
+    }
+
+    /// The distribution of one of its variables, of one element (`Z[2]`), or of a whole family; the others are summed out.
+    ///
+    /// # Errors
+    /// It is not about such a variable.
+    pub fn of(&self, name: &str) -> Result<Self, Error> {
+        let found = self.answer.parts.iter().filter_map(|part| {
+            let places = slots_named(self.model(), &part.of, name);
+            (!places.is_empty()).then(|| part.marginal(&places))
+        });
+        let parts: Vec<Part> = found.collect();
+        if parts.is_empty() {
+            let mut all: Vec<String> = self
+                .answer
+                .parts
+                .iter()
+                .flat_map(|part| &part.of)
+                .map(|slot| slot.name(self.model()))
+                .collect();
+            all.sort();
+            all.dedup();
+            return Err(self.lookup(super::lookup::absent(name, &all)));
+        }
+        Ok(self.with_parts(parts, format!("{}, {name}", self.question())))
+    }
+
+    /// The distribution in one context: where a known variable without a value in the question has this one.
+    ///
+    /// # Errors
+    /// No such variable is open in the question, or it has no such value.
+    pub fn given(&self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
+        let (model, value) = (self.model(), value.into());
+        let mut parts = Vec::new();
+        for part in &self.answer.parts {
+            let mut places = slots_named(model, &part.given, name);
+            let values = value.flat();
+            if places.is_empty() || places.len() != values.len() {
+                let known: Vec<String> = part.given.iter().map(|slot| slot.name(model)).collect();
+                return Err(self.lookup(super::lookup::not_given(name, &known)));
+            }
+            let mut chosen = part.clone();
+            for value in values.iter().rev() {
+                let place = places.pop().expect("internal: a place for each value");
+                let at = ordinal(model, &part.given[place], value).map_err(|message| self.lookup(message))?;
+                chosen = super::lookup::in_context(&chosen, place, at);
+            }
+            parts.push(chosen);
+        }
+        Ok(self.with_parts(parts, format!("{}, {name} = {value}", self.question())))
+    }
+
+    /// The distribution at an instant, from 1, of a question that answers for each (`smooth`, `sequence`).
+    ///
+    /// # Errors
+    /// There is no such instant.
+    pub fn at(&self, instant: usize) -> Result<Self, Error> {
+        let part = self.answer.parts.iter().find(|part| part.instant == Some(instant));
+        let part = part.ok_or_else(|| {
+            let last = self.answer.parts.iter().filter_map(|part| part.instant).max();
+            self.lookup(match last {
+                Some(last) => format!("it has no instant {instant}; its instants are 1 to {last}"),
+                None => "it speaks of no several instants: `smooth` and `sequence` do".to_owned(),
+            })
+        })?;
+        let part = Part { instant: None, ..part.clone() };
+        Ok(self.with_parts(vec![part], format!("{}, instant {instant}", self.question())))
+    }
+
+    /// How many instants it speaks of: 1 but for `smooth` and `sequence`.
+    pub fn instants(&self) -> usize {
+        self.answer.parts.iter().filter_map(|part| part.instant).max().unwrap_or(1)
+    }
+
+    fn with_parts(&self, parts: Vec<Part>, question: String) -> Self {
+        let rows = parts.iter().flat_map(|part| part.rows(self.model())).collect();
+        let answer =
+            Answer { question, answer: rows, parts, estimate: self.answer.estimate.clone(), ..self.answer };
+        Self { program: self.program.clone(), answer }
+    }
+
+    pub(super) fn model(&self) -> &Model {
+        self.program.model()
+    }
+
+    /// The only part, in its only context.
+    pub(super) fn one(&self) -> Result<&Part, Error> {
+        let choose = |what: String| Err(self.lookup(what));
+        match self.answer.parts.as_slice() {
+            [] => choose("it is no distribution: `number` reads it".to_owned()),
+            [part] if part.given.is_empty() => Ok(part),
+            [part] => {
+                let names = self.names(&part.given);
+                choose(format!("it has a context for each value of {names}: choose one with `given`"))
+            }
+            [first, ..] if first.instant.is_some() => {
+                choose(format!("it has {} instants: choose one with `at`", self.instants()))
+            }
+            _ => choose("it is about each variable alone: choose one with `of`".to_owned()),
+        }
+    }
+
+    /// The probabilities of the combinations of finite slots; of draws their estimates.
+    fn finite(&self, part: &Part) -> Result<Vec<f64>, Error> {
+        part.probabilities().ok_or_else(|| {
+            let real = part.of.iter().find(|slot| slot.count == 0);
+            let name = real.map_or_else(String::new, |slot| slot.name(self.model()));
+            self.lookup(format!(
+                "`{name}` is a real, which has no list of values: ask for `mean` or `interval`"
+            ))
+        })
+    }
+
+    /// The only slot of the only part, and its place.
+    pub(super) fn single(&self) -> Result<(&Part, &Slot), Error> {
+        let part = self.one()?;
+        one_slot(part).map(|slot| (part, slot)).ok_or_else(|| {
+            let names = self.names(&part.of);
+            self.lookup(format!("it is about {names}: choose one with `of`"))
+        })
+    }
+
+    fn assignment(&self, of: &[Slot], place: usize) -> Evidence {
+        let values = of.iter().zip(ordinals(of, place));
+        values.map(|(slot, at)| (slot.name(self.model()), value(self.model(), slot, at))).collect()
+    }
+
+    fn names(&self, slots: &[Slot]) -> String {
+        let names: Vec<String> = slots.iter().map(|slot| slot.name(self.model())).collect();
+        crate::guess::listed(names.iter().map(String::as_str), "and")
+    }
+
+    pub(super) fn lookup(&self, message: String) -> Error {
+        Error::Lookup { question: self.answer.question.clone(), message }
+    }
+}
+
+/// The table with bars.
+impl Display for Posterior {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.answer.fmt(f)
+    }
+}
+
+impl Serialize for Posterior {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.answer.serialize(serializer)
+    }
+}

@@ -1,0 +1,157 @@
+//! A question, compiled once and asked again and again.
+//!
+//! In: a program and a question. Out: a [`Question`], which is given values and asked. Invariant: giving a value makes another
+//! question; what was compiled is shared.
+
+use super::settings::{Meaning, meaning, names_of};
+use super::{Evidence, Posterior, Program, Value};
+use crate::answer::{CompiledQuestion, ask_over_time_by, compile_by, filled, open, read_instants};
+use crate::data;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::model;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A question to a program, ready to be asked.
+///
+/// ```
+/// # use bp_core::prelude::*;
+/// # fn main() -> Result<(), bp_core::Error> {
+/// # let grass = Program::parse("program Grass { variables { Rain, Wet : bool; } decomposition { P(Rain) P(Wet | Rain) }
+/// #     forms { P(Rain) = bernoulli(0.3); P(Wet | Rain) = bernoulli(if Rain { 0.9 } else { 0.2 }); } }")?;
+/// let asked = grass.question("P(Rain | Wet = wet)")?;
+/// for wet in [true, false] {
+///     println!("{}", asked.given("wet", wet)?.ask()?);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Question {
+    program: Program,
+    asked: model::Question,
+    compiled: Arc<CompiledQuestion<'static>>,
+    given: Vec<(String, Vec<f64>)>,
+}
+
+impl Question {
+    pub(super) fn new(program: &Program, asked: model::Question) -> Result<Self, Error> {
+        let compiled = Arc::new(compile_by(program.model(), &asked, program.by)?.into_owned());
+        Ok(Self { program: program.clone(), asked, compiled, given: Vec::new() })
+    }
+
+    /// The question with a value: of a name in it (`wet` of `Wet = wet`), of a known variable that it leaves open (`Wet` of
+    /// `P(Rain | Wet)`, which compiles the question anew), of a parameter, or of an input. Several values are a list.
+    ///
+    /// # Errors
+    /// Neither the program nor the question knows the name; a value that it cannot have.
+    pub fn given(&self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
+        let (model, value) = (self.program.model(), value.into());
+        let mut question = self.clone();
+        let mut names = names_of(model, [&*self.compiled])?;
+        let free = open(&self.asked).into_iter().find(|id| model.variable_name(*id) == name);
+        if let Some(id) = free.filter(|_| !names.contains_key(name)) {
+            let known = filled(model, &self.asked, &BTreeSet::from([id]), &BTreeSet::new());
+            question = Self { given: self.given.clone(), ..Self::new(&self.program, known)? };
+            names.insert(name.to_owned(), Meaning::Value(id));
+        }
+        match meaning(name, &names)? {
+            Meaning::Value(variable) => {
+                let values = self.program.settings.values(model, variable, name, &value)?;
+                question.given.retain(|(known, _)| known != name);
+                question.given.push((name.to_owned(), values));
+            }
+            other => question.program = question.program.set(name, &value, other)?,
+        }
+        Ok(question)
+    }
+
+    /// Asks it.
+    ///
+    /// # Errors
+    /// Something in it is open and was not given; evidence of probability zero; several answers
+    /// ([`Question::ask_all`]).
+    pub fn ask(&self) -> Result<Posterior, Error> {
+        one(self.ask_all()?)
+    }
+
+    /// Asks it; an answer for each thing asked.
+    ///
+    /// # Errors
+    /// As [`Question::ask`].
+    pub fn ask_all(&self) -> Result<Vec<Posterior>, Error> {
+        let answers = self.compiled.ask_filled(&self.inputs(), self.program.sampling)?;
+        Ok(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
+    }
+
+    /// Asks it over time (`filter`, `predict`, `smooth`, `sequence`): what was observed at each instant.
+    ///
+    /// # Errors
+    /// As [`Question::ask`]; it is not asked over time.
+    pub fn over(&self, instants: &[Evidence]) -> Result<Posterior, Error> {
+        let (model, settings) = (self.program.model(), &self.program.settings);
+        let variables = model.variables_by_name();
+        let mut observed = Vec::with_capacity(instants.len());
+        for (number, evidence) in instants.iter().enumerate() {
+            let mut instant = Vec::new();
+            for (name, value) in evidence.iter() {
+                let plain = name.split('[').next().unwrap_or(name);
+                let place = || format!("instant {}, `{name}`", number + 1);
+                let id = variables
+                    .get(plain)
+                    .ok_or_else(|| Error::input(place(), format!("`{}` has no such variable", model.name)))?;
+                let values = settings.values(model, *id, &place(), value)?;
+                let several = values.len() > 1;
+                let first = model.variables[*id].family.map_or(0, |family| family.over.first());
+                let named = |(at, number): (usize, f64)| match several {
+                    true => (format!("{name}[{}]", first + at as i64), number),
+                    false => (name.to_owned(), number),
+                };
+                instant.extend(values.into_iter().enumerate().map(named));
+            }
+            observed.push(instant);
+        }
+        self.over_observed(&observed)
+    }
+
+    /// Asks it over time, of a table (CSV) with a row for each instant; an empty cell was not observed.
+    ///
+    /// # Errors
+    /// As [`Question::over`]; a table that cannot be read, or a cell that is no value of its variable.
+    pub fn over_table(&self, path: impl AsRef<Path>) -> Result<Posterior, Error> {
+        let table = data::open(path.as_ref(), None)?;
+        let instants = read_instants(self.program.model(), &self.asked, &table, &self.inputs())?;
+        self.over_observed(&instants)
+    }
+
+    fn over_observed(&self, instants: &[Vec<(String, f64)>]) -> Result<Posterior, Error> {
+        let (model, sampling) = (self.program.model(), self.program.sampling);
+        let by = self.program.by;
+        let answers = ask_over_time_by(model, &self.asked, instants, &self.inputs(), sampling, by)?;
+        one(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
+    }
+
+    /// What was given to the program and to the question.
+    fn inputs(&self) -> Inputs<'_, f64> {
+        let mut inputs = self.program.settings.inputs();
+        for (name, values) in &self.given {
+            inputs = inputs.array(name, values);
+        }
+        inputs
+    }
+}
+
+/// The only answer.
+fn one(mut answers: Vec<Posterior>) -> Result<Posterior, Error> {
+    match (answers.pop(), answers.len()) {
+        (Some(answer), 0) => Ok(answer),
+        (last, _) => {
+            let texts = answers.iter().chain(&last).map(|answer| format!("`{}`", answer.question()));
+            let texts: Vec<String> = texts.collect();
+            let message = format!("it asks several things: `ask_all` gives {}", texts.join(", "));
+            Err(Error::input("question", message))
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! What is given to a program and its questions, by name: `with("rate", 0.2)`, `--set rate=0.2`.
+//!
+//! In: names and values, a model and its questions. Out: [`Inputs`]. Invariant: every name is one that the model or a
+//! question knows, every value is one that its domain has; both are checked here, where the words are still known.
+
+use super::Value;
+use super::value::read;
+use crate::answer::CompiledQuestion;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::guess::{listed, near};
+use crate::ids::{ParameterId, SetId, VariableId};
+use crate::kernel::{InputKey, Role};
+use crate::model::{self, Evidence, Form, IndexSpace, Model, Parameter, ParameterKind, SetKind, Statistic};
+use crate::space::{Edge, Moves, Space};
+use crate::spelling::number as written;
+use std::collections::BTreeMap;
+
+/// What a name that can be given stands for.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Meaning {
+    /// A parameter.
+    Parameter(ParameterId),
+    /// The size of a set.
+    Set(SetId),
+    /// The value of a variable.
+    Value(VariableId),
+    /// Numbers of which only the kernel knows how many.
+    Field,
+}
+
+/// The parameters and the sets of a model, by name.
+pub fn names(model: &Model) -> BTreeMap<String, Meaning> {
+    let sets = model.sets.iter().map(|(id, set)| (set.name.clone(), Meaning::Set(id)));
+    let parameters = model.parameters.iter().map(|(id, it)| (it.name.clone(), Meaning::Parameter(id)));
+    sets.chain(parameters).collect()
+}
+
+/// Every name that can be given when these questions are asked, and what it stands for.
+///
+/// # Errors
+/// A name stands for values of different domains.
+pub fn names_of<'q, 'm: 'q>(
+    model: &Model,
+    questions: impl IntoIterator<Item = &'q CompiledQuestion<'m>>,
+) -> Result<BTreeMap<String, Meaning>, Error> {
+    let mut all = BTreeMap::new();
+    for question in questions {
+        for kernel in question.kernels() {
+            // Whether a grid goes round comes with the grid.
+            let is_own =
+                |role: &Role| matches!(role, Role::Input { key, .. } if !matches!(key, InputKey::Wraps(_)));
+            let own = kernel.buffers.values().filter(|buffer| is_own(&buffer.role));
+            all.extend(own.map(|buffer| (buffer.name.clone(), Meaning::Field)));
+        }
+        for ask in &question.question().asks {
+            let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
+            let known =
+                ask.known.iter().chain(ask.statistic.from()).filter_map(|known| match &known.evidence {
+                    Evidence::Hard(value) => Some((known.variable, value.clone())),
+                    Evidence::Each => given_when_asked(model, known.variable),
+                    Evidence::Virtual(_) | Evidence::Soft(_) => None,
+                });
+            for (variable, value) in searched.chain(known) {
+                let model::Value::Given(name) = value else { continue };
+                let before = all.insert(name.clone(), Meaning::Value(variable));
+                if let Some(Meaning::Value(other)) = before
+                    && model.variables[other].domain != model.variables[variable].domain
+                {
+                    let (one, other) = (model.variable_name(variable), model.variable_name(other));
+                    let message = format!(
+                        "it stands for values of `{other}` and `{one}`, which have different domains"
+                    );
+                    return Err(Error::input(name, message));
+                }
+            }
+            if let Statistic::Argmax { nearest: Some(field) } = &ask.statistic {
+                all.insert(field.clone(), Meaning::Field);
+            }
+        }
+    }
+    all.extend(names(model));
+    Ok(all)
+}
+
+/// Known variables without a table are given under their own names, but those whose form asks another program are
+/// given through that program's answers.
+fn given_when_asked(model: &Model, variable: VariableId) -> Option<(VariableId, model::Value)> {
+    let form = model.factor_of(variable).map(|factor| &model.factors[factor].form);
+    let asks = matches!(form, Some(Form::Ask { .. }));
+    let given = !asks && !model.variables[variable].domain.is_finite();
+    given.then(|| (variable, model::Value::Given(model.variable_name(variable))))
+}
+
+/// The meaning of a name.
+///
+/// # Errors
+/// Nothing is called so; the error lists what is.
+pub fn meaning(name: &str, names: &BTreeMap<String, Meaning>) -> Result<Meaning, Error> {
+    names.get(name).copied().ok_or_else(|| {
+        let known = names.keys().map(String::as_str);
+        let known = match (near(name, known.clone()), names.is_empty()) {
+            (Some(near), _) => format!("did you mean `{near}`?"),
+            (None, true) => "nothing can be set".to_owned(),
+            (None, false) => format!("what can be set here is {}", listed(known, "and")),
+        };
+        Error::input(name, format!("neither the program nor the question knows this name; {known}"))
+    })
+}
+
+/// What was given, ready for a kernel.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    sizes: BTreeMap<String, usize>,
+    arrays: BTreeMap<String, Vec<f64>>,
+    grids: Vec<(String, Space)>,
+    moves: Vec<(String, Moves)>,
+}
+
+impl Settings {
+    /// The sizes that a model has by default.
+    pub fn new(model: &Model) -> Self {
+        let mut settings = Settings::default();
+        for parameter in model.parameters.values() {
+            if let (ParameterKind::Size, Some(default)) = (parameter.kind, parameter.default_number()) {
+                settings.sizes.insert(parameter.name.clone(), default as usize);
+            }
+        }
+        settings
+    }
+
+    /// What stays given to a program that was learned: sizes, also those that the data told. Its parameters have their
+    /// numbers.
+    pub(super) fn learned(&self, model: &Model, given: &Inputs<'_, f64>) -> Self {
+        let mut settings = self.clone();
+        settings.arrays.retain(|name, _| model.parameters.values().all(|parameter| parameter.name != *name));
+        let names = model.sets.values().map(|set| &set.name);
+        let sized = names.filter_map(|name| Some((name.clone(), given.find_size(name)?)));
+        settings.sizes.extend(sized);
+        settings
+    }
+
+    /// Reads what was typed: `name=value`.
+    ///
+    /// # Errors
+    /// A name that nothing has, or that is set twice; a value that it cannot have.
+    pub fn read(model: &Model, typed: &[String], names: &BTreeMap<String, Meaning>) -> Result<Self, Error> {
+        let mut settings = Settings::new(model);
+        let mut parts: Vec<(&str, &str, Meaning)> = Vec::new();
+        for text in typed {
+            let (name, value, meaning) = split(text, names)?;
+            if parts.iter().any(|(before, ..)| *before == name) {
+                return Err(Error::input(name, "it is set twice"));
+            }
+            parts.push((name, value, meaning));
+        }
+        // Values of variables may depend on sizes, and displacements on grids: those come first.
+        let rank = |meaning: Meaning| match meaning {
+            Meaning::Parameter(_) => 0,
+            Meaning::Set(set) => 1 + usize::from(matches!(model.sets[set].kind, SetKind::Displacements(_))),
+            Meaning::Value(_) | Meaning::Field => 3,
+        };
+        parts.sort_by_key(|(_, _, meaning)| rank(*meaning));
+        for (name, value, meaning) in parts {
+            settings.set(model, name, &Value::from(value), meaning)?;
+        }
+        Ok(settings)
+    }
+
+    /// With the sizes of sets that were not set, as the numbers of parameters tell them: of `mu[Grid] = [1, 2, 3]` 3.
+    pub fn with_told(mut self, model: &Model) -> Self {
+        let fields = || model.parameters.values().filter(|parameter| parameter.default.len() > 1);
+        while let Some((name, size)) = fields().find_map(|field| self.told_by(model, field)) {
+            self.sizes.insert(name, size);
+        }
+        self
+    }
+
+    /// The size of the only set of a field whose size is not known.
+    fn told_by(&self, model: &Model, field: &Parameter) -> Option<(String, usize)> {
+        let (mut open, mut known) = (None, 1);
+        for over in &field.over {
+            match over {
+                IndexSpace::Range(range) => {
+                    let high = range
+                        .high
+                        .size
+                        .map_or(Some(0), |size| self.sizes.get(&model.parameters[size].name).copied());
+                    known *= usize::try_from(high? as i64 + range.high.offset - range.low + 1).ok()?;
+                }
+                IndexSpace::Set(set) => {
+                    let (name, kind) = (&model.sets[*set].name, &model.sets[*set].kind);
+                    let plain = !matches!(kind, SetKind::Displacements(_));
+                    if let Some(size) = self.sizes.get(name) {
+                        known *= size;
+                    } else if open.is_some() || !plain || self.grids.iter().any(|(grid, _)| grid == name) {
+                        return None;
+                    } else {
+                        open = Some(name);
+                    }
+                }
+            }
+        }
+        let (name, count) = (open?, field.default.len());
+        (known > 0 && count % known == 0).then(|| (name.clone(), count / known))
+    }
+
+    /// Gives a name its value. A text is read as it is typed: several values have commas between them.
+    ///
+    /// # Errors
+    /// A value that it cannot have; displacements on a grid that was not given.
+    pub fn set(&mut self, model: &Model, name: &str, value: &Value, meaning: Meaning) -> Result<(), Error> {
+        match meaning {
+            Meaning::Parameter(id) => {
+                let kind = model.parameters[id].kind;
+                let values = numbers(name, value)?;
+                let refused = values.iter().find_map(|value| Some((*value, kind.refuses(*value)?)));
+                if let Some((value, expected)) = refused {
+                    let message = format!("it is {}, but it must be {expected}", written(value));
+                    return Err(Error::input(name, message));
+                }
+                if kind == ParameterKind::Size {
+                    self.sizes.insert(name.to_owned(), one_size(name, value)?);
+                }
+                self.arrays.insert(name.to_owned(), values);
+            }
+            Meaning::Set(id) => match model.sets[id].kind {
+                SetKind::Plain => {
+                    self.sizes.insert(name.to_owned(), one_size(name, value)?);
+                }
+                SetKind::Grid => {
+                    let mut extents = [1; 3];
+                    let given: Vec<usize> =
+                        words(value).iter().map(|word| size(name, word)).collect::<Result<_, _>>()?;
+                    let axes = extents.get_mut(..given.len());
+                    axes.ok_or_else(|| Error::input(name, "a grid has three axes at most"))?
+                        .copy_from_slice(&given);
+                    let space = Space::new(extents, [Edge::Open; 3]);
+                    let space = space.map_err(|why| Error::input(name, why.to_string()))?;
+                    self.grids.retain(|(known, _)| known != name);
+                    self.grids.push((name.to_owned(), space));
+                }
+                SetKind::Displacements(grid) => {
+                    let grid_name = &model.sets[grid].name;
+                    let grid = self.grids.iter().find(|(known, _)| known == grid_name);
+                    let (_, space) = grid.ok_or_else(|| Error::input(grid_name, "it was not given"))?;
+                    let displacements: Vec<[i32; 3]> =
+                        words(value).iter().map(|word| displacement(name, word)).collect::<Result<_, _>>()?;
+                    let moves = space.antecedents(&displacements);
+                    self.moves.retain(|(known, _)| known != name);
+                    self.moves.push((name.to_owned(), moves));
+                }
+            },
+            Meaning::Value(variable) => {
+                let values = self.values(model, variable, name, value)?;
+                self.arrays.insert(name.to_owned(), values);
+            }
+            Meaning::Field => {
+                self.arrays.insert(name.to_owned(), numbers(name, value)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Values of a variable, as the numbers that the host gives for them.
+    ///
+    /// # Errors
+    /// One of them is not a value of the variable.
+    pub fn values(
+        &self,
+        model: &Model,
+        variable: VariableId,
+        name: &str,
+        value: &Value,
+    ) -> Result<Vec<f64>, Error> {
+        let one = |value: &Value| match read(model, variable, value, &|size| self.size(size)) {
+            Ok((_, number)) => Ok(number),
+            Err(message) => Err(Error::input(name, message)),
+        };
+        match value {
+            Value::Label(text) => text.split(',').map(|part| one(&Value::from(part.trim()))).collect(),
+            value => value.flat().into_iter().map(one).collect(),
+        }
+    }
+
+    /// Whether something was given under a name.
+    pub fn has(&self, name: &str) -> bool {
+        self.arrays.contains_key(name)
+    }
+
+    /// A size that was set, or has a default.
+    pub fn size(&self, name: &str) -> Option<usize> {
+        self.sizes.get(name).copied()
+    }
+
+    /// What the inputs of a kernel are.
+    pub fn inputs(&self) -> Inputs<'_, f64> {
+        let mut inputs = Inputs::new();
+        for (name, size) in &self.sizes {
+            inputs = inputs.size(name, *size).number(name, *size as f64);
+        }
+        for (name, values) in &self.arrays {
+            inputs = inputs.array(name, values);
+        }
+        for (name, space) in &self.grids {
+            inputs = inputs.grid(name, space);
+        }
+        for (name, moves) in &self.moves {
+            inputs = inputs.displacements(name, moves);
+        }
+        inputs
+    }
+}
+
+/// Name and value: the longest known name that an `=` follows, since names such as `map.P(O = true | C)` hold some.
+fn split<'t>(text: &'t str, names: &BTreeMap<String, Meaning>) -> Result<(&'t str, &'t str, Meaning), Error> {
+    let places = text.match_indices('=').rev();
+    let known = places.map(|(at, _)| (text[..at].trim(), text[at + 1..].trim()));
+    let found = known.into_iter().find_map(|(name, value)| Some((name, value, *names.get(name)?)));
+    found.ok_or_else(|| {
+        let name = text.split('=').next().unwrap_or(text).trim();
+        meaning(name, names).err().unwrap_or_else(|| Error::input(name, "it has no value"))
+    })
+}
+
+/// The parts of a value as texts; of a list in a list its places with colons between them.
+fn words(value: &Value) -> Vec<String> {
+    match value {
+        Value::Label(text) => text.split(',').map(|part| part.trim().to_owned()).collect(),
+        Value::List(values) => values.iter().map(|value| words(value).join(":")).collect(),
+        other => vec![other.to_string()],
+    }
+}
+
+/// The numbers that a value is.
+fn numbers(name: &str, value: &Value) -> Result<Vec<f64>, Error> {
+    match value {
+        Value::List(values) => {
+            let all: Result<Vec<Vec<f64>>, Error> = values.iter().map(|value| numbers(name, value)).collect();
+            Ok(all?.concat())
+        }
+        Value::Real(number) if number.is_finite() => Ok(vec![*number + 0.0]),
+        Value::Integer(number) => Ok(vec![*number as f64]),
+        other => words(other).iter().map(|word| number(name, word)).collect(),
+    }
+}
+
+fn number(name: &str, text: &str) -> Result<f64, Error> {
+    let finite = text.parse().ok().filter(|number: &f64| number.is_finite());
+    // −0 is 0.
+    let finite = finite.map(|number| number + 0.0);
+    finite.ok_or_else(|| Error::input(name, format!("`{text}` is not a finite number")))
+}
+
+fn one_size(name: &str, value: &Value) -> Result<usize, Error> {
+    size(name, &words(value).join(","))
+}
+
+fn size(name: &str, text: &str) -> Result<usize, Error> {
+    let size = text.parse().ok().filter(|size| (1..=1 << 40).contains(size));
+    size.ok_or_else(|| {
+        Error::input(name, format!("`{text}` is not a number of elements, which is 1 or more"))
+    })
+}
+
+/// A displacement: `-1`, or `0:1:-2` along the three axes of the grid.
+fn displacement(name: &str, text: &str) -> Result<[i32; 3], Error> {
+    let wrong = || Error::input(name, format!("`{text}` is not a displacement, such as `-1` or `0:1:-2`"));
+    let parts: Vec<i32> =
+        text.split(':').map(|part| part.parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
+    let mut displacement = [0; 3];
+    displacement.get_mut(..parts.len()).ok_or_else(wrong)?.copy_from_slice(&parts);
+    Ok(displacement)
+}

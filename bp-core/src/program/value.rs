@@ -1,0 +1,217 @@
+//! Values, as a Rust user writes them.
+//!
+//! In: booleans, whole numbers, reals, labels, lists. Out: a [`Value`], and what it is in the domain of a variable. Invariant: a
+//! boolean is `true` or `false`, never 1 or 0; a text is read as in a table of data.
+
+use crate::answer::Slot;
+use crate::data::Values;
+use crate::ids::VariableId;
+use crate::model::{Domain, Model};
+use serde::Serialize;
+use std::fmt::{self, Display, Formatter};
+
+/// A value of a variable or a parameter.
+///
+/// ```
+/// use bp_core::prelude::*;
+/// assert_eq!(Value::from(true), true);
+/// assert_eq!(Value::from("HIGH"), "HIGH");
+/// assert_eq!(Value::from((true, 3)), Value::List(vec![true.into(), 3.into()]));
+/// ```
+#[derive(Clone, PartialEq, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A boolean.
+    Bool(bool),
+    /// A whole number; of a set, the number of its element.
+    Integer(i64),
+    /// A real number.
+    Real(f64),
+    /// A label.
+    Label(String),
+    /// Several values: of several variables, of the elements of a family, of the places of a parameter.
+    List(Vec<Value>),
+    /// A likelihood for each value of a variable: virtual evidence.
+    Likelihood(Vec<f64>),
+}
+
+impl Value {
+    /// The boolean that it is.
+    pub fn as_bool(&self) -> Option<bool> {
+        if let Value::Bool(truth) = self { Some(*truth) } else { None }
+    }
+
+    /// The number that it is.
+    pub fn as_f64(&self) -> Option<f64> {
+        match self {
+            Value::Integer(number) => Some(*number as f64),
+            Value::Real(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// The label that it is.
+    pub fn as_str(&self) -> Option<&str> {
+        if let Value::Label(label) = self { Some(label) } else { None }
+    }
+
+    /// The values of a list, one after the other; of any other value itself.
+    pub(super) fn flat(&self) -> Vec<&Value> {
+        match self {
+            Value::List(values) => values.iter().flat_map(Value::flat).collect(),
+            other => vec![other],
+        }
+    }
+}
+
+impl Display for Value {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let list = |f: &mut Formatter<'_>, words: Vec<String>| write!(f, "({})", words.join(", "));
+        match self {
+            Value::Bool(truth) => write!(f, "{truth}"),
+            Value::Integer(number) => write!(f, "{number}"),
+            Value::Real(number) => write!(f, "{number}"),
+            Value::Label(label) => write!(f, "{label}"),
+            Value::List(values) => list(f, values.iter().map(Value::to_string).collect()),
+            Value::Likelihood(weights) => {
+                write!(f, "virtual ")?;
+                list(f, weights.iter().map(f64::to_string).collect())
+            }
+        }
+    }
+}
+
+macro_rules! from {
+    ($($source:ty => |$value:ident| $made:expr;)*) => {
+        $(impl From<$source> for Value {
+            fn from($value: $source) -> Self {
+                $made
+            }
+        })*
+    };
+}
+
+from! {
+    bool => |value| Value::Bool(value);
+    i64 => |value| Value::Integer(value);
+    i32 => |value| Value::Integer(value.into());
+    u32 => |value| Value::Integer(value.into());
+    u8 => |value| Value::Integer(value.into());
+    usize => |value| Value::Integer(i64::try_from(value).unwrap_or(i64::MAX));
+    f64 => |value| Value::Real(value);
+    f32 => |value| Value::Real(value.into());
+    &str => |value| Value::Label(value.to_owned());
+    String => |value| Value::Label(value);
+    &String => |value| Value::Label(value.clone());
+    &Value => |value| value.clone();
+}
+
+impl<T: Into<Value>> From<Vec<T>> for Value {
+    fn from(values: Vec<T>) -> Self {
+        Value::List(values.into_iter().map(Into::into).collect())
+    }
+}
+
+impl<T: Into<Value>, const N: usize> From<[T; N]> for Value {
+    fn from(values: [T; N]) -> Self {
+        Value::List(values.into_iter().map(Into::into).collect())
+    }
+}
+
+impl<T: Clone + Into<Value>> From<&[T]> for Value {
+    fn from(values: &[T]) -> Self {
+        Value::List(values.iter().cloned().map(Into::into).collect())
+    }
+}
+
+macro_rules! from_tuple {
+    ($($name:ident)*) => {
+        impl<$($name: Into<Value>),*> From<($($name,)*)> for Value {
+            #[allow(non_snake_case)]
+            fn from(($($name,)*): ($($name,)*)) -> Self {
+                Value::List(vec![$($name.into()),*])
+            }
+        }
+    };
+}
+
+from_tuple!(A B);
+from_tuple!(A B C);
+from_tuple!(A B C D);
+from_tuple!(A B C D E);
+
+macro_rules! equal {
+    ($($other:ty)*) => {
+        $(impl PartialEq<$other> for Value {
+            fn eq(&self, other: &$other) -> bool {
+                *self == Value::from(other.clone())
+            }
+        })*
+    };
+}
+
+equal!(bool i64 i32 usize f64 &str String);
+
+/// What a value is in the domain of a variable: its ordinal, where the domain is finite, and its number in an expression.
+/// `Err` says why it is none, to be put behind a name.
+pub(super) fn read(
+    model: &Model,
+    variable: VariableId,
+    value: &Value,
+    size: &dyn Fn(&str) -> Option<usize>,
+) -> Result<(Option<usize>, f64), String> {
+    let domain = &model.variables[variable].domain;
+    if let (Domain::Boolean, Value::Bool(truth)) = (domain, value) {
+        return Ok((Some(usize::from(*truth)), f64::from(u8::from(*truth))));
+    }
+    let values = Values::new(model, variable, size);
+    let name = model.variable_name(variable);
+    let refused = |why: &str| Err(format!("`{value}` is not a value of `{name}`, {why}"));
+    let texts: Vec<String> = match (domain, value) {
+        (Domain::Boolean, Value::Integer(_) | Value::Real(_)) => {
+            return refused("which is `bool`: write `true` or `false`");
+        }
+        // Networks of other tools spell booleans as labels.
+        (Domain::Finite { .. }, Value::Bool(true)) => ["true", "True", "TRUE"].map(str::to_owned).to_vec(),
+        (Domain::Finite { .. }, Value::Bool(false)) => {
+            ["false", "False", "FALSE"].map(str::to_owned).to_vec()
+        }
+        (_, Value::List(_)) => return refused("which has one value"),
+        (_, Value::Likelihood(_)) => return refused("but a likelihood of its values"),
+        (_, value) => vec![value.to_string()],
+    };
+    let mut found = values.read(&texts[0]);
+    for text in &texts[1..] {
+        if let Ok(Some(_)) = found {
+            break;
+        }
+        found = values.read(text).or(found);
+    }
+    match found {
+        Ok(Some(value)) => Ok((value.ordinal, value.number)),
+        Ok(None) => Err(format!("`{value}` says that it was not observed: leave it out")),
+        Err(expected) => Err(format!("`{value}` is {expected}")),
+    }
+}
+
+/// The ordinal of a value of a finite slot.
+pub(super) fn ordinal(model: &Model, slot: &Slot, value: &Value) -> Result<usize, String> {
+    let (ordinal, _) = read(model, slot.variable, value, &|_| None)?;
+    let name = slot.name(model);
+    match ordinal {
+        Some(ordinal) if ordinal < slot.count => Ok(ordinal),
+        _ => Err(format!("`{value}` is not a value of `{name}`, which has {} values", slot.count)),
+    }
+}
+
+/// The value with this ordinal of a finite slot.
+pub(super) fn value(model: &Model, slot: &Slot, ordinal: usize) -> Value {
+    let domain = &model.variables[slot.variable].domain;
+    match domain {
+        Domain::Boolean => Value::Bool(ordinal == 1),
+        Domain::Finite { labels, .. } if ordinal < labels.len() => Value::Label(labels[ordinal].clone()),
+        Domain::Bins(bins) => Value::Real(bins.centre(ordinal)),
+        Domain::Set(_) => Value::Integer(ordinal as i64),
+        _ => Value::Integer(domain.number(ordinal) as i64),
+    }
+}
