@@ -14,13 +14,15 @@ mod load;
 mod names;
 mod nest;
 mod question;
+mod suspects;
 mod text;
+mod uniform;
 mod value;
 pub mod wgsl;
 mod write;
 
 use crate::error::Error;
-use crate::lower::lower;
+use crate::lower::lower_printed;
 use crate::model::{Ask, Model, Question, Statistic};
 use crate::plan::{self, Options, Route};
 use crate::source::Source;
@@ -106,7 +108,7 @@ fn emit_question(
         let mut part = Text::default();
         match route {
             Route::Exact(exact) => {
-                let lowered = lower(model, exact, &asked.name)?;
+                let lowered = lower_printed(model, exact, &asked.name)?;
                 let is_linear = model.plate.is_some() || exact.mark(model) == plan::Mark::Linear;
                 let place = (name.as_str(), asked.name.as_str(), number);
                 question::emit(model, &lowered, place, (is_linear, equation), &mut part);

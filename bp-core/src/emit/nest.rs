@@ -9,7 +9,7 @@ use super::question::room;
 use super::text::{LocalName, Room, Text, words};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Buffer, Check, Fold, Index, Kernel, Node, Reduce, Role};
+use crate::kernel::{Buffer, Fold, Index, Kernel, Node, Reduce, Role};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lanes in a block of a plate without rows, where nests leave arrays for each other.
@@ -22,7 +22,7 @@ pub(super) struct Nests<'k> {
     /// Depth at which each value of the nest at hand is computed.
     pub(super) depth: Vec<usize>,
     /// Whether products are computed as they stand ([`crate::plan::Mark::Linear`]).
-    is_linear: bool,
+    pub(super) is_linear: bool,
 }
 
 impl<'k> Nests<'k> {
@@ -40,9 +40,9 @@ impl<'k> Nests<'k> {
             text.close();
             let name = local("m", self.kernel.nests[nest.nest].out);
             text.line(format!("let {name}: &[T] = &{name}[..];"));
-            if let Some(check) = self.checked(self.kernel.nests[nest.nest].out) {
-                text.line(self.counted(check, &name));
-            }
+            self.looked_at_once(self.kernel.nests[nest.nest].out, &name)
+                .iter()
+                .for_each(|line| text.line(line));
         }
     }
 
@@ -91,7 +91,8 @@ impl<'k> Nests<'k> {
             true => ("0..1", ("first".to_owned(), "first + count".to_owned())),
             false => ("first..first + count", ("0".to_owned(), local("e", *lane))),
         };
-        text.line("let mut suspects: usize = 0;");
+        let [before, after] = self.around(shared);
+        text.line(before);
         text.open(format!("for row in {row_range}"));
         text.line("let mut rest = row;");
         for axis in rows.iter().rev() {
@@ -109,26 +110,8 @@ impl<'k> Nests<'k> {
         text.line("start += LANES;");
         text.close();
         text.close();
+        text.line(after);
         text.line("suspects");
-    }
-
-    /// Counts the suspect ones among some cells.
-    fn counted(&self, check: Check, cells: &str) -> String {
-        match check {
-            Check::Total => format!("suspects += suspect_totals({cells}, {});", self.least()),
-            Check::Number => format!("suspects += suspect_numbers({cells});"),
-        }
-    }
-
-    /// The total above which nothing is suspect: 0 where no product can underflow, or there is a plate.
-    pub(super) fn least(&self) -> &'static str {
-        if self.is_linear { "T::ZERO" } else { "T::LEAST_TOTAL" }
-    }
-
-    /// How suspect cells of a buffer are counted: totals or numbers, if it is checked.
-    pub(super) fn checked(&self, buffer: BufferId) -> Option<Check> {
-        let check = self.kernel.checks.iter().find(|(checked, _)| *checked == buffer);
-        check.map(|(_, check)| *check)
     }
 
     /// How many cells of a buffer stand beside each other in one lane.
@@ -278,8 +261,7 @@ impl<'k> Nests<'k> {
             return (format!("{}[{plane}]", local("m", out)), Vec::new());
         }
         // Lanes are made on the stack, where nothing else can be, and then kept.
-        let mut after: Vec<String> =
-            self.checked(out).into_iter().map(|check| self.counted(check, "&made[..width]")).collect();
+        let mut after: Vec<String> = self.looked_at(out, "&made[..width]").into_iter().collect();
         after.push(match shared.contains(&out) {
             false => {
                 format!("{}[({plane}) * LANES..][..width].copy_from_slice(&made[..width]);", local("m", out))

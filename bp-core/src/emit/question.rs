@@ -8,6 +8,7 @@ use super::interface::{Given, Interface};
 use super::names::local;
 use super::nest::Nests;
 use super::text::{LocalName, Text, in_a_comment, words};
+use super::uniform::with_uniform_conditions;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
 use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, with_plate};
@@ -22,7 +23,7 @@ pub(super) fn emit(
     (is_linear, equation): (bool, &str),
     text: &mut Text,
 ) {
-    let kernel = &given(&lowered.kernel).validated();
+    let kernel = &with_uniform_conditions(&given(&lowered.kernel)).validated();
     let interface = Interface::new(model, kernel, &lowered.outputs);
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));

@@ -25,6 +25,10 @@ impl Nests<'_> {
         }
     }
 
+    fn is_infinity(&self, value: ValueId) -> bool {
+        matches!(self.kernel.nodes[value], Node::Constant(bits) if f64::from_bits(bits) == f64::INFINITY)
+    }
+
     /// Makes a number that is uniform over a block, in f64.
     pub(super) fn settled(&self, value: ValueId) -> Vec<String> {
         let id = value.position();
@@ -80,6 +84,9 @@ impl Nests<'_> {
                 Unary::Negate => format!("-{}", x(operand)),
                 operator => format!("Scalar::{}({})", function(*operator), x(operand)),
             },
+            Node::Binary(Binary::Less, left, right) if self.is_infinity(*right) => {
+                format!("<T as Scalar>::truth(Scalar::is_below_infinity({}))", x(left))
+            }
             Node::Binary(operator, left, right) => arithmetic(*operator, &x(left), &x(right), "T", "T::ZERO"),
             Node::Select(condition, then, otherwise) => {
                 format!("if {} != T::ZERO {{ {} }} else {{ {} }}", x(condition), x(then), x(otherwise))

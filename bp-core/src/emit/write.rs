@@ -337,18 +337,18 @@ impl Nests<'_> {
         shared: &[BufferId],
     ) -> Vec<String> {
         let mut targets = Vec::new();
-        if let Some(check) = self.checked(out) {
+        let check = self.checked(out);
+        if check == Some(Check::Total) {
             // The last tile of a row begins with lanes that the one before it has counted.
-            targets.push(match check {
-                Check::Total => {
-                    format!("suspects += suspect_tile(&TILE_MADE, tile - at, count, {});", self.least())
-                }
-                Check::Number => "suspects += suspect_number_tile(&TILE_MADE, tile - at, count);".to_owned(),
-            });
+            targets
+                .push(format!("suspects += suspect_tile(&TILE_MADE, tile - at, count, {});", self.least()));
         }
         if shared.contains(&out) {
-            let planes = local("y", out);
-            targets.push(format!("write_tile(&mut {planes}[{plane}][..], place + at, count, TILE_MADE);"));
+            let place = format!("&mut {}[{plane}][..], place + at, count, TILE_MADE", local("y", out));
+            targets.push(match check {
+                Some(Check::Number) => format!("write_numbers({place}, &mut doubt);"),
+                _ => format!("write_tile({place});"),
+            });
         }
         let reads = |nest: &&Loops| self.reads(nest, out);
         let inside = |nest: &&Loops| run.items.iter().any(|item| item.has(nest));

@@ -12,10 +12,10 @@ pub use super::values::{Domain, Numbers};
 pub use best::{Distributions, least_tied};
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
 pub use report::{
-    Compiled, Report, has_nan, put, suspect_number_tile, suspect_numbers, suspect_tile, suspect_totals,
+    Compiled, Report, has_nan, put, suspect_numbers, suspect_planes, suspect_tile, suspect_totals,
     without_nan,
 };
-pub use tile::{Aligned, LINE, TILE, Tile, on_a_line, write_tile};
+pub use tile::{Aligned, Doubt, LINE, TILE, Tile, doubt_numbers, on_a_line, write_numbers, write_tile};
 
 pub use crate::kernel::OutputKey;
 pub use crate::operators::Unary;

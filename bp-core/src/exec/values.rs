@@ -6,6 +6,7 @@
 use super::scalar::Scalar;
 use crate::bins::holding;
 use crate::error::Error;
+use pulp::NullaryFnOnce;
 use std::borrow::Cow;
 
 /// The values of one input.
@@ -57,8 +58,8 @@ impl Domain<'_> {
     /// As [`Domain::ordinal`]; the error names the first place, counted from 0.
     pub fn ordinals<'n, T: Scalar>(&self, numbers: &'n [T]) -> Result<Cow<'n, [T]>, Error> {
         let valid = match self.numbers {
-            Numbers::Whole { first: 0, count } => numbers.iter().fold(true, |all, x| all & x.is_below(count)),
-            Numbers::Real => numbers.iter().fold(true, |all, x| all & x.is_finite_number()),
+            Numbers::Whole { first: 0, count } => all(numbers, |number| number.is_below(count)),
+            Numbers::Real => all(numbers, T::is_finite_number),
             Numbers::Whole { .. } | Numbers::Bins { .. } => {
                 let ordinal = |(place, number): (usize, &T)| {
                     let number = number.to_f64();
@@ -97,6 +98,26 @@ impl Domain<'_> {
             format!("{number} is not a value of `{variable}`, which is {text}"),
         )
     }
+}
+
+/// Whether something holds of all these numbers.
+struct All<'n, T, H> {
+    numbers: &'n [T],
+    holds: H,
+}
+
+impl<T: Scalar, H: Fn(T) -> bool> NullaryFnOnce for All<'_, T, H> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        self.numbers.iter().fold(true, |all, number| all & (self.holds)(*number))
+    }
+}
+
+/// Whether something holds of all these numbers; looked at with the widest instructions that the processor has.
+fn all<T: Scalar>(numbers: &[T], holds: impl Fn(T) -> bool) -> bool {
+    pulp::Arch::new().dispatch(All { numbers, holds })
 }
 
 #[cfg(test)]

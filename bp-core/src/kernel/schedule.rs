@@ -106,7 +106,7 @@ fn is_parallel(kernel: &Kernel, position: usize) -> bool {
 }
 
 /// The values that a value is made of, itself among them.
-pub(super) fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
+pub(crate) fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
     let (mut seen, mut rest) = (BTreeSet::new(), vec![root]);
     while let Some(value) = rest.pop() {
         if seen.insert(value) {

@@ -18,7 +18,7 @@ impl Lowering<'_> {
     pub(super) fn joint(&mut self, searched: &[AxisId]) -> Result<(ValueId, Option<ValueId>), Error> {
         let exact = self.exact;
         let over_plate = searched.iter().any(|axis| self.plate.contains(axis));
-        if self.runs_anew || over_plate || exact.mark(self.model) == Mark::Linear {
+        if self.runs_anew || self.multiplies || over_plate || exact.mark(self.model) == Mark::Linear {
             return Ok((self.term(exact.joint)?, None));
         }
         self.densities = self.of_densities();

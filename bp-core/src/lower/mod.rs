@@ -50,6 +50,16 @@ pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
     lowered(Lowering { guarded, runs_anew: true, ..Lowering::new(model, exact, name) })
 }
 
+/// Lowers a route for printed Rust, which has [`again`](crate::answer::again): a few probabilities are multiplied as they
+/// stand, because where their total is below 2⁻⁵¹² (2⁻⁶⁴ in f32) they are computed again with exponents apart.
+///
+/// # Errors
+/// As [`lower`].
+pub fn lower_printed(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
+    let multiplies = exact.is_multiplied(model);
+    lowered(Lowering { multiplies, ..Lowering::new(model, exact, name) })
+}
+
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
     let outputs = lowering.read_out()?;
     let kernel = share_between_neighbours(without_copies(lowering.finish()));
@@ -92,6 +102,8 @@ struct Lowering<'m> {
     guarded: bool,
     /// Whether the kernel is run anew with exponents apart where numbers are lost: it has no logarithms then.
     runs_anew: bool,
+    /// Whether the joint is multiplied as it stands, because it is computed again where its total is too small.
+    multiplies: bool,
     /// Which terms multiply densities of reals, once that is asked.
     densities: Vec<bool>,
     /// The arrays of known numbers of each factor, by the name of the first.
@@ -114,6 +126,7 @@ impl<'m> Lowering<'m> {
             named: 0,
             guarded: false,
             runs_anew: false,
+            multiplies: false,
             densities: Vec::new(),
             tables: HashMap::new(),
         };

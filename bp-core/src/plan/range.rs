@@ -50,6 +50,10 @@ const MOST_MARKED: usize = 8;
 /// log₂ of the total below which a guarded product is computed again.
 const BOUND: f64 = -512.0;
 
+/// The most probabilities that printed code multiplies where it cannot be told that their product stays above 2⁻⁵¹²: with
+/// more of them the total is often smaller, and to compute again takes longer than logarithms do.
+const MOST_MULTIPLIED: usize = 16;
+
 /// What is known of the operands of a product.
 #[derive(Clone, PartialEq, Debug, Default)]
 struct Operands {
@@ -95,6 +99,12 @@ impl Exact {
     /// How the whole answer is computed: by the strictest mark of its products.
     pub fn mark(&self, model: &Model) -> Mark {
         self.mark_of(model, self.joint).0
+    }
+
+    /// Whether printed code multiplies: it computes again what is suspect, so a few probabilities need no logarithms.
+    pub(crate) fn is_multiplied(&self, model: &Model) -> bool {
+        let operands = self.operands(model, self.joint);
+        operands.density.is_none() && operands.count.is_some_and(|count| count <= MOST_MULTIPLIED)
     }
 
     /// The products that are computed, outermost first; of many the first few.

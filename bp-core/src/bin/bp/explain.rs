@@ -11,7 +11,7 @@ use crate::{html, latex, parameters, program, wrap};
 use bp_core::answer::link;
 use bp_core::error::Error;
 use bp_core::kernel::in_words;
-use bp_core::lower::lower;
+use bp_core::lower::lower_printed;
 use bp_core::model::{Model, Question};
 use bp_core::plan::{Marked, Notation, Offer, Options, Plan, Route, Strategy, plan};
 use serde_json::json;
@@ -97,7 +97,7 @@ fn layout(model: &Model, plan: &Plan) -> Result<Vec<String>, Failure> {
     let mut lines = Vec::new();
     for route in &plan.routes {
         if let Route::Exact(exact) = route {
-            lines.extend(in_words(&lower(&model, exact, &plan.question.name)?.kernel));
+            lines.extend(in_words(&lower_printed(&model, exact, &plan.question.name)?.kernel));
         }
     }
     Ok(lines)

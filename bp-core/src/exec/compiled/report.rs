@@ -5,7 +5,7 @@
 
 use super::super::Outputs;
 use super::super::scalar::Scalar;
-use super::tile::{TILE, Tile};
+use super::tile::{Doubt, TILE, Tile};
 use crate::kernel::OutputKey;
 
 /// What a question reports besides its answer.
@@ -44,17 +44,21 @@ pub fn suspect_tile<T: Scalar>(tile: &Tile<T>, from: usize, count: usize, least:
     lanes.iter().fold(0u32, |suspects, lane| suspects + u32::from(is_suspect(*lane, least))) as usize
 }
 
-/// How many lanes of a tile of numbers are NaN, from `from` to `count`.
+/// How many numbers of these planes are NaN: none unless their doubt is, so that they are rarely looked at.
 #[inline(always)]
-pub fn suspect_number_tile<T: Scalar>(tile: &Tile<T>, from: usize, count: usize) -> usize {
-    let lanes = if from == 0 && count == TILE { &tile[..] } else { &tile[from..count] };
-    lanes.iter().fold(0u32, |suspects, lane| suspects + u32::from(is_nan(*lane))) as usize
+pub fn suspect_planes<T: Scalar>(doubt: &Doubt<T>, planes: &[&mut [T]]) -> usize {
+    #[cold]
+    #[inline(never)]
+    fn counted<T: Scalar>(planes: &[&mut [T]]) -> usize {
+        planes.iter().map(|plane| suspect_numbers(plane)).sum()
+    }
+    if doubt.iter().any(|sum| is_nan(*sum)) { counted(planes) } else { 0 }
 }
 
 /// NaN is above nothing.
 #[inline(always)]
 fn is_suspect<T: Scalar>(total: T, least: T) -> bool {
-    !((total > least) & total.is_finite_number())
+    !((total > least) & total.is_below_infinity())
 }
 
 #[inline(always)]
@@ -81,7 +85,7 @@ pub fn put<T: Scalar>(found: &Outputs<f64>, key: OutputKey, cells: &mut [T]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tile::Aligned;
+    use super::super::tile::{Aligned, doubt_numbers, write_numbers};
     use super::*;
 
     #[test]
@@ -91,9 +95,28 @@ mod tests {
         let tile = Aligned(lanes);
         assert_eq!(suspect_tile(&tile, 0, TILE, 0.0), 4);
         assert_eq!((suspect_tile(&tile, 1, TILE, 0.0), suspect_tile(&tile, 0, 3, 0.0)), (3, 1));
-        assert_eq!(suspect_number_tile(&tile, 0, TILE), 1);
         assert_eq!((suspect_totals(&lanes, 0.0), suspect_totals(&lanes, 1.0)), (4, TILE));
         assert_eq!(suspect_numbers(&lanes), 1);
         assert!(has_nan(&[&lanes[..3], &lanes[3..4]]) && !has_nan(&[&lanes[..3]]));
+    }
+
+    #[test]
+    fn what_is_in_doubt_is_counted() {
+        for (count, wrong, found) in [(TILE, 63, 1), (TILE, TILE, 0), (40, 39, 1), (40, 40, 0)] {
+            let mut tile = Aligned([1f32; TILE]);
+            tile.iter_mut().skip(wrong).for_each(|lane| *lane = f32::NAN);
+            let (mut doubt, mut plane) = (Doubt::default(), vec![2f32; TILE + 3]);
+            write_numbers(&mut plane, 3, count, tile, &mut doubt);
+            let kept = plane[..3].iter().chain(&plane[3 + count..]);
+            assert!(kept.into_iter().all(|number| *number == 2.0) && plane[3] == 1.0);
+            assert_eq!(suspect_planes(&doubt, &[&mut plane[..]]), found, "{wrong} of {count}");
+        }
+        // Infinities are no NaN, though their sum may be.
+        let mut doubt = Doubt::default();
+        doubt_numbers(&mut doubt, &[f64::INFINITY; 40]);
+        doubt_numbers(&mut doubt, &[f64::NEG_INFINITY]);
+        assert_eq!(suspect_planes(&doubt, &[&mut [f64::INFINITY, f64::NEG_INFINITY][..]]), 0);
+        doubt_numbers(&mut doubt, &[0.0, f64::NAN]);
+        assert_eq!(suspect_planes(&doubt, &[&mut [0.0, f64::NAN][..], &mut [f64::NAN; 2][..]]), 3);
     }
 }

@@ -55,6 +55,43 @@ pub fn write_tile<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: Til
     }
 }
 
+/// Sums of the numbers that a pass makes: one of them is NaN where one of the numbers is.
+pub type Doubt<T> = Aligned<[T; LINE]>;
+
+impl<T: Scalar> Default for Doubt<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self([T::ZERO; LINE])
+    }
+}
+
+/// [`write_tile`] of numbers none of which may be NaN: they are added up while registers hold them.
+#[inline(always)]
+pub fn write_numbers<T: Scalar>(
+    lanes: &mut [T],
+    at: usize,
+    count: usize,
+    tile: Tile<T>,
+    doubt: &mut Doubt<T>,
+) {
+    if count < TILE {
+        write_part(lanes, at, count, tile);
+        return doubt_numbers(doubt, &tile[..count]);
+    }
+    for (lanes, numbers) in lanes[at..at + TILE].chunks_exact_mut(LINE).zip(tile.chunks_exact(LINE)) {
+        doubt_numbers(doubt, numbers);
+        lanes.copy_from_slice(numbers);
+    }
+}
+
+/// Adds numbers to the sums.
+#[inline(always)]
+pub fn doubt_numbers<T: Scalar>(doubt: &mut Doubt<T>, numbers: &[T]) {
+    for numbers in numbers.chunks(LINE) {
+        doubt.iter_mut().zip(numbers).for_each(|(sum, number)| *sum = *sum + *number);
+    }
+}
+
 // Apart, and of a tile of its own, so that whole tiles go from registers to where they belong.
 #[cold]
 #[inline(never)]

@@ -60,8 +60,12 @@ impl Scalar for f64 {
     const LEAST_TOTAL: f64 = f64::from_bits((1023 - 512) << 52);
     #[inline(always)]
     fn is_below(self, count: usize) -> bool {
-        let whole = self as i32;
-        (whole as f64 == self) & (whole >= 0) & ((whole as usize) < count)
+        let (whole, last) = (self as i32, (count.min(1 << 31) as i64 - 1) as i32);
+        (whole as f64 == self) & (whole >= 0) & (whole <= last)
+    }
+    #[inline(always)]
+    fn is_below_infinity(self) -> bool {
+        self <= f64::MAX
     }
     #[inline(always)]
     fn from_f64(number: f64) -> f64 {

@@ -58,8 +58,12 @@ impl Scalar for f32 {
     const LEAST_TOTAL: f32 = f32::from_bits((127 - 64) << 23);
     #[inline(always)]
     fn is_below(self, count: usize) -> bool {
-        let whole = self as i32;
-        (whole as f32 == self) & (whole >= 0) & ((whole as usize) < count)
+        let (whole, last) = (self as i32, (count.min(1 << 31) as i64 - 1) as i32);
+        (whole as f32 == self) & (whole >= 0) & (whole <= last)
+    }
+    #[inline(always)]
+    fn is_below_infinity(self) -> bool {
+        self <= f32::MAX
     }
     #[inline(always)]
     fn from_f64(number: f64) -> f32 {

@@ -1,0 +1,47 @@
+//! Looking for what is suspect in emitted code: totals that are too small, numbers that are NaN.
+//!
+//! In: a buffer that is made. Out: the lines that look at its cells. Invariant: totals are counted; numbers are only added up
+//! while they are made, and counted where the sum is NaN.
+
+use super::names::local;
+use super::nest::Nests;
+use crate::ids::BufferId;
+use crate::kernel::Check;
+
+impl Nests<'_> {
+    /// How suspect cells of a buffer are found, if it is checked.
+    pub(super) fn checked(&self, buffer: BufferId) -> Option<Check> {
+        let check = self.kernel.checks.iter().find(|(checked, _)| *checked == buffer);
+        check.map(|(_, check)| *check)
+    }
+
+    /// The total above which nothing is suspect: 0 where no product can underflow, or there is a plate.
+    pub(super) fn least(&self) -> &'static str {
+        if self.is_linear { "T::ZERO" } else { "T::LEAST_TOTAL" }
+    }
+
+    /// Looks at cells of a buffer that is made once.
+    pub(super) fn looked_at_once(&self, buffer: BufferId, cells: &str) -> Option<String> {
+        self.checked(buffer).map(|check| match check {
+            Check::Total => format!("suspects += suspect_totals({cells}, {});", self.least()),
+            Check::Number => format!("suspects += suspect_numbers({cells});"),
+        })
+    }
+
+    /// Looks at cells of a buffer that a pass makes.
+    pub(super) fn looked_at(&self, buffer: BufferId, cells: &str) -> Option<String> {
+        match self.checked(buffer) {
+            Some(Check::Number) => Some(format!("doubt_numbers(&mut doubt, {cells});")),
+            _ => self.looked_at_once(buffer, cells),
+        }
+    }
+
+    /// What stands before a pass, and after it.
+    pub(super) fn around(&self, made: &[BufferId]) -> [String; 2] {
+        let numbers = made.iter().filter(|out| self.checked(**out) == Some(Check::Number));
+        let counted: Vec<String> =
+            numbers.map(|out| format!("suspects += suspect_planes(&doubt, {});", local("y", *out))).collect();
+        let sums = if counted.is_empty() { "" } else { "let mut doubt: Doubt<T> = Doubt::default();" };
+        [format!("let mut suspects: usize = 0;\n{sums}"), counted.join("\n")]
+    }
+}
