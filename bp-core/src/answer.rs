@@ -35,7 +35,7 @@ pub use table::{Column, Table};
 
 use crate::error::Error;
 use crate::exec::{Inputs, compiled::least_tied, scalar::Scalar};
-use crate::model::{Model, Question};
+use crate::model::{Model, Question, When};
 use crate::plan::Strategy;
 use crate::sample::Sampling;
 use serde::ser::SerializeMap;
@@ -57,6 +57,9 @@ pub struct Answer {
     /// How it was computed.
     #[serde(skip)]
     pub strategy: Strategy,
+    /// Of which instants it speaks.
+    #[serde(skip)]
+    pub when: When,
     /// The distributions that the rows are made of, by variable and element.
     #[serde(skip)]
     pub parts: Vec<Part>,

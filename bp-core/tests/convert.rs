@@ -133,7 +133,7 @@ fn files_are_recognised_by_their_names() {
     for (name, told) in [
         (
             "a.xdsl",
-            "`a.xdsl` is a network of GeNIe or SMILE, which is not read: in GeNIe, save it as Hugin NET",
+            "`a.xdsl`: it is a network of GeNIe or SMILE, which is not read: in GeNIe, save it as Hugin NET",
         ),
         ("a.dne", "a network of Netica"),
         ("a.DSC", "a network of MSBN"),

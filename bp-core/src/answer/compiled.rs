@@ -336,12 +336,13 @@ impl CompiledQuestion<'_> {
         if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, parts.get(1)) {
             let (second, _) = self.table(ask, from, *second, said)?;
             let answer = compare::divergences(&table, &second);
-            let parts = Vec::new();
-            return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, parts });
+            let (parts, when) = (Vec::new(), ask.when);
+            return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
         }
         let seed = sampling.seed;
         let answer = Reader { model: &self.model, ask, table: &table, inputs, seed }.rows()?;
         let parts = vec![Law::of_table(&self.model, &table)];
-        Ok(Answer { question, ln_evidence, estimate: None, answer, strategy, parts })
+        let when = ask.when;
+        Ok(Answer { question, ln_evidence, estimate: None, answer, strategy, when, parts })
     }
 }

@@ -91,6 +91,7 @@ pub(super) fn answers(
     Ok((gaussian.asks.iter())
         .map(|ask| Answer {
             strategy: Strategy::Gaussian,
+            when: ask.when,
             parts: vec![part(ask)],
             question: model.ask_text(ask),
             ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),

@@ -63,6 +63,7 @@ impl Asker<'_> {
                     estimate: None,
                     answer: divergences,
                     strategy,
+                    when: ask.when,
                     parts,
                 });
             }
@@ -79,7 +80,8 @@ impl Asker<'_> {
         };
         let several = ask.when.is_every_instant();
         let parts = answered.told.iter().map(|told| part(setting, ask, told, several)).collect();
-        Ok(Answer { question, ln_evidence, estimate, answer, strategy: strategy(&route.by), parts })
+        let (strategy, when) = (strategy(&route.by), ask.when);
+        Ok(Answer { question, ln_evidence, estimate, answer, strategy, when, parts })
     }
 
     fn run(&self, ask: &Ask, scope: Scope) -> Result<(OverTime, Answered), Error> {
@@ -270,6 +272,7 @@ pub(crate) fn of_instant(
         estimate: estimate(told, sampling),
         answer: part.rows(setting.model),
         strategy: strategy(&route.by),
+        when: route.ask.when,
         parts: vec![part],
     }
 }

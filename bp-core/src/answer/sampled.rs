@@ -84,6 +84,7 @@ pub(super) fn answer(
         estimate: Some(estimate(draws, ln_evidence.map(|[_, error]| error), sampling)),
         answer: rows(setting, ask, draws, kept, &[])?,
         strategy: by,
+        when: ask.when,
         parts: vec![part(setting, ask, draws, kept, &[])],
     })
 }

@@ -4,6 +4,7 @@
 //! short is wider than a terminal.
 
 use super::{Answer, Figure, Row};
+use crate::model::When;
 use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
 use std::fmt::{self, Display, Formatter, Write};
@@ -42,7 +43,7 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
         writeln!(out)?;
         write_rows(rows, largest(&answer.answer), out)?;
     }
-    if answer.question.starts_with("sequence ") && rows.iter().any(|row| row.p().is_some()) {
+    if answer.when == When::Sequence && rows.iter().any(|row| row.p().is_some()) {
         writeln!(out, "\n  the most likely course; beside each value its probability at that instant alone")?;
     }
     if shown < answer.answer.len() {

@@ -89,6 +89,7 @@ fn whole(
         estimate: None,
         answer: parts.iter().flat_map(|part| part.rows(program.model())).collect(),
         strategy,
+        when: When::Now,
         parts,
     }
 }

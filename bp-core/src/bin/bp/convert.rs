@@ -46,8 +46,8 @@ fn names() -> String {
 }
 
 fn format(path: &Path, said: Option<Format>, option: &str) -> Result<Format, Failure> {
-    if let (None, Some(reason)) = (said, Format::refused(path)) {
-        return Err(Failure::Words(format!("`{}` {reason}", path.display())));
+    if said.is_none() {
+        program::format_of(path)?;
     }
     said.or_else(|| Format::of(path)).ok_or_else(|| {
         let message =
