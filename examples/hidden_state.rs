@@ -20,7 +20,7 @@ bayesian_program! {
 
 const MOVES: [[f64; 2]; 2] = [[0.9, 0.1], [0.2, 0.8]];
 const SEES: [[f64; 2]; 2] = [[0.9, 0.1], [0.3, 0.7]];
-const READINGS: [usize; 3] = [1, 0, 1];
+const READINGS: [bool; 3] = [true, false, true];
 
 /// P(door after three readings), over every history: the state before the first step, and after each.
 fn by_hand() -> f64 {
@@ -29,20 +29,21 @@ fn by_hand() -> f64 {
         let state = |instant: usize| history >> instant & 1;
         let mut p = 0.5;
         for (step, seen) in READINGS.into_iter().enumerate() {
-            p *= MOVES[state(step)][state(step + 1)] * SEES[state(step + 1)][seen];
+            p *= MOVES[state(step)][state(step + 1)] * SEES[state(step + 1)][usize::from(seen)];
         }
         weight[state(3)] += p;
     }
     weight[1] / (weight[0] + weight[1])
 }
 
-fn main() {
-    let (mut belief, mut answer) = (vec![0.5, 0.5], door::open::Outputs::default());
+fn main() -> Result<(), bp_core::error::Error> {
+    let (mut before, mut now) = (door::open::Answer::default(), door::open::Answer::default());
+    *now.distribution_mut() = vec![0.5, 0.5];
     for seen in READINGS {
-        let inputs = door::open::Inputs { previous_open: &belief, seen: seen as f64 };
-        door::open::run(&inputs, &mut answer).expect("two numbers and a reading");
-        std::mem::swap(&mut belief, &mut answer.p_open);
-        println!("seen {seen}: P(Open) = {:.6}", belief[1]);
+        std::mem::swap(&mut before, &mut now);
+        door::open().previous_open(before.distribution()).seen(seen).run_into(&mut now)?;
+        println!("seen {seen}: P(Open) = {:.6}", now.p(true));
     }
-    assert!((belief[1] - by_hand()).abs() < 1e-12, "{} by hand", by_hand());
+    assert!((now.p(true) - by_hand()).abs() < 1e-12, "{} by hand", by_hand());
+    Ok(())
 }

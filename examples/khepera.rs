@@ -26,21 +26,29 @@ bayesian_program! {
     }
 }
 
+use driver::Behaviour;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut answer = driver::turn::Outputs::<f64>::default();
-    driver::turn::run(&driver::turn::Inputs {}, &mut answer)?;
-    // By [Behaviour][Dir][Prox][Vrot].
-    let mean = |context: usize| -> f64 {
-        (0..21).map(|speed| (speed as f64 - 10.0) * answer.p_vrot[21 * context + speed]).sum()
+    let answer = driver::turn().ask()?;
+    let mean = |behaviour: Behaviour, dir: i64, prox: i64| -> f64 {
+        (-10..=10).map(|speed| speed as f64 * answer.p(speed, behaviour, dir, prox)).sum()
     };
-    let surface = |behaviour: usize| (0..336).map(|place| mean(behaviour * 336 + place)).collect();
-    let panels: [(&str, Vec<f64>); 3] =
-        [("pushing", surface(0)), ("following", surface(1)), ("avoiding", surface(2))];
+    let surface = |behaviour: Behaviour| {
+        (-10..=10)
+            .flat_map(|dir| (0..=15).map(move |prox| (dir, prox)))
+            .map(|(dir, prox)| mean(behaviour, dir, prox))
+            .collect()
+    };
+    let panels: [(&str, Vec<f64>); 3] = [
+        ("pushing", surface(Behaviour::Pushing)),
+        ("following", surface(Behaviour::Following)),
+        ("avoiding", surface(Behaviour::Avoiding)),
+    ];
     println!("{}", plots::heat_maps("khepera", &panels, ("Dir", -10, 10), ("Prox", 0, 15))?.display());
 
-    let at = |panel: usize, dir: i32, prox: usize| panels[panel].1[(dir + 10) as usize * 16 + prox];
-    println!("an object on the right, near: push {:.2}, avoid {:.2}", at(0, 8, 15), at(2, 8, 15));
-    assert!(at(0, 8, 15) > 5.0 && (at(0, 8, 15) + at(2, 8, 15)).abs() < 1e-12);
-    assert!(at(0, 8, 15) > at(0, 8, 0), "the nearer the object, the surer the hand");
+    let (push, avoid) = (mean(Behaviour::Pushing, 8, 15), mean(Behaviour::Avoiding, 8, 15));
+    println!("an object on the right, near: push {push:.2}, avoid {avoid:.2}");
+    assert!(push > 5.0 && (push + avoid).abs() < 1e-12);
+    assert!(push > mean(Behaviour::Pushing, 8, 0), "the nearer the object, the surer the hand");
     Ok(())
 }

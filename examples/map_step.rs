@@ -7,9 +7,8 @@ use bp_core::space::{Edge, Space};
 use bp_macros::bayesian_program;
 
 bayesian_program!("bvm/models/cell.bp");
-use cell::observe::{Inputs, Outputs, run};
 
-fn main() {
+fn main() -> Result<(), bp_core::error::Error> {
     let space = Space::new([5, 1, 1], [Edge::Open; 3]).expect("five cells");
     let velocities = space.antecedents(&[[-1, 0, 0], [0, 0, 0], [1, 0, 0]]);
     let occupied = [0.5, 0.5, 0.9, 0.2, 0.5];
@@ -18,24 +17,22 @@ fn main() {
     let mut previous_v = [1.0 / 3.0; 15];
     (previous_v[2], previous_v[7], previous_v[12]) = (0.1, 0.2, 0.7);
     let likelihood = [[0.2; 5], [0.8; 5]].concat();
-    let inputs = Inputs {
-        grid: &space,
-        velocity: &velocities,
-        sensors: 1,
-        epsilon: 0.1,
-        motion: &[1.0 / 3.0; 3],
-        previous_o: &previous_o,
-        previous_v: &previous_v,
-        sensors_i_reading: &likelihood,
-    };
-    let mut state = Outputs::default();
-    run(&inputs, &mut state).expect("arrays of the right length");
-    for cell in 0..5 {
-        let (p, h) = (state.p_o[5 + cell], state.entropy_o_v[cell]);
+    let state = cell::observe(&space, &velocities)
+        .sensors(1)
+        .epsilon(0.1)
+        .motion(&[1.0 / 3.0; 3])
+        .previous_o(&previous_o)
+        .previous_v(&previous_v)
+        .sensors_i_reading(&likelihood)
+        .ask()?;
+    // Over the grid an answer is read for all cells at once.
+    let (occupied, entropy) = (state.p_o(true), state.entropy_o_v());
+    for (cell, (p, h)) in occupied.iter().zip(entropy).enumerate() {
         println!("cell {cell}: P(O) = {p:.6}, H(O V) = {h:.6} nats");
     }
     // Cell 3: what was in cell 2 has probably moved here.
-    assert!((state.p_o[5 + 3] - 0.8598648882729949).abs() < 1e-12);
-    assert!((state.entropy_o_v[3] - 1.2526545790440644).abs() < 1e-12);
-    assert!((state.entropy_o_v[2] - 1.5426503226262418).abs() < 1e-12);
+    assert!((occupied[3] - 0.8598648882729949).abs() < 1e-12);
+    assert!((entropy[3] - 1.2526545790440644).abs() < 1e-12);
+    assert!((entropy[2] - 1.5426503226262418).abs() < 1e-12);
+    Ok(())
 }

@@ -6,22 +6,22 @@
 use bp_macros::bayesian_program;
 
 bayesian_program!("bvm/models/line_of_sight.bp");
-use line_of_sight::reading::{Inputs, Outputs, run};
 
 const CELLS: usize = 10;
 
-fn main() {
+fn main() -> Result<(), bp_core::error::Error> {
     // sigma_min / (lambda · rho · ln b) is the deviation in cells.
-    let inputs =
-        Inputs { rays: 1, n: CELLS, z: &[3.0], sigma_min: 0.6, lambda: &[1.0], rho: &[1.0], ln_b: 1.0 };
-    let mut answer = Outputs::default();
-    run(&inputs, &mut answer).expect("one ray");
-    // P(Z = 3 | O C) by [O][C]; with P(O) = ½ the posterior is the ratio.
-    let (empty, occupied) = answer.p_z.split_at(CELLS);
-    let posterior: Vec<f64> = empty.iter().zip(occupied).map(|(p, q)| q / (p + q)).collect();
+    let question = line_of_sight::reading().rays(1).n(CELLS).sigma_min(0.6).ln_b(1.0);
+    let answer = question.z(&[3.0]).lambda(&[1.0]).rho(&[1.0]).ask()?;
+    // With P(O) = ½ the posterior P(O | Z = 3) of a cell is the ratio of P(Z = 3 | O C).
+    let likelihood = |occupied: bool, cell: i64| -> f64 { answer.p(occupied, cell)[0] };
+    let posterior: Vec<f64> = (1..=CELLS as i64)
+        .map(|cell| likelihood(true, cell) / (likelihood(false, cell) + likelihood(true, cell)))
+        .collect();
     for (cell, p) in posterior.iter().enumerate() {
         println!("cell {:2}  P(O | Z = 3) = {p:.4}  {}", cell + 1, "█".repeat((40.0 * p) as usize));
     }
     let expected = [0.0223, 0.3639, 0.7229, 0.5434, 0.5007, 0.5, 0.5, 0.5, 0.5, 0.5];
     assert!(posterior.iter().zip(expected).all(|(p, q)| (p - q).abs() < 1e-4), "{posterior:?}");
+    Ok(())
 }

@@ -11,7 +11,7 @@ const DT: f64 = 0.01;
 const TAU_C: f64 = 4.0;
 
 fn main() {
-    let mut filter = vestibular::rotation::filter(&[]).expect("every parameter has a default");
+    let mut filter = vestibular::rotation().filter().expect("every parameter has a default");
     filter.settle().expect("the gains converge");
     let (mut canal, mut before, mut estimates) = (0.0, 0.0, Vec::new());
     for _ in 0..=6000 {

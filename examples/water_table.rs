@@ -6,24 +6,20 @@
 use bp_macros::bayesian_program;
 
 bayesian_program!("examples/water_unit.bp");
-use water_unit::output::{Inputs, Outputs, run};
 
-fn main() {
-    let (mut table, start) = (Outputs::<f64>::default(), std::time::Instant::now());
-    run(&Inputs {}, &mut table).expect("it needs no input");
+fn main() -> Result<(), bp_core::error::Error> {
+    let start = std::time::Instant::now();
+    let table = water_unit::output().ask()?;
     println!("161 051 numbers in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
 
-    // By [I0][I1][S][C][O]: what is searched is fastest.
-    let contexts = 11 * 11 * 11 * 11;
-    let row = |context: [usize; 4]| -> [f64; 11] {
-        let place = context.iter().fold(0, |place, value| 11 * place + value);
-        std::array::from_fn(|o| table.p_o[11 * place + o])
-    };
+    // What is searched comes first, and then what is known.
+    let row =
+        |[i0, i1, s, c]: [i64; 4]| -> [f64; 11] { std::array::from_fn(|o| table.p(o as i64, i0, i1, s, c)) };
     for context in [[1, 0, 5, 10], [0, 1, 5, 10], [5, 5, 5, 5], [0, 5, 9, 5]] {
         println!("I0 I1 S C = {context:?}: {:.4?}", row(context));
     }
-    assert_eq!(table.p_o.len(), 161_051);
+    assert_eq!(table.distribution().len(), 161_051);
     assert!((row([1, 0, 5, 10])[0] - 2.0 / 7.0).abs() < 1e-12 && (row([0, 1, 5, 10])[0] - 0.3).abs() < 1e-12);
-    let impossible = (0..contexts).filter(|place| (0..11).all(|o| table.p_o[11 * place + o] == 0.0));
-    assert_eq!(impossible.count(), 6655);
+    assert_eq!(table.report().impossible, 6655);
+    Ok(())
 }

@@ -22,10 +22,7 @@ bayesian_program! {
 
 fn main() -> Result<(), bp_core::Error> {
     // At compile time the question has become a function.
-    let mut compiled = wet_grass::rain::Outputs::<f64>::default();
-    let nothing = wet_grass::rain::Inputs {};
-    wet_grass::rain::run(&nothing, &mut compiled).expect("it needs no input");
-    let compiled = compiled.p_rain[1];
+    let compiled = wet_grass::rain().ask().expect("wet grass is possible").p(true);
 
     // At run time the same text is compiled, and any question can be asked.
     let rain = Program::parse(wet_grass::SOURCE)?.ask("P(Rain | Wet = true)")?;

@@ -63,12 +63,11 @@ fn the_text_is_as_it_was_written() {
 
 #[test]
 fn a_question_is_a_function() {
-    let mut answer = wet_grass::rain::Outputs::<f64>::default();
-    let inputs = wet_grass::rain::Inputs {};
-    wet_grass::rain::run(&inputs, &mut answer).unwrap();
+    let answer = wet_grass::rain().ask().unwrap();
     // P(Rain | Wet): it is wet when it rains, and without rain when the sprinkler runs.
     let wet = 0.3 / (0.3 + 0.7 * 0.9);
-    assert!(answer.p_rain.iter().any(|p| (p - wet).abs() < 1e-12), "{answer:?}");
+    assert!((answer.p(true, true) - wet).abs() < 1e-12, "{answer:?}");
+    assert_eq!(answer.p(true, false), 0.0);
 }
 
 #[test]

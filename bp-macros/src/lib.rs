@@ -33,8 +33,13 @@ use std::path::PathBuf;
 /// bayesian_program!("../tests/programs/wet_grass.bp");
 /// # }
 ///
-/// assert_eq!(coin::model().name, "Coin");
+/// let answer = coin::heads().ask()?;
+/// assert_eq!(answer.p(true), 0.5);
+/// # Ok::<(), bp_core::error::Error>(())
 /// ```
+///
+/// A question is a function that begins a builder: a method for each input, `ask`, and `run_into` for an earlier answer.
+/// The answer is read by values. `docs/language.md` says how everything is named.
 ///
 /// The package that calls it depends on `bp-core`, which the module speaks to.
 #[proc_macro]

@@ -77,19 +77,16 @@ fn the_cell_program_agrees() {
         .array("previous V", &previous_v)
         .array("Sensors[i].reading", &readings);
     let truth = by_kernel(&cell::model(), "observe", &inputs);
-    let mut found = cell::observe::Outputs::default();
-    let given = cell::observe::Inputs {
-        grid: &space,
-        velocity: &moves,
-        sensors: 2,
-        epsilon: 0.02,
-        motion: &motion,
-        previous_o: &previous_o,
-        previous_v: &previous_v,
-        sensors_i_reading: &readings,
-    };
-    cell::observe::run(&given, &mut found).unwrap();
-    let found = [&found.p_o, &found.p_v, &found.entropy_o_v, &found.entropy_o];
+    let mut found = cell::observe::Answer::default();
+    let given = cell::observe(&space, &moves)
+        .sensors(2)
+        .epsilon(0.02)
+        .motion(&motion)
+        .previous_o(&previous_o)
+        .previous_v(&previous_v)
+        .sensors_i_reading(&readings);
+    given.run_into(&mut found).unwrap();
+    let found = [found.distribution_o(), found.distribution_v(), found.entropy_o_v(), found.entropy_o()];
     truth.iter().zip(found).for_each(|(truth, found)| assert_same("observe", truth, found));
 }
 
@@ -108,18 +105,17 @@ fn the_range_sensor_agrees() {
         .array("rho", &rho)
         .array("z", &z);
     let truth = by_kernel(&line_of_sight::model(), "reading", &inputs);
-    let mut found = line_of_sight::reading::Outputs::default();
-    let given = line_of_sight::reading::Inputs {
-        rays,
-        n: 10,
-        sigma_min: 0.01,
-        ln_b: 0.0916,
-        lambda: &lambda,
-        rho: &rho,
-        z: &z,
-    };
-    line_of_sight::reading::run(&given, &mut found).unwrap();
-    assert_same("reading", &truth[0], &found.p_z);
+    let mut found = line_of_sight::reading::Answer::default();
+    let given = line_of_sight::reading()
+        .rays(rays)
+        .n(10)
+        .sigma_min(0.01)
+        .ln_b(0.0916)
+        .lambda(&lambda)
+        .rho(&rho)
+        .z(&z);
+    given.run_into(&mut found).unwrap();
+    assert_same("reading", &truth[0], found.distribution());
 }
 
 #[test]
@@ -167,19 +163,18 @@ fn the_range_sensor_that_hears_codes_agrees() {
         .array("hidden", &hidden)
         .array("code", &code);
     let truth = by_kernel(&population_code::model(), "heard", &inputs);
-    let mut found = population_code::heard::Outputs::default();
-    let given = population_code::heard::Inputs {
-        rays,
-        n: bins,
-        sigma_min: 0.05,
-        ln_b: 0.0916,
-        lambda: &lambda,
-        rho: &rho,
-        hidden: &hidden,
-        code: &code,
-    };
-    population_code::heard::run(&given, &mut found).unwrap();
-    assert_same("heard", &truth[0], &found.p_code);
+    let mut found = population_code::heard::Answer::default();
+    let given = population_code::heard()
+        .rays(rays)
+        .n(bins)
+        .sigma_min(0.05)
+        .ln_b(0.0916)
+        .lambda(&lambda)
+        .rho(&rho)
+        .hidden(&hidden)
+        .code(&code);
+    given.run_into(&mut found).unwrap();
+    assert_same("heard", &truth[0], found.distribution());
 }
 
 #[test]
@@ -201,22 +196,21 @@ fn the_ears_agree() {
         .array("tau", &tau)
         .array("l", &l);
     let truth = by_kernel(&binaural::model(), "source", &inputs);
-    let mut found = binaural::source::Outputs::default();
-    let given = binaural::source::Inputs {
-        grid: cells,
-        channels: 4,
-        rate: 0.1,
-        tau_max: 1e-3,
-        l_max: 40.0,
-        sigma_tau: 1e-4,
-        sigma_l: 6.0,
-        mu_tau: &mu_tau,
-        mu_l: &mu_l,
-        tau: &tau,
-        l: &l,
-    };
-    binaural::source::run(&given, &mut found).unwrap();
-    assert_same("source", &truth[0], &found.p_s);
+    let mut found = binaural::source::Answer::default();
+    let given = binaural::source()
+        .grid(cells)
+        .channels(4)
+        .rate(0.1)
+        .tau_max(1e-3)
+        .l_max(40.0)
+        .sigma_tau(1e-4)
+        .sigma_l(6.0)
+        .mu_tau(&mu_tau)
+        .mu_l(&mu_l)
+        .tau(&tau)
+        .l(&l);
+    given.run_into(&mut found).unwrap();
+    assert_same("source", &truth[0], found.distribution());
 }
 
 #[test]
@@ -236,10 +230,10 @@ fn the_gaze_agrees_and_is_that_of_steps_1_to_3() {
         .array("map.P(O | C)", &occupied)
         .array("map.H", &entropy);
     let truth = by_kernel(&gaze::model(), "look", &inputs);
-    let mut found = gaze::look::Outputs::default();
-    let given = gaze::look::Inputs { grid: &space, eta: 0.001, map_p_o_c: &occupied, map_h: &entropy };
-    gaze::look::run(&given, &mut found).unwrap();
-    assert_same("look", &truth[0], &found.scores_g);
+    let mut found = gaze::look::Answer::default();
+    let given = gaze::look(&space).eta(0.001).map_p_o_c(&occupied).map_h(&entropy);
+    given.run_into(&mut found).unwrap();
+    assert_same("look", &truth[0], found.scores());
     // The same by hand: walk each direction outwards, then Eq. 6 at the last close-to-empty cell.
     let at = |depth: usize, row: usize, lane: usize| (depth * rows + row) * lanes + lane;
     let mut scores = vec![0.0; cells];
@@ -258,7 +252,7 @@ fn the_gaze_agrees_and_is_that_of_steps_1_to_3() {
         }
     }
     assert_same("by hand", &scores, &truth[0]);
-    assert_eq!(argmax(&scores, None), argmax(&found.scores_g, None));
+    assert_eq!(argmax(&scores, None), argmax(found.scores(), None));
 }
 
 #[test]
@@ -266,9 +260,9 @@ fn the_view_agrees() {
     let gain = Numbers(5).take(777);
     let inputs = Inputs::new().size("Directions", gain.len()).array("gain", &gain);
     let truth = by_kernel(&view::model(), "look", &inputs);
-    let mut found = view::look::Outputs::default();
-    view::look::run(&view::look::Inputs { directions: gain.len(), gain: &gain }, &mut found).unwrap();
-    assert_same("look", &truth[0], &found.scores_g);
+    let mut found = view::look::Answer::default();
+    view::look().directions(gain.len()).gain(&gain).run_into(&mut found).unwrap();
+    assert_same("look", &truth[0], found.scores());
     assert_same("weights are the gains", &gain, &truth[0]);
 }
 
@@ -281,21 +275,19 @@ fn threads_change_no_bit_of_an_emitted_answer() {
     let single = |values: Vec<f64>| values.into_iter().map(|x| x as f32).collect::<Vec<f32>>();
     let (previous_o, previous_v) = (single(numbers.take(2 * cells)), single(numbers.take(7 * cells)));
     let readings = single(numbers.take(2 * cells));
-    let given = cell::observe::Inputs {
-        grid: &space,
-        velocity: &moves,
-        sensors: 1,
-        epsilon: 0.02,
-        motion: &[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1],
-        previous_o: &previous_o,
-        previous_v: &previous_v,
-        sensors_i_reading: &readings,
-    };
+    let given = cell::observe(&space, &moves)
+        .sensors(1)
+        .epsilon(0.02)
+        .motion(&[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+        .previous_o(&previous_o)
+        .previous_v(&previous_v)
+        .sensors_i_reading(&readings);
     let [one, two, eight] = [1, 2, 8].map(|threads| {
-        let mut found = cell::observe::Outputs::default();
+        let mut found = cell::observe::Answer::default();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| cell::observe::run(&given, &mut found)).unwrap();
-        let all = [found.p_o, found.p_v, found.entropy_o_v, found.entropy_o].concat();
+        pool.install(|| given.run_into(&mut found)).unwrap();
+        let all =
+            [found.distribution_o(), found.distribution_v(), found.entropy_o_v(), found.entropy_o()].concat();
         all.into_iter().map(f32::to_bits).collect::<Vec<u32>>()
     });
     assert!(one.len() == 11 * cells && one == two && one == eight);
@@ -320,17 +312,17 @@ fn rows_narrower_than_a_tile_agree() {
         .array("previous V", &previous_v)
         .array("Sensors[i].reading", &readings);
     let truth = by_kernel(&cell::model(), "step", &inputs);
-    let mut found = cell::step::Outputs::default();
-    let given = cell::step::Inputs {
-        grid: &space,
-        velocity: &moves,
-        sensors: 1,
-        epsilon: 0.02,
-        motion: &motion,
-        previous_o: &previous_o,
-        previous_v: &previous_v,
-        sensors_i_reading: &readings,
-    };
-    cell::step::run(&given, &mut found).unwrap();
-    truth.iter().zip([&found.p_o, &found.p_v]).for_each(|(truth, found)| assert_same("step", truth, found));
+    let mut found = cell::step::Answer::default();
+    let given = cell::step(&space, &moves)
+        .sensors(1)
+        .epsilon(0.02)
+        .motion(&motion)
+        .previous_o(&previous_o)
+        .previous_v(&previous_v)
+        .sensors_i_reading(&readings);
+    given.run_into(&mut found).unwrap();
+    truth
+        .iter()
+        .zip([found.distribution_o(), found.distribution_v()])
+        .for_each(|(truth, found)| assert_same("step", truth, found));
 }

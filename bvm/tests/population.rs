@@ -5,7 +5,7 @@
 
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::Map;
-use bvm::programs::{population_code::heard, range_code};
+use bvm::programs::{population_code, range_code};
 use bvm::vision::{Evidence, RangeReading, Sight};
 
 const N: usize = 4;
@@ -112,21 +112,12 @@ fn hidden_cells_and_readings_are_summed_out() {
         ([0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 1.0, 0.0, 0.0], 0.3),
     ];
     for (hidden, code, sigma) in cases {
-        let inputs = heard::Inputs {
-            rays: 1,
-            n: N,
-            sigma_min: sigma,
-            ln_b: 1.0,
-            lambda: &[1.0],
-            rho: &[1.0],
-            hidden: &hidden,
-            code: &code,
-        };
-        let mut outputs = heard::Outputs::<f64>::default();
-        heard::run(&inputs, &mut outputs).unwrap();
+        let question = population_code::heard().rays(1).n(N).sigma_min(sigma).ln_b(1.0);
+        let question = question.lambda(&[1.0]).rho(&[1.0]).hidden(&hidden).code(&code);
+        let answer = question.ask().unwrap();
         for c in 1..=N {
             for o in [false, true] {
-                let found = outputs.p_code[N * usize::from(o) + c - 1];
+                let found: f64 = answer.p(o, c as i64)[0];
                 let expected = enumerated(c, o, &hidden, &code, sigma);
                 assert!((found - expected).abs() < 1e-6, "C = {c}, O = {o}: {found} is not {expected}");
             }

@@ -9,26 +9,17 @@ use bp_core::exec::scalar::Scalar;
 use bvm::audition::Hearing;
 use bvm::frame::Spherical;
 use bvm::grid::{Grid, GridConfiguration};
-use bvm::programs::{line_of_sight::reading, vestibular::rotation};
+use bvm::programs::{line_of_sight, vestibular};
 use bvm::world::World;
 use bvm::world::sensors::cues_of;
 
 /// P(O = 1 | z) of each cell of one line of ten; z = 0 is "No Detection".
 fn posterior<T: Scalar>(z: f64, sigma: f64) -> Vec<f64> {
     let number = T::from_f64;
-    let inputs = reading::Inputs {
-        rays: 1,
-        n: 10,
-        sigma_min: number(sigma),
-        ln_b: number(1.0),
-        lambda: &[number(1.0)],
-        rho: &[number(1.0)],
-        z: &[number(z)],
-    };
-    let mut outputs = reading::Outputs::default();
-    reading::run(&inputs, &mut outputs).unwrap();
-    let p = |o: usize, c: usize| outputs.p_z[10 * o + c].to_f64();
-    (0..10).map(|c| p(1, c) / (p(0, c) + p(1, c))).collect()
+    let question = line_of_sight::reading().rays(1).n(10).sigma_min(sigma).ln_b(1.0);
+    let answer = question.lambda(&[number(1.0)]).rho(&[number(1.0)]).z(&[number(z)]).ask().unwrap();
+    let p = |occupied: bool, cell: i64| answer.p(occupied, cell)[0].to_f64();
+    (1..=10).map(|cell| p(true, cell) / (p(false, cell) + p(true, cell))).collect()
 }
 
 fn check_posteriors<T: Scalar>() {
@@ -75,7 +66,7 @@ fn the_loudspeaker_is_heard_where_it_stands() {
 }
 
 fn settled() -> Filter {
-    let mut filter = rotation::filter(&[]).unwrap();
+    let mut filter = vestibular::rotation().filter().unwrap();
     filter.settle().unwrap();
     filter
 }

@@ -17,10 +17,9 @@ bayesian_program!("examples/boat_relaxed.bp");
 bayesian_program!("examples/layered_network.bp");
 
 fn water_unit_table(criterion: &mut Criterion) {
-    let mut table = water_unit::output::Outputs::<f64>::default();
+    let mut table = water_unit::output::Answer::<f64>::default();
     criterion.bench_function("water unit, 161 051 numbers, emitted", |bench| {
-        bench
-            .iter(|| water_unit::output::run(&water_unit::output::Inputs {}, black_box(&mut table)).unwrap());
+        bench.iter(|| water_unit::output().run_into(black_box(&mut table)).unwrap());
     });
     let model = water_unit::model();
     let question = model.question("output").expect("it is declared");
@@ -32,28 +31,26 @@ fn water_unit_table(criterion: &mut Criterion) {
 fn boat_places(criterion: &mut Criterion) {
     let degrees = 1f64.to_degrees();
     let (mut three, mut six) =
-        (boat::bearings::Outputs::<f64>::default(), boat::all::Outputs::<f64>::default());
+        (boat::bearings::Answer::<f64>::default(), boat::all::Answer::<f64>::default());
     criterion.bench_function("boat, 101 x 101 places, three bearings", |bench| {
-        bench.iter(|| {
-            boat::bearings::run(&boat::bearings::Inputs { degrees }, black_box(&mut three)).unwrap()
-        });
+        bench.iter(|| boat::bearings().degrees(degrees).run_into(black_box(&mut three)).unwrap());
     });
     criterion.bench_function("boat, 101 x 101 places, all six readings", |bench| {
-        bench.iter(|| boat::all::run(&boat::all::Inputs { degrees }, black_box(&mut six)).unwrap());
+        bench.iter(|| boat::all().degrees(degrees).run_into(black_box(&mut six)).unwrap());
     });
-    let mut along = boat_relaxed::along::Outputs::<f64>::default();
+    let mut along = boat_relaxed::along::Answer::<f64>::default();
     criterion.bench_function("boat, 101 places, distances summed out", |bench| {
-        let inputs = boat_relaxed::along::Inputs { degrees };
-        bench.iter(|| boat_relaxed::along::run(&inputs, black_box(&mut along)).unwrap());
+        let inputs = boat_relaxed::along().degrees(degrees);
+        bench.iter(|| inputs.run_into(black_box(&mut along)).unwrap());
     });
 }
 
 fn asked_again(criterion: &mut Criterion) {
-    let mut answer = layered_network::effect::Outputs::<f64>::default();
+    let mut answer = layered_network::effect::Answer::<f64>::default();
     let mut again = |number: usize| {
-        let [a1, a2, a3, a4] = [0, 1, 2, 3].map(|bit| (number >> bit & 1) as f64);
-        let inputs = layered_network::effect::Inputs { a1, a2, a3, a4 };
-        layered_network::effect::run(&inputs, black_box(&mut answer)).unwrap();
+        let [a1, a2, a3, a4] = [0, 1, 2, 3].map(|bit| number >> bit & 1 == 1);
+        let inputs = layered_network::effect().a1(a1).a2(a2).a3(a3).a4(a4);
+        inputs.run_into(black_box(&mut answer)).unwrap();
     };
     again(0);
     let counted = allocation_counter::measure(|| (0..100_000).for_each(&mut again));

@@ -4,6 +4,7 @@
 //! Invariant: both give the same numbers, and take turns, so that what disturbs one disturbs the other.
 
 use bp_core::answer::link;
+use bp_core::exec::compiled::Value;
 use bp_core::exec::{Inputs, Lanes, Outputs};
 use bp_core::lower::lower;
 use bp_core::model::Model;
@@ -58,22 +59,22 @@ fn race(patience: Duration, tasks: [&mut dyn FnMut(); 2]) -> [f64; 2] {
 /// Times one question, and prints a line. What is given is named alike at both doors.
 macro_rules! row {
     ($patience:expr, $program:ident, $question:ident, $output:ident $(, $name:ident = $value:expr)*) => {{
-        let compiled = $program::$question::Inputs { $($name: $value),* };
-        let inputs = Inputs::<f64>::new()$(.number(stringify!($name), $value))*;
+        let compiled = $program::$question()$(.$name($value))*;
+        let inputs = Inputs::<f64>::new()$(.number(stringify!($name), $value.number()))*;
         let loaded = lanes(&$program::model(), stringify!($question));
-        let mut emitted = $program::$question::Outputs::<f64>::default();
+        let mut emitted = $program::$question::Answer::<f64>::default();
         let mut found = Outputs::default();
-        $program::$question::run(&compiled, &mut emitted).expect("it fits");
+        compiled.run_into(&mut emitted).expect("it fits");
         loaded.run_into(&inputs, &mut found).expect("it fits");
         let same = |cells: &[f64]| {
             let close = |(p, q): (&f64, &f64)| (p - q).abs() <= 1e-12 * p.abs().max(1e-3);
-            cells.len() == emitted.$output.len() && cells.iter().zip(&emitted.$output).all(close)
+            cells.len() == emitted.$output().len() && cells.iter().zip(emitted.$output()).all(close)
         };
         assert!(found.arrays.iter().any(|(_, cells)| same(cells)), "{}", stringify!($program));
-        let cells = emitted.$output.len();
+        let cells = emitted.$output().len();
         let [one, other] = race($patience, [
             &mut || {
-                $program::$question::run(black_box(&compiled), black_box(&mut emitted)).expect("it fits");
+                black_box(compiled).run_into(black_box(&mut emitted)).expect("it fits");
             },
             &mut || loaded.run_into(black_box(&inputs), black_box(&mut found)).expect("it fits"),
         ]);
@@ -90,23 +91,23 @@ fn main() {
     println!("{:<32}{:>9}{:>12}{:>12}{:>8}", "f64, one thread", "numbers", "emitted µs", "lanes µs", "ratio");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     pool.install(|| {
-        row!(patience, asia, before, p_dyspnoea);
-        row!(patience, boat, bearings, p_x_y, degrees = degrees);
-        row!(patience, boat, all, p_x_y, degrees = degrees);
-        row!(patience, boat_relaxed, along, p_x, degrees = degrees);
-        row!(patience, categorisation, category, p_c);
-        row!(patience, homing, choice, p_h, alpha = 7.0, beta = 0.5);
-        row!(patience, inverse_programming, belief, p_h);
-        row!(patience, layered_network, effect, p_d1, a1 = 0.0, a2 = 1.0, a3 = 1.0, a4 = 0.0);
-        row!(patience, log_coding, code_of_bell, p_a);
-        row!(patience, phototaxy, turn, p_vrot);
-        row!(patience, phototaxy, seen, p_theta_l);
-        row!(patience, rain_umbrella, rain, p_rain);
-        row!(patience, spam, spam, p_spam);
-        row!(patience, sprinkler, rain, p_rain);
-        row!(patience, sum_of_dice, sum, p_s3);
-        row!(patience, sum_of_dice, last, p_o3);
-        row!(patience, water_unit, output, p_o);
-        row!(patience, water_unit, filter, p_f);
+        row!(patience, asia, before, distribution_dyspnoea);
+        row!(patience, boat, bearings, distribution, degrees = degrees);
+        row!(patience, boat, all, distribution, degrees = degrees);
+        row!(patience, boat_relaxed, along, distribution, degrees = degrees);
+        row!(patience, categorisation, category, distribution);
+        row!(patience, homing, choice, distribution, alpha = 7.0, beta = 0.5);
+        row!(patience, inverse_programming, belief, distribution);
+        row!(patience, layered_network, effect, distribution, a1 = false, a2 = true, a3 = true, a4 = false);
+        row!(patience, log_coding, code_of_bell, distribution);
+        row!(patience, phototaxy, turn, distribution);
+        row!(patience, phototaxy, seen, distribution);
+        row!(patience, rain_umbrella, rain, distribution);
+        row!(patience, spam, spam, distribution);
+        row!(patience, sprinkler, rain, distribution);
+        row!(patience, sum_of_dice, sum, distribution);
+        row!(patience, sum_of_dice, last, distribution);
+        row!(patience, water_unit, output, distribution);
+        row!(patience, water_unit, filter, distribution);
     });
 }

@@ -47,9 +47,7 @@ fn near(what: &str, found: &[f64], expected: &[f64]) {
 /// A question's answer.
 macro_rules! answered {
     ($program:ident, $question:ident $(, $field:ident = $value:expr)*) => {{
-        let mut answer = $program::$question::Outputs::<f64>::default();
-        $program::$question::run(&$program::$question::Inputs { $($field: $value),* }, &mut answer).unwrap();
-        answer
+        $program::$question()$(.$field($value))*.ask().unwrap()
     }};
 }
 
@@ -85,13 +83,19 @@ fn networks() {
     };
     let joint = Joint { counts: &[2; 8], p: &p };
     let before = answered!(asia, before);
-    let found = [before.p_tuberculosis, before.p_cancer, before.p_bronchitis, before.p_either, before.p_xray];
-    for (found, variable) in found.iter().chain([&before.p_dyspnoea]).zip(2..) {
+    let found = [
+        before.distribution_tuberculosis(),
+        before.distribution_cancer(),
+        before.distribution_bronchitis(),
+        before.distribution_either(),
+        before.distribution_xray(),
+    ];
+    for (found, variable) in found.into_iter().chain([before.distribution_dyspnoea()]).zip(2..) {
         near("asia", found, &joint.table(&[variable], &[], &[]));
     }
     let after = answered!(asia, after);
-    near("asia, after", &after.p_tuberculosis, &joint.table(&[2], &[], &[(0, 1), (7, 1)]));
-    near("asia, after", &after.p_cancer, &joint.table(&[3], &[], &[(0, 1), (7, 1)]));
+    near("asia, after", after.distribution_tuberculosis(), &joint.table(&[2], &[], &[(0, 1), (7, 1)]));
+    near("asia, after", after.distribution_cancer(), &joint.table(&[3], &[], &[(0, 1), (7, 1)]));
 
     // Location, Rain, Sprinkler, GrassWet, Roof.
     let p = |v: &[usize]| {
@@ -102,9 +106,13 @@ fn networks() {
             * sure(v[4] == v[1])
     };
     let joint = Joint { counts: &[2; 5], p: &p };
-    near("sprinkler", &answered!(sprinkler, rain).p_rain, &joint.table(&[1], &[0], &[(3, 1)]));
-    near("sprinkler", &answered!(sprinkler, wet).p_grass_wet, &joint.table(&[3], &[0], &[]));
-    near("sprinkler", &answered!(sprinkler, where_).p_location, &joint.table(&[0], &[], &[(3, 1), (4, 0)]));
+    near("sprinkler", answered!(sprinkler, rain).distribution(), &joint.table(&[1], &[0], &[(3, 1)]));
+    near("sprinkler", answered!(sprinkler, wet).distribution(), &joint.table(&[3], &[0], &[]));
+    near(
+        "sprinkler",
+        answered!(sprinkler, where_).distribution(),
+        &joint.table(&[0], &[], &[(3, 1), (4, 0)]),
+    );
 
     // Four layers of four; each depends on its own column and the next one of the layer above.
     let p = |v: &[usize]| {
@@ -121,13 +129,13 @@ fn networks() {
     let joint = Joint { counts: &[2; 16], p: &p };
     for number in 0..16usize {
         let bits = [0, 1, 2, 3].map(|bit| number >> bit & 1);
-        let [a1, a2, a3, a4] = bits.map(|bit| bit as f64);
+        let [a1, a2, a3, a4] = bits.map(|bit| bit == 1);
         let known =
             |first: usize| bits.iter().enumerate().map(|(at, bit)| (first + at, *bit)).collect::<Vec<_>>();
         let effect = answered!(layered_network, effect, a1 = a1, a2 = a2, a3 = a3, a4 = a4);
-        near("layers", &effect.p_d1, &joint.table(&[12], &[], &known(0)));
+        near("layers", effect.distribution(), &joint.table(&[12], &[], &known(0)));
         let cause = answered!(layered_network, cause, d1 = a1, d2 = a2, d3 = a3, d4 = a4);
-        near("layers", &cause.p_a1, &joint.table(&[0], &[], &known(12)));
+        near("layers", cause.distribution(), &joint.table(&[0], &[], &known(12)));
     }
 }
 
@@ -135,7 +143,7 @@ fn networks() {
 fn words_and_dice() {
     let p = |v: &[usize]| coin(0.4, v[0]) * coin([0.1, 0.95][v[0]], v[1]);
     let joint = Joint { counts: &[2, 2], p: &p };
-    near("umbrella", &answered!(rain_umbrella, rain).p_rain, &joint.table(&[0], &[], &[(1, 1)])[1..]);
+    near("umbrella", answered!(rain_umbrella, rain).distribution(), &joint.table(&[0], &[], &[(1, 1)])[1..]);
 
     // (n + 1) / (N + 2) of messages with the word, among 250 others and 750 of spam.
     let words = [[0.0, 375.0], [125.0, 0.0], [250.0, 0.0], [0.0, 750.0], [125.0, 375.0]];
@@ -144,15 +152,15 @@ fn words_and_dice() {
         coin(0.75, v[0]) * (0..5).map(word).product::<f64>()
     };
     let joint = Joint { counts: &[2; 6], p: &p };
-    near("spam", &answered!(spam, spam).p_spam, &joint.table(&[0], &[1, 2, 3, 4, 5], &[]));
+    near("spam", answered!(spam, spam).distribution(), &joint.table(&[0], &[1, 2, 3, 4, 5], &[]));
     let known = [(1, 0), (2, 0), (3, 0), (4, 1), (5, 0)];
-    near("spam", &answered!(spam, money).p_spam, &joint.table(&[0], &[], &known)[1..]);
+    near("spam", answered!(spam, money).distribution(), &joint.table(&[0], &[], &known)[1..]);
 
     // O1, O2, O3 from 1, S2 from 2, S3 from 3; S1 is O1.
     let p = |v: &[usize]| sure(v[3] == v[0] + v[1]) * sure(v[4] == v[3] + v[2]) / 216.0;
     let joint = Joint { counts: &[6, 6, 6, 11, 16], p: &p };
-    near("dice", &answered!(sum_of_dice, sum).p_s3, &joint.table(&[4], &[], &[(0, 3)]));
-    near("dice", &answered!(sum_of_dice, last).p_o3, &joint.table(&[2], &[], &[(4, 11)]));
+    near("dice", answered!(sum_of_dice, sum).distribution(), &joint.table(&[4], &[], &[(0, 3)]));
+    near("dice", answered!(sum_of_dice, last).distribution(), &joint.table(&[2], &[], &[(4, 11)]));
 
     // Prior, A from 1, B from 1, Coherent.
     let flat = 1.0 / 255.0;
@@ -163,9 +171,17 @@ fn words_and_dice() {
         0.5 * b / 7.0 * sure((v[3] == 1) == (v[1] + 1 == log))
     };
     let joint = Joint { counts: &[2, 7, 255, 2], p: &p };
-    near("code", &answered!(log_coding, code).p_a, &joint.table(&[1], &[], &[(3, 1), (0, 0)]));
-    near("code", &answered!(log_coding, code_of_bell).p_a, &joint.table(&[1], &[], &[(3, 1), (0, 1)]));
-    near("code", &answered!(log_coding, number).p_b, &joint.table(&[2], &[], &[(1, 1), (3, 1), (0, 0)]));
+    near("code", answered!(log_coding, code).distribution(), &joint.table(&[1], &[], &[(3, 1), (0, 0)]));
+    near(
+        "code",
+        answered!(log_coding, code_of_bell).distribution(),
+        &joint.table(&[1], &[], &[(3, 1), (0, 1)]),
+    );
+    near(
+        "code",
+        answered!(log_coding, number).distribution(),
+        &joint.table(&[2], &[], &[(1, 1), (3, 1), (0, 0)]),
+    );
 }
 
 #[test]
@@ -175,15 +191,15 @@ fn robots() {
         [0.4, 0.6][v[0]] * bell(v[1] as i64, mean, deviation, 0, 30)
     };
     let joint = Joint { counts: &[2, 31], p: &p };
-    near("category", &answered!(categorisation, category).p_c, &joint.table(&[0], &[1], &[]));
-    near("category", &answered!(categorisation, distance).p_dist_l, &joint.table(&[1], &[], &[(0, 0)]));
+    near("category", answered!(categorisation, category).distribution(), &joint.table(&[0], &[1], &[]));
+    near("category", answered!(categorisation, distance).distribution(), &joint.table(&[1], &[], &[(0, 0)]));
 
     let (means, deviations) =
         ([-10.0, -8.0, -5.0, -1.0, 1.0, 5.0, 8.0, 10.0], [1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 1.5, 1.0]);
     let p = |v: &[usize]| bell(v[1] as i64 - 10, means[v[0]], deviations[v[0]], -10, 10) / 8.0;
     let joint = Joint { counts: &[8, 21], p: &p };
-    near("light", &answered!(phototaxy, turn).p_vrot, &joint.table(&[1], &[0], &[]));
-    near("light", &answered!(phototaxy, seen).p_theta_l, &joint.table(&[0], &[], &[(1, 15)]));
+    near("light", answered!(phototaxy, turn).distribution(), &joint.table(&[1], &[0], &[]));
+    near("light", answered!(phototaxy, seen).distribution(), &joint.table(&[0], &[], &[(1, 15)]));
 
     // H, Dir, Prox, Theta, Vrot: the uniform ones are left out of the product.
     let (alpha, beta) = (7.0, 0.5);
@@ -205,11 +221,11 @@ fn robots() {
     };
     let joint = Joint { counts: &[2, 21, 16, 21, 21], p: &p };
     let choice = answered!(homing, choice, alpha = alpha, beta = beta);
-    near("homing", &choice.p_h, &joint.table(&[0], &[2], &[]));
+    near("homing", choice.distribution(), &joint.table(&[0], &[2], &[]));
     let turn = answered!(homing, turn, alpha = alpha, beta = beta);
-    near("homing", &turn.p_vrot, &joint.table(&[4], &[1, 2, 3], &[]));
+    near("homing", turn.distribution(), &joint.table(&[4], &[1, 2, 3], &[]));
     let behaviour = answered!(homing, behaviour, alpha = alpha, beta = beta);
-    near("homing", &behaviour.p_h, &joint.table(&[0], &[], &[(4, 4), (1, 16), (2, 12), (3, 18)]));
+    near("homing", behaviour.distribution(), &joint.table(&[0], &[], &[(4, 4), (1, 16), (2, 12), (3, 18)]));
 
     // H, with both objects at 270°.
     let p = |v: &[usize]| {
@@ -218,11 +234,11 @@ fn robots() {
         repels(270.0) / all * bell(270, v[0] as f64, 40.0, 0, 359)
     };
     let belief = Joint { counts: &[360], p: &p }.table(&[0], &[], &[]);
-    near("heading", &answered!(inverse_programming, belief).p_h, &belief);
+    near("heading", answered!(inverse_programming, belief).distribution(), &belief);
     let heading = answered!(inverse_programming, heading);
     let best = (0..360).fold(0, |best, h| if belief[h] > belief[best] { h } else { best });
-    assert_eq!(heading.argmax_h, [Some(best as f64)]);
-    near("heading", &heading.max_h, &[belief[best]]);
+    assert_eq!(heading.argmax(), Some(best as i64));
+    near("heading", &[heading.max()], &[belief[best]]);
 }
 
 #[test]
@@ -251,14 +267,13 @@ fn a_water_unit() {
     let controls: Vec<f64> = (0..11).map(|c| weights[at(2, 8, 5, c, 6)]).collect();
     weights.chunks_mut(11).for_each(shares);
     shares(&mut filters);
-    let mut output = water_unit::output::Outputs::<f64>::default();
-    let report = water_unit::output::run(&water_unit::output::Inputs {}, &mut output).unwrap();
-    near("water", &output.p_o, &weights);
+    let output = water_unit::output().ask().unwrap();
+    near("water", output.distribution(), &weights);
     let impossible = weights.chunks(11).filter(|row| row.iter().all(|p| *p == 0.0)).count();
-    assert_eq!(report.impossible, impossible);
-    near("filter", &answered!(water_unit, filter).p_f, &filters);
+    assert_eq!(output.report().impossible, impossible);
+    near("filter", answered!(water_unit, filter).distribution(), &filters);
     let best = (0..11).fold(0, |best, c| if controls[c] > controls[best] { c } else { best });
     let control = answered!(water_unit, control);
-    assert_eq!(control.argmax_c, [Some(best as f64)]);
-    near("control", &control.max_c, &[controls[best] / controls.iter().sum::<f64>()]);
+    assert_eq!(control.argmax(), Some(best as i64));
+    near("control", &[control.max()], &[controls[best] / controls.iter().sum::<f64>()]);
 }

@@ -95,14 +95,13 @@ fn agree(model: &Model, question: &str, inputs: &Inputs<'_, f64>, emitted: &[f64
 
 /// One question of a program that needs nothing given.
 macro_rules! same {
-    ($program:ident, $question:ident, $output:ident) => {{
-        let mut answer = $program::$question::Outputs::<f64>::default();
-        $program::$question::run(&$program::$question::Inputs {}, &mut answer).unwrap();
-        agree(&$program::model(), stringify!($question), &Inputs::new(), &answer.$output);
+    ($program:ident, $question:ident) => { same!($program, $question, distribution) };
+    ($program:ident, $question:ident, $read:ident) => {{
+        let answer = $program::$question().ask().unwrap();
+        agree(&$program::model(), stringify!($question), &Inputs::new(), answer.$read());
         // What is not along a plate is computed in f64, and rounded when it is kept: a logarithm of −25 by 1e-6.
-        let mut single = $program::$question::Outputs::<f32>::default();
-        $program::$question::run(&$program::$question::Inputs {}, &mut single).unwrap();
-        for (cell, (single, truth)) in single.$output.iter().zip(&answer.$output).enumerate() {
+        let single = $program::$question::Question::<f32>::new().ask().unwrap();
+        for (cell, (single, truth)) in single.$read().iter().zip(answer.$read()).enumerate() {
             let apart = (f64::from(*single) - truth).abs();
             assert!(apart <= 1e-5 * truth.abs() + 1e-35, "{}[{cell}]: {single}", stringify!($question));
         }
@@ -111,39 +110,36 @@ macro_rules! same {
 
 #[test]
 fn every_door_gives_the_same_answer() {
-    same!(asia, before, p_dyspnoea);
-    same!(categorisation, category, p_c);
-    same!(inverse_programming, belief, p_h);
-    same!(log_coding, code_of_bell, p_a);
-    same!(phototaxy, seen, p_theta_l);
-    same!(rain_umbrella, rain, p_rain);
-    same!(spam, spam, p_spam);
-    same!(sprinkler, rain, p_rain);
-    same!(sum_of_dice, last, p_o3);
-    same!(water_unit, output, p_o);
-    same!(bearing, place, p_x_y);
-    same!(bearing, turned, p_y_x);
-    same!(bearing, sorted, p_s_x_y);
-    same!(bearing, split, p_x_s_y);
-    same!(residue, both, p_x_y);
-    same!(wide, both, p_x_y);
-    same!(wide, alone, p_y);
-    let mut answer = homing::choice::Outputs::<f64>::default();
-    homing::choice::run(&homing::choice::Inputs { alpha: 7.0, beta: 0.5 }, &mut answer).unwrap();
+    same!(asia, before, distribution_dyspnoea);
+    same!(categorisation, category);
+    same!(inverse_programming, belief);
+    same!(log_coding, code_of_bell);
+    same!(phototaxy, seen);
+    same!(rain_umbrella, rain);
+    same!(spam, spam);
+    same!(sprinkler, rain);
+    same!(sum_of_dice, last);
+    same!(water_unit, output);
+    same!(bearing, place);
+    same!(bearing, turned);
+    same!(bearing, sorted);
+    same!(bearing, split);
+    same!(residue, both);
+    same!(wide, both);
+    same!(wide, alone);
+    let answer = homing::choice().alpha(7.0).beta(0.5).ask().unwrap();
     let inputs = Inputs::new().number("alpha", 7.0).number("beta", 0.5);
-    agree(&homing::model(), "choice", &inputs, &answer.p_h);
+    agree(&homing::model(), "choice", &inputs, answer.distribution());
 }
 
 #[test]
 fn threads_change_no_bit_of_what_has_a_plate_of_its_own() {
     let [one, two, eight] = [1, 2, 8].map(|threads| {
-        let (mut both, mut alone) = (wide::both::Outputs::<f32>::default(), wide::alone::Outputs::default());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| wide::both::run(&wide::both::Inputs {}, &mut both)).unwrap();
-        pool.install(|| wide::alone::run(&wide::alone::Inputs {}, &mut alone)).unwrap();
-        let alone: Vec<f64> = alone.p_y;
-        let bits = both.p_x_y.into_iter().map(|p| u64::from(p.to_bits()));
-        bits.chain(alone.into_iter().map(f64::to_bits)).collect::<Vec<u64>>()
+        let both = pool.install(|| wide::both::Question::<f32>::new().ask()).unwrap();
+        let alone = pool.install(|| wide::alone().ask()).unwrap();
+        let bits = both.distribution().iter().map(|p| u64::from(p.to_bits()));
+        bits.chain(alone.distribution().iter().map(|p| p.to_bits())).collect::<Vec<u64>>()
     });
     assert!(one.len() == 200_000 && one == two && one == eight);
 }
@@ -151,30 +147,21 @@ fn threads_change_no_bit_of_what_has_a_plate_of_its_own() {
 #[test]
 fn a_filter_is_the_same_through_every_door() {
     let before: Vec<f64> = (1..=20).map(|bin| f64::from(bin) / 210.0).collect();
-    let mut answer = pseudo_kalman::place::Outputs::<f64>::default();
-    let inputs = pseudo_kalman::place::Inputs {
-        degrees: 1f64.to_degrees(),
-        previous_x: &before,
-        previous_y: &before,
-        b1: 225.0,
-        b2: 180.0,
-        b3: 270.0,
-    };
-    pseudo_kalman::place::run(&inputs, &mut answer).unwrap();
+    let question = pseudo_kalman::place().degrees(1f64.to_degrees()).previous_x(&before).previous_y(&before);
+    let answer = question.b1(225).b2(180).b3(270).ask().unwrap();
     let inputs = Inputs::new().array("previous X", &before).array("previous Y", &before);
     let inputs = inputs.number("b1", 225.0).number("b2", 180.0).number("b3", 270.0);
-    agree(&pseudo_kalman::model(), "place", &inputs, &answer.p_x);
-    agree(&pseudo_kalman::model(), "place", &inputs, &answer.p_y);
+    agree(&pseudo_kalman::model(), "place", &inputs, answer.distribution_x());
+    agree(&pseudo_kalman::model(), "place", &inputs, answer.distribution_y());
 }
 
 #[test]
 fn a_question_asked_again_allocates_nothing() {
-    let mut answer = layered_network::effect::Outputs::<f64>::default();
+    let mut answer = layered_network::effect::Answer::<f64>::default();
     let mut ask = |number: usize| {
-        let [a1, a2, a3, a4] = [0, 1, 2, 3].map(|bit| (number >> bit & 1) as f64);
-        layered_network::effect::run(&layered_network::effect::Inputs { a1, a2, a3, a4 }, &mut answer)
-            .unwrap();
-        answer.p_d1[1]
+        let [a1, a2, a3, a4] = [0, 1, 2, 3].map(|bit| number >> bit & 1 == 1);
+        layered_network::effect().a1(a1).a2(a2).a3(a3).a4(a4).run_into(&mut answer).unwrap();
+        answer.p(true)
     };
     let first: Vec<f64> = (0..16).map(&mut ask).collect();
     let mut sum = 0.0;

@@ -18,6 +18,5 @@ bayesian_program! {
 
 fn main() {
     assert_eq!(turn::model().name, "Turn");
-    let mut answer = turn::estimate::Outputs::<f64>::default();
-    let _ = turn::estimate::run(&turn::estimate::Inputs {}, &mut answer);
+    turn::estimate().ask();
 }

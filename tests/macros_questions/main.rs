@@ -12,6 +12,9 @@ use bp_core::exec::compiled::Report;
 use bp_core::model::Model;
 use bp_macros::bayesian_program;
 
+use dice::Far;
+use lamps::Lamp;
+
 mod best;
 mod names;
 mod numbers;
@@ -54,6 +57,16 @@ bayesian_program! {
 }
 
 bayesian_program! {
+    program Scale {
+        parameters { w : real = 2; }
+        variables { X : bool; }
+        decomposition { P(X) }
+        forms { P(X) = bernoulli(1 / w); }
+        question half { P(X) }
+    }
+}
+
+bayesian_program! {
     program Family over c in Cells {
         parameters { N : size; }
         variables { A : bool; Z[i in 1..=N] : 3..=5; }
@@ -65,11 +78,7 @@ bayesian_program! {
 
 /// A question's answer, or the words of its error.
 macro_rules! asked {
-    ($question:path, $inputs:expr, $field:ident) => {{
-        use $question as question;
-        let mut answer = question::Outputs::<f64>::default();
-        question::run(&$inputs, &mut answer).map(|_| answer.$field).map_err(|error| error.to_string())
-    }};
+    ($question:expr) => {{ $question.ask().map(|answer| answer.distribution().to_vec()).map_err(|error| error.to_string()) }};
 }
 
 fn near(found: Result<Vec<f64>, String>, expected: &[f64]) {
@@ -86,31 +95,52 @@ fn of_text(model: &Model, question: &str, name: &str, number: f64) -> Result<Vec
 }
 
 #[test]
-fn a_number_is_a_value_through_every_door() {
+fn a_value_is_a_value_through_every_door() {
     // Sum 9 is 3+6, 4+5, 5+4, 6+3; 12 is 6+6 alone.
     let nine = [0.0, 0.0, 0.25, 0.25, 0.25, 0.25];
-    near(asked!(dice::first, dice::first::Inputs { s: 9.0 }, p_first), &nine);
+    near(asked!(dice::first().s(9)), &nine);
     near(of_text(&dice::model(), "first", "s", 9.0), &nine);
-    near(asked!(dice::first, dice::first::Inputs { s: 12.0 }, p_first), &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
-    near(asked!(dice::at, dice::at::Inputs { f: 4.0, s: 9.0 }, p_first), &[0.25]);
+    near(asked!(dice::first().s(12)), &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    near(asked!(dice::at().f(4).s(9)), &[0.25]);
     // Of `{ Near } or 5..=10`, 5 and more are themselves, and Near is the number below.
-    near(asked!(dice::far, dice::far::Inputs { d: 6.0 }, p_first), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    near(asked!(dice::far().d(6)), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     near(of_text(&dice::model(), "far", "d", 6.0), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     // P(Fault | Dim): 0.75 · 0.2 against 0.25 · 0.3.
-    near(asked!(lamps::lamp, lamps::lamp::Inputs { lamp: 1.0 }, p_fault), &[2.0 / 3.0, 1.0 / 3.0]);
-    near(asked!(lamps::fault, lamps::fault::Inputs { fault: 1.0 }, p_lamp), &[0.6, 0.3, 0.1]);
+    near(asked!(lamps::lamp().lamp(Lamp::Dim)), &[2.0 / 3.0, 1.0 / 3.0]);
+    near(asked!(lamps::fault().fault(true)), &[0.6, 0.3, 0.1]);
     // 100° is in the second quarter, −10° and 350° in the last: .75 · .4 against .25 · .1.
-    near(asked!(lamps::angle, lamps::angle::Inputs { angle: 100.0 }, p_fault), &[2.0 / 3.0, 1.0 / 3.0]);
+    near(asked!(lamps::angle().angle(100.0)), &[2.0 / 3.0, 1.0 / 3.0]);
     for angle in [-10.0, 350.0, 710.0] {
-        near(asked!(lamps::angle, lamps::angle::Inputs { angle }, p_fault), &[12.0 / 13.0, 1.0 / 13.0]);
+        near(asked!(lamps::angle().angle(angle)), &[12.0 / 13.0, 1.0 / 13.0]);
         near(of_text(&lamps::model(), "angle", "angle", angle), &[12.0 / 13.0, 1.0 / 13.0]);
     }
     // 1 V is in the second bin: .75 · .2 against .25 · .5.
     for volt in [1.0, 3.0, 10.0] {
-        near(asked!(lamps::volt, lamps::volt::Inputs { volt }, p_fault), &[6.0 / 11.0, 5.0 / 11.0]);
+        near(asked!(lamps::volt().volt(volt)), &[6.0 / 11.0, 5.0 / 11.0]);
         near(of_text(&lamps::model(), "volt", "volt", volt), &[6.0 / 11.0, 5.0 / 11.0]);
     }
-    near(asked!(lamps::x, lamps::x::Inputs { x: 0.5 }, p_fault), &[12.0 / 13.0, 1.0 / 13.0]);
+    near(asked!(lamps::x().x(0.5)), &[12.0 / 13.0, 1.0 / 13.0]);
+}
+
+#[test]
+fn an_answer_is_read_by_value_and_what_is_no_value_has_probability_0() {
+    // P(First = 4 | Sum = 9) = ¼; the table by the value that is searched, then by the one that is known.
+    let answer = dice::first().s(9).ask().unwrap();
+    assert_eq!([answer.p(4), answer.p(2), answer.p(7), answer.p(i64::MIN)], [0.25, 0.0, 0.0, 0.0]);
+    let whole = dice::whole().ask().unwrap();
+    assert_eq!((whole.p(4, 9), whole.p(1, 2), whole.p(1, 13)), (0.25, 1.0, 0.0));
+    let lamp = lamps::fault().fault(false).ask().unwrap();
+    assert_eq!([Lamp::Off, Lamp::Dim, Lamp::Bright].map(|value| lamp.p(value)), [0.1, 0.2, 0.7]);
+    assert_eq!(dice::at().f(4).s(9).ask().unwrap().p(), 0.25);
+    // `2` is half of a default that is not given.
+    assert_eq!(scale::half().ask().unwrap().p(true), 0.5);
+    assert_eq!(scale::half().w(4.0).ask().unwrap().p(true), 0.25);
+}
+
+#[test]
+fn what_is_not_given_and_has_no_default_is_named() {
+    let told = dice::first().ask().unwrap_err().to_string();
+    assert!(told.contains("`s`") && told.contains("was not given") && told.contains(".s(…)"), "{told}");
 }
 
 #[test]
@@ -120,66 +150,48 @@ fn what_is_no_value_is_refused_with_its_domain() {
         let number = format!("{number} is not a value of");
         assert!(words.iter().chain([&number.as_str()]).all(|word| told.contains(word)), "{told}");
     };
+    for s in [-1, 1, 13, i64::MAX] {
+        told(asked!(dice::first().s(s)), s as f64, &["`s`", "`Sum`", "2..=12"]);
+    }
     for s in [-1.0, 1.0, 13.0, 3.5, f64::NAN, 1e30, f64::INFINITY] {
-        told(asked!(dice::first, dice::first::Inputs { s }, p_first), s, &["`s`", "`Sum`", "2..=12"]);
         told(of_text(&dice::model(), "first", "s", s), s, &["`s`", "`Sum`", "2..=12"]);
     }
-    for f in [0.0, 7.0, 2.5, f64::NAN] {
-        told(asked!(dice::at, dice::at::Inputs { f, s: 9.0 }, p_first), f, &["`f`", "`First`", "1..=6"]);
+    for f in [0, 7] {
+        told(asked!(dice::at().f(f).s(9)), f as f64, &["`f`", "`First`", "1..=6"]);
     }
-    for lamp in [3.0, -1.0, 0.5, f64::NAN] {
-        let found = asked!(lamps::lamp, lamps::lamp::Inputs { lamp }, p_fault);
-        told(found, lamp, &["`lamp`", "`Lamp`", "0 is `Off`, 1 is `Dim`, 2 is `Bright`"]);
-    }
-    told(asked!(lamps::fault, lamps::fault::Inputs { fault: 2.0 }, p_lamp), 2.0, &["`fault`", "1 is `true`"]);
-    told(
-        asked!(lamps::volt, lamps::volt::Inputs { volt: 11.0 }, p_fault),
-        11.0,
-        &["`volt`", "bins[0, 1, 10]"],
-    );
+    told(asked!(dice::far().d(11)), 11.0, &["`d`", "`Far`", "5..=10"]);
+    told(asked!(lamps::volt().volt(11.0)), 11.0, &["`volt`", "bins[0, 1, 10]"]);
     for angle in [f64::NAN, f64::INFINITY] {
-        told(asked!(lamps::angle, lamps::angle::Inputs { angle }, p_fault), angle, &["`angle`", "circle"]);
-        told(asked!(lamps::x, lamps::x::Inputs { x: angle }, p_fault), angle, &["`x`", "real"]);
+        told(asked!(lamps::angle().angle(angle)), angle, &["`angle`", "circle"]);
+        told(asked!(lamps::x().x(angle)), angle, &["`x`", "real"]);
     }
 }
 
 #[test]
 fn impossible_evidence_is_an_error_where_there_is_no_plate() {
     // X above 4 cannot be; Far cannot be Near.
-    let mut answer = lamps::x::Outputs::<f64>::default();
-    let told = lamps::x::run(&lamps::x::Inputs { x: 5.0 }, &mut answer).unwrap_err();
+    let told = lamps::x().x(5.0).ask().unwrap_err();
     assert!(matches!(&told, Error::Impossible(why) if why.question == "P(Fault | X = x)"), "{told}");
-    assert!(
-        dice::far::run(
-            &dice::far::Inputs { d: 4.0 },
-            &mut Default::default() as &mut dice::far::Outputs<f64>
-        )
-        .is_err()
-    );
+    assert!(dice::far().d(Far::Near).ask().is_err());
     // The whole table has no context that is impossible; the zeros of one are counted.
-    let mut table = dice::whole::Outputs::<f32>::default();
-    assert_eq!(dice::whole::run(&dice::whole::Inputs {}, &mut table).unwrap(), Report { impossible: 0 });
-    assert_eq!(table.p_first.len(), 66);
+    let mut table = dice::whole::Answer::<f32>::default();
+    assert_eq!(dice::whole::Question::new().run_into(&mut table).unwrap(), Report { impossible: 0 });
+    assert_eq!(table.distribution().len(), 66);
 }
 
 #[test]
 fn over_a_plate_values_are_values_and_the_impossible_is_counted() {
     // By [i][c]: 3 is impossible with A, 5 without, so that 3 and 5 together are impossible.
     let z = [3.0, 4.0, 5.0, 3.0, 4.0, 5.0, 5.0, 5.0];
-    let run = |z: &[f64]| {
-        let mut answer = family::a::Outputs::<f64>::default();
-        let inputs = family::a::Inputs { n: 2, cells: 4, z };
-        family::a::run(&inputs, &mut answer)
-            .map(|report| (report, answer.p_a))
-            .map_err(|error| error.to_string())
-    };
-    let (report, p) = run(&z).unwrap();
-    assert_eq!(report, Report { impossible: 1 });
+    let run = |z: &[f64]| family::a().n(2).cells(4).z(z).ask().map_err(|error| error.to_string());
+    let answer = run(&z).unwrap();
+    assert_eq!(answer.report(), Report { impossible: 1 });
     // Cells: (3, 4), (4, 5), (5, 5), (3, 5).
-    near(Ok(p), &[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
+    near(Ok(answer.p(false).to_vec()), &[1.0, 0.0, 0.0, 0.0]);
+    near(Ok(answer.p(true).to_vec()), &[0.0, 1.0, 1.0, 0.0]);
     // Two cells of 4: .25 : .0625.
-    let (report, p) = run(&[4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]).unwrap();
-    assert_eq!((report.impossible, p[0]), (0, 0.8));
+    let answer = run(&[4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]).unwrap();
+    assert_eq!((answer.report().impossible, answer.p(false)[0]), (0, 0.8));
     for (place, wrong) in [(0, 2.0), (5, 6.0), (7, 3.5), (2, f64::NAN)] {
         let mut z = z;
         z[place] = wrong;

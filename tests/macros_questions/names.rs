@@ -95,33 +95,23 @@ mod bare {
 
     #[test]
     fn what_is_emitted_needs_no_prelude() {
-        let mut all = large::all::Outputs::<f64> { p_x_y: ::std::vec::Vec::new() };
-        ::core::result::Result::unwrap(large::all::run(&large::all::Inputs {}, &mut all));
-        let total: f64 = ::core::iter::Iterator::sum(all.p_x_y.iter());
+        let all = ::core::result::Result::unwrap(large::all().ask());
+        let total: f64 = ::core::iter::Iterator::sum(all.distribution().iter());
         ::core::assert!((total - 1.0).abs() < 1e-12);
-        ::core::assert!(line::x::filter(&[]).is_ok());
+        ::core::assert!(line::x().filter().is_ok());
         ::core::assert_eq!(bare::model().name, "Bare");
     }
-}
-
-/// The only number of a question that needs nothing given, at a place.
-macro_rules! number {
-    ($question:path, $field:ident, $at:expr) => {{
-        use $question as question;
-        let mut answer = question::Outputs::<f64>::default();
-        question::run(&question::Inputs {}, &mut answer).unwrap();
-        answer.$field[$at]
-    }};
 }
 
 #[test]
 fn keywords_and_words_of_the_prelude_are_names() {
     assert_eq!((crate_::DEFAULT_SELF_, crate_::DEFAULT_SELF_2), (0.25, 0.5));
-    let mut answer = crate_::run::Outputs::<f64>::default();
-    crate_::run::run(&crate_::run::Inputs { t: 1.0, self_: 0.25, crate_: 1.0 }, &mut answer).unwrap();
-    assert_eq!(answer.p_super, [0.0, 1.0]);
-    assert_eq!(number!(crate_::self_, p_gen, 1), 0.5);
-    assert_eq!(number!(crate_::usize, p_dyn, 1), 0.5);
+    let answer = crate_::run().crate_(true).ask().unwrap();
+    assert_eq!((answer.p(false), answer.p(true)), (0.0, 1.0));
+    assert_eq!(crate_::self_().ask().unwrap().p(true), 0.5);
+    assert_eq!(crate_::usize().ask().unwrap().p(true), 0.5);
+    // The function `model` gives the program: the question of that name comes after it.
+    assert_eq!(crate_::model_2().ask().unwrap().p(true), 0.25);
 }
 
 #[test]
@@ -129,9 +119,8 @@ fn names_that_are_one_in_rust_get_a_number_and_others_are_spelled() {
     use straße_1_1_2 as units;
     assert_eq!((units::DEFAULT_RATE2, units::DEFAULT_RATE2_2, units::DEFAULT_RATE2_3), (0.25, 0.5, 0.75));
     assert_eq!((units::DEFAULT_SS, units::DEFAULT_SS_2, units::DEFAULT_TWO_WORDS), (0.125, 0.375, 0.5));
-    let mut answer = units::m2::Outputs::<f64>::default();
-    units::m2::run(&units::m2::Inputs { rate2: 0.25 }, &mut answer).unwrap();
-    assert_eq!(answer.p_m2, [0.75, 0.25]);
+    let answer = units::m2().rate2(0.25).ask().unwrap();
+    assert_eq!((answer.p(false), answer.p(true)), (0.75, 0.25));
     let text = compile(&Source::new("units", units::SOURCE)).unwrap();
     assert_eq!(text, units::model());
 }

@@ -47,41 +47,35 @@ bayesian_program! {
 #[test]
 fn products_beyond_the_range_of_numbers_are_computed_again() {
     // .25 · 1 · 1 · 3 · 1 against .75 · 2 · .5 · 1 · 1, times 1e-400.
-    let mut double = tiny::a::Outputs::<f64>::default();
-    tiny::a::run(&tiny::a::Inputs {}, &mut double).unwrap();
-    assert!(double.p_a.iter().all(|p| (p - 0.5).abs() < 1e-12), "{double:?}");
-    let mut single = tiny::a::Outputs::<f32>::default();
-    tiny::a::run(&tiny::a::Inputs {}, &mut single).unwrap();
-    assert!(single.p_a.iter().all(|p| (p - 0.5).abs() < 1e-6), "{single:?}");
-    let mut best = tiny::best::Outputs::<f64>::default();
-    tiny::best::run(&tiny::best::Inputs {}, &mut best).unwrap();
-    assert!((best.max_a[0] - 0.5).abs() < 1e-12 && best.argmax_a[0].is_some(), "{best:?}");
+    let double = tiny::a().ask().unwrap();
+    assert!([false, true].iter().all(|a| (double.p(*a) - 0.5).abs() < 1e-12), "{double:?}");
+    let single = tiny::a::Question::<f32>::new().ask().unwrap();
+    assert!([false, true].iter().all(|a| (single.p(*a) - 0.5).abs() < 1e-6), "{single:?}");
+    let best = tiny::best().ask().unwrap();
+    assert!((best.max() - 0.5).abs() < 1e-12 && best.argmax().is_some(), "{best:?}");
 }
 
 #[test]
 fn a_number_that_a_form_cannot_have_is_told_with_its_form() {
-    let mut answer = rates::x::Outputs::<f64>::default();
-    rates::x::run(&rates::x::Inputs { rate: 0.25, y: 1.0 }, &mut answer).unwrap();
+    let answer = rates::x().rate(0.25).y(true).ask().unwrap();
     // 1 : 2 : 3
-    assert!(answer.p_x.iter().zip([1.0, 2.0, 3.0]).all(|(p, q)| (p - q / 6.0).abs() < 1e-15), "{answer:?}");
+    assert!([1.0, 2.0, 3.0].iter().all(|x| (answer.p(*x as i64) - x / 6.0).abs() < 1e-15), "{answer:?}");
     for rate in [-0.5, 2.0, f64::NAN, f64::INFINITY] {
-        let told = rates::x::run(&rates::x::Inputs { rate, y: 1.0 }, &mut answer).unwrap_err();
+        let told = rates::x().rate(rate).y(true).ask().unwrap_err();
         assert!(told.to_string().contains("rate"), "{told}");
     }
-    let told = rates::x::run(&rates::x::Inputs { rate: 0.5, y: 1.0 }, &mut answer).unwrap_err();
+    // By default the rate is 0.5.
+    let told = rates::x().y(true).ask().unwrap_err();
     assert!(matches!(&told, Error::Number { .. }), "{told}");
     let told = told.to_string();
     assert!(["P(Y | X)", "bernoulli", "X = 3", "1.5"].iter().all(|word| told.contains(word)), "{told}");
-    let mut plate = plate::x::Outputs::<f32>::default();
-    let inputs = plate::x::Inputs { cells: 3, rate: &[0.1, 0.5, 0.2], y: &[1.0; 3] };
-    assert!(plate::x::run(&inputs, &mut plate).is_err());
-    let inputs = plate::x::Inputs { rate: &[0.1, 0.0, 0.2], ..inputs };
-    assert_eq!(plate::x::run(&inputs, &mut plate).unwrap().impossible, 1);
+    let asked = plate::x().cells(3).y(&[1f32; 3]);
+    assert!(asked.rate(&[0.1, 0.5, 0.2]).ask().is_err());
+    assert_eq!(asked.rate(&[0.1, 0.0, 0.2]).ask().unwrap().report().impossible, 1);
 }
 
 #[test]
 fn what_makes_evidence_impossible_is_named() {
-    let mut answer = rates::z::Outputs::<f64>::default();
-    let told = rates::z::run(&rates::z::Inputs { rate: 0.25, y: 1.0 }, &mut answer).unwrap_err();
+    let told = rates::z().rate(0.25).y(true).ask().unwrap_err();
     assert!(matches!(told, Error::Impossible(_)) && told.to_string().contains("P(Z | Y)"), "{told}");
 }

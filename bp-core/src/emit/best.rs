@@ -7,6 +7,7 @@ use super::documentation as told;
 use super::names::{Names, local, snake};
 use super::text::Text;
 use super::value::constant;
+use super::values::Enums;
 use crate::ids::{AxisId, BufferId, Id, VariableId};
 use crate::kernel::Kernel;
 use crate::lower::Output;
@@ -14,6 +15,7 @@ use crate::model::{Domain, Model, SetKind, Statistic};
 
 /// One variable of an answer, or one element of a family.
 struct Value {
+    variable: VariableId,
     field: String,
     told: Vec<String>,
     /// Its axes, three for a cell of a grid.
@@ -42,7 +44,7 @@ pub(super) fn is_scores(model: &Model, output: &Output) -> bool {
     nearest && output.variables.iter().any(|variable| is_over_plate(model, *variable))
 }
 
-fn is_over_plate(model: &Model, variable: VariableId) -> bool {
+pub(super) fn is_over_plate(model: &Model, variable: VariableId) -> bool {
     let declared = &model.variables[variable];
     model.plate.is_some_and(|plate| declared.domain == Domain::Set(plate.set) && declared.family.is_none())
 }
@@ -108,7 +110,14 @@ impl Best {
                     model.domain_text(domain)
                 );
                 let told = vec![what, "`None` where the context is impossible.".to_owned()];
-                values.push(Value { field, told, axes: axes.to_vec(), first: domain.base(), centres });
+                values.push(Value {
+                    variable,
+                    field,
+                    told,
+                    axes: axes.to_vec(),
+                    first: domain.base(),
+                    centres,
+                });
                 width.extend_from_slice(axes);
             }
         }
@@ -124,6 +133,38 @@ impl Best {
         let what = "The largest probability; 0 where the context is impossible.".to_owned();
         let told = std::iter::once(what).chain(shared).collect();
         Some(Self { nearest: field.map(nearest), values, largest: (largest, told), width, inner })
+    }
+
+    /// The type of the most probable values, and the expression that reads them at the context `at`.
+    pub(super) fn typed(&self, model: &Model, enums: &Enums) -> (String, String) {
+        let (mut kinds, mut values) = (Vec::new(), Vec::new());
+        for elements in self.values.chunk_by(|one, other| one.variable == other.variable) {
+            let variable = elements[0].variable;
+            let kind = match grid_axes(model, variable) {
+                true => "usize".to_owned(),
+                false => enums.of(model, variable).name,
+            };
+            let read = |value: &Value| {
+                let number = format!("self.outputs.{}.get(at).copied().flatten()?", value.field);
+                format!("<{kind} as Value>::of({number}.to_f64())")
+            };
+            let read: Vec<String> = elements.iter().map(read).collect();
+            let (kind, read) = match model.variables[variable].family {
+                Some(_) => (format!("[{kind}; {}]", read.len()), format!("[{}]", read.join(", "))),
+                None => (kind.clone(), read.concat()),
+            };
+            kinds.push(kind);
+            values.push(read);
+        }
+        match (kinds.as_slice(), values.as_slice()) {
+            ([kind], [value]) => (kind.clone(), format!("Some({value})")),
+            _ => (format!("({})", kinds.join(", ")), format!("Some(({}))", values.join(", "))),
+        }
+    }
+
+    /// The field of the largest probability.
+    pub(super) fn largest(&self) -> &str {
+        &self.largest.0
     }
 
     /// The fields of the outputs.
@@ -193,7 +234,7 @@ fn grid_axes(model: &Model, variable: VariableId) -> bool {
 }
 
 /// How many axes the values of a variable have.
-fn axis_count(model: &Model, variable: VariableId) -> usize {
+pub(super) fn axis_count(model: &Model, variable: VariableId) -> usize {
     let each = if grid_axes(model, variable) { 3 } else { 1 };
     let family = model.variables[variable].family.and_then(|family| model.index_count(&family.over));
     each * family.unwrap_or(1)

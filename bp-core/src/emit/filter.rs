@@ -1,20 +1,45 @@
 //! A question that is answered in closed form.
 //!
-//! In: a question of a linear Gaussian program. Out: a module whose function makes the filter. Invariant: the filter is
-//! planned from the program's own model when it is made.
+//! In: a question of a linear Gaussian program. Out: a builder that is given the parameters and makes the filter. Invariant:
+//! the filter is planned from the program's own model when it is made.
 
+use super::names::{Names, snake};
 use super::text::Text;
-use crate::model::Question;
+use super::value::constant;
+use crate::model::{Model, Question};
 
-/// A question that is answered in closed form: a function that makes its filter.
-pub(super) fn emit_filter(question: &Question, number: usize, name: &str, equation: &str, text: &mut Text) {
+/// A question that is answered in closed form: a builder of its filter.
+pub(super) fn emit_filter(
+    model: &Model,
+    question: &Question,
+    number: usize,
+    (name, equation): (&str, &str),
+    text: &mut Text,
+) {
+    text.documented(&[equation.to_owned()]);
+    text.line(format!("pub fn {name}() -> {name}::Question {{ {name}::Question::default() }}"));
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
     text.line("use ::std::prelude::v1::*;");
-    text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value that it cannot have.");
-    text.open(
-        "pub fn filter(parameters: &[(&str, f64)]) -> Result<::bp_core::exec::Filter, ::bp_core::error::Error>",
+    text.line(
+        "/// The question, with the parameters that it has been given.\n#[derive(Clone, Debug, Default)]",
     );
+    text.line("pub struct Question { parameters: Vec<(&'static str, f64)> }");
+    text.open("impl Question");
+    let mut names = Names::default();
+    names.unique("filter");
+    for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
+        let default = parameter.default_number().map(|default| format!("By default {}.", constant(default)));
+        let told = std::iter::once(format!("The parameter `{}`.", parameter.name));
+        text.documented(&told.chain(default).collect::<Vec<_>>());
+        text.open(format!("pub fn {}(mut self, value: f64) -> Self", names.unique(&snake(&parameter.name))));
+        // The last of several is the first that is found.
+        text.line(format!("self.parameters.insert(0, ({:?}, value));", parameter.name));
+        text.line("self");
+        text.close();
+    }
+    text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value that it cannot have.");
+    text.open("pub fn filter(&self) -> Result<::bp_core::exec::Filter, ::bp_core::error::Error>");
     text.line("let model = super::model();");
     text.line(format!(
         "let question = model.question({:?}).expect(\"internal: it was there\");",
@@ -23,9 +48,10 @@ pub(super) fn emit_filter(question: &Question, number: usize, name: &str, equati
     text.line("let plan = ::bp_core::plan::plan(&model, question, ::bp_core::plan::Options::default())?;");
     text.open(format!("match &plan.routes[{number}]"));
     text.line(
-        "::bp_core::plan::Route::Gaussian(plan) => ::bp_core::exec::Filter::new(&model, plan, parameters),",
+        "::bp_core::plan::Route::Gaussian(plan) => ::bp_core::exec::Filter::new(&model, plan, &self.parameters),",
     );
     text.line("_ => ::core::unreachable!(\"internal: it was linear and Gaussian\"),");
+    text.close();
     text.close();
     text.close();
     text.close();

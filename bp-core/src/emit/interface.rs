@@ -5,7 +5,9 @@
 
 use super::best::{Best, is_scores};
 use super::documentation as told;
+use super::door::METHODS;
 use super::names::{Names, snake};
+use super::reading::searched_by;
 use super::text::Text;
 use crate::ids::{BufferId, SetId};
 use crate::kernel::{Displacements, Extent, InputKey, Kernel, Role, SizeKey};
@@ -26,7 +28,7 @@ pub(super) enum Given {
 
 /// What a field of the inputs gives sizes of.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum SizeOf {
+pub(super) enum SizeOf {
     Grid(SetId),
     Displacements(SetId),
     /// A number of its own.
@@ -47,7 +49,7 @@ impl SizeOf {
     }
 
     /// The type of the field.
-    fn kind(self) -> &'static str {
+    pub(super) fn kind(self) -> &'static str {
         match self {
             Self::Grid(_) => "&'a ::bp_core::space::Space",
             Self::Displacements(_) => "&'a ::bp_core::space::Moves",
@@ -57,11 +59,11 @@ impl SizeOf {
 }
 
 /// A field that gives sizes.
-struct SizeField {
-    of: SizeOf,
+pub(super) struct SizeField {
+    pub(super) of: SizeOf,
     /// The name of the set, the grid or the size.
-    name: String,
-    field: String,
+    pub(super) name: String,
+    pub(super) field: String,
 }
 
 /// The field where an output is made.
@@ -74,11 +76,11 @@ struct OutputField {
 
 /// The fields of a question.
 pub(super) struct Interface<'k> {
-    kernel: &'k Kernel,
-    sizes: Vec<SizeField>,
-    inputs: Vec<(BufferId, Given)>,
+    pub(super) kernel: &'k Kernel,
+    pub(super) sizes: Vec<SizeField>,
+    pub(super) inputs: Vec<(BufferId, Given)>,
     /// For `nearest`: the field of each name.
-    fields: Vec<(String, String)>,
+    pub(super) fields: Vec<(String, String)>,
     outputs: HashMap<BufferId, OutputField>,
     /// The outputs in order.
     order: Vec<BufferId>,
@@ -88,6 +90,7 @@ impl<'k> Interface<'k> {
     /// The fields of a kernel whose outputs mean these things.
     pub(super) fn new(model: &Model, kernel: &'k Kernel, meant: &[Output]) -> Self {
         let mut names = Names::default();
+        METHODS.iter().for_each(|method| drop(names.unique(method)));
         let mut interface = Self {
             kernel,
             sizes: Vec::new(),
@@ -171,6 +174,11 @@ impl<'k> Interface<'k> {
     /// What is answered instead of an output, where its most probable values are asked.
     pub(super) fn best(&self, id: BufferId) -> Option<&Best> {
         self.outputs[&id].best.as_ref()
+    }
+
+    /// The documentation of an output.
+    pub(super) fn told(&self, id: BufferId) -> Vec<String> {
+        self.outputs[&id].told.clone()
     }
 
     /// The outputs, in order.
@@ -274,11 +282,11 @@ impl<'k> Interface<'k> {
             (false, true) => "<T>",
             (false, false) => "",
         };
-        text.open(format!("pub struct Inputs{generics}"));
+        text.open(format!("struct Inputs{generics}"));
         text.line(fields.finish());
         text.close();
-        text.line("/// What the question answers. `run` makes the arrays as long as they have to be.\n#[derive(Clone, Debug, Default)]");
-        text.open("pub struct Outputs<T>");
+        text.line("/// What the question answers.\n#[derive(Clone, Debug, Default)]");
+        text.open("struct Outputs<T>");
         for id in &self.order {
             let OutputField { field, told, best } = &self.outputs[id];
             match best {
@@ -318,18 +326,7 @@ fn output_name(model: &Model, output: &Output) -> String {
         _ if is_scores(model, output) => "scores".to_owned(),
         ref other => snake(&other.word()),
     };
-    let searched = ask.searched.iter().map(|item| {
-        let variable = &model.variables[item.variable];
-        match variable.previous_of {
-            Some(_) => format!("previous_{}", snake(&variable.name)),
-            None => snake(&variable.name),
-        }
-    });
-    std::iter::once(word)
-        .chain(searched)
-        .map(|part| part.trim_matches('_').to_owned())
-        .collect::<Vec<_>>()
-        .join("_")
+    format!("{}_{}", word.trim_matches('_'), searched_by(model, ask))
 }
 
 #[cfg(test)]

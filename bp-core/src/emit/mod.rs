@@ -6,6 +6,7 @@
 
 mod best;
 mod documentation;
+mod door;
 mod filter;
 mod fused;
 mod given;
@@ -14,10 +15,12 @@ mod load;
 mod names;
 mod nest;
 mod question;
+mod reading;
 mod suspects;
 mod text;
 mod uniform;
 mod value;
+mod values;
 pub mod wgsl;
 mod write;
 
@@ -28,6 +31,7 @@ use crate::plan::{self, Options, Route};
 use crate::source::Source;
 use names::Names;
 use text::Text;
+use values::Enums;
 
 pub use names::snake;
 
@@ -60,13 +64,16 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
         }
     }
     let mut modules = Names::default();
+    // The function that gives the model has its name already.
+    modules.unique("model");
     // First the names that the program gives, then those of further parts.
     let named: Vec<(String, &Question)> = (model.questions.values())
-        .map(|question| (modules.unique(&names::snake(&question.name)), question))
+        .map(|question| (modules.unique(&module_name(model, question)), question))
         .collect();
+    let enums = Enums::write(model, &mut modules, &mut text);
     let mut refused = Vec::new();
     for (name, question) in named {
-        if let Err(error) = emit_question(model, question, &name, &mut modules, &mut text) {
+        if let Err(error) = emit_question(model, question, &name, (&mut modules, &enums), &mut text) {
             let reason = match unlinked {
                 Some(unlinked) => format!("{error} ({unlinked})"),
                 None => error.to_string(),
@@ -78,11 +85,22 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
     Emitted { text: text.finish(), refused }
 }
 
+/// The name of a question's module: its own, or, of one that is typed, what is made of which variables.
+fn module_name(model: &Model, question: &Question) -> String {
+    let is_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+    match question.asks.first() {
+        Some(ask) if !question.name.chars().all(is_name) => {
+            names::snake(&format!("{}{}", ask.words(), reading::searched_by(model, ask)))
+        }
+        _ => names::snake(&question.name),
+    }
+}
+
 fn emit_question(
     model: &Model,
     asked: &Question,
     name: &str,
-    modules: &mut Names,
+    (modules, enums): (&mut Names, &Enums),
     text: &mut Text,
 ) -> Result<(), Error> {
     let plan = plan::plan(model, asked, Options::default())?;
@@ -111,7 +129,7 @@ fn emit_question(
                 let lowered = lower_printed(model, exact, &asked.name)?;
                 let is_linear = model.plate.is_some() || exact.mark(model) == plan::Mark::Linear;
                 let place = (name.as_str(), asked.name.as_str(), number);
-                question::emit(model, &lowered, place, (is_linear, equation), &mut part);
+                question::emit((model, enums), &lowered, place, (is_linear, equation), &mut part);
             }
             Route::Tree(tree) => {
                 let reason = format!(
@@ -122,7 +140,7 @@ fn emit_question(
                 );
                 return Err(Error::Unplanned { question: model.ask_text(&tree.exact.asks[0]), reason });
             }
-            Route::Gaussian(_) => filter::emit_filter(asked, number, &name, equation, &mut part),
+            Route::Gaussian(_) => filter::emit_filter(model, asked, number, (&name, equation), &mut part),
             Route::OverTime(over_time) => {
                 let reason =
                     "over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned();

@@ -68,6 +68,28 @@ pub fn snake(name: &str) -> String {
     }
 }
 
+/// Whether a name is an identifier of Rust as it stands.
+pub(super) fn is_identifier(name: &str) -> bool {
+    let mut letters = name.chars();
+    let first = letters.next().is_some_and(|first| XID_START(first));
+    let is_nfc = name.nfc().eq(name.chars());
+    first && is_nfc && letters.all(XID_CONTINUE) && name != "Self" && !KEPT.contains(&name)
+}
+
+/// A name in camel case, as an identifier of Rust: the name of a type.
+pub(super) fn camel(name: &str) -> String {
+    let mut camel = String::new();
+    for part in snake(name).split('_') {
+        let mut letters = part.chars();
+        camel.extend(letters.next().into_iter().flat_map(char::to_uppercase));
+        camel.extend(letters);
+    }
+    match camel.chars().next() {
+        Some(first) if XID_START(first) && camel != "Self" => camel,
+        _ => format!("_{camel}_"),
+    }
+}
+
 /// A local name.
 pub(super) fn local(prefix: &str, id: impl Id) -> String {
     format!("{prefix}{}", id.position())
@@ -108,6 +130,18 @@ mod tests {
         for (name, identifier) in cases {
             assert_eq!(snake(name), identifier, "{name}");
         }
+    }
+
+    #[test]
+    fn types_are_in_camel_case_and_labels_keep_their_names() {
+        let cases =
+            [("wet_grass", "WetGrass"), ("Lamp", "Lamp"), ("X2", "X2"), ("self", "_Self_"), ("2nd", "_2nd_")];
+        for (name, identifier) in cases {
+            assert_eq!(camel(name), identifier, "{name}");
+        }
+        let kept = ["HIGH", "Off", "off", "é"].iter().all(|name| is_identifier(name));
+        let not = ["Self", "crate", "2nd", "two words", ""].iter().any(|name| is_identifier(name));
+        assert!(kept && !not);
     }
 
     #[test]

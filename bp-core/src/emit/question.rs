@@ -9,6 +9,7 @@ use super::names::local;
 use super::nest::Nests;
 use super::text::{LocalName, Text, in_a_comment, words};
 use super::uniform::with_uniform_conditions;
+use super::values::Enums;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
 use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, with_plate};
@@ -17,7 +18,7 @@ use crate::model::{Model, Question};
 
 /// Writes the module of a question.
 pub(super) fn emit(
-    model: &Model,
+    (model, enums): (&Model, &Enums),
     lowered: &Lowered,
     (name, question, route): (&str, &str, usize),
     (is_linear, equation): (bool, &str),
@@ -25,6 +26,7 @@ pub(super) fn emit(
 ) {
     let kernel = &with_uniform_conditions(&given(&lowered.kernel)).validated();
     let interface = Interface::new(model, kernel, &lowered.outputs);
+    interface.function(model, name, &[equation.to_owned()], text);
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
     // Named, because the code around the program may have no prelude.
@@ -32,6 +34,8 @@ pub(super) fn emit(
     text.line("use ::bp_core::exec::compiled::*;");
     text.line("use ::bp_core::exec::scalar::Scalar;");
     text.line("pub use ::bp_core::exec::compiled::Report;");
+    interface.builder(model, enums, text);
+    interface.answer(model, enums, &lowered.outputs, text);
     let generics = interface.structures(text).replace("'a", "'_");
     let impossible = match kernel.parallel.is_empty() && model.plate.is_none() {
         true => "Evidence of probability zero.",
@@ -40,7 +44,7 @@ pub(super) fn emit(
     text.line("/// Computes the answer.\n///\n/// # Errors");
     text.line(format!("/// A wrong length; a number that is no value of its domain, or that a form cannot have. {impossible}"));
     text.line("#[allow(clippy::all, unused)]");
-    text.open(format!("pub fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::error::Error>"));
+    text.open(format!("fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::error::Error>"));
     for (id, axis) in kernel.axes.iter() {
         text.line(format!("let {}: usize = {};", local("e", id), interface.extent(&axis.extent)));
     }
@@ -140,19 +144,20 @@ fn again(
 pub(super) fn emit_refused(model: &Model, question: &Question, name: &str, reason: &str, text: &mut Text) {
     let asked: Vec<String> = question.asks.iter().map(|ask| format!("`{}`", model.ask_text(ask))).collect();
     text.documented(&[
-        format!("{}: this question is not compiled, and calling `run` is an error.", asked.join("; ")),
+        format!("{}: this question is not compiled, and calling `ask` is an error.", asked.join("; ")),
         format!("The reason: {reason}."),
         "`bp_core::answer::ask` asks it of `model()` at run time, where it has an answer.".to_owned(),
     ]);
+    text.line(format!("pub fn {name}() -> {name}::Question<()> {{ {name}::Question {{ nothing: () }} }}"));
+    text.documented(&["Why it is not compiled: see the function of this name.".to_owned()]);
     text.open(format!("pub mod {name}"));
     text.line("use ::std::prelude::v1::*;");
-    text.line("/// Nothing is given.\n#[derive(Clone, Copy, Debug)]\npub struct Inputs {}");
-    text.line("/// Nothing: the question is not compiled.\n#[derive(Clone, Debug)]\npub struct Outputs<T> { nothing: ::core::marker::PhantomData<T> }");
-    text.line("impl<T> Default for Outputs<T> { fn default() -> Self { Self { nothing: ::core::marker::PhantomData } } }");
+    text.line("/// A question that is not compiled.\n#[derive(Clone, Copy, Debug)]\npub struct Question<N> { pub(super) nothing: N }");
+    text.open("impl<N> Question<N>");
     let reason = in_a_comment(&format!("the question `{}` is not compiled: {reason}", question.name));
-    text.line(format!("/// Not compiled: see the module.\n#[deprecated(note = {reason:?})]"));
-    text.open("pub fn run<I: ::bp_core::exec::compiled::Compiled, O>(_inputs: &I, _outputs: &mut O) -> Result<::bp_core::exec::compiled::Report, ::bp_core::error::Error>");
-    text.line("::core::unreachable!(\"internal: no type is compiled\")");
+    text.line(format!("/// Not compiled: see the function that made it.\n#[deprecated(note = {reason:?})]"));
+    text.open("pub fn ask(self) where Self: ::bp_core::exec::compiled::Compiled");
+    text.close();
     text.close();
     text.close();
 }

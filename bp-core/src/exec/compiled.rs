@@ -4,12 +4,14 @@
 //! whatever the number of threads; nothing is allocated inside a block.
 
 mod best;
+mod door;
 mod place;
 mod report;
 mod tile;
 
 pub use super::values::{Domain, Numbers};
 pub use best::{Distributions, least_tied};
+pub use door::{Value, bin, cell, cells, needed, place, whole};
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
 pub use report::{
     Compiled, Report, has_nan, put, suspect_numbers, suspect_planes, suspect_tile, suspect_totals,

@@ -63,22 +63,19 @@ pub(crate) fn scale(seconds: f64) {
         }
         let (occupancy, likelihood) = (vec![0.5f32; 2 * plane], vec![0.5f32; 2 * plane]);
         let velocity = vec![1.0f32 / 7.0; 7 * plane];
-        let inputs = cell::step::Inputs {
-            grid: &space,
-            velocity: &moves,
-            sensors: 1,
-            epsilon: 0.01,
-            motion: &[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1],
-            previous_o: &occupancy,
-            previous_v: &velocity,
-            sensors_i_reading: &likelihood,
-        };
-        let mut made = cell::step::Outputs::default();
+        let inputs = cell::step(&space, &moves)
+            .sensors(1)
+            .epsilon(0.01)
+            .motion(&[0.4, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+            .previous_o(&occupancy)
+            .previous_v(&velocity)
+            .sensors_i_reading(&likelihood);
+        let mut made = cell::step::Answer::default();
         let times = [1, 2].map(|threads| {
             let mut tasks: Vec<Task<'_>> = vec![(
                 "step",
                 Box::new(|| {
-                    cell::step::run(&inputs, black_box(&mut made)).expect("fits");
+                    inputs.run_into(black_box(&mut made)).expect("fits");
                 }),
             )];
             race_on(threads, 0.3 * seconds, &mut tasks)[0].least * 1e9 / plane as f64
@@ -141,36 +138,33 @@ pub(crate) fn run(seconds: f64) {
         .array("Sensors[i].reading", &likelihood_64);
     macro_rules! emitted_inputs {
         ($question:ident) => {
-            cell::$question::Inputs {
-                grid: &space,
-                velocity: &moves,
-                sensors: 1,
-                epsilon,
-                motion: &motion,
-                previous_o: &occupancy,
-                previous_v: &velocity,
-                sensors_i_reading: &likelihood,
-            }
+            cell::$question(&space, &moves)
+                .sensors(1)
+                .epsilon(f64::from(epsilon))
+                .motion(&motion)
+                .previous_o(&occupancy)
+                .previous_v(&velocity)
+                .sensors_i_reading(&likelihood)
         };
     }
     let (step, observe) = (emitted_inputs!(step), emitted_inputs!(observe));
     let mut planes: Vec<Vec<f32>> = vec![vec![0.0; plane]; 9];
     let mut more: Vec<Vec<f32>> = vec![vec![0.0; plane]; 11];
-    let (mut stepped, mut observed) = (cell::step::Outputs::default(), cell::observe::Outputs::default());
+    let (mut stepped, mut observed) = (cell::step::Answer::default(), cell::observe::Answer::default());
     let (step_lanes, observe_lanes) = (Lanes::new(kernel("step")), Lanes::new(kernel("observe")));
     let mut by_lanes = [Outputs::default(), Outputs::default()];
     let mut seven = planes.clone();
     by_hand(hand::Question::StepOfSeven, &cells, &mut seven);
     by_hand(hand::Question::Step, &cells, &mut planes);
     close(&seven.concat(), &planes.concat(), "the loop for seven velocities");
-    cell::step::run(&step, &mut stepped).expect("it fits");
-    close(&planes[..2].concat(), &stepped.p_o, "P(O)");
-    close(&planes[2..].concat(), &stepped.p_v, "P(V)");
+    step.run_into(&mut stepped).expect("it fits");
+    close(&planes[..2].concat(), stepped.distribution_o(), "P(O)");
+    close(&planes[2..].concat(), stepped.distribution_v(), "P(V)");
     by_hand(hand::Question::Observe, &cells, &mut more);
-    cell::observe::run(&observe, &mut observed).expect("it fits");
-    close(&more[..2].concat(), &observed.p_o, "P(O) of observe");
-    close(&more[9], &observed.entropy_o_v, "H(O V)");
-    close(&more[10], &observed.entropy_o, "H(O)");
+    observe.run_into(&mut observed).expect("it fits");
+    close(&more[..2].concat(), observed.distribution_o(), "P(O) of observe");
+    close(&more[9], observed.entropy_o_v(), "H(O V)");
+    close(&more[10], observed.entropy_o(), "H(O)");
     let mut tasks: Vec<Task<'_>> = vec![
         (
             "by hand, for 7 velocities",
@@ -183,7 +177,7 @@ pub(crate) fn run(seconds: f64) {
         (
             "emitted Rust",
             Box::new(|| {
-                cell::step::run(&step, black_box(&mut stepped)).expect("fits");
+                step.run_into(black_box(&mut stepped)).expect("fits");
             }),
         ),
         ("lanes", Box::new(|| step_lanes.run_into(&inputs, black_box(&mut by_lanes[0])).expect("fits"))),
@@ -199,7 +193,7 @@ pub(crate) fn run(seconds: f64) {
         (
             "emitted Rust",
             Box::new(|| {
-                cell::observe::run(&observe, black_box(&mut observed)).expect("fits");
+                observe.run_into(black_box(&mut observed)).expect("fits");
             }),
         ),
         ("lanes", Box::new(|| observe_lanes.run_into(&inputs, black_box(&mut by_lanes[1])).expect("fits"))),
@@ -211,7 +205,7 @@ pub(crate) fn run(seconds: f64) {
     let answer = interpret(&interpreted, &inputs_64).expect("it fits");
     println!("  {:<32}{:>10.0}  (once, f64, step)", "interpreter", start.elapsed().as_secs_f64() * 1e3);
     let single: Vec<f32> = answer.get(OutputKey::Ask(1)).iter().map(|x| *x as f32).collect();
-    close(&single, &stepped.p_v, "P(V) of the interpreter");
+    close(&single, stepped.distribution_v(), "P(V) of the interpreter");
 }
 
 /// The same kernels as shaders, their inputs on the device already.

@@ -53,7 +53,11 @@ fn sphere(seconds: f64) {
         for depth in 0..grid.cells_rho() {
             let cell = depth * grid.directions() + direction;
             if grid.edges_m()[depth + 1] < f64::from(reading.range_m) - 3.0 * SIGMA_M {
-                assert!(still.0.now.p_o[cell] > 0.5, "cell {cell} is before a range of {}", reading.range_m);
+                assert!(
+                    still.0.now.distribution_o()[cell] > 0.5,
+                    "cell {cell} is before a range of {}",
+                    reading.range_m
+                );
             }
         }
     }
@@ -87,7 +91,7 @@ fn camera(seconds: f64) {
     let space = Space::new([cells, rows, columns], [Edge::Open; 3]).expect("a grid");
     let ln_b = (farthest / nearest).ln() / cells as f32;
     let mut state = State::new(&space, 1);
-    let mut answer = line_of_sight::reading::Outputs::default();
+    let mut answer = line_of_sight::reading::Answer::default();
     let (mut rho, lambda) = (vec![0.0f32; rays], vec![1.0f32; rays]);
     let mut z = vec![0.0f32; rays];
     let mut frame = || {
@@ -101,17 +105,16 @@ fn camera(seconds: f64) {
             let bin = ((*rho / nearest).ln() / ln_b).ceil().max(1.0);
             *z = if bin > cells as f32 { 0.0 } else { bin };
         }
-        let inputs = line_of_sight::reading::Inputs {
-            rays,
-            n: cells,
-            z: &z,
-            sigma_min: SIGMA_M as f32,
-            ln_b,
-            lambda: &lambda,
-            rho: &rho,
-        };
-        line_of_sight::reading::run(&inputs, &mut answer).expect("it fits");
-        state.estimate(&space, &answer.p_z);
+        let inputs = line_of_sight::reading()
+            .rays(rays)
+            .n(cells)
+            .z(&z)
+            .sigma_min(SIGMA_M)
+            .ln_b(f64::from(ln_b))
+            .lambda(&lambda)
+            .rho(&rho);
+        inputs.run_into(&mut answer).expect("it fits");
+        state.estimate(&space, answer.distribution());
     };
     let mut tasks: Vec<Task<'_>> = vec![("occupancy", Box::new(&mut frame))];
     let title = format!("a frame: 640 x 480 ranges into {} cells", space.cells());
@@ -121,31 +124,30 @@ fn camera(seconds: f64) {
 /// A map that is estimated again and again.
 struct State {
     velocities: usize,
-    now: cell::step::Outputs<f32>,
-    next: cell::step::Outputs<f32>,
+    now: cell::step::Answer<f32>,
+    next: cell::step::Answer<f32>,
 }
 
 impl State {
     fn new(space: &Space, velocities: usize) -> Self {
-        let now = cell::step::Outputs {
-            p_o: vec![0.5; 2 * space.cells()],
-            p_v: vec![1.0 / velocities as f32; velocities * space.cells()],
-        };
-        Self { velocities, now, next: cell::step::Outputs::default() }
+        let mut now = cell::step::Answer::default();
+        *now.distribution_o_mut() = vec![0.5; 2 * space.cells()];
+        *now.distribution_v_mut() = vec![1.0 / velocities as f32; velocities * space.cells()];
+        Self { velocities, now, next: cell::step::Answer::default() }
     }
 
     fn estimate(&mut self, space: &Space, likelihood: &[f32]) {
-        let inputs = cell::step::Inputs {
-            grid: space,
-            velocity: &space.antecedents(&VELOCITIES[..self.velocities]),
-            sensors: 1,
-            epsilon: 0.01,
-            motion: &vec![1.0 / self.velocities as f32; self.velocities],
-            previous_o: &self.now.p_o,
-            previous_v: &self.now.p_v,
-            sensors_i_reading: likelihood,
-        };
-        cell::step::run(&inputs, &mut self.next).expect("it fits");
+        let moves = space.antecedents(&VELOCITIES[..self.velocities]);
+        let motion = vec![1.0 / self.velocities as f32; self.velocities];
+        cell::step(space, &moves)
+            .sensors(1)
+            .epsilon(0.01)
+            .motion(&motion)
+            .previous_o(self.now.distribution_o())
+            .previous_v(self.now.distribution_v())
+            .sensors_i_reading(likelihood)
+            .run_into(&mut self.next)
+            .expect("it fits");
         std::mem::swap(&mut self.now, &mut self.next);
     }
 }

@@ -46,10 +46,16 @@ fn range_sensor(seconds: f64) {
     let (lambda, rho) = (numbers(rays, 0.0), numbers(rays, 3.0));
     let (sigma_min, ln_b) = (0.05f32, 0.2f32);
     let deviations: Vec<f32> = lambda.iter().zip(&rho).map(|(l, r)| sigma_min / (l * r * ln_b)).collect();
-    let inputs =
-        line_of_sight::reading::Inputs { rays, n: bins, z: &z, sigma_min, ln_b, lambda: &lambda, rho: &rho };
-    let mut emitted = line_of_sight::reading::Outputs::default();
-    line_of_sight::reading::run(&inputs, &mut emitted).expect("it fits");
+    let inputs = line_of_sight::reading()
+        .rays(rays)
+        .n(bins)
+        .z(&z)
+        .sigma_min(f64::from(sigma_min))
+        .ln_b(f64::from(ln_b))
+        .lambda(&lambda)
+        .rho(&rho);
+    let mut emitted = line_of_sight::reading::Answer::default();
+    inputs.run_into(&mut emitted).expect("it fits");
     let mut made = vec![0.0f32; 2 * bins * rays];
     hand_senses::range_sensor(bins, &z, &deviations, &mut made);
     // The kernel's order is [O][C] or [C][O], as the question says.
@@ -58,7 +64,9 @@ fn range_sensor(seconds: f64) {
         .flat_map(|at| &made[at..at + rays])
         .copied()
         .collect();
-    let far = |other: &[f32]| other.iter().zip(&emitted.p_z).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+    let far = |other: &[f32]| {
+        other.iter().zip(emitted.distribution()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+    };
     let apart = far(&made).min(far(&swapped));
     assert!(apart < 1e-5, "the range sensor by hand is {apart} away");
     let program = line_of_sight::model();
@@ -90,7 +98,7 @@ fn range_sensor(seconds: f64) {
         (
             "emitted Rust",
             Box::new(|| {
-                line_of_sight::reading::run(&inputs, black_box(&mut emitted)).expect("fits");
+                inputs.run_into(black_box(&mut emitted)).expect("fits");
             }),
         ),
         ("lanes", Box::new(|| lanes.run_into(&given, black_box(&mut by_lanes)).expect("fits"))),
@@ -112,13 +120,13 @@ fn gaze_choice(seconds: f64) {
     let occupied: Vec<f32> = (0..space.cells())
         .map(|cell| if cell / plane <= (cell % plane * 7) % 12 { 0.1 } else { 0.5 })
         .collect();
-    let inputs = gaze::look::Inputs { grid: &space, eta, map_p_o_c: &occupied, map_h: &entropy };
+    let inputs = gaze::look(&space).eta(f64::from(eta)).map_p_o_c(&occupied).map_h(&entropy);
     let away = numbers(space.cells(), 7.0);
-    let mut emitted = gaze::look::Outputs::default();
-    gaze::look::run(&inputs, &mut emitted).expect("it fits");
+    let mut emitted = gaze::look::Answer::default();
+    inputs.run_into(&mut emitted).expect("it fits");
     let mut made = vec![0.0f32; space.cells()];
     hand_senses::gaze(extents, eta, &occupied, &entropy, &mut made);
-    for (x, y) in made.iter().zip(&emitted.scores_g) {
+    for (x, y) in made.iter().zip(emitted.scores()) {
         assert!((x - y).abs() < 1e-5, "the gaze by hand: {x} is not {y}");
     }
     let mut tasks: Vec<Task<'_>> = vec![
@@ -138,8 +146,8 @@ fn gaze_choice(seconds: f64) {
         (
             "emitted Rust",
             Box::new(|| {
-                gaze::look::run(&inputs, black_box(&mut emitted)).expect("fits");
-                black_box(argmax(&emitted.scores_g, Some(&away)));
+                inputs.run_into(black_box(&mut emitted)).expect("fits");
+                black_box(argmax(emitted.scores(), Some(&away)));
             }),
         ),
     ];
@@ -153,8 +161,8 @@ fn gaze_choice(seconds: f64) {
 
 fn small_question(seconds: f64) {
     const TIMES: usize = 1000;
-    let inputs = wet_grass::rain::Inputs { rain: 0.3, sprinkler: 0.9 };
-    let mut answer = wet_grass::rain::Outputs::<f64>::default();
+    let inputs = wet_grass::rain().rain(0.3).sprinkler(0.9);
+    let mut answer = wet_grass::rain::Answer::<f64>::default();
     // By wetness: dry first. Rain wets for sure, and so does the sprinkler, which is off when it rains.
     let by_hand = |rain: f64, sprinkler: f64| {
         let (dry, sprinkled) = ((1.0 - rain) * (1.0 - sprinkler), (1.0 - rain) * sprinkler);
@@ -162,9 +170,9 @@ fn small_question(seconds: f64) {
         let impossible = dry <= 0.0;
         [[if impossible { 0.0 } else { 1.0 }, 0.0], [sprinkled / wet, rain / wet]]
     };
-    wet_grass::rain::run(&inputs, &mut answer).expect("it fits");
+    inputs.run_into(&mut answer).expect("it fits");
     let expected = by_hand(0.3, 0.9);
-    let found = answer.p_rain.iter().zip(expected.as_flattened());
+    let found = answer.distribution().iter().zip(expected.as_flattened());
     assert!(found.into_iter().all(|(found, expected)| (found - expected).abs() < 1e-12), "{answer:?}");
     let model = wet_grass::model();
     let typed = compile(&model, model.question("rain").expect("it is declared")).expect("a plan");

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::frame::Spherical;
 use crate::grid::Grid;
 use crate::map::{Heading, Likelihood};
-use crate::programs::binaural::{self, reading, source};
+use crate::programs::binaural;
 use crate::world::sensors::{CHANNELS, Cues, cues_of};
 
 /// The calibrated ears.
@@ -20,26 +20,21 @@ pub struct Hearing {
     heading: Heading,
     mu_tau: Vec<f32>,
     mu_l: Vec<f32>,
-    answer: reading::Outputs<f32>,
-    sounding: source::Outputs<f32>,
+    answer: binaural::reading::Answer<f32>,
+    sounding: binaural::source::Answer<f32>,
 }
 
-/// What both questions are given.
-macro_rules! inputs {
-    ($question:ident, $hearing:expr, $cues:expr) => {
-        $question::Inputs {
-            grid: $hearing.cells,
-            channels: CHANNELS,
-            rate: binaural::DEFAULT_RATE as f32,
-            tau_max: binaural::DEFAULT_TAU_MAX as f32,
-            l_max: binaural::DEFAULT_L_MAX as f32,
-            sigma_tau: binaural::DEFAULT_SIGMA_TAU as f32,
-            sigma_l: binaural::DEFAULT_SIGMA_L as f32,
-            mu_tau: &$hearing.mu_tau,
-            mu_l: &$hearing.mu_l,
-            tau: &[$cues.itd_s as f32],
-            l: &$cues.ild_db.map(|level| level as f32),
-        }
+/// Asks either question of what the ears hear.
+macro_rules! asked {
+    ($question:ident, $hearing:expr, $cues:expr, $answer:expr) => {
+        binaural::$question()
+            .grid($hearing.cells)
+            .channels(CHANNELS)
+            .mu_tau(&$hearing.mu_tau)
+            .mu_l(&$hearing.mu_l)
+            .tau(&[$cues.itd_s as f32])
+            .l(&$cues.ild_db.map(|level| level as f32))
+            .run_into($answer)
     };
 }
 
@@ -86,8 +81,8 @@ impl Hearing {
     /// # Errors
     /// None that data can cause; the kernel's own checks.
     pub fn likelihood(&mut self, cues: &Cues) -> Result<Likelihood, Error> {
-        reading::run(&inputs!(reading, self, cues), &mut self.answer)?;
-        let likelihood = &self.answer.p_tau_l;
+        asked!(reading, self, cues, &mut self.answer)?;
+        let likelihood = self.answer.distribution();
         // The cues' density is the same number in every cell that does not fit; only ratios matter to the map.
         let most = likelihood.iter().fold(f32::MIN_POSITIVE, |most, value| most.max(*value));
         Ok(likelihood.iter().map(|value| value / most).collect())
@@ -98,7 +93,7 @@ impl Hearing {
     /// # Errors
     /// None that data can cause; the kernel's own checks.
     pub fn sounding(&mut self, cues: &Cues) -> Result<&[f32], Error> {
-        source::run(&inputs!(source, self, cues), &mut self.sounding)?;
-        Ok(&self.sounding.p_s[self.cells..])
+        asked!(source, self, cues, &mut self.sounding)?;
+        Ok(self.sounding.p(true))
     }
 }

@@ -48,7 +48,7 @@ fn away(grid: &Grid, heading: &Heading) -> Vec<f32> {
 /// innermost cell is a frontier against the empty gap.
 #[derive(Clone, Debug, Default)]
 pub struct Gradient {
-    answer: gaze::look::Outputs<f32>,
+    answer: gaze::look::Answer<f32>,
 }
 
 impl Gradient {
@@ -58,14 +58,8 @@ impl Gradient {
     /// None that data can cause; the kernel's own checks.
     pub fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
         let grid = map.grid();
-        let inputs = gaze::look::Inputs {
-            grid: map.space(),
-            eta: gaze::DEFAULT_ETA as f32,
-            map_p_o_c: map.occupancy(),
-            map_h: map.entropy(),
-        };
-        gaze::look::run(&inputs, &mut self.answer)?;
-        let scores = &self.answer.scores_g;
+        gaze::look(map.space()).map_p_o_c(map.occupancy()).map_h(map.entropy()).run_into(&mut self.answer)?;
+        let scores = self.answer.scores();
         let nearest: Vec<f32> = away(grid, heading).into_iter().cycle().take(grid.cells()).collect();
         let chosen = argmax(scores, Some(&nearest)).first().copied();
         Ok(match chosen.and_then(|index| grid.cell(index).map(|cell| (grid.centre(cell), scores[index]))) {
@@ -89,7 +83,7 @@ pub struct View {
     /// For each elevation of the camera, and each row of the grid: how many columns to either side it sees, none
     /// where it does not see the row.
     reach: Vec<Vec<Option<usize>>>,
-    answer: view::look::Outputs<f32>,
+    answer: view::look::Answer<f32>,
 }
 
 impl View {
@@ -117,9 +111,8 @@ impl View {
     pub fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
         let grid = map.grid();
         let gain = self.gains(map);
-        let inputs = view::look::Inputs { directions: grid.directions(), gain: &gain };
-        view::look::run(&inputs, &mut self.answer)?;
-        let chosen = argmax(&self.answer.scores_g, Some(&away(grid, heading)));
+        view::look().directions(grid.directions()).gain(&gain).run_into(&mut self.answer)?;
+        let chosen = argmax(self.answer.scores(), Some(&away(grid, heading)));
         Ok(
             match chosen.first().and_then(|index| grid.direction(*index).map(|direction| (*index, direction)))
             {

@@ -30,12 +30,11 @@ pub struct Map {
     grid: Grid,
     space: Space,
     moves: Moves,
-    epsilon: f32,
     motion: Vec<f32>,
     /// P(O) and P(V) of the last step, and the entropies.
-    state: cell::observe::Outputs<f32>,
+    state: cell::observe::Answer<f32>,
     /// Where the next step is made.
-    next: cell::observe::Outputs<f32>,
+    next: cell::observe::Answer<f32>,
     readings: Vec<f32>,
 }
 
@@ -54,15 +53,13 @@ impl Map {
             .map(|velocity| if *velocity == [0; 3] { still } else { (1.0 - still) / (motions - 1) as f32 })
             .collect();
         let unknown: f32 = 2f32.ln() - motion.iter().map(|p| p * p.ln()).sum::<f32>();
-        let state = cell::observe::Outputs {
-            p_o: vec![0.5; 2 * cells],
-            p_v: motion.iter().flat_map(|p| std::iter::repeat_n(*p, cells)).collect(),
-            entropy_o_v: vec![unknown; cells],
-            entropy_o: vec![2f32.ln(); cells],
-        };
-        let epsilon = cell::DEFAULT_EPSILON as f32;
-        let next = cell::observe::Outputs::default();
-        Ok(Self { grid, space, moves, epsilon, motion, state, next, readings: Vec::new() })
+        let mut state = cell::observe::Answer::default();
+        *state.distribution_o_mut() = vec![0.5; 2 * cells];
+        *state.distribution_v_mut() = motion.iter().flat_map(|p| std::iter::repeat_n(*p, cells)).collect();
+        *state.entropy_o_v_mut() = vec![unknown; cells];
+        *state.entropy_o_mut() = vec![2f32.ln(); cells];
+        let next = cell::observe::Answer::default();
+        Ok(Self { grid, space, moves, motion, state, next, readings: Vec::new() })
     }
 
     /// One step of the filter: prediction by constant velocity, estimation by what the sensors read. A cell in which
@@ -80,22 +77,20 @@ impl Map {
         let report = self.step(likelihoods.len().max(1), &self.readings, &mut next)?;
         let cells = self.grid.cells();
         if report.impossible > 0 {
-            let (empty, occupied) = next.p_o.split_at(cells);
+            let (empty, occupied) = (next.p_o(false), next.p_o(true));
             let is_possible = |cell: &usize| empty[*cell] + occupied[*cell] > 0.5;
             let impossible: Vec<usize> = (0..cells).filter(|cell| !is_possible(cell)).collect();
-            let mut predicted = cell::observe::Outputs::default();
+            let mut predicted = cell::observe::Answer::default();
             self.step(1, &vec![1.0; 2 * cells], &mut predicted)?;
-            let pairs = [
-                (&mut next.p_o, &predicted.p_o),
-                (&mut next.p_v, &predicted.p_v),
-                (&mut next.entropy_o_v, &predicted.entropy_o_v),
-                (&mut next.entropy_o, &predicted.entropy_o),
-            ];
-            for (to, from) in pairs {
+            let copy = |to: &mut [f32], from: &[f32]| {
                 for (to, from) in to.chunks_exact_mut(cells).zip(from.chunks_exact(cells)) {
                     impossible.iter().for_each(|cell| to[*cell] = from[*cell]);
                 }
-            }
+            };
+            copy(next.distribution_o_mut(), predicted.distribution_o());
+            copy(next.distribution_v_mut(), predicted.distribution_v());
+            copy(next.entropy_o_v_mut(), predicted.entropy_o_v());
+            copy(next.entropy_o_mut(), predicted.entropy_o());
         }
         self.next = std::mem::replace(&mut self.state, next);
         Ok(())
@@ -106,19 +101,11 @@ impl Map {
         &self,
         sensors: usize,
         readings: &[f32],
-        next: &mut cell::observe::Outputs<f32>,
+        next: &mut cell::observe::Answer<f32>,
     ) -> Result<Report, Error> {
-        let inputs = cell::observe::Inputs {
-            grid: &self.space,
-            velocity: &self.moves,
-            sensors,
-            epsilon: self.epsilon,
-            motion: &self.motion,
-            previous_o: &self.state.p_o,
-            previous_v: &self.state.p_v,
-            sensors_i_reading: readings,
-        };
-        Ok(cell::observe::run(&inputs, next)?)
+        let question = cell::observe(&self.space, &self.moves).motion(&self.motion);
+        let before = question.previous_o(self.state.distribution_o()).previous_v(self.state.distribution_v());
+        Ok(before.sensors(sensors).sensors_i_reading(readings).run_into(next)?)
     }
 
     /// The grid.
@@ -133,21 +120,21 @@ impl Map {
 
     /// P(O = 1) of each cell.
     pub fn occupancy(&self) -> &[f32] {
-        &self.state.p_o[self.grid.cells()..]
+        self.state.p_o(true)
     }
 
     /// P(V = v) of each cell, by \[velocity\]\[ρ\]\[φ\]\[θ\].
     pub fn velocity(&self) -> &[f32] {
-        &self.state.p_v
+        self.state.distribution_v()
     }
 
     /// H(O, V) of each cell, in nats (paper, Eq. 5).
     pub fn entropy(&self) -> &[f32] {
-        &self.state.entropy_o_v
+        self.state.entropy_o_v()
     }
 
     /// H(O) of each cell, in nats.
     pub fn occupancy_entropy(&self) -> &[f32] {
-        &self.state.entropy_o
+        self.state.entropy_o()
     }
 }

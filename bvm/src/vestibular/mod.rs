@@ -4,7 +4,7 @@
 //! the program's; this file only chooses between two sets of parameters.
 
 use crate::error::Error;
-use crate::programs::vestibular::heading;
+use crate::programs::vestibular::{self, heading};
 use bp_core::exec::Filter;
 
 /// Whose organ of balance.
@@ -17,10 +17,10 @@ pub enum Balance {
 }
 
 impl Balance {
-    fn parameters(self) -> Vec<(&'static str, f64)> {
+    fn question(self) -> heading::Question {
         match self {
-            Balance::Human => Vec::new(),
-            Balance::Gyroscope => vec![("sigma_omega", 2.0), ("sigma_v", 0.01), ("tau_c", 1e6)],
+            Balance::Human => vestibular::heading(),
+            Balance::Gyroscope => vestibular::heading().sigma_omega(2.0).sigma_v(0.01).tau_c(1e6),
         }
     }
 }
@@ -41,7 +41,7 @@ impl Vestibular {
     /// # Errors
     /// None that data can cause; the program's own checks.
     pub fn at_rest(balance: Balance) -> Result<Self, Error> {
-        Ok(Self { filter: heading::filter(&balance.parameters())?, yaw: 0.0 })
+        Ok(Self { filter: balance.question().filter()?, yaw: 0.0 })
     }
 
     /// One instant: the measured yaw rate in rad/s, counter-clockwise about the upward z axis (a turn to the

@@ -12,8 +12,7 @@ use super::{Calibration, DisparityMap, RangeReading};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::map::{Likelihood, Map};
-use crate::programs::population_code::heard;
-use crate::programs::{line_of_sight, range_code};
+use crate::programs::{line_of_sight, population_code, range_code};
 use serde::Serialize;
 
 /// How a direction is heard.
@@ -112,9 +111,9 @@ impl Glance {
 /// Readings made into likelihoods; keeps its buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Sight {
-    read: line_of_sight::reading::Outputs<f32>,
-    spread: range_code::reading::Outputs<f32>,
-    heard: heard::Outputs<f32>,
+    read: line_of_sight::reading::Answer<f32>,
+    spread: range_code::reading::Answer<f32>,
+    heard: population_code::heard::Answer<f32>,
 }
 
 impl Sight {
@@ -136,20 +135,20 @@ impl Sight {
             return Ok(seen.spread(grid, readings.len(), &[]));
         }
         let (rays, n) = (seen.rays.len(), grid.cells_rho());
-        let (sigma_min, ln_b) = (sigma_min_m as f32, grid.base().ln() as f32);
+        let (sigma_min, ln_b) = (sigma_min_m, grid.base().ln());
         let (lambda, rho) = (&seen.lambda(), &seen.rho());
         let answers = match evidence {
             Evidence::Hard => {
                 let z: Vec<f32> = seen.readings.iter().map(|reading| bin(grid, reading) as f32).collect();
-                let inputs = line_of_sight::reading::Inputs { rays, n, z: &z, sigma_min, ln_b, lambda, rho };
-                line_of_sight::reading::run(&inputs, &mut self.read)?;
-                &mut self.read.p_z
+                let question = line_of_sight::reading().rays(rays).n(n).sigma_min(sigma_min).ln_b(ln_b);
+                question.lambda(lambda).rho(rho).z(&z).run_into(&mut self.read)?;
+                self.read.distribution_mut()
             }
             Evidence::Virtual => {
-                let rho_min = grid.edges_m()[0] as f32;
-                let inputs = range_code::reading::Inputs { rays, n, rho_min, sigma_min, ln_b, lambda, rho };
-                range_code::reading::run(&inputs, &mut self.spread)?;
-                &mut self.spread.p_agrees
+                let question = range_code::reading().rays(rays).n(n).sigma_min(sigma_min).ln_b(ln_b);
+                let question = question.rho_min(grid.edges_m()[0]).lambda(lambda).rho(rho);
+                question.run_into(&mut self.spread)?;
+                self.spread.distribution_mut()
             }
         };
         if rays == readings.len() {
@@ -191,18 +190,18 @@ impl Sight {
                 planes.flat_map(|plane| seen.rays.iter().map(|ray| plane[*ray])).collect()
             }
         };
-        let inputs = heard::Inputs {
-            rays,
-            n: bins,
-            sigma_min: *sigma_min_m as f32,
-            ln_b: grid.base().ln() as f32,
-            lambda: &seen.lambda(),
-            rho: &seen.rho(),
-            hidden: &hidden,
-            code: &code,
-        };
-        heard::run(&inputs, &mut self.heard)?;
-        Ok(seen.spread(grid, readings.len(), &self.heard.p_code))
+        let (lambda, rho) = (seen.lambda(), seen.rho());
+        population_code::heard()
+            .rays(rays)
+            .n(bins)
+            .sigma_min(*sigma_min_m)
+            .ln_b(grid.base().ln())
+            .lambda(&lambda)
+            .rho(&rho)
+            .hidden(&hidden)
+            .code(&code)
+            .run_into(&mut self.heard)?;
+        Ok(seen.spread(grid, readings.len(), self.heard.distribution()))
     }
 }
 

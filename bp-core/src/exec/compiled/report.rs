@@ -16,11 +16,11 @@ pub struct Report {
     pub impossible: usize,
 }
 
-/// The inputs of a question that is compiled. No type is: the module of a question that cannot be compiled demands it, so
+/// A question that is compiled. No type is: the method of a question that cannot be compiled demands it, so
 /// that the compiler refuses whoever asks it.
 #[diagnostic::on_unimplemented(
     message = "this question is not compiled",
-    label = "the documentation of its module says why",
+    label = "the documentation of its function says why",
     note = "`bp_core::answer::ask` asks it of the program's `model()` at run time"
 )]
 pub trait Compiled {}

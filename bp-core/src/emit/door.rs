@@ -1,0 +1,167 @@
+//! The door of a question: a builder that is given what the question needs, by name and by value.
+//!
+//! In: the interface of a question. Out: `Question` with a method for each input, `ask` and `run_into`, and the function
+//! that makes it. Invariant: grids and displacements are arguments, so that none is missing; what the program has a default
+//! for may be left out; what is missing otherwise is an error that names it; nothing allocates before the answer.
+
+use super::interface::{Given, Interface, SizeField, SizeOf};
+use super::text::Text;
+use super::value::constant;
+use super::values::Enums;
+use crate::ids::ParameterId;
+use crate::kernel::{InputKey, SizeKey};
+use crate::model::{Model, ParameterKind};
+
+/// The methods of a builder that are no inputs.
+pub(super) const METHODS: [&str; 3] = ["new", "ask", "run_into"];
+
+/// One input of a builder.
+struct Setter<'i> {
+    field: &'i str,
+    told: String,
+    /// Its type in the builder, and what the method takes.
+    kind: String,
+    taken: String,
+    default: Option<String>,
+    /// How the kernel takes it: `VALUE` stands for the value.
+    into: &'static str,
+}
+
+/// The type of a parameter, and its default.
+fn parameter(model: &Model, id: ParameterId) -> (&'static str, Option<String>) {
+    let declared = &model.parameters[id];
+    let whole = |default: f64| format!("{}", default as i64);
+    let default = declared.default_number();
+    match declared.kind {
+        ParameterKind::Probability | ParameterKind::Real => ("f64", default.map(constant)),
+        ParameterKind::Integer => ("i64", default.map(whole)),
+        ParameterKind::Size => ("usize", default.map(whole)),
+    }
+}
+
+impl Interface<'_> {
+    fn setters(&self, model: &Model, enums: &Enums) -> Vec<Setter<'_>> {
+        let number = "T::from_f64(VALUE.number())";
+        let sizes = self.sizes.iter().filter_map(|SizeField { of, name, field }| {
+            let SizeOf::Number(key) = of else { return None };
+            let default = match key {
+                SizeKey::Parameter(id) => parameter(model, *id).1,
+                _ => None,
+            };
+            let (kind, told) = ("usize".to_owned(), format!("The size `{name}`."));
+            Some(Setter { field, told, taken: kind.clone(), kind, default, into: "VALUE" })
+        });
+        let inputs = self.inputs.iter().filter_map(|(id, given)| {
+            let buffer = &self.kernel.buffers[*id];
+            let told = format!("`{}`.", buffer.name);
+            match given {
+                Given::Derived(_) => None,
+                Given::Slice(field) => {
+                    let kind = "&'a [T]".to_owned();
+                    Some(Setter { field, told, taken: kind.clone(), kind, default: None, into: "VALUE" })
+                }
+                Given::Number(field) => {
+                    let (kind, taken, default) = match buffer.role.input() {
+                        Some(InputKey::Value(variable, _)) => {
+                            let own = enums.of(model, *variable);
+                            // A cell of a grid is given by its place in memory.
+                            match own.name.as_str() {
+                                "[usize; 3]" => ("usize".to_owned(), "usize".to_owned(), None),
+                                _ => (own.name, own.taken, None),
+                            }
+                        }
+                        Some(InputKey::Parameter(id)) => {
+                            let (kind, default) = parameter(model, *id);
+                            (kind.to_owned(), kind.to_owned(), default)
+                        }
+                        _ => ("f64".to_owned(), "f64".to_owned(), None),
+                    };
+                    Some(Setter { field, told, kind, taken, default, into: number })
+                }
+            }
+        });
+        let fields = self.fields.iter().map(|(name, field)| {
+            let (kind, told) = ("&'a [T]".to_owned(), format!("`{name}`, which breaks ties."));
+            Setter { field, told, taken: kind.clone(), kind, default: None, into: "VALUE" }
+        });
+        sizes.chain(inputs).chain(fields).collect()
+    }
+
+    /// Grids and displacements: name and type.
+    fn spaces(&self) -> Vec<(&str, &'static str)> {
+        let spaces = self.sizes.iter().filter(|size| !matches!(size.of, SizeOf::Number(_)));
+        spaces.map(|size| (size.field.as_str(), size.of.kind())).collect()
+    }
+
+    /// The function of the program that makes a question.
+    pub(super) fn function(&self, model: &Model, name: &str, documentation: &[String], text: &mut Text) {
+        let spaces = self.spaces();
+        let arguments: Vec<String> = spaces.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
+        let names: Vec<&str> = spaces.iter().map(|(name, _)| *name).collect();
+        // Over a plate arrays tell the precision; one answer is computed in f64.
+        let (scalar, number) = match model.plate {
+            Some(_) => (", T: ::bp_core::exec::scalar::Scalar", "T"),
+            None => ("", "::core::primitive::f64"),
+        };
+        text.documented(documentation);
+        text.line("#[inline]");
+        text.open(format!(
+            "pub fn {name}<'a{scalar}>({}) -> {name}::Question<'a, {number}>",
+            arguments.join(", ")
+        ));
+        text.line(format!("{name}::Question::new({})", names.join(", ")));
+        text.close();
+    }
+
+    /// The builder.
+    pub(super) fn builder(&self, model: &Model, enums: &Enums, text: &mut Text) {
+        let (spaces, setters) = (self.spaces(), self.setters(model, enums));
+        text.line("/// The question, with what it has been given.\n#[derive(Clone, Copy, Debug)]");
+        text.open("pub struct Question<'a, T>");
+        spaces.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
+        setters.iter().for_each(|own| text.line(format!("{}: Option<{}>,", own.field, own.kind)));
+        text.line("number: ::core::marker::PhantomData<&'a T>,");
+        text.close();
+        text.open("impl<'a, T: Scalar> Question<'a, T>");
+        let arguments: Vec<String> = spaces.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
+        text.line("/// The question, with the defaults of the program.\n#[inline]");
+        text.open(format!("pub fn new({}) -> Self", arguments.join(", ")));
+        let started = spaces.iter().map(|(name, _)| format!("{name}, "));
+        let started = started.chain(setters.iter().map(|own| match &own.default {
+            Some(default) => format!("{}: Some({default}), ", own.field),
+            None => format!("{}: None, ", own.field),
+        }));
+        text.line(format!("Self {{ {}number: ::core::marker::PhantomData }}", started.collect::<String>()));
+        text.close();
+        for Setter { field, told, kind, taken, default, .. } in &setters {
+            let default = default.as_ref().map(|default| format!("By default `{default}`."));
+            text.documented(&std::iter::once(told.clone()).chain(default).collect::<Vec<_>>());
+            text.line("#[inline]");
+            text.open(format!("pub fn {field}(mut self, value: {taken}) -> Self"));
+            let value = if taken == kind { "value" } else { "value.into()" };
+            text.line(format!("self.{field} = Some({value});"));
+            text.line("self");
+            text.close();
+        }
+        text.line("/// Asks it.\n///\n/// # Errors\n/// An input that is missing, or is no value of its domain; numbers that a form cannot have; evidence of probability zero.\n#[inline]");
+        text.open("pub fn ask(self) -> Result<Answer<T>, ::bp_core::error::Error>");
+        text.line("let mut answer = Answer::default();");
+        text.line("self.run_into(&mut answer)?;");
+        text.line("Ok(answer)");
+        text.close();
+        text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
+        text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::error::Error>");
+        let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
+        let given = setters.iter().map(|Setter { field, into, .. }| {
+            let value = into.replace("VALUE", &format!("needed(self.{field}, {field:?})?"));
+            format!("{field}: {value}, ")
+        });
+        text.line(format!("let inputs = Inputs {{ {} }};", spaces.chain(given).collect::<String>()));
+        text.line("answer.report = run(&inputs, &mut answer.outputs)?;");
+        let extents: Vec<String> = self.open_extents().iter().map(|extent| self.extent(extent)).collect();
+        text.line(format!("answer.extents = [{}];", extents.join(", ")));
+        text.line("Ok(answer.report)");
+        text.close();
+        text.close();
+    }
+}

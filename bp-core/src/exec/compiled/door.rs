@@ -1,0 +1,124 @@
+//! What the builders and the answers of emitted questions call: values of domains, and where an answer has them.
+//!
+//! In: values as a program writes them. Out: numbers, and places in arrays. Invariant: nothing allocates but an error.
+
+use crate::bins::holding;
+use crate::error::Error;
+
+/// A value of a domain, in Rust: a boolean, an integer, a real, or a value of an enum that the macro makes of labels.
+pub trait Value: Copy {
+    /// The number that it is in the program.
+    fn number(self) -> f64;
+    /// The value that a number of the domain is.
+    fn of(number: f64) -> Self;
+}
+
+impl Value for bool {
+    #[inline]
+    fn number(self) -> f64 {
+        f64::from(u8::from(self))
+    }
+    #[inline]
+    fn of(number: f64) -> Self {
+        number != 0.0
+    }
+}
+
+impl Value for f64 {
+    #[inline]
+    fn number(self) -> f64 {
+        self
+    }
+    #[inline]
+    fn of(number: f64) -> Self {
+        number
+    }
+}
+
+impl Value for i64 {
+    #[inline]
+    fn number(self) -> f64 {
+        self as f64
+    }
+    #[inline]
+    fn of(number: f64) -> Self {
+        number as i64
+    }
+}
+
+impl Value for usize {
+    #[inline]
+    fn number(self) -> f64 {
+        self as f64
+    }
+    #[inline]
+    fn of(number: f64) -> Self {
+        number as usize
+    }
+}
+
+/// An input that has to be given.
+///
+/// # Errors
+/// It was not given.
+#[inline]
+pub fn needed<V>(value: Option<V>, name: &str) -> Result<V, Error> {
+    value.ok_or_else(|| missing(name))
+}
+
+#[cold]
+fn missing(name: &str) -> Error {
+    Error::input(name, format!("it was not given, and it has no default; call `.{name}(…)` before asking"))
+}
+
+/// The place of a value among `count` whole numbers from `first` on.
+#[inline]
+pub fn whole(value: impl Value, first: i64, count: usize) -> Option<usize> {
+    let place = value.number() - first as f64;
+    (place >= 0.0 && place < count as f64 && place.fract() == 0.0).then_some(place as usize)
+}
+
+/// The bin that holds a number.
+pub fn bin(number: f64, edges: &[f64], circle: bool) -> Option<usize> {
+    holding(edges, circle, number)
+}
+
+/// Where values stand together, the last one fastest: each with its place and how many there are.
+#[inline]
+pub fn place(values: &[(Option<usize>, usize)]) -> Option<usize> {
+    values.iter().try_fold(0, |place, (value, count)| Some(place * count + (*value)?))
+}
+
+/// The cells of an array at some values; none where one of them is no value. What comes after the values (the plate) is
+/// whole.
+#[inline]
+pub fn cells<'c, T>(array: &'c [T], values: &[(Option<usize>, usize)]) -> &'c [T] {
+    let contexts: usize = values.iter().map(|(_, count)| *count).product();
+    let each = array.len() / contexts.max(1);
+    let found = place(values).and_then(|place| array.get(place * each..(place + 1) * each));
+    found.unwrap_or_default()
+}
+
+/// The cell of an array at some values; none where one of them is no value.
+#[inline]
+pub fn cell<T: Copy>(array: &[T], values: &[(Option<usize>, usize)]) -> Option<T> {
+    array.get(place(values)?).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_found_by_value() {
+        // Two values of a boolean, three integers from 4 on, and a plate of two.
+        let array: Vec<f64> = (0..12).map(f64::from).collect();
+        let at =
+            |first: bool, second: i64| cells(&array, &[(whole(first, 0, 2), 2), (whole(second, 4, 3), 3)]);
+        assert_eq!((at(false, 4), at(true, 5)), (&[0.0, 1.0][..], &[8.0, 9.0][..]));
+        assert!(at(true, 7).is_empty() && at(true, 3).is_empty() && at(true, i64::MIN).is_empty());
+        assert_eq!(cell(&array, &[(whole(5i64, 4, 3), 3)]), Some(1.0));
+        assert_eq!(bin(1.0, &[0.0, 1.0, 10.0], false), Some(1));
+        assert_eq!(whole(f64::NAN, 0, 2), None);
+    }
+}
