@@ -60,7 +60,7 @@ fn race(patience: Duration, tasks: [&mut dyn FnMut(); 2]) -> [f64; 2] {
 macro_rules! row {
     ($patience:expr, $program:ident, $question:ident, $output:ident $(, $name:ident = $value:expr)*) => {{
         let compiled = $program::$question()$(.$name($value))*;
-        let inputs = Inputs::<f64>::new()$(.number(stringify!($name), $value.number()))*;
+        let inputs = Inputs::<f64>::new()$(.number(stringify!($name), Value::number($value)))*;
         let loaded = lanes(&$program::model(), stringify!($question));
         let mut emitted = $program::$question::Answer::<f64>::default();
         let mut found = Outputs::default();

@@ -71,7 +71,7 @@ pub fn snake(name: &str) -> String {
 /// Whether a name is an identifier of Rust as it stands.
 pub(super) fn is_identifier(name: &str) -> bool {
     let mut letters = name.chars();
-    let first = letters.next().is_some_and(|first| XID_START(first));
+    let first = letters.next().is_some_and(XID_START);
     let is_nfc = name.nfc().eq(name.chars());
     first && is_nfc && letters.all(XID_CONTINUE) && name != "Self" && !KEPT.contains(&name)
 }
