@@ -10,7 +10,7 @@ use super::names::{Names, snake};
 use super::reading::searched_by;
 use super::text::Text;
 use crate::ids::{BufferId, SetId};
-use crate::kernel::{Displacements, Extent, InputKey, Kernel, Role, SizeKey};
+use crate::kernel::{Coordinate, Displacements, Extent, InputKey, Kernel, Role, SizeKey};
 use crate::lower::Output;
 use crate::model::{Model, Statistic};
 use std::collections::HashMap;
@@ -111,17 +111,7 @@ impl<'k> Interface<'k> {
         }
         for (id, buffer) in kernel.inputs() {
             let given = match &buffer.role {
-                Role::Positions(by, coordinate) => {
-                    let (of, steps) = match by {
-                        Displacements::Steps(grid) => (SizeOf::Grid(*grid), ".steps()"),
-                        Displacements::Of(set) => (SizeOf::Displacements(*set), ""),
-                    };
-                    Given::Derived(format!(
-                        "&inputs.{}{steps}.{}",
-                        interface.size_field(of),
-                        coordinate.name()
-                    ))
-                }
+                Role::Positions(by, coordinate) => Given::Derived(interface.positions(*by, *coordinate)),
                 Role::Input { key: InputKey::Wraps(grid), .. } => {
                     let grid = interface.size_field(SizeOf::Grid(*grid));
                     Given::Derived(format!("if inputs.{grid}.wraps() {{ T::ONE }} else {{ T::ZERO }}"))
@@ -174,6 +164,15 @@ impl<'k> Interface<'k> {
     /// What is answered instead of an output, where its most probable values are asked.
     pub(super) fn best(&self, id: BufferId) -> Option<&Best> {
         self.outputs[&id].best.as_ref()
+    }
+
+    /// A table of positions, as an expression of the inputs.
+    pub(super) fn positions(&self, by: Displacements, coordinate: Coordinate) -> String {
+        let (of, steps) = match by {
+            Displacements::Steps(grid) => (SizeOf::Grid(grid), ".steps()"),
+            Displacements::Of(set) => (SizeOf::Displacements(set), ""),
+        };
+        format!("&inputs.{}{steps}.{}", self.size_field(of), coordinate.name())
     }
 
     /// The documentation of an output.

@@ -212,10 +212,8 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
                     text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
                 }
             }
-            Role::Positions(..) => {
-                let Given::Derived(expression) = interface.given(id) else {
-                    unreachable!("internal: positions belong to a set")
-                };
+            Role::Positions(by, coordinate) => {
+                let expression = interface.positions(*by, *coordinate);
                 text.line(format!("let {name}: &[i32] = {expression};"));
                 text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
             }

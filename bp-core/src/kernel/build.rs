@@ -98,21 +98,24 @@ impl KernelBuilder {
 
     /// A nest into a scratch buffer over `axes`, the same one where it is asked for again; gives the element at their running values.
     pub fn compute(&mut self, name: &str, axes: &[AxisId], reduce: Reduce, value: ValueId) -> ValueId {
+        let out = self.made(name, axes, reduce, value);
+        self.load(out, axes.iter().map(|axis| Index::Axis(*axis)).collect())
+    }
+
+    /// The buffer of such a nest.
+    pub fn made(&mut self, name: &str, axes: &[AxisId], reduce: Reduce, value: ValueId) -> BufferId {
         let is_same = |nest: &&Nest| {
             let buffer = &self.kernel.buffers[nest.out];
             buffer.role == Role::Scratch
                 && buffer.axes == axes
                 && (&nest.reduce, nest.value) == (&reduce, value)
         };
-        let out = match self.kernel.nests.iter().find(is_same) {
-            Some(nest) => nest.out,
-            None => {
-                let out = self.buffer(name, Role::Scratch, axes);
-                self.nest(out, reduce, value);
-                out
-            }
-        };
-        self.load(out, axes.iter().map(|axis| Index::Axis(*axis)).collect())
+        if let Some(nest) = self.kernel.nests.iter().find(is_same) {
+            return nest.out;
+        }
+        let out = self.buffer(name, Role::Scratch, axes);
+        self.nest(out, reduce, value);
+        out
     }
 
     fn node(&mut self, node: Node) -> ValueId {

@@ -154,7 +154,7 @@ impl Lowering<'_> {
             _ => return Err(self.unplanned("a displacement is an element of a set of displacements")),
         };
         let grid = self.grid_of(cell)?;
-        self.displaced(grid, Displacements::Of(set), &indices, moved)
+        self.displaced(grid, Displacements::Of(set), &indices, moved).map(Meaning::Cell)
     }
 
     /// The grid whose cells a variable ranges over.
@@ -172,7 +172,7 @@ impl Lowering<'_> {
         by: Displacements,
         cell: &[Index; 3],
         moved: ValueId,
-    ) -> Result<Meaning, Error> {
+    ) -> Result<[Index; 3], Error> {
         let [Index::Axis(depth), Index::Axis(row), Index::Axis(lane)] = *cell else {
             return Err(self.unplanned("a cell that was displaced is displaced again"));
         };
@@ -196,11 +196,7 @@ impl Lowering<'_> {
         });
         let wraps = self.input(InputKey::Wraps(grid), None, &[]);
         let wraps = self.builder.load(wraps, Vec::new());
-        Ok(Meaning::Cell([
-            Index::At(from_depth),
-            Index::At(from_row),
-            Index::Turned { axis: lane, by, wraps },
-        ]))
+        Ok([Index::At(from_depth), Index::At(from_row), Index::Turned { axis: lane, by, wraps }])
     }
 
     /// The number that a variable's value is in an expression.

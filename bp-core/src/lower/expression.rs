@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{ExpressionId, ValueId, VariableId};
-use crate::kernel::{Displacements, Fold, Index, InputKey, Node, Reduce, Role};
+use crate::kernel::{Displacements, Fold, Index, InputKey, Reduce, Role};
 use crate::model::{Expression, IndexSpace, SetKind};
 use crate::operators::{Binary, Unary};
 
@@ -229,9 +229,7 @@ impl Lowering<'_> {
         let mut squares = self.builder.constant(0.0);
         for number in 0..3 {
             let axis = self.builder.constant(f64::from(number));
-            let Meaning::Cell(before) = self.displaced(grid, Displacements::Steps(grid), &cell, axis)? else {
-                unreachable!("internal: a displaced cell is a cell")
-            };
+            let before = self.displaced(grid, Displacements::Steps(grid), &cell, axis)?;
             let outside = gap.filter(|_| number == 0).unwrap_or(here);
             let before = self.builder.load_or(buffer, before.to_vec(), outside);
             let difference = self.builder.binary(Binary::Subtract, here, before);
@@ -250,15 +248,13 @@ impl Lowering<'_> {
         let holds = self.expression(condition)?;
         let axes = self.plate.clone();
         let name = self.name("holds");
-        let holds = self.builder.compute(&name, &axes, Reduce::None, holds);
+        let buffer = self.builder.made(&name, &axes, Reduce::None, holds);
+        let holds = self.builder.load(buffer, axes.iter().map(|axis| Index::Axis(*axis)).collect());
         let zero = self.builder.constant(0.0);
         let one = self.builder.constant(1.0);
         let scan = Reduce::Scan { axis: depth, backward: false, keep: holds, initial: one };
         let name_nearer = self.name("all nearer hold");
         let nearer = self.builder.compute(&name_nearer, &axes, scan, zero);
-        let Node::Load { buffer, .. } = self.builder.so_far().nodes[holds] else {
-            unreachable!("internal: what a nest makes is read")
-        };
         let running = self.builder.running(depth);
         let next = self.builder.binary(Binary::Add, running, one);
         let further = self.builder.load_or(buffer, vec![Index::At(next), row, lane], zero);

@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{BufferId, ExpressionId, ValueId};
-use crate::kernel::{Extent, Node, Reduce, Role};
+use crate::kernel::{Extent, Reduce, Role};
 use crate::model::{Factor, VariableUse};
 use crate::operators::Binary;
 
@@ -56,11 +56,7 @@ impl Lowering<'_> {
                 let running = self.builder.running(axis);
                 let entry = self.choose(running, &values);
                 let name = self.name("table");
-                let entry = self.builder.compute(&name, &[axis], Reduce::None, entry);
-                let Node::Load { buffer, .. } = self.builder.so_far().nodes[entry] else {
-                    unreachable!("internal: what a nest makes is read")
-                };
-                buffer
+                self.builder.made(&name, &[axis], Reduce::None, entry)
             }
         };
         Ok(self.read(factor, buffer, position))
