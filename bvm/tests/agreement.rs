@@ -133,18 +133,9 @@ fn the_range_sensor_that_spreads_its_reading_agrees() {
         .array("lambda", &lambda)
         .array("rho", &rho);
     let truth = by_kernel(&range_code::model(), "reading", &inputs);
-    let mut found = range_code::reading::Outputs::default();
-    let given = range_code::reading::Inputs {
-        rays,
-        n: 10,
-        rho_min: 1.0,
-        sigma_min: 0.01,
-        ln_b: 0.0916,
-        lambda: &lambda,
-        rho: &rho,
-    };
-    range_code::reading::run(&given, &mut found).unwrap();
-    assert_same("reading", &truth[0], &found.p_agrees);
+    let question = range_code::reading().rays(rays).n(10).rho_min(1.0).sigma_min(0.01).ln_b(0.0916);
+    let found = question.lambda(&lambda).rho(&rho).ask().unwrap();
+    assert_same("reading", &truth[0], found.distribution());
 }
 
 #[test]

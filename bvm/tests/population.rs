@@ -71,17 +71,8 @@ fn a_range_is_heard_as_of_a_surface_anywhere_within_its_cell() {
     // nearer than the grid; deviations of 2 % to 40 % of the range.
     let (rho_min, ln_b) = (1.0f64, 2f64.ln());
     for (rho, sigma_m) in [(3.0, 0.3), (4.0, 0.08), (15.5, 2.0), (20.0, 4.0), (0.9, 0.2), (6.5, 2.6)] {
-        let inputs = range_code::reading::Inputs {
-            rays: 1,
-            n: N,
-            rho_min,
-            sigma_min: 0.01,
-            ln_b,
-            lambda: &[0.01 / sigma_m],
-            rho: &[rho],
-        };
-        let mut outputs = range_code::reading::Outputs::<f64>::default();
-        range_code::reading::run(&inputs, &mut outputs).unwrap();
+        let question = range_code::reading().rays(1).n(N).rho_min(rho_min).sigma_min(0.01).ln_b(ln_b);
+        let answer = question.lambda(&[0.01 / sigma_m]).rho(&[rho]).ask().unwrap();
         let (u, s) = ((rho / rho_min).ln() / ln_b, sigma_m / rho / ln_b);
         // The density of the reading, of a surface at each place of its cell: what is nearer than the grid is in its first
         // cell, and where no cell is occupied the surface is beyond.
@@ -92,7 +83,7 @@ fn a_range_is_heard_as_of_a_surface_anywhere_within_its_cell() {
         };
         for c in 1..=N {
             for o in [false, true] {
-                let found = outputs.p_agrees[N * usize::from(o) + c - 1];
+                let found: f64 = answer.p(o, c as i64)[0];
                 let expected = over_states(c, o, &[0.5; N], of_first);
                 assert!(
                     (found - expected).abs() < 1e-6,

@@ -206,7 +206,7 @@ mod tests {
         let mut rule = Gradient::default();
         rule.choose(&map, &Heading::default()).unwrap();
         let grid = map.grid();
-        let scores = &rule.answer.scores_g;
+        let scores = rule.answer.scores();
         for direction in grid.all_directions() {
             let (azimuth, _) = grid.direction_centre(direction);
             let score = |rho: usize| scores[grid.index(direction.at(rho))];
