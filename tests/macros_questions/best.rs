@@ -96,7 +96,7 @@ fn each_context_has_its_own_answer_and_the_impossible_has_none() {
 #[test]
 fn each_element_of_a_plate_has_its_own_answer() {
     // H true: left .25 · loud against right .25 · .5; H false: none .5 against them.
-    let loud = [1.0, 0.0, 0.5, 1.0];
+    let loud = [1f64, 0.0, 0.5, 1.0];
     let who = voices::who().cells(4).loud(&loud).h(&[1.0, 1.0, 1.0, 0.0]).ask().unwrap();
     assert_eq!(who.report().impossible, 0);
     assert_eq!(

@@ -17,7 +17,7 @@ pub(super) fn emit_filter(
     text: &mut Text,
 ) {
     text.documented(&[equation.to_owned()]);
-    text.line(format!("pub fn {name}() -> {name}::Question {{ {name}::Question::default() }}"));
+    text.line(format!("pub fn {name}() -> {name}::Question {{ ::core::default::Default::default() }}"));
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
     text.line("use ::std::prelude::v1::*;");
