@@ -167,7 +167,8 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     };
     match answers[0].answer[0].figure {
         Figure::Normal { mean: found, deviation }
-            if near(found, mean, scale + 1e5 * deviation) && near(deviation * deviation, variance.max(0.0), 0.0) => {}
+            if near(found, mean, scale + 1e5 * deviation)
+                && near(deviation * deviation, variance.max(0.0), 0.0) => {}
         other => return Err(told(format!("{other:?}, expected mean {mean} and variance {variance}"))),
     }
     match answers[0].ln_evidence {
