@@ -43,8 +43,14 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
         writeln!(out)?;
         write_rows(rows, largest(&answer.answer), out)?;
     }
-    if answer.when == When::Sequence && rows.iter().any(|row| row.p().is_some()) {
-        writeln!(out, "\n  the most likely course; beside each value its probability at that instant alone")?;
+    // `best(k) sequence` and `max sequence` give probabilities of whole sequences.
+    let of_instants =
+        |row: &Row| row.p().is_some() && row.values.first().is_some_and(|(name, _)| name != "sequence");
+    if answer.when == When::Sequence && rows.iter().any(of_instants) {
+        writeln!(
+            out,
+            "\n  the most likely sequence; beside each value its probability at that instant alone"
+        )?;
     }
     if shown < answer.answer.len() {
         writeln!(out, "  … and {} more rows; {how}", answer.answer.len() - shown)?;
