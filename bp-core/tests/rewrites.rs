@@ -195,3 +195,16 @@ fn every_rule_is_used_somewhere_and_changes_nothing() {
         );
     }
 }
+
+#[test]
+fn a_scan_whose_factor_is_searched_is_made_for_each_of_its_values() {
+    let model = model_of(
+        "program First { variables { G[1..=3] : bool; T : 0..=6; }
+         decomposition { prod(i in 1..=3) { P(G[i]) } P(T | G) }
+         forms { P(G[i]) = bernoulli(0.3); P(T | G) = weights(first(G) + T); } }",
+    );
+    // The first true is 1, 2, 3 with 0.3, 0.21, 0.147, none (4) with 0.343; Σ_t (f + t) = 7 f + 21.
+    let first = [(1.0, 0.3), (2.0, 0.21), (3.0, 0.147), (4.0, 0.343)];
+    let of = |t: usize| first.iter().map(|(f, p)| p * (f + t as f64) / (7.0 * f + 21.0)).sum::<f64>();
+    near(&one(&model, "P(T)"), &(0..7).map(of).collect::<Vec<_>>());
+}

@@ -63,8 +63,7 @@ impl Lowering<'_> {
             let rest = self.along("R", axis, backward, hit);
             let first = self.builder.constant(0.0);
             let (rest, hit, clear) = (self.at_element(rest, axis, first), hit, clear);
-            let name = self.name("first element");
-            let start = self.builder.compute(&name, &[axis], Reduce::None, hit);
+            let start = self.along("first element", axis, Reduce::None, hit);
             let start = self.at_element(start, axis, first);
             let clear = self.along("clear", axis, Reduce::None, clear);
             let clear = self.at_element(clear, axis, first);
