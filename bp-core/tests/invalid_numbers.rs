@@ -165,7 +165,7 @@ fn draws_refuse_them() {
         "P(H) P(E | H)",
         "P(H) = normal(0, 1); P(E | H) = bernoulli(1 / (1 + exp(-H)));",
     );
-    let sampling = Sampling { particles: 200, seed: 1, ..Sampling::default() };
+    let sampling = Sampling { particles: 200, seed: 1 };
     for (domain, form, context, number) in FINITE {
         let model = model_of(&program(domain, form, hidden));
         let found = ask_with(&model, &question(&model, "P(H Y | E = true)"), &Inputs::new(), sampling);
@@ -272,7 +272,7 @@ fn a_draw_beyond_the_range_of_numbers_is_an_error() {
     let text = "program Wide { variables { X : real; E : bool; } decomposition { P(X) P(E | X) }
         forms { P(X) = lognormal(0, 2000); P(E | X) = bernoulli(if X > 1 { 0.9 } else { 0.1 }); } }";
     let model = model_of(text);
-    let sampling = Sampling { particles: 500, seed: 1, ..Sampling::default() };
+    let sampling = Sampling { particles: 500, seed: 1 };
     for text in ["P(X | E = true)", "expectation P(X | E = true)"] {
         let error =
             ask_with(&model, &question(&model, text), &Inputs::new(), sampling).unwrap_err().to_string();

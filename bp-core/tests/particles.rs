@@ -15,7 +15,7 @@ use support::{model_of, question};
 
 fn asked(model: &Model, text: &str, z: &[f64], particles: usize, seed: u64) -> Answer {
     let rows: Vec<_> = z.iter().map(|z| vec![("Z".to_owned(), *z)]).collect();
-    let sampling = Sampling { particles, seed, ..Sampling::default() };
+    let sampling = Sampling { particles, seed };
     ask_over_time(model, &question(model, text), &rows, &Inputs::new(), sampling).unwrap().remove(0)
 }
 

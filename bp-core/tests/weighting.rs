@@ -16,7 +16,7 @@ use statrs::function::beta::ln_beta;
 use support::{model_of, question};
 
 fn asked(model: &Model, text: &str, particles: usize, seed: u64) -> Answer {
-    let sampling = Sampling { particles, seed, ..Sampling::default() };
+    let sampling = Sampling { particles, seed };
     ask_with(model, &question(model, text), &Inputs::new(), sampling).unwrap().remove(0)
 }
 

@@ -193,7 +193,8 @@ mod tests {
     #[test]
     fn each_rule_is_held() {
         assert_eq!(broken(|_| {}), None);
-        let rules: [(fn(&mut Kernel), &str); 5] = [
+        type Spoil = fn(&mut Kernel);
+        let rules: [(Spoil, &str); 5] = [
             (|kernel| kernel.nests.swap(0, 1), "`half` is read before it is made"),
             (|kernel| kernel.nests.truncate(1), "no nest makes `out`"),
             (|kernel| kernel.nests[1].out = kernel.nests[0].out, "made twice"),

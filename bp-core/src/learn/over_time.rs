@@ -71,7 +71,8 @@ impl Sequences {
         let program = finder.program;
         let mut messages = by_messages(program, &carried);
         let (mut parts, mut counts, mut complete) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut axes, mut met): (BTreeSet<usize>, HashMap<(usize, Vec<u64>), usize>) = Default::default();
+        let mut axes = BTreeSet::new();
+        let mut met: HashMap<(usize, Vec<u64>), usize> = HashMap::new();
         let mut all = Vec::new();
         for (name, keys) in sequences {
             // What comes after the last observation says nothing.
@@ -89,11 +90,12 @@ impl Sequences {
                 let mut own = Vec::new();
                 for position in needed(program, &carried, &values, number, keys.len()) {
                     let family = &program.families[position];
-                    if family.learned && family.slots.iter().all(|slot| !values[*slot].is_nan()) {
-                        if let Some((distribution, seen)) = finder.locate(family, &values, &numbers)? {
-                            finder.grow(&mut complete);
-                            complete[distribution].add(&seen, 1.0);
-                        }
+                    if family.learned
+                        && family.slots.iter().all(|slot| !values[*slot].is_nan())
+                        && let Some((distribution, seen)) = finder.locate(family, &values, &numbers)?
+                    {
+                        finder.grow(&mut complete);
+                        complete[distribution].add(&seen, 1.0);
                     }
                     let bits = family.slots.iter().map(|slot| numbers[*slot].to_bits()).collect();
                     let next = parts.len();

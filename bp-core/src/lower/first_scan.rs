@@ -20,7 +20,7 @@ impl Lowering<'_> {
         };
         let name = self.name("k");
         let extent = self.bounded(range.high, 1 - range.low);
-        let axis = self.builder.axis(&name, extent.clone());
+        let axis = self.builder.axis(&name, extent);
         let running = self.builder.running(axis);
         let low = self.builder.constant(range.low as f64);
         let index = self.builder.binary(Binary::Add, running, low);

@@ -144,7 +144,8 @@ macro_rules! equal {
     ($($other:ty)*) => {
         $(impl PartialEq<$other> for Value {
             fn eq(&self, other: &$other) -> bool {
-                *self == Value::from(other.clone())
+                let other = Value::from(other.clone());
+                *self == other
             }
         })*
     };
