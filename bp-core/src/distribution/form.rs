@@ -11,7 +11,6 @@ use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
 use crate::model::{Domain, Form};
-use crate::operators::normal_cumulative;
 
 impl Setting<'_> {
     /// The distribution of an instance's left-hand side where variables have these values.
@@ -123,7 +122,7 @@ impl Evaluation<'_> {
             Form::Law { law, arguments } => {
                 let parameters = self.parameters(form, *law, arguments)?;
                 match domain.is_finite() {
-                    true => Distribution::Finite(law::over(setting, left, *law, &parameters)),
+                    true => Distribution::finite(law::over(setting, left, *law, &parameters)),
                     false => Distribution::Law(*law, parameters),
                 }
             }
@@ -132,13 +131,18 @@ impl Evaluation<'_> {
             Form::Truncated { form: inner, low, high } => {
                 let bounds = self.bounds(form, [self.scope.number(*low), self.scope.number(*high)])?;
                 match (inner.as_ref(), self.form(inner)?) {
-                    (_, Distribution::Finite(probabilities)) => {
-                        let inside = |(ordinal, probability): (usize, f64)| {
+                    (_, finite @ (Distribution::Finite(_) | Distribution::Wide(_))) => {
+                        let inside = |(ordinal, probability): (usize, Extended)| {
                             let number = setting.number_at(left, ordinal as f64);
-                            if bounds[0] <= number && number <= bounds[1] { probability } else { 0.0 }
+                            if bounds[0] <= number && number <= bounds[1] {
+                                probability
+                            } else {
+                                Extended::ZERO
+                            }
                         };
+                        let probabilities = finite.extended().unwrap_or_default();
                         let inside = probabilities.into_iter().enumerate().map(inside).collect();
-                        Distribution::Finite(normalised(inside))
+                        Distribution::finite(law::shares(inside))
                     }
                     (_, Distribution::Law(law, parameters)) => {
                         let mass = law::mass(law, bounds, law::exactly(law, &parameters));
@@ -151,7 +155,7 @@ impl Evaluation<'_> {
             }
             Form::NormalBins { mean, deviation } => {
                 let [mean, deviation] = self.parameters(form, Law::Normal, &[*mean, *deviation])?;
-                Distribution::Finite(normal_bins(count - 1, mean, deviation))
+                Distribution::finite(normal_bins(count - 1, mean, deviation))
             }
             Form::Dirac(value) => {
                 let number = self.finite(form, self.scope.number(*value))?;
@@ -176,7 +180,7 @@ impl Evaluation<'_> {
                 let at = |ordinal: usize| {
                     Scope { instead: Some((slot, ordinal as f64)), ..self.scope }.number(*weight)
                 };
-                Distribution::Finite(normalised(self.weights(form, (0..count).map(at).collect())?))
+                Distribution::finite(normalised(self.weights(form, (0..count).map(at).collect())?))
             }
             Form::If { condition, then, otherwise } => {
                 let condition = Scope { component: 0, ..self.scope }.number(*condition);
@@ -230,27 +234,29 @@ impl Evaluation<'_> {
         if !domain.is_finite() {
             return Ok(Distribution::Mixture(parts));
         }
-        let mut sum = vec![0.0; self.count()];
+        let mut sum = vec![Extended::ZERO; self.count()];
         for (weight, part) in parts {
-            let Distribution::Finite(part) = part else { unreachable!("internal: a finite variable's form") };
-            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += weight * part);
+            let weight = Extended::from_f64(weight);
+            let part = part.extended().expect("internal: a finite variable has a finite form");
+            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum = *sum + weight * part);
         }
-        Ok(Distribution::Finite(sum))
+        Ok(Distribution::finite(sum))
     }
 }
 
 /// Each part of the total, however large or small the numbers are; all 0 where the total is 0.
-pub(super) fn normalised(weights: Vec<f64>) -> Vec<f64> {
+pub(super) fn normalised(weights: Vec<f64>) -> Vec<Extended> {
     law::shares(weights.into_iter().map(Extended::from_f64).collect())
 }
 
 /// "Nothing", then `count` unit bins, the first of which takes all that lies below it. What lies above the mean is told by the
 /// upper tails, Φ(−b) − Φ(−a): there Φ(b) − Φ(a) would cancel.
-fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<f64> {
+fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<Extended> {
     let standard = |edge: usize| (edge as f64 - mean) / deviation;
-    let mut probabilities = vec![0.0; count + 1];
+    let normal_cumulative = |x: f64| Extended::from_f64(x).normal_cumulative();
+    let mut probabilities = vec![Extended::ZERO; count + 1];
     if mean >= count as f64 + 0.5 {
-        probabilities[0] = 1.0;
+        probabilities[0] = Extended::ONE;
         return probabilities;
     }
     probabilities[0] = normal_cumulative(-standard(count));

@@ -65,7 +65,12 @@ pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below
 }
 
 /// The probabilities that a law gives to the values of a finite variable.
-pub(super) fn over(setting: &Setting<'_>, variable: VariableId, law: Law, parameters: &[f64; 2]) -> Vec<f64> {
+pub(super) fn over(
+    setting: &Setting<'_>,
+    variable: VariableId,
+    law: Law,
+    parameters: &[f64; 2],
+) -> Vec<Extended> {
     if let Domain::Bins(bins) = &setting.model.variables[variable].domain {
         return match (bins.is_circle(), law) {
             (true, Law::Normal | Law::VonMises) => on_circle(bins, law, parameters),
@@ -78,14 +83,14 @@ pub(super) fn over(setting: &Setting<'_>, variable: VariableId, law: Law, parame
 }
 
 /// Each part of the total, however small it is; all 0 where the total is 0.
-pub(super) fn shares(weights: Vec<Extended>) -> Vec<f64> {
+pub(super) fn shares(weights: Vec<Extended>) -> Vec<Extended> {
     let total: Extended = weights.iter().copied().sum();
     let share =
         |weight: Extended| if total > Extended::ZERO { weight / total } else { weight * Extended::ZERO };
-    weights.into_iter().map(|weight| share(weight).to_f64()).collect()
+    weights.into_iter().map(share).collect()
 }
 
-fn in_bins(bins: &Bins, law: Law, parameters: &[f64]) -> Vec<f64> {
+fn in_bins(bins: &Bins, law: Law, parameters: &[f64]) -> Vec<Extended> {
     let bound = |x: f64| Extended::from_f64(x);
     let masses = (bins.edges().windows(2).enumerate())
         .map(|(bin, edges)| {
@@ -105,7 +110,7 @@ fn in_bins(bins: &Bins, law: Law, parameters: &[f64]) -> Vec<f64> {
     shares(masses)
 }
 
-fn on_circle(bins: &Bins, law: Law, [mean, spread]: &[f64; 2]) -> Vec<f64> {
+fn on_circle(bins: &Bins, law: Law, [mean, spread]: &[f64; 2]) -> Vec<Extended> {
     let (low, high) = bins.ends();
     let (turn, width) = (high - low, (high - low) / bins.count() as f64);
     let masses = (0..bins.count())

@@ -28,6 +28,8 @@ pub enum Distribution {
     /// One probability for each value; of several variables together, the last one fastest. All are 0 where nothing is
     /// possible.
     Finite(Vec<f64>),
+    /// The same with exponents apart, where f64 would make a probability 0 that is not.
+    Wide(Vec<Extended>),
     /// A law of a real.
     Law(Law, [f64; 2]),
     /// A law between two bounds, and the mass that it has there.
@@ -62,6 +64,11 @@ impl Distribution {
                 let probability = inside.then(|| probabilities.get(value as usize)).flatten();
                 probability.map_or(f64::NEG_INFINITY, |probability| probability.ln())
             }
+            Distribution::Wide(probabilities) => {
+                let inside = value >= 0.0 && value.fract() == 0.0;
+                let probability = inside.then(|| probabilities.get(value as usize)).flatten();
+                probability.map_or(f64::NEG_INFINITY, |probability| probability.natural_logarithm().to_f64())
+            }
             Distribution::Law(law, parameters) => law::ln_density(*law, value, parameters),
             Distribution::Truncated { law, parameters, bounds: [low, high], mass } => {
                 let inside = *low <= value && value <= *high && *mass > Extended::ZERO;
@@ -84,12 +91,35 @@ impl Distribution {
         }
     }
 
+    /// Probabilities of a finite left-hand side, in f64 where that loses none.
+    fn finite(probabilities: Vec<Extended>) -> Self {
+        let is_lost = |p: &Extended| *p > Extended::ZERO && p.to_f64() < f64::MIN_POSITIVE;
+        match probabilities.iter().any(is_lost) {
+            true => Distribution::Wide(probabilities),
+            false => Distribution::Finite(probabilities.iter().map(|p| p.to_f64()).collect()),
+        }
+    }
+
+    /// The probabilities of a finite left-hand side, with exponents apart.
+    fn extended(self) -> Option<Vec<Extended>> {
+        match self {
+            Distribution::Finite(probabilities) => {
+                Some(probabilities.into_iter().map(Extended::from_f64).collect())
+            }
+            Distribution::Wide(probabilities) => Some(probabilities),
+            _ => None,
+        }
+    }
+
     /// A draw; `None` where nothing is possible.
     pub fn draw(&self, by: &mut impl Rng) -> Option<f64> {
         match self {
             Distribution::Finite(probabilities) => {
                 let total: f64 = probabilities.iter().sum();
                 choose(probabilities, by.random::<f64>() * total).map(|ordinal| ordinal as f64)
+            }
+            Distribution::Wide(probabilities) => {
+                Distribution::Finite(probabilities.iter().map(|p| p.to_f64()).collect()).draw(by)
             }
             Distribution::Law(law, parameters) => Some(law.draw(by, law::exactly(*law, parameters))),
             Distribution::Truncated { law, parameters, bounds, mass } => {

@@ -8,6 +8,7 @@ use crate::answer::link;
 use crate::distribution::{Distribution, Setting};
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::exec::scalar::Scalar;
 use crate::ids::{FactorId, Id};
 use crate::model::{Factor, Form, Model, VariableUse};
 use std::borrow::Cow;
@@ -144,7 +145,11 @@ fn worked_out(
             values[*slot] = (row % count) as f64;
             row /= count;
         }
-        let Distribution::Finite(joint) = setting.distribution(instance, &values)? else {
+        let distribution = match setting.distribution(instance, &values)? {
+            Distribution::Wide(joint) => Distribution::Finite(joint.iter().map(|p| p.to_f64()).collect()),
+            other => other,
+        };
+        let Distribution::Finite(joint) = distribution else {
             unreachable!("internal: a finite variable's form")
         };
         numbers.extend(joint.chunks(behind).map(|run| run.iter().sum::<f64>()));

@@ -9,6 +9,7 @@
 use super::{Draws, Observations, Sampling, Streams};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
+use crate::exec::scalar::Scalar;
 use crate::ids::FactorId;
 use crate::plan::Treatment;
 use crate::progress::Work;
@@ -106,6 +107,12 @@ pub(crate) fn draw_or_weigh(
     if instance.left.iter().all(observed) {
         return Ok(distribution.ln_density(setting.left_value(instance, values)));
     }
+    let distribution = match distribution {
+        Distribution::Wide(probabilities) if instance.left.len() > 1 => {
+            Distribution::Finite(probabilities.iter().map(|p| p.to_f64()).collect())
+        }
+        other => other,
+    };
     let (distribution, ln_weight) = match distribution {
         Distribution::Finite(mut probabilities) if instance.left.iter().any(observed) => {
             let mut other = values.to_vec();

@@ -191,8 +191,8 @@ impl<'s> Factors<'s> {
         for described in pattern.iter() {
             if !described.observed {
                 if !self.constant.contains_key(&described.own) {
-                    let (cells, _) = self.cells(described, &mut values)?;
-                    let made = match self.is_real(described) {
+                    let (cells, logarithms, _) = self.cells(described, &mut values)?;
+                    let made = match logarithms {
                         true => Potential::of_logarithms(described.over(), cells),
                         false => Potential::of_numbers(described.over(), cells),
                     };
@@ -201,8 +201,8 @@ impl<'s> Factors<'s> {
                 product.push(self.constant[&described.own].clone());
                 continue;
             }
-            let (mut cells, ln_scale) = self.cells(described, &mut values)?;
-            if !self.is_real(described) {
+            let (mut cells, logarithms, ln_scale) = self.cells(described, &mut values)?;
+            if !logarithms {
                 cells.iter_mut().for_each(|cell| *cell = cell.ln());
             }
             match observed.get_mut(&described.over()) {
@@ -237,9 +237,9 @@ impl<'s> Factors<'s> {
         self.counts[self.own[described.own].instance.left[0]] == 0
     }
 
-    /// The values of a factor over its free slots, parents first; of a real the logarithms of its density, and what is to be
-    /// added to them.
-    fn cells(&mut self, described: &Described, values: &mut [f64]) -> Result<(Vec<f64>, f64), Error> {
+    /// The values of a factor over its free slots, parents first; or their logarithms: of a real, and where f64 does not hold
+    /// the probabilities; and what is to be added to these.
+    fn cells(&mut self, described: &Described, values: &mut [f64]) -> Result<(Vec<f64>, bool, f64), Error> {
         let over = described.over();
         let size: f64 = over.iter().map(|slot| self.counts[*slot] as f64).product();
         if size > MOST_CELLS {
@@ -249,30 +249,33 @@ impl<'s> Factors<'s> {
         let setting = Arc::clone(&self.setting);
         let instance = &self.own[described.own].instance;
         let kept = self.distributions.get(&described.own).filter(|_| !described.given).cloned();
-        let (mut cells, mut made) = (Vec::with_capacity(size as usize), Vec::new());
+        let mut made = Vec::new();
         let contexts: usize = described.parents.iter().map(|slot| self.counts[*slot]).product();
         let left: usize = described.left.iter().map(|slot| self.counts[*slot]).product();
         for context in 0..contexts {
-            let distribution = match &kept {
-                Some(kept) => &kept[context],
-                None => {
-                    put(context, &described.parents, &self.counts, values);
-                    for determined in &described.determined {
-                        let instance = &self.own[*determined].instance;
-                        match setting.distribution(instance, values)? {
-                            Distribution::Point(value) => values[instance.left[0]] = value,
-                            _ => unreachable!("internal: a Dirac on a real is a point"),
-                        }
-                    }
-                    made.push(setting.distribution(instance, values)?);
-                    &made[made.len() - 1]
+            if kept.is_some() {
+                break;
+            }
+            put(context, &described.parents, &self.counts, values);
+            for determined in &described.determined {
+                let instance = &self.own[*determined].instance;
+                match setting.distribution(instance, values)? {
+                    Distribution::Point(value) => values[instance.left[0]] = value,
+                    _ => unreachable!("internal: a Dirac on a real is a point"),
                 }
-            };
+            }
+            made.push(setting.distribution(instance, values)?);
+        }
+        let distributions: &[Distribution] = kept.as_ref().map_or(&made, |kept| kept);
+        let wide = |distribution: &Distribution| matches!(distribution, Distribution::Wide(_));
+        let logarithms = real || distributions.iter().any(wide);
+        let mut cells = Vec::with_capacity(size as usize);
+        for distribution in distributions {
             for ordinal in 0..left {
                 put(ordinal, &described.left, &self.counts, values);
                 let value = setting.left_value(instance, values);
                 cells.push(match distribution {
-                    Distribution::Finite(numbers) if !real => numbers[value as usize],
+                    Distribution::Finite(numbers) if !logarithms => numbers[value as usize],
                     other => other.ln_density(value),
                 });
             }
@@ -280,7 +283,7 @@ impl<'s> Factors<'s> {
         let ln_scale = match real && described.observed {
             true => {
                 let value = setting.left_value(instance, values);
-                far::relative(kept.as_ref().map_or(&made, |kept| kept), value, &mut cells)
+                far::relative(distributions, value, &mut cells)
             }
             false => 0.0,
         };
@@ -290,7 +293,7 @@ impl<'s> Factors<'s> {
                 self.distributions.insert(described.own, Arc::new(made));
             }
         }
-        Ok((cells, ln_scale))
+        Ok((cells, logarithms, ln_scale))
     }
 
     /// The factors that matter where these slots are observed.

@@ -8,6 +8,7 @@
 use super::evidence::{Evidence, contradiction};
 use super::network::{Network, Table};
 use super::refused::Refused;
+use super::session::beyond_tables;
 use crate::error::Error;
 use std::collections::HashMap;
 
@@ -43,7 +44,7 @@ pub(crate) fn absorb(network: Network, evidence: &Evidence) -> Result<Absorbed, 
         let sliced = sliced(table, &values, &network.cardinalities);
         if let ([], [number]) = (sliced.variables.as_slice(), sliced.values.as_slice()) {
             if *number == 0.0 {
-                return Err(contradiction(variables));
+                return Err(if network.is_lossy { beyond_tables() } else { contradiction(variables) });
             }
             ln_scale += number.ln();
             continue;
@@ -56,9 +57,15 @@ pub(crate) fn absorb(network: Network, evidence: &Evidence) -> Result<Absorbed, 
             }
         }
     }
-    let mut left = Network { table_of: vec![None; cardinalities.len()], cardinalities, ..Network::default() };
+    let mut left = Network {
+        table_of: vec![None; cardinalities.len()],
+        cardinalities,
+        is_lossy: network.is_lossy,
+        ..Network::default()
+    };
     for merged in tables {
-        let (mut table, ln) = merged.finish()?;
+        let finished = merged.finish();
+        let (mut table, ln) = if left.is_lossy { finished.map_err(|_| beyond_tables())? } else { finished? };
         table.variables.iter_mut().for_each(|variable| *variable = numbers[*variable]);
         left.tables.push(table);
         ln_scale += ln;

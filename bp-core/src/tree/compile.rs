@@ -67,6 +67,8 @@ pub struct Tree {
     pub(super) tables: Tables,
     /// Where a form refused a number of its tables.
     pub(super) refused: Vec<Refused>,
+    /// Whether a table has cells that are 0 because f64 does not hold their probability.
+    pub(super) is_lossy: bool,
     /// The numbers of the tables with exponents apart, once they have been needed.
     pub(super) extended: OnceLock<Vec<Extended>>,
     pub(super) pool: Pool,
@@ -284,6 +286,7 @@ impl Tree {
             readings,
             tables,
             refused,
+            is_lossy: network.is_lossy,
             extended: OnceLock::new(),
             pool,
             places,

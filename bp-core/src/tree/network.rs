@@ -6,6 +6,7 @@
 use super::refused::{self, Refused};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
+use crate::exec::scalar::Scalar;
 use crate::ids::FactorId;
 use crate::memory;
 use crate::model::{Factor, Form, Model};
@@ -38,6 +39,8 @@ pub struct Network {
     pub table_of: Vec<Option<usize>>,
     /// Where a form refused a number: there the table has a row that sums to one, and no answer depends on it.
     pub refused: Vec<Refused>,
+    /// Whether a table has cells that are 0 because f64 does not hold their probability.
+    pub is_lossy: bool,
 }
 
 /// The most numbers that one table may have.
@@ -154,6 +157,10 @@ impl Network {
         while values.len() < cells {
             match setting.distribution(instance, assignment) {
                 Ok(Distribution::Finite(probabilities)) => values.extend(probabilities),
+                Ok(Distribution::Wide(probabilities)) => {
+                    self.is_lossy = true;
+                    values.extend(probabilities.iter().map(|p| p.to_f64()));
+                }
                 Err(Error::Number { form, context, message }) if self.refused.len() < refused::MOST => {
                     let at = parents.iter().map(|parent| (*parent, assignment[*parent] as usize)).collect();
                     let words = [form, context, message];

@@ -54,6 +54,19 @@ enum Doing {
 /// largest of its table.
 const FALLEN: i64 = -100;
 
+/// Below this ln P(evidence), probabilities that f64 does not hold may count.
+pub(crate) const LN_LEAST_EVIDENCE: f64 = -600.0;
+
+/// The error that an answer depends on probabilities which the tables of a join tree do not hold.
+pub(crate) fn beyond_tables() -> Error {
+    Error::Number {
+        form: "a table of the join tree".to_owned(),
+        context: String::new(),
+        message: "probabilities below 10⁻³⁰⁸ count in this answer, and it does not hold them: ask with `bp ask`, by sums"
+            .to_owned(),
+    }
+}
+
 impl Tree {
     /// Working memory for asking.
     pub fn session(&self) -> Session<'_> {
@@ -73,6 +86,11 @@ impl Session<'_> {
     /// # Errors
     /// A value out of its domain, a given variable without one, evidence of probability zero.
     pub fn ask(&mut self, evidence: &Evidence) -> Result<(), Error> {
+        let asked = self.ask_as_it_is(evidence);
+        self.lossless(asked)
+    }
+
+    fn ask_as_it_is(&mut self, evidence: &Evidence) -> Result<(), Error> {
         let (tree, known) = (self.tree, &mut self.known);
         match answer(tree, known, &mut self.memory, evidence, Doing::Marginals) {
             Ok(Some(ln_evidence)) => self.ln_evidence = ln_evidence,
@@ -90,6 +108,21 @@ impl Session<'_> {
 
     /// The most probable values of all variables, for a tree of largest values.
     pub(super) fn most_probable(&mut self, evidence: &Evidence) -> Result<Vec<usize>, Error> {
+        let found = self.most_probable_as_it_is(evidence);
+        self.lossless(found)
+    }
+
+    /// An answer, if what tables of f64 do not hold cannot count in it: a lost cell is below 10⁻³⁰⁸, and so is what it adds
+    /// to P(evidence).
+    fn lossless<A>(&self, found: Result<A, Error>) -> Result<A, Error> {
+        let is_lost = match &found {
+            Ok(_) => self.ln_evidence < LN_LEAST_EVIDENCE,
+            Err(error) => matches!(error, Error::Contradiction { .. }),
+        };
+        if self.tree.is_lossy && is_lost { Err(beyond_tables()) } else { found }
+    }
+
+    fn most_probable_as_it_is(&mut self, evidence: &Evidence) -> Result<Vec<usize>, Error> {
         let (tree, known) = (self.tree, &mut self.known);
         match answer(tree, known, &mut self.memory, evidence, Doing::Largest) {
             Ok(Some(ln_evidence)) => {

@@ -3,6 +3,7 @@
 //! In: programs whose probabilities and densities underflow. Out: answers beside arithmetic by logarithms, by hand or by
 //! mpmath at 50 digits (each formula stands beside its constant). Invariant: nothing expected comes from our own output.
 
+mod laws;
 mod printed;
 #[path = "../support/mod.rs"]
 mod support;
