@@ -70,7 +70,7 @@ impl Domain<'_> {
             }
         };
         let wrong = |number: &T| self.find(number.to_f64()).is_none();
-        if let (false, Some(place)) = (valid, numbers.iter().position(wrong)) {
+        if !valid && let Some(place) = numbers.iter().position(wrong) {
             let told = (numbers.len() > 1).then_some(place);
             return Err(self.refused(told, numbers[place].to_f64()));
         }

@@ -75,13 +75,21 @@ pub fn write_numbers<T: Scalar>(
     doubt: &mut Doubt<T>,
 ) {
     if count < TILE {
-        write_part(lanes, at, count, tile);
-        return doubt_numbers(doubt, &tile[..count]);
+        doubt[0] = doubt[0] + sum_of_part(&tile, count);
+        return write_part(lanes, at, count, tile);
     }
     for (lanes, numbers) in lanes[at..at + TILE].chunks_exact_mut(LINE).zip(tile.chunks_exact(LINE)) {
-        doubt_numbers(doubt, numbers);
+        for (sum, number) in doubt.iter_mut().zip(numbers) {
+            *sum = *sum + *number;
+        }
         lanes.copy_from_slice(numbers);
     }
+}
+
+#[cold]
+#[inline(never)]
+fn sum_of_part<T: Scalar>(tile: &Tile<T>, count: usize) -> T {
+    tile[..count].iter().copied().sum()
 }
 
 /// Adds numbers to the sums.
