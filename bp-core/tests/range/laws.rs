@@ -24,7 +24,7 @@ fn two_sensors_that_disagree_meet_in_the_middle() {
         &[0.059_471_296_701_721, 0.439_436_747_605_165, 0.439_436_747_605_165, 0.059_471_296_701_721],
         1e-9,
     );
-    assert!((by_sums.ln_evidence.unwrap() + 1412.130_736_102_75).abs() < 1e-6);
+    assert!((by_sums.ln_evidence.unwrap() + 1_412.130_736_102_75).abs() < 1e-6);
     let model = model_of(SENSORS);
     let by_tree = compile_by(&model, &question(&model, asked), Some(Strategy::JoinTree)).unwrap();
     let error = by_tree.ask(&Inputs::new()).unwrap_err().to_string();
@@ -48,7 +48,7 @@ fn chains_over_time_hold_what_is_far() {
     let rows = [row(0.0, 100.0), row(5.0, 95.0), row(40.0, 80.0)];
     let asked = question(&model, "expectation smooth P(X | Z1 Z2)");
     let found = ask_over_time(&model, &asked, &rows, &Inputs::new(), Sampling::default()).unwrap().remove(0);
-    assert!((found.ln_evidence.unwrap() + 5001.810_332_225_573).abs() < 5e-6, "{found:?}");
+    assert!((found.ln_evidence.unwrap() + 5_001.810_332_225_573).abs() < 5e-6, "{found:?}");
     for row in &found.answer {
         let Figure::Expectation { expectation, .. } = row.figure else { panic!("{row:?}") };
         assert!((expectation - 53.263_145_144_657_03).abs() < 1e-7, "{expectation}");
