@@ -112,24 +112,28 @@ impl Lowering<'_> {
         };
         let (zero, half, one) =
             (self.builder.constant(0.0), self.builder.constant(0.5), self.builder.constant(1.0));
-        // What lies below an edge, and what lies above it.
+        // Whether an edge lies above the mean, and the tail beyond it on its own side: Φ(−|z|), one Φ for each edge.
         let parts = |lowering: &mut Self, edge: ValueId| {
             let standard = lowering.standard(edge, mean, deviation);
-            let turned = lowering.builder.unary(Unary::Negate, standard);
-            [standard, turned].map(|standard| lowering.builder.unary(Unary::NormalCumulative, standard))
+            let above = lowering.builder.binary(Binary::Greater, standard, zero);
+            let size = lowering.builder.unary(Unary::Absolute, standard);
+            let turned = lowering.builder.unary(Unary::Negate, size);
+            (above, lowering.builder.unary(Unary::NormalCumulative, turned))
         };
         let nothing = self.builder.binary(Binary::LessOrEqual, bin, zero);
         let first = self.builder.binary(Binary::LessOrEqual, bin, one);
         // Upper edge of the bin, or N for "nothing"; what lies below its lower edge.
         let upper = self.builder.select(nothing, bins, bin);
-        let [up_to, beyond] = parts(self, upper);
+        let (upper_above, upper_tail) = parts(self, upper);
+        let rest = self.builder.binary(Binary::Subtract, one, upper_tail);
+        let up_to = self.builder.select(upper_above, rest, upper_tail);
+        let beyond = self.builder.select(upper_above, upper_tail, rest);
         // One below the upper one, as neighbouring means see it: so they share it.
         let lower = self.builder.binary(Binary::Subtract, upper, one);
-        let [before, from] = parts(self, lower);
-        let rising = self.builder.binary(Binary::Subtract, up_to, before);
-        let falling = self.builder.binary(Binary::Subtract, from, beyond);
-        let above = self.builder.binary(Binary::Greater, lower, mean);
-        let within = self.builder.select(above, falling, rising);
+        let (lower_above, lower_tail) = parts(self, lower);
+        let falling = self.builder.binary(Binary::Subtract, lower_tail, upper_tail);
+        let rising = self.builder.binary(Binary::Subtract, up_to, lower_tail);
+        let within = self.builder.select(lower_above, falling, rising);
         let within = self.builder.select(first, up_to, within);
         let value = self.builder.select(nothing, beyond, within);
         let edge = self.builder.binary(Binary::Add, bins, half);
