@@ -256,7 +256,7 @@ fn a_constant_with_a_vague_prior() {
     near([mean[0], deviation[0]], expected);
 }
 
-/// Y is X itself: at the first instant it is told, afterwards it agrees or cannot be.
+/// Y is X itself: the first observation determines it, later ones agree or are impossible.
 #[test]
 fn what_is_determined_over_time_agrees_or_is_impossible() {
     let model = model_of(

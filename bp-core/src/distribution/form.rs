@@ -249,7 +249,7 @@ pub(super) fn normalised(weights: Vec<f64>) -> Vec<Extended> {
     law::shares(weights.into_iter().map(Extended::from_f64).collect())
 }
 
-/// "Nothing", then `count` unit bins, the first of which takes all that lies below it. What lies above the mean is told by the
+/// "Nothing", then `count` unit bins, the first of which takes all that lies below it. Above the mean a bin is a difference of
 /// upper tails, Φ(−b) − Φ(−a): there Φ(b) − Φ(a) would cancel.
 fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<Extended> {
     let standard = |edge: usize| (edge as f64 - mean) / deviation;

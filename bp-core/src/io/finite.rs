@@ -159,7 +159,7 @@ fn worked_out(
         if total > 0.0 {
             row.iter_mut().for_each(|number| *number /= total);
         } else if position > 0 {
-            // What follows from something impossible is not told by the model; any law would do. But a row of the first
+            // The model does not say what follows from something impossible; any law would do. But a row of the first
             // variable is a whole context: it is impossible.
             row.fill(1.0 / entries as f64);
         }

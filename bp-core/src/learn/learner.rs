@@ -247,7 +247,7 @@ impl Learner {
     }
 }
 
-/// What is said of something that is no weight.
+/// The error message for a number that cannot be a weight.
 pub(super) const NO_WEIGHT: &str = "not a weight: write 0, or a number between 1e-100 and 1e100";
 
 /// Whether a number can be a weight: sums of them times other numbers neither overflow nor vanish.

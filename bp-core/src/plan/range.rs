@@ -50,7 +50,7 @@ const MOST_MARKED: usize = 8;
 /// log₂ of the total below which a guarded product is computed again.
 const BOUND: f64 = -512.0;
 
-/// The most probabilities that printed code multiplies where it cannot be told that their product stays above 2⁻⁵¹²: with
+/// The most probabilities that printed code multiplies where nothing guarantees that their product stays above 2⁻⁵¹²: with
 /// more of them the total is often smaller, and to compute again takes longer than logarithms do.
 const MOST_MULTIPLIED: usize = 16;
 

@@ -161,17 +161,10 @@ impl Product {
         counts: &[usize],
         orders: &mut Orders,
     ) -> Result<Vec<f64>, f64> {
-        let cells: f64 = slots.iter().map(|slot| counts[*slot] as f64).product();
-        if cells > MOST_CELLS {
-            return Err(cells);
-        }
-        let left = self.summed(|slot| slots.contains(&slot), counts, orders)?;
-        if left.ln_constant == f64::NEG_INFINITY {
-            return Ok(vec![0.0; cells as usize]);
-        }
-        let parts: Vec<&Potential> = left.parts.iter().map(Arc::as_ref).collect();
-        let (joint, _) = folded(&parts, None, Fold::Sum, counts);
-        Ok(joint.distribution(slots, counts))
+        Ok(match self.joint(slots, counts, orders)? {
+            (cells, None) => vec![0.0; cells],
+            (_, Some((joint, _))) => joint.distribution(slots, counts),
+        })
     }
 
     /// ln of the sum over all other slots, for each combination of values of these, the last one fastest.
@@ -181,17 +174,31 @@ impl Product {
         counts: &[usize],
         orders: &mut Orders,
     ) -> Result<Vec<f64>, f64> {
+        Ok(match self.joint(slots, counts, orders)? {
+            (cells, None) => vec![f64::NEG_INFINITY; cells],
+            (_, Some((joint, ln_constant))) => joint.ln_table(slots, counts, ln_constant),
+        })
+    }
+
+    /// The number of cells over some slots, and the sum over all others as one potential with ln of a constant; none where
+    /// nothing is possible.
+    fn joint(
+        self,
+        slots: &[usize],
+        counts: &[usize],
+        orders: &mut Orders,
+    ) -> Result<(usize, Option<(Potential, f64)>), f64> {
         let cells: f64 = slots.iter().map(|slot| counts[*slot] as f64).product();
         if cells > MOST_CELLS {
             return Err(cells);
         }
         let left = self.summed(|slot| slots.contains(&slot), counts, orders)?;
         if left.ln_constant == f64::NEG_INFINITY {
-            return Ok(vec![f64::NEG_INFINITY; cells as usize]);
+            return Ok((cells as usize, None));
         }
         let parts: Vec<&Potential> = left.parts.iter().map(Arc::as_ref).collect();
         let (joint, _) = folded(&parts, None, Fold::Sum, counts);
-        Ok(joint.ln_table(slots, counts, left.ln_constant))
+        Ok((cells as usize, Some((joint, left.ln_constant))))
     }
 
     /// The same up to a factor, and ln of that factor.

@@ -129,7 +129,7 @@ impl Settings {
         settings
     }
 
-    /// What stays given to a program that was learned: sizes, also those that the data told. Its parameters have their
+    /// What stays given to a program that was learned: sizes, also those that were read off the data. Its parameters have their
     /// numbers.
     pub(super) fn learned(&self, model: &Model, given: &Inputs<'_, f64>) -> Self {
         let mut settings = self.clone();

@@ -29,7 +29,7 @@ pub enum VisionError {
     NoText {
         /// The file.
         path: PathBuf,
-        /// The first byte that is none of a text, from 0.
+        /// Offset of the first byte that is not text, from 0.
         at: usize,
     },
     /// A file that cannot be written.

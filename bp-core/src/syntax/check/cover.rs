@@ -35,7 +35,7 @@ impl LeftOut {
         self.count == 0
     }
 
-    /// The first value that is left out, if that can be told.
+    /// The first value that no arm covers, if one can be named.
     pub(super) fn first(&self) -> Option<usize> {
         self.values.as_ref()?.0.iter().position(|left| *left)
     }

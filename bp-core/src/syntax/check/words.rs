@@ -20,7 +20,7 @@ enum Meaning {
     When(When),
 }
 
-/// What the words of an ask mean; what is wrong with them is told, and the rest is read.
+/// Reads the words of an ask; reports those that are wrong, and reads the rest.
 pub(super) fn read(written: &Ask, wrong: &mut Diagnostics) -> (Statistic, When) {
     let (mut statistic, when) = of(written, &written.words, wrong);
     let divergence = statistic.as_ref().is_some_and(|it| matches!(it, Statistic::Divergence { .. }));
@@ -137,7 +137,7 @@ fn count(word: &Word, wrong: &mut Diagnostics) -> Option<usize> {
     let name = &word.name.text;
     let help = format!("write `{name}(5) P(…)`");
     let Some((at, text)) = &word.count else {
-        let message = format!("`{name}` needs to be told how many");
+        let message = format!("`{name}` needs a number");
         wrong.push(Diagnostic::new(word.at.0, message).with_help(help));
         return None;
     };
