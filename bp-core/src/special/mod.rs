@@ -2,7 +2,7 @@
 //!
 //! In: numbers. Out: a number. Invariant: what is a small difference of large parts is never computed as one: a tail has
 //! its own value. The bits are the same on every machine, where only `pxfm` and the four operations are used. Errors are
-//! tested against 50 digits (`tests/special_functions.rs`).
+//! tested against 50 digits (`tests/laws/special_functions`).
 
 mod beta;
 mod gamma;

@@ -1,0 +1,9 @@
+//! The command `bp`, run as a process.
+//!
+//! In: arguments, files and pipes. Out: what it prints, its exit status, and the files that it leaves.
+
+mod data;
+mod emit;
+mod general;
+mod learn;
+mod networks;

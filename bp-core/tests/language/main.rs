@@ -1,0 +1,21 @@
+//! The language: what is parsed, checked, asked and printed.
+//!
+//! In: programs and questions as text. Out: models, diagnostics, pages and answers. Invariant: an expected answer
+//! is counted by hand or enumerated.
+
+mod ask;
+mod check;
+mod corners;
+mod door;
+mod doors;
+mod forms;
+mod gallery_page;
+mod pages;
+mod posteriors;
+mod questions;
+mod rewrites;
+mod subroutines;
+#[path = "../support/mod.rs"]
+mod support;
+mod syntax;
+mod trees;

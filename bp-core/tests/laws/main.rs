@@ -1,0 +1,15 @@
+//! Laws and numbers: densities, distributions, special functions, and the range of f64.
+//!
+//! In: forms with their parameters. Out: probabilities, densities and draws beside constants of 50 digits,
+//! quadrature, or hand arithmetic. Invariant: no expected value comes from this crate.
+
+mod densities;
+mod dirichlet;
+mod distributions;
+mod invalid_numbers;
+mod probability;
+mod range;
+mod range_sensor;
+mod special_functions;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,11 @@
+//! Learning from data: counts, hidden variables, sequences, plates.
+//!
+//! In: programs and tables of cases. Out: programs with learned parameters beside maxima found by hand or by
+//! another tool.
+
+mod hidden;
+mod learned;
+mod observed;
+mod over_time;
+#[path = "../support/mod.rs"]
+mod support;

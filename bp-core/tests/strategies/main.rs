@@ -1,0 +1,18 @@
+//! Strategies: every way of answering a question, and the back ends that run kernels.
+//!
+//! In: programs, questions and evidence. Out: answers beside enumeration, other strategies, or published values.
+//! Invariant: an oracle shares no code with what it checks.
+
+mod back_ends;
+mod cell;
+mod chains;
+mod gaussian;
+mod gibbs;
+mod histories;
+mod join_trees;
+mod kalman;
+mod particles;
+mod sizes;
+#[path = "../support/mod.rs"]
+mod support;
+mod weighting;

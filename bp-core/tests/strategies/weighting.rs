@@ -1,0 +1,195 @@
+//! Answers by draws, against closed forms.
+//!
+//! In: programs whose posteriors are known by hand. Out: estimates. Invariant: each estimate lies within five of its own
+//! standard errors of the truth, and those errors are as large as the estimates scatter; threads change nothing.
+
+use crate::support::{model_of, question};
+use bp_core::answer::{Answer, Figure, ask, ask_with};
+use bp_core::error::Error;
+use bp_core::exec::Inputs;
+use bp_core::model::Model;
+use bp_core::plan::{Notation, Options, Route, plan};
+use bp_core::sample::Sampling;
+use statrs::distribution::{Beta, ContinuousCDF, Normal};
+use statrs::function::beta::ln_beta;
+
+fn asked(model: &Model, text: &str, particles: usize, seed: u64) -> Answer {
+    let sampling = Sampling { particles, seed };
+    ask_with(model, &question(model, text), &Inputs::new(), sampling).unwrap().remove(0)
+}
+
+#[track_caller]
+fn within([found, error]: [f64; 2], expected: f64) {
+    assert!(error > 0.0 && (found - expected).abs() < 5.0 * error, "{found} ± {error}, expected {expected}");
+}
+
+const COIN: &str =
+    "program Coin { variables { Bias : real; Heads : 0..=10; } decomposition { P(Bias) P(Heads | Bias) }
+    forms { P(Bias) = beta(2, 2); P(Heads | Bias) = binomial(10, Bias); } }";
+
+#[test]
+fn a_coin_is_beta_distributed_after_some_throws() {
+    // P(Bias | 7 of 10) = beta(9, 5); P(7) = C(10, 7) B(9, 5) / B(2, 2).
+    let model = model_of(COIN);
+    let answer = asked(&model, "P(Bias | Heads = 7)", 100_000, 1);
+    let Figure::Real { mean, deviation, quantiles } = answer.answer[0].figure else { panic!("{answer:?}") };
+    within(mean, 9.0 / 14.0);
+    within(deviation, (9.0 * 5.0 / (14.0 * 14.0 * 15.0f64)).sqrt());
+    let law = Beta::new(9.0, 5.0).unwrap();
+    for (quantile, level) in quantiles.into_iter().zip([0.05, 0.5, 0.95]) {
+        within(quantile, law.inverse_cdf(level));
+    }
+    let ln = 120f64.ln() + ln_beta(9.0, 5.0) - ln_beta(2.0, 2.0);
+    let estimate = answer.estimate.unwrap();
+    within([answer.ln_evidence.unwrap(), estimate.ln_evidence_error.unwrap()], ln);
+    // Half of the draws or so count: E w² / (E w)² = ∫ p(θ) L² / (∫ p L)².
+    let second = 2.0 * 120f64.ln() + ln_beta(16.0, 8.0) - ln_beta(2.0, 2.0);
+    assert!(
+        (estimate.effective / (100_000.0 * (2.0 * ln - second).exp()) - 1.0).abs() < 0.03,
+        "{estimate:?}"
+    );
+    assert_eq!(estimate.warning, None);
+}
+
+/// A switch that is not seen moves a real that is not seen: P(S | Y) is a ratio of two normal densities.
+const SWITCH: &str = "program Switch { variables { S : bool; X, Y : real; } decomposition { P(S) P(X | S) P(Y | X) }
+    forms { P(S) = bernoulli(0.3); P(X | S) = normal(if S { 2 } else { -1 }, 1.5); P(Y | X) = normal(X, 0.5); } }";
+
+fn switch(y: f64) -> f64 {
+    let density = |mean: f64| {
+        use statrs::distribution::Continuous;
+        Normal::new(mean, 2.5f64.sqrt()).unwrap().pdf(y)
+    };
+    0.3 * density(2.0) / (0.3 * density(2.0) + 0.7 * density(-1.0))
+}
+
+fn probability(answer: &Answer, value: &str) -> [f64; 2] {
+    let row = answer.answer.iter().find(|row| row.values[0].1 == value).unwrap();
+    let Figure::Estimated { p, error } = row.figure else { panic!("{row:?}") };
+    [p, error]
+}
+
+#[test]
+fn a_switch_behind_a_real_has_the_probability_of_the_sum() {
+    let model = model_of(SWITCH);
+    let answer = asked(&model, "P(S | Y = 1)", 50_000, 3);
+    within(probability(&answer, "true"), switch(1.0));
+    let sum: f64 = answer.answer.iter().filter_map(|row| row.p()).sum();
+    assert!((sum - 1.0).abs() < 1e-12);
+    // Virtual evidence multiplies: 0.7 · 0.2 to 0.3 · 0.8. E(X | Y, S) = m + 2.25 / 2.5 (Y − m).
+    let answer = asked(&model, "P(X | Y = 1, S virtual [0.2, 0.8])", 50_000, 3);
+    let Figure::Real { mean, .. } = answer.answer[0].figure else { panic!("{answer:?}") };
+    let odds = switch(1.0) / (1.0 - switch(1.0)) * 4.0;
+    let given = |m: f64| m + 0.9 * (1.0 - m);
+    within(mean, (odds * given(2.0) + given(-1.0)) / (odds + 1.0));
+}
+
+#[test]
+fn standard_errors_are_as_large_as_estimates_scatter() {
+    let model = model_of(SWITCH);
+    let truth = switch(1.0);
+    let scores: Vec<f64> = (0..200)
+        .map(|seed| {
+            let [p, error] = probability(&asked(&model, "P(S | Y = 1)", 2000, seed), "true");
+            (p - truth) / error
+        })
+        .collect();
+    let square = scores.iter().map(|score| score * score).sum::<f64>() / 200.0;
+    // χ² of 200 degrees of freedom, over 200: 0.70 to 1.36 but for one case in a thousand.
+    assert!((0.70..1.36).contains(&square), "{square}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let model = model_of(SWITCH);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| asked(&model, "P(S X | Y = 1)", 5000, 9))
+    };
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(8));
+    assert_ne!(one, asked(&model, "P(S X | Y = 1)", 5000, 10), "another seed draws others");
+}
+
+#[test]
+fn an_observed_dirac_is_solved_where_it_is_linear() {
+    // Y = 3 X + E exactly; X ~ N(if S 1 else 0, 2), E ~ N(0, 1): Y | S ~ N(3 or 0, √37).
+    let text = |value: &str| {
+        format!(
+            "program Sum {{ variables {{ S : bool; X, E, Y : real; }} decomposition {{ P(S) P(X | S) P(E) P(Y | X E) }}
+             forms {{ P(S) = bernoulli(0.5); P(X | S) = normal(if S {{ 1 }} else {{ 0 }}, 2); P(E) = normal(0, 1);
+                      P(Y | X E) = dirac({value}); }} }}"
+        )
+    };
+    let model = model_of(&text("3 * X + E"));
+    let answer = asked(&model, "P(X | Y = 4)", 50_000, 1);
+    let Figure::Real { mean, .. } = answer.answer[0].figure else { panic!("{answer:?}") };
+    let normal = |mean: f64| {
+        use statrs::distribution::Continuous;
+        Normal::new(mean, 37f64.sqrt()).unwrap().pdf(4.0)
+    };
+    let (one, none) = (normal(3.0), normal(0.0));
+    // E(X | Y, S) = m + 3 · 4 / 37 (Y − 3 m).
+    let given = |m: f64| m + 12.0 / 37.0 * (4.0 - 3.0 * m);
+    within(mean, (one * given(1.0) + none * given(0.0)) / (one + none));
+    let ln = answer.ln_evidence.unwrap();
+    within([ln, answer.estimate.unwrap().ln_evidence_error.unwrap()], (0.5 * (one + none)).ln());
+    let bent = model_of(&text("X * X + E * E"));
+    let error = ask(&bent, &question(&bent, "P(X | Y = 4)"), &Inputs::new()).unwrap_err().to_string();
+    assert!(error.contains("`Y` is observed") && error.contains("linear in no parent"), "{error}");
+}
+
+#[test]
+fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
+    let model = model_of(
+        "program Far { variables { X, Y, Z : real; } decomposition { P(X) P(Y | X) P(Z | X) }
+         forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); P(Z | X) = normal(X, 0.01); } }",
+    );
+    let impossible = ask(&model, &question(&model, "P(X | Y = -1)"), &Inputs::new()).unwrap_err();
+    assert!(matches!(impossible, Error::Impossible(_)), "{impossible}");
+    let told = asked(&model, "P(X | Z = 9)", 2000, 1).estimate.unwrap();
+    assert!(told.effective < 20.0 && told.warning.unwrap().contains("unlikely"), "{}", told.effective);
+}
+
+#[test]
+fn families_and_what_is_given_when_asked() {
+    let model = model_of(
+        "program Many { variables { K : 1..=3; M : real; Z[1..=3] : real; } decomposition { P(K) P(M | K) prod(i) { P(Z[i] | M) } }
+         forms { P(K) = uniform; P(M | K) = exponential(K); P(Z[i] | M) = normal(M, i); } }",
+    );
+    let z = [0.4, 1.0, -2.0];
+    let inputs = Inputs::new().array("Z", &z);
+    let answer = ask(&model, &question(&model, "P(K M | Z)"), &inputs).unwrap().remove(0);
+    // By the trapezium rule over M.
+    let weight = |k: f64, power: i32| {
+        (0..40_000)
+            .map(|step| (f64::from(step) + 0.5) * 1e-3)
+            .map(|m| {
+                let squares: f64 = z.iter().zip(1..).map(|(z, i)| ((z - m) / f64::from(i)).powi(2)).sum();
+                m.powi(power) * k * (-k * m - 0.5 * squares).exp()
+            })
+            .sum::<f64>()
+    };
+    let total: f64 = (1..=3).map(|k| weight(f64::from(k), 0)).sum();
+    for k in 1..=3 {
+        within(probability(&answer, &k.to_string()), weight(f64::from(k), 0) / total);
+    }
+    let Figure::Real { mean, .. } = answer.answer[3].figure else { panic!("{answer:?}") };
+    within(mean, (1..=3).map(|k| weight(f64::from(k), 1)).sum::<f64>() / total);
+    let missing = ask(&model, &question(&model, "P(K | Z)"), &Inputs::new()).unwrap_err().to_string();
+    assert!(missing.contains("`Z`") && missing.contains("not given"), "{missing}");
+}
+
+#[test]
+fn the_route_says_why_and_how() {
+    let model = model_of(SWITCH);
+    let made = plan(&model, &question(&model, "P(S | Y = 1)"), Options::default()).unwrap();
+    assert!(matches!(made.routes[0], Route::Sampled(_)));
+    let lines = made.derivation(&model, Notation::Unicode);
+    let text: Vec<String> =
+        lines.iter().map(|(rule, reason, equation)| format!("{rule}: {reason}: {equation}")).collect();
+    assert!(text[0].ends_with("draw ~ P(S) P(X | S)") && text[1].ends_with("wₙ = P(Y | X)"), "{text:?}");
+    assert!(text[2].contains("no exact route applies") && text[2].contains("`X`"), "{text:?}");
+    assert!(text[2].ends_with("P(S | Y) ≈ Σₙ wₙ [Sⁿ = S] / Σₙ wₙ"), "{text:?}");
+}

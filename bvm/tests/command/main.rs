@@ -1,0 +1,6 @@
+//! The command `bvm`, run as a process.
+//!
+//! In: arguments and files. Out: what it prints, its exit status, and the files that it leaves.
+
+mod general;
+mod inputs;

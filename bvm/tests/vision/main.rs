@@ -1,0 +1,7 @@
+//! Stereo vision, on synthetic and on recorded pairs.
+//!
+//! In: picture pairs with their truth. Out: disparities and probabilities. Recordings are optional: a test says
+//! that it was skipped.
+
+mod recordings;
+mod stereo;
