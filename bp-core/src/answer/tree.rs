@@ -11,9 +11,7 @@ use crate::ids::VariableId;
 use crate::model::{Model, Value};
 use crate::plan::{Binding, JoinTree};
 use crate::sample::Observations;
-use crate::tree::{
-    self as join_tree, Absorbed, Evidence, LN_LEAST_EVIDENCE, Network, absorb, beyond_tables, joint,
-};
+use crate::tree::{self as join_tree, Absorbed, Evidence, Network, absorb, joint};
 
 /// The most cells of a joint posterior.
 const MOST_CELLS: f64 = 1e9;
@@ -50,7 +48,6 @@ pub(super) fn tables(
         }
         other => other,
     };
-    let is_lossy = network.is_lossy;
     let likelihoods = evidence.likelihoods.iter();
     network.tables.extend(
         likelihoods.map(|(variable, weights)| join_tree::Table {
@@ -62,9 +59,6 @@ pub(super) fn tables(
     let searched: Vec<usize> = wanted.iter().map(|slot| left[numbers[*slot]]).collect();
     let found = joint(&network, &Evidence::default(), &searched).map_err(told)?;
     let ln_evidence = found.ln_evidence + ln_scale;
-    if is_lossy && ln_evidence < LN_LEAST_EVIDENCE {
-        return Err(beyond_tables());
-    }
     // A conditional distribution is the joint one over that of its context.
     let contexts = exact.each.iter().map(values).product::<f64>() as usize;
     let mut cells = found.probabilities;

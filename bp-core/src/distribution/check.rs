@@ -6,6 +6,7 @@
 
 use super::form::Evaluation;
 use crate::error::Error;
+use crate::exec::scalar::Scalar;
 use crate::ids::ExpressionId;
 use crate::law::{Constraint, Dirichlet, Law};
 use crate::model::{Form, VariableUse, row_tolerance};
@@ -87,15 +88,15 @@ impl Evaluation<'_> {
     }
 
     /// Weights of values.
-    pub(super) fn weights(&self, form: &Form, numbers: Vec<f64>) -> Result<Vec<f64>, Error> {
-        match numbers.iter().position(|weight| !(*weight >= 0.0 && weight.is_finite())) {
+    pub(super) fn weights<T: Scalar>(&self, form: &Form, numbers: Vec<T>) -> Result<Vec<T>, Error> {
+        match numbers.iter().position(|weight| !(*weight >= T::ZERO && weight.is_finite_number())) {
             None => Ok(numbers),
             Some(position) => {
                 let slot = self.instance.left[0];
                 let variable = self.left();
                 let value = self.scope.setting.model.value_name(variable, position);
                 let what = format!("the weight of {} = {value}", self.scope.setting.slot_name(slot));
-                Err(self.refused(form, must(&what, numbers[position], "be finite and not negative")))
+                Err(self.refused(form, must(&what, numbers[position].to_f64(), "be finite and not negative")))
             }
         }
     }

@@ -177,10 +177,16 @@ impl Evaluation<'_> {
             }
             Form::Weights(weight) => {
                 let slot = self.instance.left[0];
-                let at = |ordinal: usize| {
-                    Scope { instead: Some((slot, ordinal as f64)), ..self.scope }.number(*weight)
-                };
-                Distribution::finite(normalised(self.weights(form, (0..count).map(at).collect())?))
+                let at = |ordinal: usize| Scope { instead: Some((slot, ordinal as f64)), ..self.scope };
+                let numbers: Vec<f64> = (0..count).map(|ordinal| at(ordinal).number(*weight)).collect();
+                Distribution::finite(law::shares(match numbers.iter().all(|number| number.is_normal()) {
+                    true => self.weights(form, numbers)?.into_iter().map(Extended::from_f64).collect(),
+                    // Perhaps one that f64 does not hold.
+                    false => {
+                        let wide = (0..count).map(|ordinal| at(ordinal).number_in(*weight));
+                        self.weights::<Extended>(form, wide.collect())?
+                    }
+                }))
             }
             Form::If { condition, then, otherwise } => {
                 let condition = Scope { component: 0, ..self.scope }.number(*condition);
@@ -242,11 +248,6 @@ impl Evaluation<'_> {
         }
         Ok(Distribution::finite(sum))
     }
-}
-
-/// Each part of the total, however large or small the numbers are; all 0 where the total is 0.
-pub(super) fn normalised(weights: Vec<f64>) -> Vec<Extended> {
-    law::shares(weights.into_iter().map(Extended::from_f64).collect())
 }
 
 /// "Nothing", then `count` unit bins, the first of which takes all that lies below it. Above the mean a bin is a difference of

@@ -6,6 +6,7 @@
 //! rotate(v, w): v turned by |w| around w (Rodrigues 1840): v cos a + (n × v) sin a + n (n · v)(1 − cos a).
 
 use super::setting::{Instance, Setting};
+use crate::exec::scalar::Number;
 use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
 use crate::model::{Domain, Expression, Folded, IndexSpace, VariableUse};
 
@@ -128,104 +129,116 @@ impl Scope<'_> {
     /// The number that an expression is. A short one is walked as a tree; in a longer one, and in one that shares many of
     /// its parts, each node is worked out once.
     pub(super) fn number(&self, id: ExpressionId) -> f64 {
+        self.number_in(id)
+    }
+
+    /// As [`Scope::number`], in numbers of another range.
+    pub(super) fn number_in<N: Number>(&self, id: ExpressionId) -> N {
         self.walked(id, &mut { MOST_STEPS }).unwrap_or_else(|| self.in_order(id))
     }
 
     /// The number that an expression is; `None` where that takes more steps than are left.
-    fn walked(&self, id: ExpressionId, steps: &mut usize) -> Option<f64> {
+    fn walked<N: Number>(&self, id: ExpressionId, steps: &mut usize) -> Option<N> {
         *steps = steps.checked_sub(1)?;
         let scalar = self.with_component(0);
+        let index = |id: &ExpressionId, steps: &mut usize| scalar.walked::<f64>(*id, steps);
         Some(match &self.setting.model.expressions[id] {
-            Expression::Number(number) => *number,
+            Expression::Number(number) => N::known(*number),
             Expression::Parameter { parameter, indices } => {
-                let indices = indices.iter().map(|index| scalar.walked(*index, steps));
-                self.parameter(*parameter, indices.collect::<Option<Vec<f64>>>()?.into_iter())
+                let indices = indices.iter().map(|id| index(id, steps));
+                N::known(self.parameter(*parameter, indices.collect::<Option<Vec<f64>>>()?.into_iter()))
             }
             Expression::Variable(use_) => {
-                let index = match use_.element {
-                    Some(element) => Some(scalar.walked(element, steps)?),
+                let index = match &use_.element {
+                    Some(element) => Some(index(element, steps)?),
                     None => None,
                 };
-                self.setting.number_at(use_.variable, self.element_value(use_, index))
+                N::known(self.setting.number_at(use_.variable, self.element_value(use_, index)))
             }
-            Expression::Index(depth) => self.indices.get(*depth).copied().unwrap_or(f64::NAN),
-            Expression::Unary(operator, operand) => operator.apply(self.walked(*operand, steps)?),
+            Expression::Index(depth) => N::known(self.indices.get(*depth).copied().unwrap_or(f64::NAN)),
+            Expression::Unary(operator, operand) => N::unary(*operator, self.walked(*operand, steps)?),
             Expression::Binary(operator, left, right) => {
-                operator.apply(self.walked(*left, steps)?, self.walked(*right, steps)?)
+                N::binary(*operator, self.walked(*left, steps)?, self.walked(*right, steps)?)
             }
             Expression::If { condition, then, otherwise } => {
-                let condition = scalar.walked(*condition, steps)?;
-                return self.walked(if condition != 0.0 { *then } else { *otherwise }, steps);
+                let condition: N = scalar.walked(*condition, steps)?;
+                return self.walked(if condition.is_zero() { *otherwise } else { *then }, steps);
             }
             Expression::First { family, with } => {
                 let with = match with {
                     Some((value, at)) => Some((self.walked(*value, steps)?, self.walked(*at, steps)?)),
                     None => None,
                 };
-                self.first(*family, with)
+                N::known(self.first(*family, with))
             }
             // What looks at several components of a vector works out all of them.
-            Expression::Vector(name, parts) if name == "vector" => {
-                return parts.get(self.component).map_or(Some(f64::NAN), |part| scalar.walked(*part, steps));
-            }
+            Expression::Vector(name, parts) if name == "vector" => match parts.get(self.component) {
+                Some(part) => return scalar.walked(*part, steps),
+                None => N::known(f64::NAN),
+            },
             Expression::Vector(..) => return None,
-            other => self.foreign(other),
+            other => N::known(self.foreign(other)),
         })
     }
 
     /// The number that an expression is, each node worked out once, all components of a vector together.
-    fn in_order(&self, id: ExpressionId) -> f64 {
-        let of = |expression: &Expression, below: &Folded<Vec<f64>>| self.components(expression, below);
+    fn in_order<N: Number>(&self, id: ExpressionId) -> N {
+        let of = |expression: &Expression, below: &Folded<Vec<N>>| self.components(expression, below);
         let all = self.setting.model.fold(id, of).root();
         component(&all, self.component)
     }
 
     /// The components of a node, given those of its operands.
-    fn components(&self, expression: &Expression, below: &Folded<Vec<f64>>) -> Vec<f64> {
+    fn components<N: Number>(&self, expression: &Expression, below: &Folded<Vec<N>>) -> Vec<N> {
         let first = |id: &ExpressionId| component(below.of(*id), 0);
-        let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at));
+        let index = |id: &ExpressionId| first(id).rounded();
+        let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at).rounded());
         match expression {
-            Expression::Number(number) => vec![*number],
+            Expression::Number(number) => vec![N::known(*number)],
             Expression::Parameter { parameter, indices } => {
-                vec![self.parameter(*parameter, indices.iter().map(first))]
+                vec![N::known(self.parameter(*parameter, indices.iter().map(index)))]
             }
             Expression::Variable(use_) => {
-                let index = use_.element.as_ref().map(first);
+                let index = use_.element.as_ref().map(index);
                 let of = |component| {
                     let value = self.with_component(component).element_value(use_, index);
-                    self.setting.number_at(use_.variable, value)
+                    N::known(self.setting.number_at(use_.variable, value))
                 };
                 (0..self.setting.components(use_.variable)).map(of).collect()
             }
-            Expression::Index(depth) => vec![self.indices.get(*depth).copied().unwrap_or(f64::NAN)],
+            Expression::Index(depth) => {
+                vec![N::known(self.indices.get(*depth).copied().unwrap_or(f64::NAN))]
+            }
             Expression::Unary(operator, operand) => {
-                below.of(*operand).iter().map(|number| operator.apply(*number)).collect()
+                below.of(*operand).iter().map(|number| N::unary(*operator, *number)).collect()
             }
             Expression::Binary(operator, left, right) => {
                 let (left, right) = (below.of(*left), below.of(*right));
-                let of = |at| operator.apply(component(left, at), component(right, at));
+                let of = |at| N::binary(*operator, component(left, at), component(right, at));
                 (0..left.len().max(right.len())).map(of).collect()
             }
             Expression::If { condition, then, otherwise } => {
-                below.of(if first(condition) != 0.0 { *then } else { *otherwise }).clone()
+                below.of(if first(condition).is_zero() { *otherwise } else { *then }).clone()
             }
             Expression::First { family, with } => {
-                vec![self.first(*family, with.as_ref().map(|(value, at)| (first(value), first(at))))]
+                let with = with.as_ref().map(|(value, at)| (index(value), index(at)));
+                vec![N::known(self.first(*family, with))]
             }
             Expression::Vector(name, parts) => match (name.as_str(), parts.as_slice()) {
                 ("vector", parts) => parts.iter().map(first).collect(),
-                ("component", [vector, index]) => {
-                    let (vector, index) = (below.of(*vector), first(index));
-                    let inside = index >= 0.0 && index.fract() == 0.0 && index < vector.len() as f64;
-                    vec![if inside { vector[index as usize] } else { f64::NAN }]
+                ("component", [vector, at]) => {
+                    let (vector, at) = (below.of(*vector), index(at));
+                    let inside = at >= 0.0 && at.fract() == 0.0 && at < vector.len() as f64;
+                    vec![if inside { vector[at as usize] } else { N::known(f64::NAN) }]
                 }
-                ("rotate", [vector, by]) => rotated(three(vector), three(by)).to_vec(),
+                ("rotate", [vector, by]) => rotated(three(vector), three(by)).map(N::known).to_vec(),
                 ("norm", [vector]) => {
-                    vec![below.of(*vector).iter().map(|part| part.powi(2)).sum::<f64>().sqrt()]
+                    let squares = below.of(*vector).iter().map(|part| part.rounded().powi(2));
+                    vec![N::known(squares.sum::<f64>().sqrt())]
                 }
-                _ => vec![f64::NAN],
+                _ => vec![N::known(f64::NAN)],
             },
-            other => vec![self.foreign(other)],
+            other => vec![N::known(self.foreign(other))],
         }
     }
 
@@ -286,10 +299,10 @@ impl Scope<'_> {
 const MOST_STEPS: usize = 256;
 
 /// A component of a vector; a number is its own component everywhere.
-fn component(all: &[f64], at: usize) -> f64 {
+fn component<N: Number>(all: &[N], at: usize) -> N {
     match all {
         [number] => *number,
-        several => several.get(at).copied().unwrap_or(f64::NAN),
+        several => several.get(at).copied().unwrap_or(N::known(f64::NAN)),
     }
 }
 

@@ -18,6 +18,7 @@ use super::triangulate::{Effort, HOPELESS, triangulate};
 use crate::error::Error;
 use crate::exec::scalar::Extended;
 use std::collections::HashSet;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// Where the cells of a node are.
@@ -67,8 +68,8 @@ pub struct Tree {
     pub(super) tables: Tables,
     /// Where a form refused a number of its tables.
     pub(super) refused: Vec<Refused>,
-    /// Whether a table has cells that are 0 because f64 does not hold their probability.
-    pub(super) is_lossy: bool,
+    /// Below this ln P(evidence), cells that f64 does not hold may count; −∞ where it holds all.
+    pub(super) ln_least: f64,
     /// The numbers of the tables with exponents apart, once they have been needed.
     pub(super) extended: OnceLock<Vec<Extended>>,
     pub(super) pool: Pool,
@@ -265,7 +266,16 @@ impl Tree {
             work.push(below + part.up.map_or(0.0, |up| up.cells));
         }
         offsets.push(next);
-        cost.bytes = 8.0 * (next.value + next.derivative + tables.values.len()) as f64;
+        let wide = tables.wide.take();
+        cost.bytes = 8.0 * (next.value + next.derivative + tables.values.len()) as f64
+            + 16.0 * wide.as_ref().map_or(0, Vec::len) as f64;
+        let ln_least = match &wide {
+            Some(_) => {
+                problem.tables.iter().map(|table| ln_ceiling(&network.tables[*table].values)).sum::<f64>()
+                    + LN_LOST
+            }
+            None => f64::NEG_INFINITY,
+        };
         let own: HashSet<usize> = problem.tables.iter().chain(&problem.known).copied().collect();
         let refused = network.refused.iter().filter(|refused| own.contains(&refused.table));
         let refused: Vec<Refused> = refused.cloned().collect();
@@ -286,14 +296,22 @@ impl Tree {
             readings,
             tables,
             refused,
-            is_lossy: network.is_lossy,
-            extended: OnceLock::new(),
+            ln_least,
+            extended: wide.map_or_else(OnceLock::new, OnceLock::from),
             pool,
             places,
             scopes,
             cost,
         }
     }
+}
+
+/// ln 10⁻¹⁵⁰: of a total that is as large as this, what f64 does not hold is less than 10⁻¹⁵⁰.
+const LN_LOST: f64 = -150.0 * std::f64::consts::LN_10;
+
+/// ln of the largest number, or of 1 where that is larger.
+pub(super) fn ln_ceiling(numbers: &[f64]) -> f64 {
+    numbers.iter().copied().fold(1.0, f64::max).ln()
 }
 
 /// Computes what no evidence changes: such nodes are tables like those of the network. Where f64 might lose a cell, the node
@@ -306,25 +324,45 @@ fn keep_constants(parts: &mut [Part], tables: &mut Tables, pool: &Pool, purpose:
             continue;
         };
         let cells = |child: usize| match parts[child].source {
-            Source::Table { start, .. } => Some(&tables.values[start..start + parts[child].cells]),
+            Source::Table { start, .. } => Some(start..start + parts[child].cells),
             Source::Own => None,
         };
         let both = cells(first).zip(cells(second));
-        let Some((one, other)) = both.filter(|(one, other)| !f64::may_lose(one, other)) else {
+        let values = |range: &Range<usize>| &tables.values[range.clone()];
+        let Some((one, other)) = both.filter(|(one, other)| !f64::may_lose(values(one), values(other)))
+        else {
             parts[number].constant = false;
             continue;
         };
-        let mut own = vec![0.0; parts[number].cells];
-        match purpose {
-            Purpose::Sum => up.run::<f64, false>(pool, one, other, &mut own, None),
-            Purpose::Maximum => up.run::<f64, true>(pool, one, other, &mut own, None),
+        let mut own = product(&up, pool, (values(&one), values(&other)), parts[number].cells, purpose);
+        let exponent = f64::rescale(&mut own).unwrap_or(0);
+        if let Some(wide) = &tables.wide {
+            let mut own = product(&up, pool, (&wide[one], &wide[other]), parts[number].cells, purpose);
+            own.iter_mut().for_each(|cell| *cell = cell.times_power_of_two(-exponent));
+            tables.wide.iter_mut().for_each(|wide| wide.extend(&own));
         }
-        tables.exponent += f64::rescale(&mut own).unwrap_or(0);
+        tables.exponent += exponent;
         let exponents = tables.exponents.len();
         tables.exponents.push(0);
         parts[number].source = Source::Table { start: tables.values.len(), exponents, slice: CONSTANT };
         tables.values.extend_from_slice(&own);
     }
+}
+
+/// The cells of a node that no evidence changes.
+fn product<T: Cell>(
+    up: &Contraction,
+    pool: &Pool,
+    (one, other): (&[T], &[T]),
+    cells: usize,
+    purpose: Purpose,
+) -> Vec<T> {
+    let mut own = vec![T::ZERO; cells];
+    match purpose {
+        Purpose::Sum => up.run::<T, false>(pool, one, other, &mut own, None),
+        Purpose::Maximum => up.run::<T, true>(pool, one, other, &mut own, None),
+    }
+    own
 }
 
 /// The variables of each node by their numbers in the network, and behind them those that only this leaf has.

@@ -89,7 +89,10 @@ impl Known {
                 return Err(Error::input(format!("variable {variable}"), message));
             }
             match tree.given[*variable] {
-                true => self.include(weights[self.values[*variable]], || vec![*variable])?,
+                true => {
+                    let weight = Extended::from_f64(weights[self.values[*variable]]);
+                    self.include(weight, || vec![*variable])?;
+                }
                 false => self.weigh(tree, *variable, cells, |value| weights[value])?,
             }
         }
@@ -97,7 +100,7 @@ impl Known {
             *slice = slicing.iter().map(|(variable, step)| self.values[*variable] * step).sum();
         }
         for (start, slicing) in &tree.tables.known {
-            let value = tree.tables.values[start + self.slices[*slicing]];
+            let value = T::tables(tree)[start + self.slices[*slicing]].extended();
             let variables = || tree.tables.slicings[*slicing].iter().map(|(variable, _)| *variable).collect();
             self.include(value, variables)?;
         }
@@ -105,8 +108,8 @@ impl Known {
     }
 
     /// A factor of what is certain.
-    fn include(&mut self, value: f64, variables: impl Fn() -> Vec<usize>) -> Result<(), Error> {
-        self.certain = self.certain * Extended::from_f64(value);
+    fn include(&mut self, value: Extended, variables: impl Fn() -> Vec<usize>) -> Result<(), Error> {
+        self.certain = self.certain * value;
         match self.certain > Extended::ZERO {
             true => Ok(()),
             false => Err(contradiction(variables())),

@@ -41,4 +41,3 @@ pub use network::{Network, Table};
 pub use plan::{Marginals, MarginalsSession};
 pub use refused::Refused;
 pub use session::Session;
-pub(crate) use session::{LN_LEAST_EVIDENCE, beyond_tables};

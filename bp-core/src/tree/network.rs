@@ -6,10 +6,11 @@
 use super::refused::{self, Refused};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
-use crate::exec::scalar::Scalar;
+use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::FactorId;
 use crate::memory;
 use crate::model::{Factor, Form, Model};
+use std::collections::BTreeMap;
 
 /// A table over some variables.
 #[derive(Clone, PartialEq, Debug)]
@@ -39,8 +40,8 @@ pub struct Network {
     pub table_of: Vec<Option<usize>>,
     /// Where a form refused a number: there the table has a row that sums to one, and no answer depends on it.
     pub refused: Vec<Refused>,
-    /// Whether a table has cells that are 0 because f64 does not hold their probability.
-    pub is_lossy: bool,
+    /// By their numbers, the tables with probabilities that f64 does not hold: the same cells, with exponents apart.
+    pub wide: BTreeMap<usize, Vec<Extended>>,
 }
 
 /// The most numbers that one table may have.
@@ -152,14 +153,20 @@ impl Network {
             help: FEWER.to_owned(),
         })?;
         take(room, cells, setting, factor)?;
-        let mut values = Vec::with_capacity(cells);
+        let mut values: Vec<f64> = Vec::with_capacity(cells);
+        let mut wide: Option<Vec<Extended>> = None;
         let entries: usize = instance.left.iter().map(|left| self.cardinalities[*left]).product();
         while values.len() < cells {
             match setting.distribution(instance, assignment) {
                 Ok(Distribution::Finite(probabilities)) => values.extend(probabilities),
                 Ok(Distribution::Wide(probabilities)) => {
-                    self.is_lossy = true;
+                    if wide.is_none() {
+                        take(room, 2 * cells, setting, factor)?;
+                    }
+                    let wide = wide.get_or_insert_default();
+                    wide.extend(values[wide.len()..].iter().map(|p| Extended::from_f64(*p)));
                     values.extend(probabilities.iter().map(|p| p.to_f64()));
+                    wide.extend(probabilities);
                 }
                 Err(Error::Number { form, context, message }) if self.refused.len() < refused::MOST => {
                     let at = parents.iter().map(|parent| (*parent, assignment[*parent] as usize)).collect();
@@ -180,6 +187,10 @@ impl Network {
                 }
                 assignment[*parent] = 0.0;
             }
+        }
+        if let Some(mut wide) = wide {
+            wide.extend(values[wide.len()..].iter().map(|p| Extended::from_f64(*p)));
+            self.wide.insert(self.tables.len(), wide);
         }
         Ok(Table { variables, values })
     }

@@ -249,7 +249,7 @@ impl Pass<'_> {
 
     /// The observed variables of a table below a node that is zero where they are; where there is none, all that are observed
     /// below it.
-    pub(super) fn observed(self, node: usize) -> Vec<usize> {
+    pub(super) fn observed<T: Cell>(self, node: usize) -> Vec<usize> {
         let leaves = (self.tree.first[node]..=node).filter(|leaf| self.tree.parts[*leaf].children.is_none());
         let mut all = Vec::new();
         for leaf in leaves {
@@ -264,7 +264,7 @@ impl Pass<'_> {
                 }
             };
             let is_zero = matches!(self.tree.parts[leaf].source, Source::Table { .. })
-                && self.tree.value::<f64>(self.known, &[], 0, leaf).iter().all(|cell| *cell == 0.0);
+                && self.tree.value::<T>(self.known, &[], 0, leaf).iter().all(|cell| *cell == T::ZERO);
             if is_zero && !own.is_empty() {
                 return own;
             }

@@ -4,7 +4,7 @@
 //! contradiction is one of the program, not of the range of numbers; nothing depends on the number of threads.
 
 use super::cell::Cell;
-use super::compile::{Source, Tree};
+use super::compile::{Source, Tree, ln_ceiling};
 use super::evidence::{Evidence, Known, contradiction};
 use super::propagate::{Below, Pass};
 use crate::error::Error;
@@ -54,19 +54,6 @@ enum Doing {
 /// largest of its table.
 const FALLEN: i64 = -100;
 
-/// Below this ln P(evidence), probabilities that f64 does not hold may count.
-pub(crate) const LN_LEAST_EVIDENCE: f64 = -600.0;
-
-/// The error that an answer depends on probabilities which the tables of a join tree do not hold.
-pub(crate) fn beyond_tables() -> Error {
-    Error::Number {
-        form: "a table of the join tree".to_owned(),
-        context: String::new(),
-        message: "probabilities below 10⁻³⁰⁸ count in this answer, and it does not hold them: ask with `bp ask`, by sums"
-            .to_owned(),
-    }
-}
-
 impl Tree {
     /// Working memory for asking.
     pub fn session(&self) -> Session<'_> {
@@ -86,11 +73,6 @@ impl Session<'_> {
     /// # Errors
     /// A value out of its domain, a given variable without one, evidence of probability zero.
     pub fn ask(&mut self, evidence: &Evidence) -> Result<(), Error> {
-        let asked = self.ask_as_it_is(evidence);
-        self.lossless(asked)
-    }
-
-    fn ask_as_it_is(&mut self, evidence: &Evidence) -> Result<(), Error> {
         let (tree, known) = (self.tree, &mut self.known);
         match answer(tree, known, &mut self.memory, evidence, Doing::Marginals) {
             Ok(Some(ln_evidence)) => self.ln_evidence = ln_evidence,
@@ -108,21 +90,6 @@ impl Session<'_> {
 
     /// The most probable values of all variables, for a tree of largest values.
     pub(super) fn most_probable(&mut self, evidence: &Evidence) -> Result<Vec<usize>, Error> {
-        let found = self.most_probable_as_it_is(evidence);
-        self.lossless(found)
-    }
-
-    /// An answer, if what tables of f64 do not hold cannot count in it: a lost cell is below 10⁻³⁰⁸, and so is what it adds
-    /// to P(evidence).
-    fn lossless<A>(&self, found: Result<A, Error>) -> Result<A, Error> {
-        let is_lost = match &found {
-            Ok(_) => self.ln_evidence < LN_LEAST_EVIDENCE,
-            Err(error) => matches!(error, Error::Contradiction { .. }),
-        };
-        if self.tree.is_lossy && is_lost { Err(beyond_tables()) } else { found }
-    }
-
-    fn most_probable_as_it_is(&mut self, evidence: &Evidence) -> Result<Vec<usize>, Error> {
         let (tree, known) = (self.tree, &mut self.known);
         match answer(tree, known, &mut self.memory, evidence, Doing::Largest) {
             Ok(Some(ln_evidence)) => {
@@ -172,7 +139,7 @@ fn answer<T: Cell>(
             Doing::Largest => pass.up::<T, true>(0, root, cells),
             Doing::Marginals => pass.up::<T, false>(0, root, cells),
         };
-        let taken = taken.map_err(|node| contradiction(pass.observed(node)))?;
+        let taken = taken.map_err(|node| contradiction(pass.observed::<T>(node)))?;
         exponent += taken.exponent;
         for part in tree.parts.iter().filter(|part| part.children.is_none()) {
             if let Source::Table { exponents, slice, .. } = part.source {
@@ -181,7 +148,7 @@ fn answer<T: Cell>(
         }
         total = total * tree.value(known, cells, 0, root)[0].extended();
         if total == Extended::ZERO {
-            return Err(contradiction(pass.observed(root)));
+            return Err(contradiction(pass.observed::<T>(root)));
         }
         let watch = (taken.fallen < FALLEN && T::MAY_LOSE).then_some(&lost);
         if let Some(lost) = watch {
@@ -192,5 +159,9 @@ fn answer<T: Cell>(
         }
     }
     let ln_evidence = total.times_power_of_two(exponent).natural_logarithm().to_f64();
-    Ok((!lost.into_inner()).then_some(ln_evidence))
+    let may_count = T::MAY_LOSE && tree.ln_least.is_finite() && {
+        let weights = evidence.likelihoods.iter().map(|(_, weights)| ln_ceiling(weights));
+        ln_evidence < tree.ln_least + weights.sum::<f64>()
+    };
+    Ok((!may_count && !lost.into_inner()).then_some(ln_evidence))
 }

@@ -6,11 +6,14 @@
 use super::cell::normalise;
 use super::network::Network;
 use super::problem::Problem;
+use crate::exec::scalar::{Extended, Scalar};
 
 /// Numbers that no evidence changes.
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
     pub(super) values: Vec<f64>,
+    /// The same with exponents apart, where f64 does not hold all of them.
+    pub(super) wide: Option<Vec<Extended>>,
     /// For each slicing its given variables: (variable, slices to the next of its values).
     pub(super) slicings: Vec<Vec<(usize, usize)>>,
     /// Tables all of whose variables are given: (start, slicing).
@@ -55,17 +58,27 @@ impl<'n> Builder<'n> {
 
 impl Tables {
     pub(super) fn new(builder: &Builder<'_>) -> Self {
+        let (network, problem) = (builder.network, builder.problem);
+        let is_wide = problem.tables.iter().chain(&problem.known).any(|one| network.wide.contains_key(one));
         let mut tables = Self {
             values: Vec::new(),
+            wide: is_wide.then(Vec::new),
             slicings: vec![Vec::new()],
             known: Vec::new(),
             exponent: 0,
             exponents: Vec::new(),
         };
-        for table in &builder.problem.known {
+        for table in &problem.known {
             let start = tables.values.len();
             let slicing = tables.slicing(builder, *table);
-            tables.values.extend_from_slice(&builder.network.tables[*table].values);
+            let values = &network.tables[*table].values;
+            tables.values.extend_from_slice(values);
+            if let Some(all) = &mut tables.wide {
+                match network.wide.get(table) {
+                    Some(wide) => all.extend_from_slice(wide),
+                    None => all.extend(values.iter().map(|value| Extended::from_f64(*value))),
+                }
+            }
             tables.known.push((start, slicing));
         }
         tables
@@ -108,7 +121,16 @@ impl Tables {
             let sum = |cell: &usize| rest.iter().map(|place| values[slice + cell + place]).sum::<f64>();
             let own = self.values.len();
             self.values.extend(cells.iter().map(sum));
-            self.exponents.push(normalise(&mut self.values[own..]));
+            let exponent = normalise(&mut self.values[own..]);
+            self.exponents.push(exponent);
+            if let Some(all) = &mut self.wide {
+                let wide = builder.network.wide.get(&number);
+                let cell =
+                    |place: usize| wide.map_or_else(|| Extended::from_f64(values[place]), |wide| wide[place]);
+                let sum =
+                    |cells: &usize| rest.iter().map(|place| cell(slice + cells + place)).sum::<Extended>();
+                all.extend(cells.iter().map(|cell| sum(cell).times_power_of_two(-exponent)));
+            }
         }
         (start, exponents, slicing)
     }
