@@ -384,3 +384,33 @@ fn help_has_examples() {
     }
     assert!(well(&["--version"]).starts_with("bp "));
 }
+
+#[test]
+fn help_is_at_most_80_columns_wide() {
+    let verbs = [
+        "check",
+        "fmt",
+        "explain",
+        "ask",
+        "draw",
+        "emit",
+        "marginals",
+        "mpe",
+        "joint",
+        "observe",
+        "batch",
+        "cost",
+        "convert",
+        "completions",
+        "learn",
+    ];
+    for verb in std::iter::once(None).chain(verbs.map(Some)) {
+        for flag in ["-h", "--help"] {
+            let arguments: Vec<&str> = verb.into_iter().chain([flag]).collect();
+            let output = bp(&arguments);
+            let text = String::from_utf8(output.stdout).unwrap();
+            let long = text.lines().find(|line| line.chars().count() > 80);
+            assert!(text.contains("Usage:") && long.is_none(), "{arguments:?}: {long:?}");
+        }
+    }
+}

@@ -17,13 +17,13 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// How far a sense can be trusted, from data with their truth.
+/// Calibrate a sense against data with known truth.
 #[derive(Subcommand)]
 pub(crate) enum Sense {
     Vision(Vision),
 }
 
-/// Sight: the law of its errors, its reliability, and the map it makes.
+/// Calibrate stereo vision: error distribution, reliability and map.
 #[derive(Args)]
 #[command(
     after_help = "Example:\n  bvm calibrate vision --pair im0.png im1.png calib.txt disp0.pfm --out made\n\n\
@@ -32,13 +32,13 @@ unknown), or an image whose grey levels are --truth-scale times the disparity\n\
 (4 for Middlebury 2003; 256/257 for KITTI's 16 bits)."
 )]
 pub(crate) struct Vision {
-    /// Left image, right image, calibration and truth; may be repeated.
+    /// Left image, right image, calibration and ground truth; may be repeated.
     #[arg(long, num_args = 4, value_names = ["LEFT", "RIGHT", "CALIB", "TRUTH"], required = true)]
     pair: Vec<PathBuf>,
-    /// Grey levels of a truth that is an image, for each pixel.
+    /// Grey levels per pixel of disparity, if the ground truth is an image.
     #[arg(long, default_value_t = 1.0)]
     truth_scale: f64,
-    /// The folder to write.
+    /// Output folder.
     #[arg(long, default_value = "bvm-calibration")]
     out: PathBuf,
     /// Print the figures as JSON.

@@ -12,29 +12,29 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
-/// Explore the embedded world by entropy, beside other rules of gaze.
+/// Explore the embedded world by entropy; compare other gaze rules.
 #[derive(Args)]
 #[command(after_help = "A look: sense, predict, estimate, choose a gaze, turn. A random and a sweeping\n\
                   gaze run beside it in the same world.\n\nExamples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm explore --evidence hard\n  \
                   bvm explore --json | jq '.rules[0].final_entropy_share'")]
 pub(crate) struct Arguments {
-    /// How many looks.
+    /// Number of looks.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     steps: u32,
-    /// Which world, and which noise.
+    /// Random seed of world and noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// What a reading says of its line of sight.
+    /// Evidence of a reading for its line of sight.
     #[arg(
         long,
         value_name = "NAME",
         value_enum,
         default_value = "virtual",
         hide_possible_values = true,
-        help = "What a reading says: how well it goes with each cell\nof its line of sight, by the sensor's deviation\n(virtual), or, as the paper has it, in which cell it\nlies (hard)"
+        help = "Evidence of a reading: a likelihood for each cell of\nits line of sight, from the sensor's deviation\n(virtual), or the cell that it lies in, as in the\npaper (hard)"
     )]
     evidence: EvidenceName,
-    /// The folder to write.
+    /// Output folder.
     #[arg(long, default_value = "bvm-run")]
     out: PathBuf,
     /// Print the figures as JSON.

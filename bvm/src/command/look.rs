@@ -24,7 +24,7 @@ use std::time::Instant;
 /// Degrees of azimuth and of elevation in a cell.
 const CELL_DEGREES: f64 = 0.5;
 
-/// Look through two eyes: disparity, map and gaze of a stereo pair.
+/// Compute disparity, map and next gaze from a stereo pair.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  bvm look --left L.png --right R.png --calibration C.toml --out look\n  \
@@ -35,12 +35,11 @@ doffs_px, max_disparity_px:\n  \
 depth = focal_px * baseline_m / (disparity + doffs_px);\n\
 or Middlebury's calib.txt, KITTI's calib.txt, or EuRoC's folder of cam0 and\n\
 cam1, whose pictures are rectified.\n\n\
-Disparities are those of the left picture, in pixels, as PFM; infinity where no\n\
-claim is made. With --disparity or --confidence, and no --out, nothing else is\n\
+Disparities are those of the left picture, in pixels, as PFM; infinity where\n\
+there is none. With --disparity or --confidence, and no --out, nothing else is\n\
 written.\n\n\
-With --evidence virtual each direction is heard as its whole population code.\n\
-A look begins with a map that knows nothing; `bvm replay --hidden map` takes\n\
-the hidden cells of a line of sight as the map before the frame believes."
+The map starts from its prior. In `bvm replay --hidden map`, the prior of the\n\
+hidden cells of a line of sight is the map before the frame."
 )]
 pub(crate) struct Arguments {
     /// Image of the left eye (PNG, PGM or PPM).
@@ -49,41 +48,48 @@ pub(crate) struct Arguments {
     /// Image of the right eye.
     #[arg(long, value_name = "FILE")]
     right: PathBuf,
-    /// Calibration of the pair.
+    /// Calibration of the pair (formats below).
     #[arg(long, value_name = "FILE")]
     calibration: PathBuf,
-    /// How to match.
-    #[arg(
-        long,
-        value_name = "NAME",
-        value_enum,
-        default_value_t,
-        hide_possible_values = true,
-        help = "How to match: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
-    )]
-    matcher: MatcherName,
-    /// What a direction hears of its range.
-    #[arg(
-        long,
-        value_name = "NAME",
-        value_enum,
-        default_value_t,
-        hide_possible_values = true,
-        help = "What a direction hears of its range: one reading\nwith its deviation (hard), or the whole\nposterior (virtual)"
-    )]
-    evidence: EvidenceName,
-    /// Where to write the disparities (PFM).
+    #[command(flatten)]
+    stereo: StereoOptions,
+    /// Write the disparities to this file (PFM).
     #[arg(long, value_name = "FILE")]
     disparity: Option<PathBuf>,
-    /// Where to write the confidences (PFM).
+    /// Write the confidences to this file (PFM).
     #[arg(long, value_name = "FILE")]
     confidence: Option<PathBuf>,
-    /// The folder to write [default: bvm-look].
+    /// Output folder [default: bvm-look].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print the figures as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// How range is inferred from a pair, and how the map is told.
+#[derive(Args)]
+pub(crate) struct StereoOptions {
+    /// Matcher.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "Stereo matching: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
+    )]
+    pub(crate) matcher: MatcherName,
+    /// Evidence of a direction for the map.
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value_t,
+        hide_possible_values = true,
+        help = "Evidence for the map: the most probable range with\nits deviation (hard), or the whole posterior over\nrange (virtual)"
+    )]
+    pub(crate) evidence: EvidenceName,
 }
 
 /// [`Matcher`], as it is asked for.
@@ -161,10 +167,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         check_folder(folder)?;
     }
     let begun = Instant::now();
-    let evidence = arguments.evidence.into();
+    let evidence = arguments.stereo.evidence.into();
     let (found, population) = match (evidence, &folder) {
-        (Evidence::Virtual, Some(_)) => pair.matched_with_population(arguments.matcher.into())?,
-        _ => (pair.matched(arguments.matcher.into())?, None),
+        (Evidence::Virtual, Some(_)) => pair.matched_with_population(arguments.stereo.matcher.into())?,
+        _ => (pair.matched(arguments.stereo.matcher.into())?, None),
     };
     let matching_ms = begun.elapsed().as_secs_f64() * 1e3;
     let mut files = Vec::new();
@@ -177,7 +183,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     let mut figures = Figures {
-        matcher: arguments.matcher.into(),
+        matcher: arguments.stereo.matcher.into(),
         evidence,
         width: found.width,
         height: found.height,

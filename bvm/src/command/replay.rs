@@ -5,7 +5,7 @@
 //! and estimates. The head's movement through space is left out: the map is one of directions. Invariant: frames are
 //! taken in order of time.
 
-use super::look::{EvidenceName, MatcherName};
+use super::look::StereoOptions;
 use super::{check_folder, print};
 use bvm::error::Error;
 use bvm::frame::DESCRIPTION;
@@ -25,44 +25,26 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Replay a recording: every frame enters the map.
+/// Build a map from a recording, frame by frame.
 #[derive(Args)]
 #[command(after_help = "Example:\n  bvm replay --recording V1_01_easy/mav0 --out replay")]
 pub(crate) struct Arguments {
-    /// The folder with cam0, cam1 and imu0.csv (EuRoC).
+    /// Folder with cam0, cam1 and imu0.csv (EuRoC).
     #[arg(long, value_name = "FOLDER")]
     recording: PathBuf,
-    /// How to match.
+    #[command(flatten)]
+    stereo: StereoOptions,
+    /// Prior of the hidden cells of a line of sight.
     #[arg(
         long,
         value_name = "NAME",
         value_enum,
         default_value_t,
         hide_possible_values = true,
-        help = "How to match: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
-    )]
-    matcher: MatcherName,
-    /// What a direction hears of its range.
-    #[arg(
-        long,
-        value_name = "NAME",
-        value_enum,
-        default_value_t,
-        hide_possible_values = true,
-        help = "What a direction hears of its range: one reading\nwith its deviation (hard), or the whole\nposterior (virtual)"
-    )]
-    evidence: EvidenceName,
-    /// What the other cells of a line of sight are taken for.
-    #[arg(
-        long,
-        value_name = "NAME",
-        value_enum,
-        default_value_t,
-        hide_possible_values = true,
-        help = "What the other cells of a line of sight are taken\nfor: occupied with probability ½ (uniform), or as\nthe map believes before the\nframe (map)"
+        help = "Prior of the hidden cells of a line of sight:\noccupied with probability ½ (uniform), or the map\nbefore the frame (map)"
     )]
     hidden: HiddenName,
-    /// The folder to write.
+    /// Output folder.
     #[arg(long, value_name = "FOLDER", default_value = "bvm-replay")]
     out: PathBuf,
     /// Print the figures as JSON.
@@ -141,10 +123,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             posture.feel(row)?;
         }
         let pair = Pair::rectified(&raw, &image::read(left)?, &image::read(right)?)?;
-        let evidence = arguments.evidence.into();
+        let evidence = arguments.stereo.evidence.into();
         let (found, population) = match evidence {
-            Evidence::Virtual => pair.matched_with_population(arguments.matcher.into())?,
-            Evidence::Hard => (pair.matched(arguments.matcher.into())?, None),
+            Evidence::Virtual => pair.matched_with_population(arguments.stereo.matcher.into())?,
+            Evidence::Hard => (pair.matched(arguments.stereo.matcher.into())?, None),
         };
         let grid = map.grid();
         let heading = Heading { yaw: posture.yaw() };

@@ -19,11 +19,11 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Answers a question.
+/// Answer a question.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  bp ask wet_grass.bp                          every question that the program declares
+  bp ask wet_grass.bp                          every declared question
   bp ask wet_grass.bp rain                     one of them
   bp ask wet_grass.bp 'P(Rain | Wet = true)'   any other
   bp ask wet_grass.bp 'argmax P(Rain Sprinkler | Wet = true)' --json
@@ -35,52 +35,52 @@ Examples:
   bp ask wet_grass.bp rain --table             the whole conditional table
   bp ask wet_grass.bp rain --data lawns.csv    an answer for each row
 
-What can be set: parameters (a number, or several with commas between them), the
-sizes of sets, and the values that a question leaves open, by the names that it
-gives them or by those of their variables: labels, true and false, integers, reals.
-A set that is a grid takes up to three extents (`--set Grid=4,3,8`), a set of
-displacements on it takes `--set V=0,1` or `--set V=0:0:0,1:0:-1`.
+--set gives a value to a parameter (a number, or several separated by commas), to
+the size of a set, or to a variable that the question leaves open, named by its
+own name or by the name in the question (a label, true, false, an integer or a
+real). The size of a grid has up to three extents (`--set Grid=4,3,8`); a set of
+displacements on it is written `--set V=0,1` or `--set V=0:0:0,1:0:-1`.
 
---table writes one number on each line: those of a context together, the searched
-variables fastest; contexts in the order of the known variables, the last one
-fastest. An impossible context is all zeros.
+--table prints one number per line. The searched variables vary fastest, then the
+known variables, the last one fastest. An impossible context is all zeros.
 
---data reads a table, with commas, semicolons or tabs. Its first row names the
-columns; a row gives the variables that the question leaves open. An empty cell,
-`NA`, `NaN` and `?` are not known. Over time each row is an instant, and each column
-a variable of the program, the column of --sequence, or one of --ignore.")]
+--data reads a table with commas, semicolons or tabs. Its first row names the
+columns; each row gives values to the variables that the question leaves open.
+An empty cell, `NA`, `NaN` and `?` are missing values. Over time each row is an
+instant, and each column is a variable of the program, the column of --sequence,
+or a column of --ignore.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
-    /// `P(…)`, or what is made of it: `argmax P(…)`, `best(5) P(…)`, `entropy P(…)`; or the name of a declared question.
+    /// A question such as `P(X | Y = 1)`, `argmax P(X | Y)` or `entropy P(X)`, or the name of a declared one; all declared questions if left out.
     question: Option<String>,
-    /// A parameter, a size, or a value that the question leaves open.
+    /// Set a parameter, a size, or a value that the question leaves open; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     settings: Vec<String>,
-    /// How many draws, where the answer must be estimated.
+    /// Number of draws, if the answer has to be estimated.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
     particles: usize,
-    /// The strategy that is to answer: sums, join_tree, gaussian, chain, weighting, gibbs or particles.
+    /// Inference strategy: sums, join_tree, gaussian, chain, weighting, gibbs or particles; by default the cheapest exact one, else an estimate.
     #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
     by: Option<Strategy>,
-    /// Where random numbers begin: the same seed gives the same answer.
+    /// Random seed; the same seed gives the same answer.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
     seed: u64,
-    /// Ask for each row of a table of cases (CSV); of a question over time the rows are instants.
+    /// Answer for each row of a table (CSV); for a question over time the rows are instants.
     #[arg(long, value_name = "FILE", conflicts_with = "table")]
     data: Option<PathBuf>,
-    /// Over time: the column that tells sequences apart; each is answered by itself.
+    /// Over time: the column that identifies the sequence of a row; sequences are answered separately.
     #[arg(long, value_name = "COLUMN")]
     sequence: Option<String>,
-    /// Over time: columns that are left out.
+    /// Over time: columns to ignore.
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     ignore: Vec<String>,
     #[command(flatten)]
     separator: Separator,
-    /// Write the whole conditional table, as numbers alone.
+    /// Print the whole conditional table, numbers only.
     #[arg(long, requires = "question", conflicts_with = "all")]
     table: bool,
-    /// Write the answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
     /// Show all rows of large tables.

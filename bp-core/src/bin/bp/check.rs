@@ -9,7 +9,7 @@ use bp_core::model::Model;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Checks programs: names, types, shapes, and that they are Bayesian Programs at all.
+/// Check programs: syntax, names, types, domains and decomposition.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use clap_complete::Shell;
 use std::io::Write;
 
-/// Writes the completions of a shell.
+/// Print completions for a shell.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -11,7 +11,7 @@ use bp_core::syntax::parse;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Writes a network in another format.
+/// Convert a network to another format.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -26,13 +26,13 @@ pub(crate) struct Arguments {
     /// A network or a program; `-` is stdin.
     #[arg(value_name = "IN")]
     from_file: PathBuf,
-    /// Where it goes; `-` is stdout.
+    /// The file to write; `-` is stdout.
     #[arg(value_name = "OUT")]
     to_file: PathBuf,
-    /// The format of IN, where its name does not tell.
+    /// Format of IN; by default from the file name.
     #[arg(long, value_name = "FORMAT", value_parser = named)]
     from: Option<Format>,
-    /// The format of OUT, where its name does not tell.
+    /// Format of OUT; by default from the file name.
     #[arg(long, value_name = "FORMAT", value_parser = named)]
     to: Option<Format>,
 }

@@ -11,8 +11,8 @@ use std::path::Path;
 /// What the columns of a table are separated by.
 #[derive(clap::Args)]
 pub(crate) struct Separator {
-    /// What separates the columns: `comma`, `semicolon`, `tab`, or any one
-    /// character; without it, the reader tells from the first rows.
+    /// Column separator: `comma`, `semicolon`, `tab`, or any single character;
+    /// by default detected from the first rows.
     #[arg(long, value_name = "SEPARATOR", value_parser = separator)]
     separator: Option<u8>,
 }

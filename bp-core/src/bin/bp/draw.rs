@@ -8,7 +8,7 @@ use bp_core::draw::graph;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Draws the network of a program.
+/// Draw the network of a program.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -16,13 +16,14 @@ Examples:
   bp draw wet_grass.bp 'P(Rain | Wet = true)' > wet_grass.svg
   bp draw cell.bp state --dot | dot -Tpdf > cell.pdf    (Graphviz)
 
-An ellipse is a variable, a diamond one that is what its Dirac says; dashed is
-the previous instant. A rounded box is repeated for each value of its index.
-With a question, what is known is shaded, and what is searched has a double edge.")]
+Ellipses are variables, diamonds are variables determined by a Dirac, and dashed
+nodes belong to the previous instant. A rounded box is a plate or a family: it is
+repeated for each value of its index. With a question, known variables are
+shaded, and searched variables have a double outline.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
-    /// `P(…)`, or the name of a declared question: what it knows and searches is marked.
+    /// A question, or the name of a declared one: its known and searched variables are marked.
     question: Option<String>,
     /// Write DOT, the language of Graphviz.
     #[arg(long)]

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 /// The largest size: as many cells as an answer may have.
 const MOST: usize = 1_000_000_000;
 
-/// Writes the code that answers, in Rust or WGSL.
+/// Compile questions to source code, in Rust or WGSL.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,17 +27,18 @@ Examples:
   bp emit cell.bp step --to wgsl --size Grid.depth=10 --size Grid.rows=90 \\
       --size Grid.lanes=360 --size Velocity=7 --size Sensors=1
 
-A shader reads from a buffer what its text does not know. With all sizes known,
-its places are numbers, and what a cell needs on the way stays in registers.")]
+Sizes that are not fixed are read from a buffer at run time. If all sizes are
+fixed, indices are constants, and the intermediate values of a cell stay in
+registers.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
-    /// `P(…)`, or the name of a declared question; all of those if left out.
+    /// A question, or the name of a declared one; all declared questions if left out.
     question: Option<String>,
-    /// What to write.
+    /// Target language.
     #[arg(long, value_enum, default_value = "rust")]
     to: Language,
-    /// A size that the shader is written for; the others it reads when it is run.
+    /// Fix a size in the shader; sizes that are not fixed are read at run time.
     #[arg(long = "size", value_name = "NAME=N", value_parser = size)]
     sizes: Vec<(String, usize)>,
     /// Write to this file instead of stdout.

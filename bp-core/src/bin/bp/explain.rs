@@ -18,37 +18,37 @@ use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Derives the answer to a question, step by step.
+/// Derive the equation that answers a question, step by step.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   bp explain wet_grass.bp
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
-  bp explain cell.bp step --layout                (how the loops go through memory)
+  bp explain cell.bp step --layout                (memory layout of the loops)
   bp explain cell.bp state --latex > state.tex    (uses the package amsmath)
   bp explain cell.bp --latex --standalone --out cell.tex")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
-    /// `P(…)`, or the name of a declared question; all of those if left out.
+    /// A question, or the name of a declared one; all declared questions if left out.
     question: Option<String>,
-    /// Tell how the loops go through memory: passes, which axis is contiguous, what is kept, read and written.
+    /// Show the memory layout of the loops: passes, contiguous axes, buffers, bytes read and written.
     #[arg(long, conflicts_with_all = ["latex", "html"])]
     layout: bool,
-    /// The strategy that is to answer: sums, join_tree, gaussian, chain, weighting, gibbs or particles.
+    /// Inference strategy: sums, join_tree, gaussian, chain, weighting, gibbs or particles.
     #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
     by: Option<Strategy>,
     /// Write an `align*` environment for LaTeX.
     #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
-    /// With --latex: write a whole document.
+    /// With --latex: write a complete document.
     #[arg(long, requires = "latex")]
     standalone: bool,
     /// Write the steps as JSON.
     #[arg(long, conflicts_with = "html")]
     json: bool,
-    /// Write one page of HTML that needs nothing else: program, network, derivation, cost.
+    /// Write a self-contained HTML page: program, network, derivation, cost.
     #[arg(long)]
     html: bool,
     /// Write to this file instead of stdout.

@@ -11,7 +11,7 @@ use bp_core::syntax::parse;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Formats programs in place.
+/// Format programs in place.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// Programs; `-` reads stdin and writes stdout.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Only tell which files would change; exit code 1 if any would.
+    /// Only list the files that would change; exit status 1 if there are any.
     #[arg(long)]
     check: bool,
 }

@@ -19,7 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
-/// Learns a program's parameters from data.
+/// Learn the parameters of a program from data.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -32,15 +32,15 @@ Examples:
 The first row of the data names the columns: one for each variable, `L[0]`,
 `L[1]`, … for the elements of a family, and the index of a program that is
 repeated over a set (`C` of `program Binaural over C in Grid`). An empty cell,
-`NA`, `NaN` and `?` are missing. A variable that has no column must be said to
-be hidden, by `--hidden` or by `hidden Kind;` in `identification`; a column
-that no variable has must be ignored. What is hidden or missing is summed out,
-by expectation-maximisation. It ends where neither ln likelihood nor any number
-changes by more than the thresholds say; if it does not get there, the exit
-status is 1, and what was found so far is written all the same.
+`NA`, `NaN` and `?` are missing. Declare a variable without a column as hidden,
+by `--hidden` or by `hidden Kind;` in `identification`; ignore a column without
+a variable by `--ignore`. Hidden and missing values are summed out by
+expectation-maximisation, which stops when both the ln likelihood and every
+parameter change by less than the thresholds. If it does not converge within
+--iterations, the last parameters are written and the exit status is 1.
 
 The rows of a program over time (one with variables `X^-1`) follow each other:
-they are one sequence, or several that `--sequence` tells apart. A carried
+they form one sequence, or several with `--sequence`. A carried
 variable without a column is hidden (Baum-Welch).")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
@@ -53,37 +53,37 @@ pub(crate) struct Arguments {
     /// A variable that has no column; may be repeated.
     #[arg(long, value_name = "VARIABLE")]
     hidden: Vec<String>,
-    /// A column that is left out, such as an id; may be repeated.
+    /// A column to ignore, such as an identifier; may be repeated.
     #[arg(long, value_name = "COLUMN")]
     ignore: Vec<String>,
-    /// The column that says how often each row came: 0, or a number between
-    /// 1e-100 and 1e100.
+    /// The column of row weights or counts: each 0, or between 1e-100 and
+    /// 1e100.
     #[arg(long, value_name = "COLUMN")]
     weight: Option<String>,
-    /// The column that tells sequences apart, of a program over time.
+    /// Over time: the column that identifies the sequence of a row.
     #[arg(long, value_name = "COLUMN", conflicts_with = "weight")]
     sequence: Option<String>,
-    /// A size, or a parameter that is not learned: `Grid=64`, `tau_max=0.001`.
-    /// The sizes of families and of the program's own set are else those of the
-    /// data.
+    /// Set a size, or a parameter that is not learned: `Grid=64`,
+    /// `tau_max=0.001`. Sizes of families and of the program's own set are
+    /// otherwise taken from the data.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// Where the learned program is written; without it, only the report is.
+    /// Write the learned program to this file; by default only the report is printed.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Write the report as JSON.
+    /// Print the report as JSON.
     #[arg(long)]
     json: bool,
-    /// What the start is drawn from, where something is hidden.
+    /// Random seed of the starting point, if something is hidden.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// The most steps, where something is hidden.
+    /// Maximum number of EM steps, if something is hidden.
     #[arg(long, default_value_t = Settings::default().iterations, value_parser = at_least_one)]
     iterations: usize,
-    /// The change of ln likelihood, of itself, below which it is at rest.
+    /// Relative change of the ln likelihood below which EM stops.
     #[arg(long, default_value_t = Settings::default().threshold, value_name = "PART", value_parser = part)]
     threshold: f64,
-    /// The change of a number, of itself, below which it is at rest.
+    /// Relative change of every parameter below which EM stops.
     #[arg(long, default_value_t = Settings::default().tolerance, value_name = "PART", value_parser = part)]
     tolerance: f64,
 }

@@ -34,9 +34,9 @@ use failure::Failure;
 use std::io::{BufWriter, Write};
 use std::process::ExitCode;
 
-/// Bayesian Programs, declared as the formalism prints them: checked, drawn, explained and answered.
+/// Check, explain, answer, draw, compile and learn Bayesian Programs.
 #[derive(Parser)]
-#[command(name = "bp", version, after_help = EXAMPLES)]
+#[command(name = "bp", version, max_term_width = 80, after_help = EXAMPLES)]
 struct CommandLine {
     #[command(subcommand)]
     verb: Verb,
@@ -54,9 +54,9 @@ Examples:
   bp convert alarm.bif alarm.bp
   bp fmt --check *.bp
 
-Exit code: 0 when all is well, 1 when a program, a question or data are wrong,
-2 when the command line is. Ctrl-C ends a command with exit code 1; work that
-draws (sampling, particles) answers first with the draws that it has made.";
+Exit status: 0 on success; 1 if a program, a question or data are wrong; 2 if
+the command line is wrong. Ctrl-C ends a command with exit status 1; an estimate
+by sampling is then printed from the draws made so far.";
 
 #[derive(Subcommand)]
 enum Verb {

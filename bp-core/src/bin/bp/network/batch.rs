@@ -16,28 +16,30 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The posteriors of many cases, a row for each: `ln_p_evidence`, then `variable=value` for each value.
+/// Compute the posteriors of many cases, one row for each.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   bp batch asia.bif --cases cases.csv --out posteriors.csv
   bp batch asia.bif --cases cases.csv --only lung,tub
 
-The first row of the cases names the observed variables; an empty cell, `NA`, `NaN`
-and `?` are not observed. Columns that name no variable are refused.")]
+The first row of the cases names the observed variables; an empty cell, `NA`,
+`NaN` and `?` are not observed. Columns that name no variable are refused. Each
+row of the output has `ln_p_evidence`, then a column `variable=value` for each
+value.")]
 pub(crate) struct Arguments {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
     #[arg(value_name = "NETWORK")]
     file: PathBuf,
-    /// The cases: a table (CSV), or an evidence file of UAI (.evid).
+    /// The cases: a table (CSV), or a UAI evidence file (.evid).
     #[arg(long, value_name = "FILE")]
     cases: PathBuf,
     #[command(flatten)]
     separator: Separator,
-    /// Where the answers go; without it, to stdout.
+    /// Write to this file instead of stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Only the posteriors of these variables.
+    /// Only these variables.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
 }

@@ -11,7 +11,7 @@ use bp_core::tree::{Named, entropy, joint};
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
-/// The joint posterior of some variables, with entropies and mutual information in bits.
+/// Compute the joint posterior of some variables, with entropies and mutual information in bits.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// The variables.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     of: Vec<String>,
-    /// For machines.
+    /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -10,7 +10,7 @@ use bp_core::tree::Marginals;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
-/// The posterior of every variable, and ln P(evidence).
+/// Compute the posterior of every variable, and ln P(evidence).
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -21,10 +21,10 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// Only these variables: what does not bear on them is left out of the work.
+    /// Only these variables; irrelevant parts of the network are skipped.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
-    /// For machines.
+    /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }

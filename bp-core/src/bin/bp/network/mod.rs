@@ -27,13 +27,13 @@ pub(crate) struct Asked {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
     #[arg(value_name = "NETWORK")]
     file: PathBuf,
-    /// What is known: a file, of JSON or as UAI has it (.evid).
+    /// Evidence: a JSON or UAI (.evid) file.
     #[arg(value_name = "EVIDENCE", conflicts_with = "evidence")]
     evidence_file: Option<PathBuf>,
-    /// What is known: '{"smoke": "yes"}', or a file: of JSON, or as UAI has it.
+    /// Evidence as JSON, '{"smoke": "yes"}', or a JSON or UAI file.
     #[arg(long, value_name = "JSON")]
     evidence: Option<String>,
-    /// Likelihoods (virtual evidence): '{"xray": [0.8, 0.2]}', in the order of the values.
+    /// Virtual evidence, one likelihood for each value in order: '{"xray": [0.8, 0.2]}'.
     #[arg(long, value_name = "JSON")]
     likelihood: Option<String>,
 }

@@ -10,7 +10,7 @@ use bp_core::tree::most_probable;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
-/// The most probable assignment of all variables, and ln of its probability together with the evidence.
+/// Find the most probable assignment of all variables (MPE), and its ln P.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -19,7 +19,7 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// For machines.
+    /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -11,23 +11,24 @@ use bp_core::tree::{Observation, entropy, joint, observations};
 use serde_json::{Value, json};
 use std::io::Write;
 
-/// What to observe next: how much each other variable would tell about some targets.
+/// Rank what to observe next by its mutual information with some targets.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   bp observe asia.bif --about lung
   bp observe asia.bif --about lung,tub --among xray,dysp,smoke
-  bp observe alarm.bif --about HYPOVOLEMIA --evidence '{\"HRBP\": \"HIGH\"}' --json")]
+  bp observe alarm.bif --about HYPOVOLEMIA --json \\
+      --evidence '{\"HRBP\": \"HIGH\"}'")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// What one wants to know: one variable, or several together.
+    /// Targets: one variable, or several together.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     about: Vec<String>,
-    /// Only these may be observed; without it, all others.
+    /// Candidates for observation; by default all other variables.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     among: Vec<String>,
-    /// For machines.
+    /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }

@@ -10,7 +10,7 @@ use bp_core::tree::{Cost, Marginals, Tree};
 use serde_json::json;
 use std::io::Write;
 
-/// The cost of all marginals: the width of the tree, its cells, and bytes.
+/// Estimate the cost of all marginals: width of the join tree, cells and bytes.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -19,7 +19,7 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// For machines.
+    /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }
