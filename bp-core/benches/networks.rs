@@ -10,7 +10,7 @@
 
 use bp_core::io::bif;
 use bp_core::source::Source;
-use bp_core::tree::{Evidence, Marginals, Named, answer_cases};
+use bp_core::strategies::join_tree::{Evidence, Marginals, Named, answer_cases};
 use std::path::PathBuf;
 use std::time::Instant;
 

@@ -58,7 +58,7 @@ pub mod compiler {
     pub use crate::{
         answer, bins, data, diagnostic, distribution, draw, emit, error, exec, files, ids, io, kernel, latex,
         law, learn, lower, model, operators, plan, progress, random, sample, source, space, special,
-        spelling, syntax, time, tree, xml,
+        spelling, strategies, syntax, xml,
     };
 }
 
@@ -76,6 +76,7 @@ pub mod distribution;
 pub mod draw;
 #[doc(hidden)]
 pub mod emit;
+pub(crate) mod equation;
 #[doc(hidden)]
 pub mod error;
 #[doc(hidden)]
@@ -109,6 +110,7 @@ pub mod numbers;
 pub mod operators;
 #[doc(hidden)]
 pub mod plan;
+mod posterior;
 mod potential;
 #[doc(hidden)]
 pub mod progress;
@@ -125,11 +127,9 @@ pub mod special;
 #[doc(hidden)]
 pub mod spelling;
 #[doc(hidden)]
+pub mod strategies;
+#[doc(hidden)]
 pub mod syntax;
-#[doc(hidden)]
-pub mod time;
-#[doc(hidden)]
-pub mod tree;
 #[doc(hidden)]
 pub mod wrap;
 #[doc(hidden)]

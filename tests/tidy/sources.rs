@@ -66,28 +66,50 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 17] = [
-    ("model", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("kernel", &["model", "syntax", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("syntax", &["plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+const DIRECTIONS: [(&str, &[&str]); 18] = [
+    ("model", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("kernel", &["model", "syntax", "equation", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("syntax", &["equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    (
+        "equation",
+        &[
+            "syntax",
+            "kernel",
+            "lower",
+            "emit",
+            "exec",
+            "posterior",
+            "strategies",
+            "plan",
+            "learn",
+            "answer",
+            "io",
+        ],
+    ),
+    ("lower", &["syntax", "emit", "exec", "posterior", "strategies", "plan", "learn", "answer", "io"]),
+    (
+        "exec",
+        &["syntax", "equation", "lower", "emit", "strategies", "learn", "answer", "io", "model", "plan"],
+    ),
+    ("posterior", &["syntax", "kernel", "lower", "emit", "strategies", "plan", "learn", "answer", "io"]),
+    ("strategies", &["syntax", "emit", "plan", "learn", "answer", "io"]),
     ("plan", &["syntax", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("lower", &["syntax", "emit", "exec", "learn", "answer", "io"]),
-    ("exec", &["syntax", "lower", "emit", "learn", "answer", "io", "model", "plan"]),
-    ("draw", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("gpu", &["model", "syntax", "plan", "lower", "learn", "answer", "io"]),
+    ("draw", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("gpu", &["model", "syntax", "equation", "plan", "lower", "learn", "answer", "io"]),
     ("emit", &["syntax", "learn", "answer", "io"]),
-    ("distribution", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
-    ("sample", &["syntax", "kernel", "lower", "emit", "learn", "answer", "io"]),
-    ("tree", &["syntax", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
-    ("time", &["syntax", "emit", "learn", "answer", "io"]),
-    ("data", &["syntax", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("distribution", &["syntax", "equation", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
+    (
+        "sample",
+        &["syntax", "equation", "kernel", "lower", "emit", "strategies", "plan", "learn", "answer", "io"],
+    ),
+    ("data", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("answer", &["syntax", "emit", "learn", "io"]),
     ("learn", &["syntax", "emit"]),
     ("io", &["plan", "kernel", "lower", "emit", "learn"]),
 ];
 
 /// Parts of bp-core between which inputs, sizes and results are known by keys.
-const TYPED: [&str; 5] = ["kernel", "lower", "exec", "emit", "answer"];
+const TYPED: [&str; 6] = ["kernel", "lower", "exec", "emit", "posterior", "answer"];
 
 /// Calls by which text is taken apart again.
 const PHRASES: [&str; 6] =
@@ -97,14 +119,11 @@ const PHRASES: [&str; 6] =
 const SPELLERS: [(&str, &str); 1] = [("emit/names.rs", "it makes identifiers of the names of a program")];
 
 /// Where a direction is not kept, and why.
-const EXCEPTIONS: [(&str, &str, &str); 2] = [
-    (
-        "exec/gaussian",
-        "model",
-        "a closed-form answer reads forms and parameters: it has no loops to be lowered to",
-    ),
-    ("exec/gaussian", "plan", "a closed-form answer is carried out from its plan, without a kernel"),
-];
+const EXCEPTIONS: [(&str, &str, &str); 1] = [(
+    "strategies/over_time/answer",
+    "plan",
+    "each ask of a question over time is planned when it is answered",
+)];
 
 /// Words of densities. The map's are in `bvm/models/*.bp`, and worked out by bp-core.
 const PROBABILITY: [&str; 8] =

@@ -6,7 +6,7 @@
 //! Emitted code only looks whether a total is too small, or not a finite number. What follows from that is worked out here, as it
 //! is for questions of a text.
 
-use super::{check, impossible, link};
+use super::{check, link};
 use crate::error::Error;
 use crate::exec::compiled::Report;
 use crate::exec::scalar::Scalar;
@@ -15,6 +15,7 @@ use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::Model;
 use crate::plan::{Exact, Mark, Options, Route, plan};
+use crate::strategies::sums;
 
 /// The question of a module: its name, and which of its routes the module answers.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +54,7 @@ pub fn again(
     };
     let impossible = zeros.unwrap_or(suspects);
     match impossible == contexts {
-        true => Err(impossible::error(model, &exact.asks[0], inputs)),
+        true => Err(sums::impossible(model, &exact.asks[0], inputs)),
         false => Ok((found.outputs, Report { impossible })),
     }
 }

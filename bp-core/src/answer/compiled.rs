@@ -3,18 +3,20 @@
 //! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant: what
 //! does not depend on the inputs (plan, kernels, schedules) is made once.
 
-use super::part::Part as Law;
-use super::rows::Reader;
-use super::table::Table;
-use super::{Answer, check, compare, gaussian, impossible, link, sampled, soft, tree};
+use super::{Answer, check, link, soft};
 use crate::error::Error;
 use crate::exec::{Guarded, Inputs, Lanes};
 use crate::ids::VariableId;
 use crate::kernel::{Kernel, OutputKey};
 use crate::lower::{Output, lower_guarded};
 use crate::model::{Ask, Evidence, Model, Question, Statistic};
-use crate::plan::{self, Gaussian, JoinTree, Mark, Options, Plan, Route, Sampled, Strategy, parts};
+use crate::plan::{self, Mark, Options, Plan, Route, Strategy, parts};
+use crate::posterior::{Part as Law, Reader, Table, compare};
 use crate::sample::Sampling;
+use crate::strategies::gaussian::{self, Gaussian};
+use crate::strategies::join_tree::{self as tree, JoinTree};
+use crate::strategies::sums;
+use crate::strategies::weighting::{self as sampled, Sampled};
 use std::borrow::Cow;
 
 /// A question that is ready to be asked.
@@ -286,7 +288,7 @@ impl CompiledQuestion<'_> {
                 return Err(check::not_a_number(&self.model, ask, inputs));
             }
             if ln_evidence == Some(f64::NEG_INFINITY) {
-                return Err(impossible::error(&self.model, ask, inputs));
+                return Err(sums::impossible(&self.model, ask, inputs));
             }
             let extended = extended.as_mut().map(|all| std::mem::take(&mut all.arrays[own].1));
             let table = Table::read(&self.model, ask, &output.variables, cells, extended, &extents[own]);

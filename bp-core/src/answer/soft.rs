@@ -6,10 +6,10 @@
 //!
 //! P′(S X) = P(S X) q(X) / P(X) (Jeffrey, *The Logic of Decision*, 1965).
 
-use super::table::{Column, Table};
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::model::{Ask, Evidence, Known, Model};
+use crate::posterior::{Column, Table};
 use crate::spelling::exact;
 
 /// The table that an ask means, of its part's.

@@ -39,7 +39,9 @@ pub(super) fn emit_filter(
         text.close();
     }
     text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value that it cannot have.");
-    text.open("pub fn filter(&self) -> Result<::bp_core::exec::Filter, ::bp_core::error::Error>");
+    text.open(
+        "pub fn filter(&self) -> Result<::bp_core::strategies::gaussian::Filter, ::bp_core::error::Error>",
+    );
     text.line("let model = super::model();");
     text.line(format!(
         "let question = model.question({:?}).expect(\"internal: it was there\");",
@@ -48,7 +50,7 @@ pub(super) fn emit_filter(
     text.line("let plan = ::bp_core::plan::plan(&model, question, ::bp_core::plan::Options::default())?;");
     text.open(format!("match &plan.routes[{number}]"));
     text.line(
-        "::bp_core::plan::Route::Gaussian(plan) => ::bp_core::exec::Filter::new(&model, plan, &self.parameters),",
+        "::bp_core::plan::Route::Gaussian(plan) => ::bp_core::strategies::gaussian::Filter::new(&model, plan, &self.parameters),",
     );
     text.line("_ => ::core::unreachable!(\"internal: it was linear and Gaussian\"),");
     text.close();

@@ -29,6 +29,7 @@ use crate::lower::lower_printed;
 use crate::model::{Ask, Model, Question, Statistic};
 use crate::plan::{self, Options, Route};
 use crate::source::Source;
+use crate::strategies::join_tree::MANY_FACTORS;
 use names::Names;
 use text::Text;
 use values::Enums;
@@ -136,7 +137,7 @@ fn emit_question(
                     "it takes {} factors; emitted code holds a loop for each, and at most {} are written: \
                      `answer::ask` answers it by a join tree",
                     tree.factors.len(),
-                    plan::MANY_FACTORS
+                    MANY_FACTORS
                 );
                 return Err(Error::Unplanned { question: model.ask_text(&tree.exact.asks[0]), reason });
             }

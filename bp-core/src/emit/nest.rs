@@ -21,7 +21,7 @@ pub(super) struct Nests<'k> {
     pub(super) group: &'k Group,
     /// Depth at which each value of the nest at hand is computed.
     pub(super) depth: Vec<usize>,
-    /// Whether products are computed as they stand ([`crate::plan::Mark::Linear`]).
+    /// Whether products are computed as they stand ([`crate::equation::Mark::Linear`]).
     pub(super) is_linear: bool,
 }
 

@@ -4,7 +4,6 @@
 //! checked against the kernel once, in [`Inputs`]' binding; after that no back end can fail.
 
 pub mod compiled;
-mod gaussian;
 mod guarded;
 mod inputs;
 mod interpreter;
@@ -12,8 +11,6 @@ mod lanes;
 pub mod scalar;
 pub mod values;
 
-pub use gaussian::{Belief, Filter};
-pub(crate) use gaussian::{NormalLaw, condition};
 pub use guarded::Guarded;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};

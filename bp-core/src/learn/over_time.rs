@@ -12,13 +12,13 @@ use super::expect::{Expectation, Expected, Key, MISSING, cells, put};
 use super::messages::{Messages, Part};
 use super::program::Program;
 use super::statistics::{Statistic, grow};
+use crate::equation::is_proper;
 use crate::error::Error;
 use crate::error::Impossible;
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Known, Model, Searched, Value, When};
-use crate::plan::{is_proper, refusal};
-use crate::time::Instant;
-use crate::time::chain::Chain;
+use crate::strategies::chain::{Chain, refusal};
+use crate::strategies::over_time::Instant;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 

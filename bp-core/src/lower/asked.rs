@@ -64,7 +64,7 @@ impl Lowering<'_> {
     ) -> Result<ValueId, Error> {
         let subroutine = self.model.subroutine(path);
         if subroutine.is_none()
-            && !matches!(self.exact.bindings.get(&left.variable), Some(crate::plan::Binding::Value(_)))
+            && !matches!(self.exact.bindings.get(&left.variable), Some(crate::equation::Binding::Value(_)))
         {
             let name = self.model.variable_name(left.variable);
             return Err(

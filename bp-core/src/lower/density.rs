@@ -5,13 +5,13 @@
 //! Dirac outside its domain and for weights. Where the form refuses one of its numbers, it is NaN.
 
 use super::{Lowering, Meaning};
+use crate::equation::Binding;
 use crate::error::Error;
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, GridAxis, Reduce, SizeKey};
 use crate::law::Law;
 use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
-use crate::plan::Binding;
 
 /// The longest product over a family that is given which is written out; a longer one is a loop.
 const WRITTEN_OUT: usize = 64;

@@ -4,12 +4,12 @@
 //! that is neither looped over nor bound is not asked for.
 
 use super::{Lowering, Meaning};
+use crate::equation::Binding;
 use crate::error::Error;
 use crate::ids::{AxisId, BufferId, ExpressionId, SetId, ValueId, VariableId};
 use crate::kernel::{Coordinate, Displacements, Extent, Index, InputKey, Role, SizeKey};
 use crate::model::{Domain, Expression, SetKind, Value};
 use crate::operators::Binary;
-use crate::plan::Binding;
 
 impl Lowering<'_> {
     /// What a variable, or an element of a family, stands for.

@@ -4,12 +4,12 @@
 //! Invariant: no division: a prior of 1 is as good as any.
 
 use super::{Lowering, Meaning};
+use crate::equation::FirstScan;
 use crate::error::Error;
 use crate::ids::{AxisId, ValueId};
 use crate::kernel::{Index, Reduce};
 use crate::model::IndexSpace;
 use crate::operators::Binary;
-use crate::plan::FirstScan;
 
 impl Lowering<'_> {
     pub(super) fn first_scan(&mut self, scan: &FirstScan) -> Result<ValueId, Error> {

@@ -6,12 +6,12 @@
 //! ln Π pᵢ = Σ ln pᵢ,  ln Σ e^tᵢ = m + ln Σ e^(tᵢ − m) with m = max tᵢ, or 0 where all are −∞.
 
 use super::{Lowering, Meaning};
+use crate::equation::{Mark, Term};
 use crate::error::Error;
 use crate::ids::{AxisId, FactorId, Id, TermId, ValueId, VariableId};
 use crate::kernel::{Fold, Reduce};
 use crate::model::{Domain, Factor, Form};
 use crate::operators::{Binary, Unary};
-use crate::plan::{Mark, Term};
 
 impl Lowering<'_> {
     /// The joint divided by e to the shift; no shift where the joint is as it stands.

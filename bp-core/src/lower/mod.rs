@@ -21,6 +21,7 @@ mod validity;
 
 pub use read_out::{Lowered, Output};
 
+use crate::equation::Exact;
 use crate::error::Error;
 use crate::ids::{AxisId, BufferId, ExpressionId, Id, SetId, ValueId, VariableId};
 use crate::kernel::{
@@ -28,7 +29,6 @@ use crate::kernel::{
     share_between_neighbours, without_copies,
 };
 use crate::model::{Bound, Domain, IndexSpace, Model, ParameterKind, SetKind};
-use crate::plan::Exact;
 use std::collections::{BTreeSet, HashMap};
 
 /// Lowers a route.

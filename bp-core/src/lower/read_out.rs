@@ -4,12 +4,12 @@
 //! of the same known variables share one joint, computed once.
 
 use super::{Lowering, Meaning};
+use crate::equation::Term;
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, TermId, ValueId, VariableId};
 use crate::kernel::{Check, Fold, Index, Kernel, OutputKey, Reduce, Role};
 use crate::model::{Ask, Statistic, Value};
 use crate::operators::{Binary, Unary};
-use crate::plan::Term;
 use std::collections::BTreeSet;
 
 /// A kernel and what its outputs mean.

@@ -120,7 +120,7 @@ impl Lowering<'_> {
     fn read(&mut self, factor: &Factor, buffer: BufferId, position: ValueId) -> ValueId {
         let place = self.builder.at(position);
         let substituted = |use_: &VariableUse| {
-            matches!(self.exact.bindings.get(&use_.variable), Some(crate::plan::Binding::Expression(_)))
+            matches!(self.exact.bindings.get(&use_.variable), Some(crate::equation::Binding::Expression(_)))
         };
         if factor.right.iter().chain(&factor.left).any(substituted) {
             let zero = self.builder.constant(0.0);

@@ -4,11 +4,11 @@
 //! other becomes a nest of its own, over the axes on which it depends.
 
 use super::{Lowering, Meaning};
+use crate::equation::{Binding, Term};
 use crate::error::Error;
 use crate::ids::{AxisId, TermId, ValueId, VariableId};
 use crate::kernel::Fold;
 use crate::operators::{Binary, Unary};
-use crate::plan::{Binding, Term};
 
 /// The longest sum that is written out.
 const WRITTEN_OUT: usize = 4;

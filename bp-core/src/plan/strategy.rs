@@ -4,30 +4,13 @@
 //! offers depend on the program and the question alone, never on the machine; an exact offer is taken before an
 //! estimate, and among exact ones the order is fixed; `explain` and `ask` read the same offers.
 
-use super::{Exact, JoinTree, Options, Route, gaussian, over_time, plan_exact, sampled, tree};
+use super::{Options, Route, Strategy};
+use crate::equation::{self, Exact};
 use crate::error::Error;
 use crate::model::{Ask, Model};
+use crate::strategies::join_tree::JoinTree;
+use crate::strategies::{gaussian, join_tree, over_time, weighting};
 use serde::Serialize;
-
-/// One way to answer.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Strategy {
-    /// All is linear and Gaussian: closed form; over time a Kalman filter and smoother.
-    Gaussian,
-    /// Sums and products of finite variables over a join tree.
-    JoinTree,
-    /// Sums and products of finite variables as a kernel.
-    Sums,
-    /// Over time, finite: messages forward and backward.
-    Chain,
-    /// Draws of the prior, weighed by the evidence.
-    Weighting,
-    /// Chains, in which one variable after the other is drawn given all the others.
-    Gibbs,
-    /// Over time: draws that follow the program and are weighed by what is observed.
-    Particles,
-}
 
 /// What a strategy offers for some asks.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -44,52 +27,6 @@ pub struct Offer {
     pub refusal: Option<String>,
     /// Whether it is the one that answers.
     pub taken: bool,
-}
-
-impl Strategy {
-    /// All, in the order in which they are tried.
-    pub const ALL: [Strategy; 7] = [
-        Strategy::Gaussian,
-        Strategy::JoinTree,
-        Strategy::Sums,
-        Strategy::Chain,
-        Strategy::Weighting,
-        Strategy::Gibbs,
-        Strategy::Particles,
-    ];
-
-    /// Its name, as `--by` takes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Strategy::Gaussian => "gaussian",
-            Strategy::JoinTree => "join_tree",
-            Strategy::Sums => "sums",
-            Strategy::Chain => "chain",
-            Strategy::Weighting => "weighting",
-            Strategy::Gibbs => "gibbs",
-            Strategy::Particles => "particles",
-        }
-    }
-
-    /// The strategy of a name.
-    pub fn of_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|strategy| strategy.name() == name)
-    }
-
-    /// Whether its answers are exact.
-    pub fn is_exact(self) -> bool {
-        !matches!(self, Strategy::Weighting | Strategy::Gibbs | Strategy::Particles)
-    }
-
-    /// Whether it answers questions over time.
-    fn is_over_time(self) -> bool {
-        matches!(self, Strategy::Gaussian | Strategy::Chain | Strategy::Particles)
-    }
-
-    /// Whether it answers questions of one instant.
-    fn is_of_one_instant(self) -> bool {
-        !matches!(self, Strategy::Chain | Strategy::Particles)
-    }
 }
 
 /// The route of the strategy that is taken for asks that know the same, and the offers of all.
@@ -172,21 +109,22 @@ fn route(
     let forced = options.by == Some(strategy);
     match strategy {
         _ if asks[0].when.is_over_time() => {
-            Ok(Route::OverTime(over_time::plan(model, asks[0].clone(), strategy)?))
+            Ok(Route::OverTime(over_time::offer(model, asks[0].clone(), strategy)?))
         }
         Strategy::Gaussian if asks.iter().all(|ask| gaussian::applies(model, ask)) => {
-            Ok(Route::Gaussian(gaussian::plan(model, asks.to_vec())?))
+            Ok(Route::Gaussian(gaussian::offer(model, asks.to_vec())?))
         }
         Strategy::Gaussian => Err(refused("not all is real, linear and Gaussian")),
         Strategy::JoinTree => {
-            let tree: JoinTree = tree::plan(model, asks, options, forced).map_err(|why| refused(&why))?;
+            let tree: JoinTree =
+                join_tree::offer(model, asks, options, forced).map_err(|why| refused(&why))?;
             Ok(Route::Tree(tree))
         }
         Strategy::Sums if by_tree && !forced => {
             Err(refused("for so many factors a join tree is made faster than loops are written"))
         }
         Strategy::Sums => {
-            let exact: Exact = plan_exact(model, asks.to_vec(), options)?;
+            let exact: Exact = equation::exact(model, asks.to_vec(), options)?;
             Ok(Route::Exact(exact))
         }
         Strategy::Weighting | Strategy::Gibbs => {
@@ -195,7 +133,7 @@ fn route(
                 Some(other) => other.to_string(),
                 None => "it is answered exactly by sums".to_owned(),
             };
-            Ok(Route::Sampled(sampled::plan(model, asks.to_vec(), reason, strategy, forced)?))
+            Ok(Route::Sampled(weighting::offer(model, asks.to_vec(), reason, strategy, forced)?))
         }
         Strategy::Chain | Strategy::Particles => Err(refused("it answers questions over time")),
     }

@@ -5,12 +5,12 @@
 
 use super::value::read;
 use super::{Evidence, Posterior, Program};
-use crate::answer::of_instant;
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Question, Statistic, When};
 use crate::plan::{Options, Route, plan};
-use crate::time::{Follower, Told};
+use crate::strategies::over_time::of_instant;
+use crate::strategies::over_time::{Follower, Told};
 use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
 

@@ -10,7 +10,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{self, Ask, Known, Question, Searched, Statistic, When};
 use crate::plan::Strategy;
-use crate::tree::{Marginals, Named};
+use crate::strategies::join_tree::{Marginals, Named};
 
 pub(super) fn marginals(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
     let model = program.model();

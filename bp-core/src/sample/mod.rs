@@ -1,24 +1,16 @@
-//! Answers by draws.
+//! Weighted draws, and what draws are made with.
 //!
-//! In: a model with numbers, a [`Sampled`](crate::plan::Sampled) route, evidence, how many particles and a seed. Out:
-//! [`Draws`], and estimates with their standard errors. Invariant: each particle has its own stream of random numbers,
+//! In: how many draws and a seed; evidence. Out: [`Draws`], and estimates with their standard errors. Invariant: each particle has its own stream of random numbers,
 //! and sums are made in the order of the particles: the same seed gives the same answer on any number of threads. So
 //! with chains.
 
-mod blanket;
 mod chains;
 mod draws;
 mod evidence;
-mod gibbs;
-mod slice;
-mod weighting;
 
 pub use chains::MOST_R_HAT;
 pub use draws::{Draws, Moments};
 pub use evidence::Observations;
-pub use gibbs::gibbs;
-pub(crate) use weighting::draw_or_weigh;
-pub use weighting::weigh;
 
 use crate::random::{Random, seeded};
 use rand::{RngExt, SeedableRng};

@@ -5,7 +5,7 @@
 
 use bp_core::io::bif;
 use bp_core::source::Source;
-use bp_core::tree::{Evidence, Marginals, Named, most_probable};
+use bp_core::strategies::join_tree::{Evidence, Marginals, Named, most_probable};
 use std::path::Path;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/networks");

@@ -8,7 +8,7 @@ use bp_core::answer::{argmax, ask};
 use bp_core::distribution::Setting;
 use bp_core::exec::Inputs;
 use bp_core::space::{Edge, Space};
-use bp_core::tree::Network;
+use bp_core::strategies::join_tree::Network;
 use statrs::distribution::{Continuous, Normal, Uniform};
 
 /// A program of one variable.

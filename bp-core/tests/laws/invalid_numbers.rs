@@ -10,7 +10,7 @@ use bp_core::error::Error;
 use bp_core::exec::Inputs;
 use bp_core::model::Model;
 use bp_core::sample::Sampling;
-use bp_core::tree::{Marginals, MarginalsSession, Named, most_probable};
+use bp_core::strategies::join_tree::{Marginals, MarginalsSession, Named, most_probable};
 
 /// Domain of Y, its form where K is one of 0..=3, the context that is refused, and the message about the number.
 const FINITE: &[(&str, &str, &str, &str)] = &[

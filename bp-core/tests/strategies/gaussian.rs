@@ -7,9 +7,10 @@
 use crate::support::{model_of, question};
 use bp_core::answer::{Figure, ask};
 use bp_core::error::Error;
-use bp_core::exec::{Filter, Inputs};
+use bp_core::exec::Inputs;
 use bp_core::model::Model;
-use bp_core::plan::{Gaussian, Options, Route, plan};
+use bp_core::plan::{Options, Route, plan};
+use bp_core::strategies::gaussian::{Filter, Gaussian};
 use statrs::distribution::{Continuous, Normal};
 
 const YAW: &str = "program Yaw over t in Time {

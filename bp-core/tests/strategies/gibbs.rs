@@ -11,8 +11,9 @@ use bp_core::exec::Inputs;
 use bp_core::ids::Id;
 use bp_core::model::Model;
 use bp_core::plan::Strategy;
-use bp_core::plan::Treatment;
-use bp_core::sample::{Observations, Sampling, gibbs};
+use bp_core::sample::{Observations, Sampling};
+use bp_core::strategies::gibbs::gibbs;
+use bp_core::strategies::weighting::Treatment;
 use statrs::distribution::{Beta, ContinuousCDF};
 
 fn asked_by(by: Strategy, model: &Model, text: &str, particles: usize) -> Result<Answer, Error> {

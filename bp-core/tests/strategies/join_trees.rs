@@ -4,7 +4,9 @@
 //! expected values are sums and maxima over all assignments, written here.
 
 use bp_core::error::Error;
-use bp_core::tree::{Evidence, Marginals, Network, Table, Tree, joint, most_probable, observations};
+use bp_core::strategies::join_tree::{
+    Evidence, Marginals, Network, Table, Tree, joint, most_probable, observations,
+};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, RngExt, SeedableRng};
 

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::programs::vestibular::{self, heading};
-use bp_core::exec::Filter;
+use bp_core::strategies::gaussian::Filter;
 
 /// Whose organ of balance.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -9,7 +9,7 @@ use bp_core::distribution::Setting;
 use bp_core::exec::Inputs;
 use bp_core::plan::Strategy;
 use bp_core::sample::Sampling;
-use bp_core::tree::{Evidence, Marginals, Network, most_probable};
+use bp_core::strategies::join_tree::{Evidence, Marginals, Network, most_probable};
 
 const SENSORS: &str = "program Sensors { variables { X, Z1, Z2 : 0..=100; }
     decomposition { P(X) P(Z1 | X) P(Z2 | X) }

@@ -4,7 +4,7 @@
 //! observed may be given to the plan or weighed.
 
 use super::{near, odds};
-use bp_core::tree::{Evidence, Marginals, Network, Table, most_probable};
+use bp_core::strategies::join_tree::{Evidence, Marginals, Network, Table, most_probable};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 

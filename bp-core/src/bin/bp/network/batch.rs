@@ -11,7 +11,7 @@ use bp_core::data::{Table, Values};
 use bp_core::error::Error;
 use bp_core::io::Network;
 use bp_core::model::Known;
-use bp_core::tree::{Evidence, Named, answer_cases};
+use bp_core::strategies::join_tree::{Evidence, Named, answer_cases};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};

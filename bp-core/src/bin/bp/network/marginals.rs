@@ -6,7 +6,7 @@ use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
 use crate::wrap::{columns, filled};
-use bp_core::tree::Marginals;
+use bp_core::strategies::join_tree::Marginals;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 

@@ -15,7 +15,7 @@ use crate::program;
 use bp_core::io::{Network, uai};
 use bp_core::model::{self, Known};
 use bp_core::source::Source;
-use bp_core::tree::{Evidence, Named};
+use bp_core::strategies::join_tree::{Evidence, Named};
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use serde_json::Value;
 use std::collections::HashSet;

@@ -1,0 +1,80 @@
+//! Questions that are asked: plan, prepare, run.
+//!
+//! In: a model, a question and the host's inputs. Out: an [`Answer`] for each thing asked. Invariant: evidence of probability zero
+//! is an error.
+
+mod again;
+mod check;
+mod compiled;
+mod instants;
+mod link;
+mod open;
+mod soft;
+
+pub use crate::posterior::{
+    Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, Table, argmax, ordinals,
+};
+pub use again::{Asked, again, refused};
+pub use compiled::{CompiledQuestion, compile, compile_by, plan_for_answer};
+pub use instants::{Observed, OtherColumns, read_instants, read_sequences};
+pub use link::link;
+pub use open::{filled, open};
+
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::model::{Model, Question};
+use crate::plan::Strategy;
+use crate::sample::Sampling;
+use crate::strategies::over_time;
+
+/// Asks a question of a model.
+///
+/// # Errors
+/// No route; inputs that are missing or do not fit; evidence of probability zero.
+pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+    ask_with(model, question, inputs, Sampling::default())
+}
+
+/// Asks a question of a model; what has no exact answer is estimated as `sampling` says.
+///
+/// # Errors
+/// As [`ask`].
+pub fn ask_with(
+    model: &Model,
+    question: &Question,
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    compile(model, question)?.ask_with(inputs, sampling)
+}
+
+/// Asks a question over time: what was observed at each instant, by name.
+///
+/// # Errors
+/// As [`ask`]; a question that is not over time.
+pub fn ask_over_time(
+    model: &Model,
+    question: &Question,
+    observations: &[Vec<(String, f64)>],
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+) -> Result<Vec<Answer>, Error> {
+    ask_over_time_by(model, question, observations, inputs, sampling, None)
+}
+
+/// Asks a question over time that one strategy is to answer.
+///
+/// # Errors
+/// As [`ask_over_time`]; the strategy does not answer it.
+pub fn ask_over_time_by(
+    model: &Model,
+    question: &Question,
+    observations: &[Vec<(String, f64)>],
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+    by: Option<Strategy>,
+) -> Result<Vec<Answer>, Error> {
+    let model = &*link(model)?;
+    check::inputs(model, question, inputs)?;
+    check::answers(over_time::answers(model, question, observations, inputs, (sampling, by))?)
+}

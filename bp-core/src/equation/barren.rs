@@ -1,0 +1,137 @@
+//! Barren variables disappear: Σ_X P(X | parents) = 1.
+//!
+//! In: a draft. Out: the draft without factors whose left-hand variables are free and appear nowhere else.
+//! Invariant: only a factor that sums to one for every parent value may go; an improper one (a Dirac that can
+//! fall outside its domain) stays, because it renormalises the rest.
+//!
+//! before: Σ_Roof P(Rain) P(Roof | Rain)      after: P(Rain)
+
+use super::Term;
+use super::draft::{Draft, are};
+use super::scope::{self, Scope};
+use crate::ids::{FactorId, VariableId};
+use crate::law::Law;
+use crate::model::{Domain, Expression, Folded, Form, Model};
+use std::collections::{BTreeSet, HashMap};
+
+pub(crate) fn remove(draft: &mut Draft<'_>) {
+    if !draft.options.rewrites.barren {
+        return;
+    }
+    let scope = |term: &_| scope::of_term(draft.model, &draft.terms, &draft.bindings, *term);
+    let scopes: Vec<Scope> = draft.factors.iter().map(scope).collect();
+    // In how many factors each variable is, and which factor distributes it.
+    let (mut uses, mut distributes) = (HashMap::new(), HashMap::new());
+    for (position, scope) in scopes.iter().enumerate() {
+        scope.iter().for_each(|variable| *uses.entry(*variable).or_insert(0) += 1);
+        for variable in left(draft, position) {
+            distributes.insert(variable, position);
+        }
+    }
+    let (mut removed, mut gone) = (Vec::new(), BTreeSet::new());
+    let mut candidates: BTreeSet<usize> = (0..draft.factors.len()).collect();
+    while let Some(position) = candidates.pop_first() {
+        let own = left(draft, position);
+        let alone = |variable: &VariableId| {
+            draft.free.contains(variable)
+                && uses[variable] <= usize::from(scopes[position].contains(variable))
+        };
+        let proper = match draft.terms[draft.factors[position]] {
+            Term::Factor(factor) => is_proper(draft.model, factor),
+            _ => false,
+        };
+        if !proper || !own.iter().all(alone) {
+            continue;
+        }
+        gone.insert(position);
+        for variable in own {
+            draft.free.remove(&variable);
+            removed.push(draft.model.variable_name(variable));
+        }
+        // Its parents are used once less: they may be barren now.
+        for variable in &scopes[position] {
+            *uses.get_mut(variable).expect("internal: uses were counted") -= 1;
+            candidates.extend(distributes.get(variable).filter(|position| !gone.contains(position)));
+        }
+    }
+    let mut position = 0;
+    draft.factors.retain(|_| {
+        position += 1;
+        !gone.contains(&(position - 1))
+    });
+    if !removed.is_empty() {
+        let verb = if removed.len() == 1 { "sums" } else { "sum" };
+        draft.record(
+            "barren variables",
+            format!("{} on no other factor's right: each {verb} to 1", are(&removed)),
+        );
+    }
+}
+
+/// The variables that a factor of the product distributes.
+fn left(draft: &Draft<'_>, position: usize) -> Vec<VariableId> {
+    match draft.terms[draft.factors[position]] {
+        Term::Factor(factor) => draft.model.factors[factor].left.iter().map(|use_| use_.variable).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a factor sums (or integrates) to one whatever its parents are.
+pub(crate) fn is_proper(model: &Model, factor: FactorId) -> bool {
+    let factor = &model.factors[factor];
+    let Some(left) = factor.left.first() else { return false };
+    proper_form(model, &factor.form, &model.variables[left.variable].domain)
+}
+
+fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
+    match form {
+        Form::Dirac(value) => match domain {
+            Domain::Boolean => is_truth(model, *value),
+            Domain::Real | Domain::Vector(_) => true,
+            _ => false,
+        },
+        // Over the plate's own set weights are left as they are.
+        Form::Weights(_) => !model.plate.is_some_and(|plate| *domain == Domain::Set(plate.set)),
+        // Outside its support a law has nothing to normalise.
+        Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
+        Form::Truncated { .. } => matches!(domain, Domain::Real),
+        Form::Unknown(_) => false,
+        // A context that is impossible has a row of zeros.
+        Form::Constants(numbers) => {
+            let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));
+            rows.into_iter().all(|row| row.iter().any(|number| *number > 0.0))
+        }
+        Form::Mixture(parts) => parts.iter().all(|(_, part)| proper_form(model, part, domain)),
+        // What was kept is a distribution, but for the cells outside the grid, where `otherwise` holds.
+        Form::Previous { otherwise, .. } => proper_form(model, otherwise, domain),
+        Form::If { then, otherwise, .. } => {
+            proper_form(model, then, domain) && proper_form(model, otherwise, domain)
+        }
+        _ => true,
+    }
+}
+
+/// Whether an expression is true or false by construction.
+pub(crate) fn is_truth(model: &Model, id: crate::ids::ExpressionId) -> bool {
+    use crate::operators::{Binary, Unary};
+    let of = |expression: &Expression, below: &Folded<bool>| match expression {
+        Expression::Number(number) => *number == 0.0 || *number == 1.0,
+        Expression::Variable(use_) => model.variables[use_.variable].domain == Domain::Boolean,
+        Expression::Unary(Unary::Not, _) => true,
+        Expression::Binary(operator, ..) => !matches!(
+            operator,
+            Binary::Add
+                | Binary::Subtract
+                | Binary::Multiply
+                | Binary::Divide
+                | Binary::Minimum
+                | Binary::Maximum
+                | Binary::Power
+                | Binary::Remainder
+                | Binary::ArcTangent
+        ),
+        Expression::If { then, otherwise, .. } => *below.of(*then) && *below.of(*otherwise),
+        _ => false,
+    };
+    model.fold(id, of).root()
+}

@@ -1,0 +1,294 @@
+//! How mathematics is written: the small pieces of an equation, in Unicode, in LaTeX and in MathML.
+//!
+//! In: names and texts. Out: pieces of one line of mathematics. Invariant: everything that comes from a program
+//! (names, labels, expressions) is escaped where LaTeX would read it as a command, or XML as markup. In MathML a blank
+//! between two elements is where a line may be broken; there is no other blank between elements.
+//!
+//! MathML Core, W3C 2025: presentation elements alone, as browsers draw them.
+
+use super::elision;
+use crate::ids::VariableId;
+use crate::latex;
+use crate::model::Model;
+use crate::xml;
+
+/// Brackets in MathML, as high as a letter.
+pub(crate) const OPEN: &str = "<mo stretchy=\"false\" form=\"prefix\">(</mo>";
+pub(crate) const CLOSE: &str = "<mo stretchy=\"false\" form=\"postfix\">)</mo>";
+
+/// With more variables than this, what stands in `P(…)` may be broken.
+const MANY: usize = 5;
+
+/// With more distributions than this, a fraction is too wide for a page.
+const LONG: usize = 3;
+
+/// How mathematics is written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Notation {
+    /// For terminals and comments.
+    Unicode,
+    /// For papers.
+    Latex,
+    /// For browsers: the children of a `math` element.
+    MathMl,
+}
+
+impl Notation {
+    /// One of the spellings.
+    pub(crate) fn choose<'t>(self, unicode: &'t str, latex: &'t str, mathml: &'t str) -> &'t str {
+        match self {
+            Notation::Unicode => unicode,
+            Notation::Latex => latex,
+            Notation::MathMl => mathml,
+        }
+    }
+
+    /// Words and signs that stand between the parts of an equation.
+    pub(crate) fn said(self, unicode: &str, latex: &str) -> String {
+        match self {
+            Notation::Unicode => unicode.to_owned(),
+            Notation::Latex => latex.to_owned(),
+            Notation::MathMl => format!("<mtext>{}</mtext>", xml::escaped(unicode)),
+        }
+    }
+
+    /// A variable, as mathematics prints it.
+    pub(crate) fn name(self, model: &Model, id: VariableId) -> String {
+        let variable = &model.variables[id];
+        let long = variable.name.chars().count() > 1;
+        let base = match self {
+            Notation::Latex => latex::name(&variable.name),
+            Notation::MathMl if long => format!("<mi class=\"name\">{}</mi>", xml::escaped(&variable.name)),
+            Notation::MathMl => format!("<mi>{}</mi>", xml::escaped(&variable.name)),
+            _ => variable.name.clone(),
+        };
+        match (variable.previous_of, self) {
+            (None, _) => base,
+            (Some(_), Notation::Unicode) => format!("{base}⁻¹"),
+            (Some(_), Notation::Latex) => format!("{base}^{{-1}}"),
+            (Some(_), Notation::MathMl) => {
+                format!("<msup>{base}<mrow><mo>−</mo><mn>1</mn></mrow></msup>")
+            }
+        }
+    }
+
+    /// Names of several variables.
+    pub(crate) fn names(self, model: &Model, ids: &[VariableId]) -> Vec<String> {
+        ids.iter().map(|id| self.name(model, *id)).collect()
+    }
+
+    /// A value's name, or an expression as it was written.
+    pub(crate) fn label(self, text: &str) -> String {
+        let number = text.parse::<f64>().is_ok_and(f64::is_finite);
+        let letter = text.chars().count() == 1 && text.chars().all(char::is_alphabetic);
+        match self {
+            Notation::Unicode => text.replace("^-1", "⁻¹"),
+            Notation::Latex if number => text.to_owned(),
+            Notation::Latex if letter => latex::name(text),
+            Notation::Latex => format!("\\text{{{}}}", latex::escaped(text)),
+            Notation::MathMl if number => format!("<mn>{}</mn>", text.replace('-', "−")),
+            Notation::MathMl if letter => format!("<mi>{}</mi>", xml::escaped(text)),
+            Notation::MathMl => format!("<mtext>{}</mtext>", xml::escaped(&text.replace("^-1", "⁻¹"))),
+        }
+    }
+
+    /// `left = right`: two sides of a relation, such as `=`, `∝`, `∈` or `−`.
+    pub(crate) fn relation(self, left: &str, sign: &str, right: &str) -> String {
+        match self {
+            Notation::Unicode => format!("{left} {sign} {right}"),
+            Notation::Latex => {
+                let sign = match sign {
+                    "∝" => "\\propto",
+                    "∈" => "\\in",
+                    "−" => "-",
+                    other => other,
+                };
+                format!("{left} {sign} {right}")
+            }
+            Notation::MathMl => format!("{left}{}{right}", operator(sign)),
+        }
+    }
+
+    /// A whole line: `left = right`, which may be broken after the sign.
+    pub(crate) fn equation(self, left: &str, sign: &str, right: &str) -> String {
+        match self {
+            Notation::MathMl => format!("{left}{} {right}", operator(sign)),
+            _ => self.relation(left, sign, right),
+        }
+    }
+
+    /// `X = x`.
+    pub(crate) fn item(self, name: &str, value: &str) -> String {
+        self.relation(name, "=", value)
+    }
+
+    /// `X[i]`, an element of a family.
+    pub(crate) fn element(self, name: &str, index: &str) -> String {
+        match self {
+            Notation::Unicode => format!("{name}[{index}]"),
+            Notation::Latex => format!("{name}_{{{index}}}"),
+            Notation::MathMl => format!("<msub><mrow>{name}</mrow><mrow>{index}</mrow></msub>"),
+        }
+    }
+
+    /// 1 where something holds, else 0.
+    pub(crate) fn indicator(self, what: &str) -> String {
+        match self {
+            Notation::MathMl => format!("<mrow>{}{what}{}</mrow>", operator("["), operator("]")),
+            _ => format!("[{what}]"),
+        }
+    }
+
+    /// A term that others follow, in brackets.
+    pub(crate) fn group(self, what: &str) -> String {
+        match self {
+            // What holds sums inside sums grows long: it may be broken.
+            Notation::MathMl if what.matches("<munder>").count() > 1 => format!("{OPEN}{what}{CLOSE}"),
+            Notation::MathMl if what.contains("<munder>") => {
+                format!("<mrow>{}{what}{}</mrow>", operator("("), operator(")"))
+            }
+            Notation::MathMl => format!("<mrow>{OPEN}{what}{CLOSE}</mrow>"),
+            _ => format!("({what})"),
+        }
+    }
+
+    /// `first(G with O at C)`: the first true element of a family.
+    pub(crate) fn first(self, family: &str, with: Option<(&str, &str)>) -> String {
+        let word = |text: &str| match self {
+            Notation::Unicode => text.to_owned(),
+            Notation::Latex if text.starts_with(' ') => format!(" \\text{{{text}}} "),
+            Notation::Latex => format!("\\text{{{text}}}"),
+            Notation::MathMl => format!("<mtext>{}</mtext>", text.replace(' ', "\u{a0}")),
+        };
+        let inside = match with {
+            None => family.to_owned(),
+            Some((value, at)) => [family, &word(" with "), value, &word(" at "), at].concat(),
+        };
+        format!("{}{}", word("first"), self.group(&inside))
+    }
+
+    /// The likelihood that virtual evidence gives.
+    pub(crate) fn likelihood(self, variable: &str) -> String {
+        format!("{}{}", self.choose("λ", "\\lambda", "<mi>λ</mi>"), self.group(variable))
+    }
+
+    /// `P(left | right)`.
+    pub(crate) fn distribution(self, left: &[String], right: &[String]) -> String {
+        let long = left.len() + right.len() > MANY;
+        let shown = |items: &[String]| {
+            elision::list(
+                items.len(),
+                |at| items[at].clone(),
+                |count| elision::dots(self, count, "variables"),
+            )
+        };
+        let list = |items: &[String]| {
+            let items = shown(items);
+            let valued = items.iter().any(|item| item.contains(self.choose("=", "=", "<mo>=</mo>")));
+            let separator = match valued {
+                true => self.choose(
+                    ", ",
+                    ", ",
+                    if long { "<mo separator=\"true\">,</mo> " } else { "<mo separator=\"true\">,</mo>" },
+                ),
+                false => self.choose(" ", "\\,", if long { " " } else { "<mspace width=\"0.25em\"/>" }),
+            };
+            items.join(separator)
+        };
+        let inside = match right.is_empty() {
+            true => list(left),
+            false => {
+                let bar = self.choose(" | ", " \\mid ", "<mo stretchy=\"false\">∣</mo>");
+                [&list(left), bar, &list(right)].concat()
+            }
+        };
+        match self {
+            // A long list may be broken.
+            Notation::MathMl if long => format!("<mi>P</mi>{OPEN}{inside}{CLOSE}"),
+            Notation::MathMl => format!("<mrow><mi>P</mi>{OPEN}{inside}{CLOSE}</mrow>"),
+            _ => format!("P({inside})"),
+        }
+    }
+
+    /// A sign with what it runs over below it, and the blank behind it.
+    fn under(self, sign: [&str; 3], over: &[String]) -> String {
+        let sign = self.choose(sign[0], sign[1], sign[2]);
+        let others = |count| elision::dots(self, count, "variables");
+        let over = elision::list(over.len(), |at| over[at].clone(), others);
+        match self {
+            Notation::Unicode if over.len() == 1 => format!("{sign}_{} ", over[0]),
+            Notation::Unicode => format!("{sign}_{{{}}} ", over.join(" ")),
+            Notation::Latex => format!("{sign}_{{{}}} ", over.join("\\,")),
+            Notation::MathMl => {
+                let over = over.join("<mspace width=\"0.2em\"/>");
+                format!("<munder>{sign}<mrow>{over}</mrow></munder>")
+            }
+        }
+    }
+
+    /// `Σ_X`, with the blank behind it.
+    pub(crate) fn sum(self, over: &[String]) -> String {
+        self.under(["Σ", "\\sum", "<mo movablelimits=\"false\">∑</mo>"], over)
+    }
+
+    /// `∫_X`, with the blank behind it.
+    pub(crate) fn integral(self, over: &[String]) -> String {
+        self.under(["∫", "\\int", "<mo movablelimits=\"false\">∫</mo>"], over)
+    }
+
+    /// `Π_i`, with the blank behind it.
+    pub(crate) fn product(self, over: &str) -> String {
+        self.under(["Π", "\\prod", "<mo movablelimits=\"false\">∏</mo>"], &[self.label(over)])
+    }
+
+    /// `max_X`, with the blank behind it.
+    pub(crate) fn extremum(self, what: &str, over: &[String]) -> String {
+        let sign = match what {
+            "max" => ["max", "\\max", "<mi>max</mi>"],
+            _ => ["argmax", "\\arg\\max", "<mrow><mi>arg</mi><mspace width=\"0.17em\"/><mi>max</mi></mrow>"],
+        };
+        self.under(sign, over)
+    }
+
+    /// One distribution over another.
+    pub(crate) fn ratio(self, above: &str, below: &str) -> String {
+        let simple = |text: &str| {
+            text.starts_with("P(") && text.matches('(').count() == 1
+                || text.chars().all(char::is_alphanumeric)
+        };
+        let group = |text: &str| if simple(text) { text.to_owned() } else { format!("({text})") };
+        match self {
+            Notation::Unicode => format!("{} / {}", group(above), group(below)),
+            Notation::Latex => format!("\\frac{{{above}}}{{{below}}}"),
+            Notation::MathMl => format!("<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"),
+        }
+    }
+
+    /// A term over its own sum; where it is long, and not in one line of text, the sum gets a name.
+    pub(crate) fn normalised(self, above: &str, below: &str) -> String {
+        let distributions = above.matches(self.choose("P(", "P(", "<mi>P</mi>")).count();
+        match self {
+            Notation::Unicode => self.ratio(above, below),
+            _ if distributions <= LONG => self.ratio(above, below),
+            Notation::Latex => format!("{},\\quad Z = {below}", self.over(above, "Z")),
+            Notation::MathMl => {
+                let with = "<mo separator=\"true\">,</mo><mspace width=\"1em\"/> <mi>Z</mi><mo>=</mo>";
+                format!("{}{with} {below}", self.over(above, "<mi>Z</mi>"))
+            }
+        }
+    }
+
+    /// A term over its normaliser: `(1/P(K)) …`.
+    pub(crate) fn over(self, body: &str, below: &str) -> String {
+        match self {
+            Notation::Unicode => format!("1/{below} · {body}"),
+            Notation::Latex => format!("\\frac{{1}}{{{below}}} {body}"),
+            Notation::MathMl => format!("<mfrac><mn>1</mn><mrow>{below}</mrow></mfrac> {body}"),
+        }
+    }
+}
+
+/// An operator in MathML.
+fn operator(sign: &str) -> String {
+    format!("<mo>{}</mo>", xml::escaped(sign))
+}

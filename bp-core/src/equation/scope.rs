@@ -1,0 +1,131 @@
+//! On which variables a factor, an expression or a term really depends.
+//!
+//! In: ids. Out: sets of variables. Invariant: a right-hand variable that a form does not use is not in its
+//! scope: `P(G[j] | O C) = uniform` depends on G alone.
+
+use super::{Binding, Term};
+use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
+use crate::model::{Expression, Form, Model};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+
+pub(crate) type Scope = BTreeSet<VariableId>;
+
+/// The variables that an expression mentions. A node that several share, as a `let` makes them, is visited once.
+pub(crate) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) {
+    let (mut rest, mut seen) = (vec![id], HashSet::new());
+    while let Some(id) = rest.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        match &model.expressions[id] {
+            Expression::Number(_) | Expression::Index(_) => {}
+            Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => rest.extend(indices),
+            Expression::Variable(use_) => {
+                scope.insert(use_.variable);
+                rest.extend(use_.element);
+            }
+            Expression::Unary(_, operand) => rest.push(*operand),
+            Expression::Binary(_, left, right) => rest.extend([*left, *right]),
+            Expression::If { condition, then, otherwise } => rest.extend([*condition, *then, *otherwise]),
+            Expression::First { family, with } => {
+                scope.insert(*family);
+                rest.extend(with.iter().flat_map(|(value, at)| [*value, *at]));
+            }
+            Expression::Foreign { at, .. } => rest.extend(at),
+            Expression::GradientNorm { field, at, before } => {
+                rest.extend([*field, *at].into_iter().chain(*before))
+            }
+            Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
+            Expression::Innermost { at } => rest.push(*at),
+        }
+    }
+}
+
+/// The right-hand variables that a factor's form uses.
+pub(crate) fn of_form(model: &Model, factor: FactorId) -> Scope {
+    let mut scope = Scope::new();
+    let right = &model.factors[factor].right;
+    gather(model, &model.factors[factor].form, &mut scope);
+    if has_table(&model.factors[factor].form) {
+        scope.extend(right.iter().map(|use_| use_.variable));
+    }
+    scope.retain(|variable| right.iter().any(|use_| use_.variable == *variable));
+    scope
+}
+
+fn has_table(form: &Form) -> bool {
+    let mut found = matches!(form, Form::Table(_) | Form::Constants(_) | Form::Unknown(_));
+    form.each_part(&mut |part| found |= has_table(part));
+    found
+}
+
+fn gather(model: &Model, form: &Form, scope: &mut Scope) {
+    form.each_expression(&mut |expression| of_expression(model, expression, scope));
+    match form {
+        Form::Previous { at, .. } => scope.extend(at),
+        Form::Ask { given, .. } => scope.extend(given),
+        _ => {}
+    }
+    form.each_part(&mut |part| gather(model, part, scope));
+}
+
+/// The variables of a factor: its left-hand ones, and the right-hand ones that it uses.
+pub(crate) fn of_factor(model: &Model, factor: FactorId) -> Scope {
+    let mut scope = of_form(model, factor);
+    scope.extend(model.factors[factor].left.iter().map(|use_| use_.variable));
+    scope
+}
+
+/// The variables on which a term depends, once bound ones stand for what they are bound to.
+pub(crate) fn of_term(
+    model: &Model,
+    terms: &Arena<TermId, Term>,
+    bindings: &BTreeMap<VariableId, Binding>,
+    id: TermId,
+) -> Scope {
+    let mut scope = Scope::new();
+    let rest = |id| of_term(model, terms, bindings, id);
+    match &terms[id] {
+        Term::Joint => scope.extend(model.variables.ids()),
+        Term::Factor(factor) | Term::Possible(factor) => scope = of_factor(model, *factor),
+        Term::Likelihood(variable, _) | Term::Inside(variable) => {
+            scope.insert(*variable);
+        }
+        Term::Product(factors) => factors.iter().for_each(|factor| scope.extend(rest(*factor))),
+        Term::Sum(over, body) => {
+            scope = rest(*body);
+            scope.retain(|variable| !over.contains(variable));
+        }
+        Term::Normalise(_, body) => scope = rest(*body),
+        Term::FirstScan(scan) => {
+            scope = of_factor(model, scan.factor);
+            scope.extend(of_form(model, scan.prior));
+            scope.remove(&scan.family);
+        }
+    }
+    resolve(model, bindings, scope)
+}
+
+/// Replaces bound variables by the variables that they depend on.
+fn resolve(model: &Model, bindings: &BTreeMap<VariableId, Binding>, scope: Scope) -> Scope {
+    let (mut resolved, mut seen) = (Scope::new(), Scope::new());
+    let mut rest: Vec<VariableId> = scope.into_iter().collect();
+    while let Some(variable) = rest.pop() {
+        if !seen.insert(variable) {
+            continue;
+        }
+        match bindings.get(&variable) {
+            None => {
+                resolved.insert(variable);
+            }
+            Some(Binding::Value(_)) => {}
+            Some(Binding::Antecedent { cell, displacement }) => rest.extend([*cell, *displacement]),
+            Some(Binding::Expression(expression)) => {
+                let mut inner = Scope::new();
+                of_expression(model, *expression, &mut inner);
+                rest.extend(inner);
+            }
+        }
+    }
+    resolved
+}

@@ -1,0 +1,71 @@
+//! The names of the strategies.
+//!
+//! In: a name as a user writes it. Out: a [`Strategy`]. Invariant: the order of [`Strategy::ALL`] is that in which they are tried.
+
+use serde::Serialize;
+
+/// One way to answer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strategy {
+    /// All is linear and Gaussian: closed form; over time a Kalman filter and smoother.
+    Gaussian,
+    /// Sums and products of finite variables over a join tree.
+    JoinTree,
+    /// Sums and products of finite variables as a kernel.
+    Sums,
+    /// Over time, finite: messages forward and backward.
+    Chain,
+    /// Draws of the prior, weighed by the evidence.
+    Weighting,
+    /// Chains, in which one variable after the other is drawn given all the others.
+    Gibbs,
+    /// Over time: draws that follow the program and are weighed by what is observed.
+    Particles,
+}
+
+impl Strategy {
+    /// All, in the order in which they are tried.
+    pub const ALL: [Strategy; 7] = [
+        Strategy::Gaussian,
+        Strategy::JoinTree,
+        Strategy::Sums,
+        Strategy::Chain,
+        Strategy::Weighting,
+        Strategy::Gibbs,
+        Strategy::Particles,
+    ];
+
+    /// Its name, as `--by` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Strategy::Gaussian => "gaussian",
+            Strategy::JoinTree => "join_tree",
+            Strategy::Sums => "sums",
+            Strategy::Chain => "chain",
+            Strategy::Weighting => "weighting",
+            Strategy::Gibbs => "gibbs",
+            Strategy::Particles => "particles",
+        }
+    }
+
+    /// The strategy of a name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|strategy| strategy.name() == name)
+    }
+
+    /// Whether its answers are exact.
+    pub fn is_exact(self) -> bool {
+        !matches!(self, Strategy::Weighting | Strategy::Gibbs | Strategy::Particles)
+    }
+
+    /// Whether it answers questions over time.
+    pub(crate) fn is_over_time(self) -> bool {
+        matches!(self, Strategy::Gaussian | Strategy::Chain | Strategy::Particles)
+    }
+
+    /// Whether it answers questions of one instant.
+    pub(crate) fn is_of_one_instant(self) -> bool {
+        !matches!(self, Strategy::Chain | Strategy::Particles)
+    }
+}

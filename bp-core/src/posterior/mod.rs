@@ -1,0 +1,223 @@
+//! Answers as values: distributions with the names of their values.
+//!
+//! In: what a strategy has computed. Out: an [`Answer`], with its rows and its parts. Invariant: the probabilities of a row's context
+//! sum to one, or are all zero where the context itself has probability zero.
+
+pub(crate) mod compare;
+mod marginal;
+mod moments;
+mod part;
+mod rows;
+mod show;
+mod table;
+
+pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
+pub(crate) use rows::{Reader, named};
+pub use table::{Column, Table};
+
+use crate::equation::Strategy;
+use crate::exec::{compiled::least_tied, scalar::Scalar};
+use crate::model::When;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+/// What is answered to one thing asked.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Answer {
+    /// What was asked, as a user would type it.
+    pub question: String,
+    /// ln P(evidence), where the evidence is one event; a density where it is real.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ln_evidence: Option<f64>,
+    /// How it was estimated, where it is not exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<Estimate>,
+    /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
+    pub answer: Vec<Row>,
+    /// How it was computed.
+    #[serde(skip)]
+    pub strategy: Strategy,
+    /// Of which instants it speaks.
+    #[serde(skip)]
+    pub when: When,
+    /// The distributions that the rows are made of, by variable and element.
+    #[serde(skip)]
+    pub parts: Vec<Part>,
+}
+
+/// How an answer was estimated.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Estimate {
+    /// How many draws.
+    pub particles: usize,
+    /// How many draws of the answer itself would say as much.
+    pub effective: f64,
+    /// Where the random numbers began.
+    pub seed: u64,
+    /// The standard error of ln P(evidence), where that is told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ln_evidence_error: Option<f64>,
+    /// A warning about the estimate, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warning: Option<String>,
+}
+
+/// One row of an answer.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Row {
+    /// The names of the values, variable by variable, in the order of the question.
+    #[serde(serialize_with = "as_map")]
+    pub values: Vec<(String, String)>,
+    /// What is said of them.
+    #[serde(flatten)]
+    pub figure: Figure,
+}
+
+/// What is said of a row.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Figure {
+    /// A probability, or the density of a given real.
+    Probability {
+        /// The probability.
+        p: f64,
+    },
+    /// An entropy.
+    Entropy {
+        /// In nats.
+        entropy: f64,
+    },
+    /// A probability, estimated.
+    Estimated {
+        /// The probability.
+        p: f64,
+        /// Its standard error.
+        error: f64,
+    },
+    /// A value that was drawn.
+    Draw {
+        /// Its number, from 1.
+        draw: usize,
+    },
+    /// An expectation.
+    Expectation {
+        /// It.
+        expectation: f64,
+        /// Its standard error, where it is estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<f64>,
+    },
+    /// A variance.
+    Variance {
+        /// It.
+        variance: f64,
+        /// Its standard error, where it is estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<f64>,
+    },
+    /// What two variables say of each other.
+    Information {
+        /// In nats.
+        information: f64,
+    },
+    /// How far one distribution is from another.
+    Divergence {
+        /// In nats. JSON has no infinity: there it is the word `"infinite"`.
+        #[serde(serialize_with = "finite_or_word")]
+        divergence: f64,
+        /// Whether the second excludes what the first does not.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        infinite: bool,
+    },
+    /// What draws say of a real; behind each number its standard error.
+    Real {
+        /// Mean.
+        mean: [f64; 2],
+        /// Standard deviation.
+        deviation: [f64; 2],
+        /// The quantiles at 5 %, 50 % and 95 %.
+        quantiles: [[f64; 2]; 3],
+    },
+    /// A normal law.
+    Normal {
+        /// Mean.
+        mean: f64,
+        /// Standard deviation.
+        deviation: f64,
+    },
+}
+
+impl Row {
+    /// The probability; `None` for a row that is no probability.
+    pub fn p(&self) -> Option<f64> {
+        match self.figure {
+            Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
+            _ => None,
+        }
+    }
+}
+
+impl Figure {
+    /// The number, of a figure that is one.
+    pub fn number(&self) -> Option<f64> {
+        match *self {
+            Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
+            Figure::Entropy { entropy: number }
+            | Figure::Information { information: number }
+            | Figure::Divergence { divergence: number, .. }
+            | Figure::Expectation { expectation: number, .. }
+            | Figure::Variance { variance: number, .. } => Some(number),
+            Figure::Draw { .. } | Figure::Real { .. } | Figure::Normal { .. } => None,
+        }
+    }
+}
+
+fn finite_or_word<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if number.is_finite() { serializer.serialize_f64(*number) } else { serializer.serialize_str("infinite") }
+}
+
+fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(values.len()))?;
+    for (variable, value) in values {
+        map.serialize_entry(variable, value)?;
+    }
+    map.end()
+}
+
+/// Scores of which the best is kept.
+const PART: usize = 4096;
+
+/// The positions at which a score is largest; with `nearest`, the one of these at which that field is smallest
+/// (the first, if several), so that at most one is left. None where no score is positive.
+pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
+    // The best of each part: most parts need not be looked at again.
+    let parts: Vec<T> = scores.chunks(PART).map(greatest).collect();
+    let best = greatest(&parts);
+    if best <= T::ZERO {
+        return Vec::new();
+    }
+    let least = least_tied(best);
+    let tied = (parts.iter().enumerate())
+        .filter(|(_, best)| **best >= least)
+        .flat_map(|(part, _)| part * PART..scores.len().min((part + 1) * PART))
+        .filter(|position| scores[*position] >= least);
+    match nearest {
+        None => tied.collect(),
+        Some(field) => tied
+            .reduce(|best, other| if field[other] < field[best] { other } else { best })
+            .into_iter()
+            .collect(),
+    }
+}
+
+/// The greatest of some numbers, 0 at least. Sixty-four at a time, since maxima one after another wait for each other.
+fn greatest<T: Scalar>(scores: &[T]) -> T {
+    let mut best = [T::ZERO; 64];
+    let (chunks, rest) = scores.as_chunks::<64>();
+    for chunk in chunks {
+        for (best, score) in best.iter_mut().zip(chunk) {
+            *best = best.maximum(*score);
+        }
+    }
+    best.iter().chain(rest).fold(T::ZERO, |best, score| best.maximum(*score))
+}

@@ -1,0 +1,120 @@
+//! The numbers of an answer, by variable and element.
+//!
+//! In: what a route has computed. Out: [`Part`]s, which are looked up by [`Slot`], never by a printed name. Invariant: the
+//! slots of a part stand in the order of the question; in a finite part the last slot goes fastest, and contexts before slots.
+
+use super::table::{Column, Table};
+use crate::distribution::Setting;
+use crate::ids::VariableId;
+use crate::model::Model;
+use crate::sample::{Draws, Moments};
+use std::sync::Arc;
+
+/// A variable, or an element of a family or of a vector.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Slot {
+    /// The variable.
+    pub variable: VariableId,
+    /// Which element, as the program numbers them; `None` for a variable that is one number.
+    pub index: Option<i64>,
+    /// How many values it has; 0 for a real.
+    pub count: usize,
+}
+
+/// What is believed of some slots together.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Part {
+    /// The instant that it speaks of, from 1, where an answer has several.
+    pub instant: Option<usize>,
+    /// The known slots of which each value is a context.
+    pub given: Vec<Slot>,
+    /// The searched slots.
+    pub of: Vec<Slot>,
+    /// Their distribution.
+    pub law: PartLaw,
+}
+
+/// A distribution of slots.
+#[derive(Clone, PartialEq, Debug)]
+pub enum PartLaw {
+    /// A probability (or the density of a given real) for each combination of values, context by context.
+    Finite(Vec<f64>),
+    /// A normal law.
+    Normal {
+        /// Means.
+        mean: Vec<f64>,
+        /// Covariances, row by row.
+        covariance: Vec<f64>,
+    },
+    /// Weighted draws.
+    Draws(Arc<Draws>, Vec<Drawn>),
+}
+
+/// Where the numbers of a slot stand among draws.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Drawn {
+    /// At this position of each draw.
+    At(usize),
+    /// It was not drawn: each draw has a normal law of it, and these are the moments of their mixture.
+    Moments(Moments),
+}
+
+impl Slot {
+    /// The slot of a setting with this number.
+    pub fn of(setting: &Setting<'_>, slot: usize) -> Self {
+        let variable = setting.variable_of(slot);
+        let declared = &setting.model.variables[variable];
+        let slots = setting.slots_of(variable);
+        let first = declared.family.map(|family| family.over.first());
+        let first = first.or((slots.len() > 1).then_some(0));
+        let count = if declared.domain.is_finite() { setting.count(variable) } else { 0 };
+        Self { variable, index: first.map(|first| first + (slot - slots.start) as i64), count }
+    }
+
+    /// Its name as written: `X`, `Z[2]`.
+    pub fn name(&self, model: &Model) -> String {
+        let name = model.variable_name(self.variable);
+        match self.index {
+            Some(index) => format!("{name}[{index}]"),
+            None => name,
+        }
+    }
+}
+
+impl Part {
+    /// The part that a table is.
+    pub(crate) fn of_table(model: &Model, table: &Table) -> Self {
+        Self {
+            instant: None,
+            given: slots(model, &table.right),
+            of: slots(model, &table.left),
+            law: PartLaw::Finite(table.numbers.clone()),
+        }
+    }
+
+    /// How many numbers a context of a finite part has.
+    pub fn width(&self) -> usize {
+        self.of.iter().map(|slot| slot.count).product()
+    }
+}
+
+/// The ordinals of slots at a position, the last one fastest.
+pub fn ordinals(slots: &[Slot], mut position: usize) -> Vec<usize> {
+    let mut ordinals = vec![0; slots.len()];
+    for (ordinal, slot) in ordinals.iter_mut().zip(slots).rev() {
+        *ordinal = position % slot.count;
+        position /= slot.count;
+    }
+    ordinals
+}
+
+/// The columns of a table as slots.
+fn slots(model: &Model, columns: &[Column]) -> Vec<Slot> {
+    let slot = |column: &Column| {
+        let variable = column.variable.expect("internal: instants are parts, not columns");
+        let family = model.variables[variable].family;
+        let index = family.map(|family| family.over.first() + column.element as i64);
+        Slot { variable, index, count: column.values.len() }
+    };
+    columns.iter().map(slot).collect()
+}

@@ -1,0 +1,237 @@
+//! What is made of a table: all of it, its largest, draws from it, its moments.
+//!
+//! In: a table, the ask, what the host gave. Out: rows. Invariant: it is made in each context, never among contexts; an
+//! impossible context has rows of zeros where its probabilities are asked, and no row otherwise.
+
+use super::table::{Column, Table};
+use super::{Figure, Row, argmax, moments};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Ask, Model, Statistic, Value};
+use crate::random::seeded;
+use crate::spelling::exact;
+use rand::RngExt;
+
+/// The most rows with the names of their values.
+const MOST_ROWS: f64 = 5e6;
+
+/// The most values that are drawn at once.
+const MOST_DRAWS: f64 = 1e7;
+
+pub(crate) struct Reader<'r> {
+    pub(crate) model: &'r Model,
+    pub(crate) ask: &'r Ask,
+    pub(crate) table: &'r Table,
+    pub(crate) inputs: &'r Inputs<'r, f64>,
+    pub(crate) seed: u64,
+}
+
+impl Reader<'_> {
+    /// The rows, context by context.
+    ///
+    /// # Errors
+    /// A field that breaks ties and does not fit; more draws than there is room for.
+    pub(crate) fn rows(&self) -> Result<Vec<Row>, Error> {
+        let field = self.field()?;
+        let mut random = seeded(self.seed, &self.table.question);
+        if let Statistic::Draw(count) = self.ask.statistic {
+            let contexts = self.table.numbers.len() / self.table.width();
+            let cells = count as f64 * contexts as f64;
+            if cells > MOST_DRAWS {
+                let (name, help) = (self.table.question.clone(), "draw fewer values".to_owned());
+                return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
+            }
+        }
+        self.fits()?;
+        let left: Vec<Vec<usize>> =
+            (0..self.table.width()).map(|at| Column::ordinals(&self.table.left, at)).collect();
+        let mut rows = Vec::new();
+        for (context, numbers) in self.table.contexts().enumerate() {
+            let wanted: Vec<usize> =
+                (0..numbers.len()).filter(|at| self.is_wanted(&left[*at], context)).collect();
+            let figure = |at: usize| (at, Figure::Probability { p: numbers[at] });
+            let possible = numbers.iter().any(|p| *p > 0.0);
+            let chosen: Vec<(usize, Figure)> = match &self.ask.statistic {
+                Statistic::Distribution => wanted.into_iter().map(figure).collect(),
+                _ if !possible => continue,
+                Statistic::Entropy => {
+                    let entropy = wanted.iter().map(|at| moments::minus_p_ln_p(numbers[*at])).sum();
+                    rows.push(self.context_row(context, Figure::Entropy { entropy }));
+                    continue;
+                }
+                Statistic::Maximum => {
+                    self.largest(numbers, &wanted, None, context).into_iter().take(1).map(figure).collect()
+                }
+                Statistic::Argmax { .. } => {
+                    self.largest(numbers, &wanted, field, context).into_iter().map(figure).collect()
+                }
+                Statistic::Best(count) => {
+                    let mut best = wanted;
+                    best.retain(|at| numbers[*at] > 0.0);
+                    best.sort_by(|one, other| numbers[*other].total_cmp(&numbers[*one]));
+                    best.into_iter().take(*count).map(figure).collect()
+                }
+                Statistic::Draw(count) => {
+                    let mut reached = 0.0;
+                    let cumulative: Vec<f64> = (numbers.iter())
+                        .map(|p| {
+                            reached += p;
+                            reached
+                        })
+                        .collect();
+                    let mut draw = |number: usize| {
+                        let at = random.random::<f64>() * reached;
+                        // The first that reaches beyond has a probability above 0.
+                        (cumulative.partition_point(|sum| *sum <= at), Figure::Draw { draw: number })
+                    };
+                    (1..=*count).map(&mut draw).collect()
+                }
+                Statistic::Expectation | Statistic::Variance => {
+                    for (column, own) in self.table.left.iter().enumerate() {
+                        let Some(id) = own.variable else { continue };
+                        let domain = &self.model.variables[id].domain;
+                        let values = left.iter().map(|ordinals| domain.number(ordinals[column]));
+                        let (expectation, variance) = moments::of(numbers, values);
+                        let figure = match self.ask.statistic {
+                            Statistic::Expectation => Figure::Expectation { expectation, error: None },
+                            _ => Figure::Variance { variance, error: None },
+                        };
+                        let mut row = self.context_row(context, figure);
+                        row.values.push((own.name.clone(), String::new()));
+                        rows.push(row);
+                    }
+                    continue;
+                }
+                Statistic::Information => {
+                    let first = self.ask.searched[0].variable;
+                    let second: usize = (self.table.left.iter())
+                        .filter(|column| column.variable != Some(first))
+                        .map(|column| column.values.len())
+                        .product();
+                    let information = moments::information(numbers, second);
+                    rows.push(self.context_row(context, Figure::Information { information }));
+                    continue;
+                }
+                Statistic::Divergence { .. } => unreachable!("internal: two tables are compared elsewhere"),
+            };
+            rows.extend(chosen.into_iter().map(|(at, figure)| {
+                let mut row = self.context_row(context, figure);
+                row.values.extend(named(&self.table.left, &left[at]));
+                self.name_bound(&mut row, context);
+                row
+            }));
+        }
+        Ok(rows)
+    }
+
+    /// Refuses more rows than there is room for. What is made of a context is less than the context itself.
+    fn fits(&self) -> Result<(), Error> {
+        let cells = self.table.numbers.len() as f64;
+        if cells > MOST_ROWS {
+            let fewer = "search and know fewer variables";
+            let help = match self.ask.statistic {
+                Statistic::Distribution => format!("`--table` writes the numbers alone; or {fewer}"),
+                _ => fewer.to_owned(),
+            };
+            return Err(Error::TooLarge { name: self.table.question.clone(), cells, most: MOST_ROWS, help });
+        }
+        Ok(())
+    }
+
+    /// The field that breaks ties: one number for each value, or for each value in each context.
+    fn field(&self) -> Result<Option<&[f64]>, Error> {
+        let Statistic::Argmax { nearest: Some(name) } = &self.ask.statistic else { return Ok(None) };
+        let field = self.inputs.find(name);
+        let field = field.ok_or_else(|| Error::input(name, "it was not given; it breaks ties"))?;
+        let expected = [self.table.width(), self.table.numbers.len()];
+        match expected.contains(&field.len()) {
+            true => Ok(Some(field)),
+            false => {
+                let (found, expected) = (field.len(), expected[1]);
+                let message = format!("{found} numbers were given, but {expected} are expected");
+                Err(Error::input(name, message))
+            }
+        }
+    }
+
+    /// Where the numbers of a context are largest.
+    fn largest(
+        &self,
+        numbers: &[f64],
+        wanted: &[usize],
+        field: Option<&[f64]>,
+        context: usize,
+    ) -> Vec<usize> {
+        let scores: Vec<f64> = wanted.iter().map(|at| numbers[*at]).collect();
+        let near = |field: &[f64]| -> Vec<f64> {
+            let start = if field.len() == numbers.len() { 0 } else { context * numbers.len() };
+            wanted.iter().map(|at| field[start + at]).collect()
+        };
+        let near = field.map(near);
+        argmax(&scores, near.as_deref()).into_iter().map(|tied| wanted[tied]).collect()
+    }
+
+    fn context_row(&self, context: usize, figure: Figure) -> Row {
+        let right = &self.table.right;
+        Row { values: named(right, &Column::ordinals(right, context)).collect(), figure }
+    }
+
+    /// Names the searched variables that have no column: those of which the kernel took one value.
+    fn name_bound(&self, row: &mut Row, context: usize) {
+        for searched in &self.ask.searched {
+            let has_column = self.table.left.iter().any(|column| column.variable == Some(searched.variable));
+            if let (Some(at), false) = (&searched.at, has_column) {
+                let name = self.model.variable_name(searched.variable);
+                row.values.push((name, self.value_at(searched.variable, at, context)));
+            }
+        }
+    }
+
+    /// Whether a cell lies at the values at which the question wants its variables.
+    fn is_wanted(&self, ordinals: &[usize], context: usize) -> bool {
+        self.table.left.iter().zip(ordinals).all(|(column, ordinal)| {
+            let searched = self.ask.searched.iter().find(|it| Some(it.variable) == column.variable);
+            match searched.and_then(|searched| searched.at.as_ref()) {
+                Some(Value::Ordinal(wanted)) => ordinal == wanted,
+                Some(Value::Given(name)) => {
+                    let domain = column.variable.map(|id| &self.model.variables[id].domain);
+                    let Some((domain, given)) = domain.zip(self.given(name, context)) else { return true };
+                    domain.ordinal_among(given, None) == Some(*ordinal)
+                }
+                _ => true,
+            }
+        })
+    }
+
+    /// What was given under a name: one number for all, or one for each element of the plate, which goes fastest
+    /// among the contexts.
+    fn given(&self, name: &str, context: usize) -> Option<f64> {
+        let values = self.inputs.find(name)?;
+        values.get(context % values.len().max(1)).copied()
+    }
+
+    fn value_at(&self, variable: VariableId, at: &Value, context: usize) -> String {
+        let domain = &self.model.variables[variable].domain;
+        match at {
+            Value::Ordinal(ordinal) => self.model.value_name(variable, *ordinal),
+            Value::Real(number) => exact(*number),
+            Value::Given(name) => match self.given(name, context) {
+                Some(number) => match domain.ordinal_among(number, None).filter(|_| domain.is_finite()) {
+                    Some(ordinal) => domain.value_name(ordinal),
+                    None => exact(number),
+                },
+                None => name.clone(),
+            },
+        }
+    }
+}
+
+/// The names of values, with those of their variables.
+pub(crate) fn named<'t>(
+    columns: &'t [Column],
+    ordinals: &'t [usize],
+) -> impl Iterator<Item = (String, String)> + use<'t> {
+    let name = |(column, ordinal): (&Column, &usize)| (column.name.clone(), column.values[*ordinal].clone());
+    columns.iter().zip(ordinals).map(name)
+}

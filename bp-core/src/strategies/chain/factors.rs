@@ -1,0 +1,387 @@
+//! The factors of an instant, as potentials over its slots.
+//!
+//! In: a program whose carried variables are finite, and what is observed at an instant. Out: a [`Product`] over the slots
+//! that are carried or searched; every other one is summed. Invariant: each potential is a factor of the decomposition
+//! where it has its observed values, read from the factor's own form. The factors that distribute X^-1 belong to the first
+//! instant alone: afterwards the message of the instant before stands in their place.
+
+use super::{far, says_a_value};
+use crate::distribution::{Distribution, Instance, Setting};
+use crate::equation::is_proper;
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::potential::{MOST_CELLS, Orders, Potential, Product};
+use crate::strategies::over_time::Instant;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+/// The most numbers of distributions that are kept for one factor.
+const MOST_KEPT: usize = 4_000_000;
+
+/// The most cells that are kept of instants that were met before.
+const MOST_MADE: usize = 10_000_000;
+
+/// What the factors of a program are at an instant.
+pub(super) struct Factors<'s> {
+    setting: Arc<Setting<'s>>,
+    own: Vec<Own>,
+    /// Which of `own` distributes a slot.
+    distributes: Vec<Option<usize>>,
+    /// How many values each slot has; 0 of a real.
+    pub(super) counts: Vec<usize>,
+    /// The slots of X and of X^-1, in the same order.
+    pub(super) now: Vec<usize>,
+    pub(super) before: Vec<usize>,
+    /// The slots that stay axes although they may be observed: carried, previous and searched ones.
+    axes: BTreeSet<usize>,
+    /// Likelihoods of slots, at each instant that is given (virtual evidence).
+    likelihoods: Vec<(usize, Vec<f64>)>,
+    patterns: HashMap<(bool, Vec<usize>), Arc<Vec<Described>>>,
+    distributions: HashMap<usize, Arc<Vec<Distribution>>>,
+    constant: HashMap<usize, Arc<Potential>>,
+    made: HashMap<Made, Product>,
+    made_cells: usize,
+    pub(super) orders: Orders,
+}
+
+/// First or not, given or ahead, slots and bits of what is observed.
+type Made = (bool, bool, Vec<(usize, u64)>);
+
+/// An instance of a factor.
+struct Own {
+    instance: Instance,
+    /// The slots on which the distribution depends.
+    parents: Vec<usize>,
+    /// Whether it distributes X^-1.
+    initial: bool,
+    /// Whether it surely sums to one.
+    proper: bool,
+    /// Whether it says the value of a real for sure.
+    determined: bool,
+}
+
+/// An instance where some slots are observed.
+struct Described {
+    own: usize,
+    /// Slots that are not observed, on the right and on the left.
+    parents: Vec<usize>,
+    left: Vec<usize>,
+    /// The instances that say the reals on which it depends, parents first.
+    determined: Vec<usize>,
+    /// Whether something observed stands on its right, or anywhere in it.
+    given: bool,
+    observed: bool,
+}
+
+impl<'s> Factors<'s> {
+    pub(super) fn new(
+        setting: &Setting<'s>,
+        carried: &[(VariableId, VariableId)],
+        searched: impl IntoIterator<Item = usize>,
+        likelihoods: Vec<(usize, Vec<f64>)>,
+    ) -> Result<Self, Error> {
+        let model = setting.model;
+        if let Some(index) = model.plate_index().filter(|index| setting.count(*index) > 1) {
+            let (name, count) = (model.variable_name(index), setting.count(index));
+            let reason = format!("it is asked over time for one value of `{name}`, but there are {count}");
+            return Err(Error::Unplanned { question: model.name.clone(), reason });
+        }
+        let slots =
+            |variables: Vec<VariableId>| variables.into_iter().flat_map(|id| setting.slots_of(id)).collect();
+        let (now, before): (Vec<_>, Vec<_>) = carried.iter().copied().unzip();
+        let (now, before): (Vec<usize>, Vec<usize>) = (slots(now), slots(before));
+        let (mut own, mut distributes) = (Vec::new(), vec![None; setting.slots()]);
+        for (position, instance) in setting.ordered()?.into_iter().enumerate() {
+            instance.left.iter().for_each(|slot| distributes[*slot] = Some(position));
+            let initial = instance.left.iter().any(|slot| before.contains(slot));
+            if initial && !instance.left.iter().all(|slot| before.contains(slot)) {
+                let head = model.head(&model.factors[instance.factor]);
+                let reason = format!(
+                    "`{head}` distributes a variable of the last instant together with one of this instant; \
+                     write a factor for each"
+                );
+                return Err(Error::Unplanned { question: model.name.clone(), reason });
+            }
+            let parents = setting.reads(&instance).into_iter().filter(|slot| !instance.left.contains(slot));
+            own.push(Own {
+                parents: parents.collect(),
+                initial,
+                proper: is_proper(model, instance.factor),
+                determined: says_a_value(&model.factors[instance.factor].form),
+                instance,
+            });
+        }
+        let counts = (0..setting.slots())
+            .map(|slot| {
+                let variable = setting.variable_of(slot);
+                let finite = model.variables[variable].domain.is_finite();
+                if finite { setting.count(variable) } else { 0 }
+            })
+            .collect();
+        let axes = now.iter().chain(&before).copied().chain(searched).collect();
+        Ok(Self {
+            setting: Arc::new(setting.clone()),
+            own,
+            distributes,
+            counts,
+            now,
+            before,
+            axes,
+            likelihoods,
+            patterns: HashMap::new(),
+            distributions: HashMap::new(),
+            constant: HashMap::new(),
+            made: HashMap::new(),
+            made_cells: 0,
+            orders: Orders::default(),
+        })
+    }
+
+    /// The product of all factors of an instant. `first`: those that distribute X^-1 are among them. `given`: the
+    /// likelihoods of the question hold, as they do not at an instant that is predicted.
+    pub(super) fn product(&mut self, instant: &Instant, first: bool, given: bool) -> Result<Product, Error> {
+        let bits = instant.iter().map(|(slot, value)| (*slot, value.to_bits())).collect();
+        let key: Made = (first, given, bits);
+        if let Some(made) = self.made.get(&key) {
+            return Ok(made.clone());
+        }
+        let raw = self.potentials(instant, first, given)?;
+        let axes = &self.axes;
+        let product = raw
+            .summed(|slot| axes.contains(&slot), &self.counts, &mut self.orders)
+            .map_err(|cells| self.too_large(cells))?;
+        let cells: usize = product.parts.iter().map(|part| part.len()).sum();
+        let finite = instant.iter().all(|(slot, _)| self.counts[*slot] > 0);
+        if finite && self.made_cells + cells <= MOST_MADE {
+            self.made_cells += cells;
+            self.made.insert(key, product.clone());
+        }
+        Ok(product)
+    }
+
+    /// An observed value as one writes it, and the head of the factor that distributes its slot.
+    pub(super) fn named(&self, slot: usize, value: f64) -> (String, String) {
+        let (model, name) = (self.setting.model, self.setting.slot_name(slot));
+        let value = match self.counts[slot] {
+            0 => value.to_string(),
+            _ => model.value_name(self.setting.variable_of(slot), value as usize),
+        };
+        let factor = self.distributes[slot].map(|own| &model.factors[self.own[own].instance.factor]);
+        (format!("{name} = {value}"), factor.map_or_else(String::new, |factor| model.head(factor)))
+    }
+
+    /// The error that a table would have too many cells.
+    pub(super) fn too_large(&self, cells: f64) -> Error {
+        let help = "carry, search or observe fewer variables together, or in fewer values".to_owned();
+        Error::TooLarge { name: self.setting.model.name.clone(), cells, most: MOST_CELLS, help }
+    }
+
+    fn potentials(&mut self, instant: &Instant, first: bool, given: bool) -> Result<Product, Error> {
+        let pattern = self.pattern(instant, first)?;
+        let mut values = vec![f64::NAN; self.setting.slots()];
+        for (slot, distributes) in self.distributes.iter().enumerate() {
+            // The plate's index: one element.
+            if distributes.is_none() {
+                values[slot] = 0.0;
+            }
+        }
+        instant.iter().for_each(|(slot, value)| values[*slot] = *value);
+        let mut product = Product::default();
+        // Observed factors over the same slots are added as logarithms.
+        let mut observed: BTreeMap<Vec<usize>, (Vec<f64>, f64)> = BTreeMap::new();
+        for described in pattern.iter() {
+            if !described.observed {
+                if !self.constant.contains_key(&described.own) {
+                    let (cells, logarithms, _) = self.cells(described, &mut values)?;
+                    let made = match logarithms {
+                        true => Potential::of_logarithms(described.over(), cells),
+                        false => Potential::of_numbers(described.over(), cells),
+                    };
+                    self.constant.insert(described.own, Arc::new(made));
+                }
+                product.push(self.constant[&described.own].clone());
+                continue;
+            }
+            let (mut cells, logarithms, ln_scale) = self.cells(described, &mut values)?;
+            if !logarithms {
+                cells.iter_mut().for_each(|cell| *cell = cell.ln());
+            }
+            match observed.get_mut(&described.over()) {
+                Some((sums, ln_scales)) => {
+                    sums.iter_mut().zip(cells).for_each(|(sum, cell)| *sum += cell);
+                    *ln_scales += ln_scale;
+                }
+                None => {
+                    observed.insert(described.over(), (cells, ln_scale));
+                }
+            }
+        }
+        for (over, (cells, ln_scale)) in observed {
+            product.push(Arc::new(Potential::of_logarithms(over, cells).scaled(ln_scale)));
+        }
+        for (slot, value) in instant.iter().filter(|(slot, _)| self.axes.contains(slot)) {
+            let is = |ordinal: usize| f64::from(u8::from(ordinal as f64 == *value));
+            let cells = (0..self.counts[*slot]).map(is).collect();
+            product.push(Arc::new(Potential::of_numbers(vec![*slot], cells)));
+        }
+        for (slot, weights) in self.likelihoods.iter().filter(|_| given) {
+            let fixed = instant.iter().find(|(own, _)| own == slot && !self.axes.contains(own));
+            product.push(Arc::new(match fixed {
+                Some((_, value)) => Potential::of_numbers(Vec::new(), vec![weights[*value as usize]]),
+                None => Potential::of_numbers(vec![*slot], weights.clone()),
+            }));
+        }
+        Ok(product)
+    }
+
+    fn is_real(&self, described: &Described) -> bool {
+        self.counts[self.own[described.own].instance.left[0]] == 0
+    }
+
+    /// The values of a factor over its free slots, parents first; or their logarithms: of a real, and where f64 does not hold
+    /// the probabilities; and what is to be added to these.
+    fn cells(&mut self, described: &Described, values: &mut [f64]) -> Result<(Vec<f64>, bool, f64), Error> {
+        let over = described.over();
+        let size: f64 = over.iter().map(|slot| self.counts[*slot] as f64).product();
+        if size > MOST_CELLS {
+            return Err(self.too_large(size));
+        }
+        let real = self.is_real(described);
+        let setting = Arc::clone(&self.setting);
+        let instance = &self.own[described.own].instance;
+        let kept = self.distributions.get(&described.own).filter(|_| !described.given).cloned();
+        let mut made = Vec::new();
+        let contexts: usize = described.parents.iter().map(|slot| self.counts[*slot]).product();
+        let left: usize = described.left.iter().map(|slot| self.counts[*slot]).product();
+        for context in 0..contexts {
+            if kept.is_some() {
+                break;
+            }
+            put(context, &described.parents, &self.counts, values);
+            for determined in &described.determined {
+                let instance = &self.own[*determined].instance;
+                match setting.distribution(instance, values)? {
+                    Distribution::Point(value) => values[instance.left[0]] = value,
+                    _ => unreachable!("internal: a Dirac on a real is a point"),
+                }
+            }
+            made.push(setting.distribution(instance, values)?);
+        }
+        let distributions: &[Distribution] = kept.as_ref().map_or(&made, |kept| kept);
+        let wide = |distribution: &Distribution| matches!(distribution, Distribution::Wide(_));
+        let logarithms = real || distributions.iter().any(wide);
+        let mut cells = Vec::with_capacity(size as usize);
+        for distribution in distributions {
+            for ordinal in 0..left {
+                put(ordinal, &described.left, &self.counts, values);
+                let value = setting.left_value(instance, values);
+                cells.push(match distribution {
+                    Distribution::Finite(numbers) if !logarithms => numbers[value as usize],
+                    other => other.ln_density(value),
+                });
+            }
+        }
+        let ln_scale = match real && described.observed {
+            true => {
+                let value = setting.left_value(instance, values);
+                far::relative(distributions, value, &mut cells)
+            }
+            false => 0.0,
+        };
+        if kept.is_none() && !described.given {
+            let each = instance.left.iter().map(|slot| self.counts[*slot].max(1)).product::<usize>();
+            if described.observed && contexts * each <= MOST_KEPT {
+                self.distributions.insert(described.own, Arc::new(made));
+            }
+        }
+        Ok((cells, logarithms, ln_scale))
+    }
+
+    /// The factors that matter where these slots are observed.
+    fn pattern(&mut self, instant: &Instant, first: bool) -> Result<Arc<Vec<Described>>, Error> {
+        let key = (first, instant.iter().map(|(slot, _)| *slot).collect::<Vec<usize>>());
+        if let Some(pattern) = self.patterns.get(&key) {
+            return Ok(pattern.clone());
+        }
+        let improper = |own: &&Own| !own.proper && self.counts[own.instance.left[0]] > 0 && !own.initial;
+        let mut rest: Vec<usize> = self.axes.iter().copied().filter(|slot| self.counts[*slot] > 0).collect();
+        rest.extend(&key.1);
+        rest.extend(self.likelihoods.iter().map(|(slot, _)| *slot));
+        rest.extend(self.own.iter().filter(improper).flat_map(|own| own.instance.left.clone()));
+        let mut wanted: BTreeSet<usize> = BTreeSet::new();
+        while let Some(slot) = rest.pop() {
+            if let Some(position) = self.distributes[slot]
+                && (first || !self.own[position].initial)
+                && wanted.insert(position)
+            {
+                rest.extend(&self.own[position].parents);
+            }
+        }
+        let mut described = Vec::new();
+        for position in wanted {
+            let left = &self.own[position].instance.left;
+            let fixed = |slot: &usize| key.1.contains(slot) && !self.axes.contains(slot);
+            // A real that is not observed: what its Dirac says is put in where it is needed.
+            if self.counts[left[0]] == 0 && !key.1.contains(&left[0]) {
+                continue;
+            }
+            let mut own = Described {
+                own: position,
+                parents: Vec::new(),
+                left: left.iter().copied().filter(|slot| !fixed(slot)).collect(),
+                determined: Vec::new(),
+                given: false,
+                observed: left.iter().any(fixed),
+            };
+            let mut rest: Vec<usize> = self.own[position].parents.clone();
+            while let Some(slot) = rest.pop() {
+                if fixed(&slot) {
+                    (own.given, own.observed) = (true, true);
+                    continue;
+                }
+                let Some(from) = self.distributes[slot] else { continue };
+                let taken = if self.counts[slot] > 0 { &mut own.parents } else { &mut own.determined };
+                let new = if self.counts[slot] > 0 { slot } else { from };
+                if taken.contains(&new) {
+                    continue;
+                }
+                taken.push(new);
+                if self.counts[slot] == 0 {
+                    if !self.own[from].determined {
+                        return Err(self.not_observed(position, slot));
+                    }
+                    rest.extend(&self.own[from].parents);
+                }
+            }
+            own.parents.sort_unstable();
+            own.determined.sort_unstable();
+            described.push(own);
+        }
+        let described = Arc::new(described);
+        self.patterns.insert(key, described.clone());
+        Ok(described)
+    }
+
+    fn not_observed(&self, position: usize, slot: usize) -> Error {
+        let model = self.setting.model;
+        let head = model.head(&model.factors[self.own[position].instance.factor]);
+        let message =
+            format!("it is a real that `{head}` depends on, and it is not observed at some instant");
+        Error::input(self.setting.slot_name(slot), message)
+    }
+}
+
+impl Described {
+    fn over(&self) -> Vec<usize> {
+        self.parents.iter().chain(&self.left).copied().collect()
+    }
+}
+
+/// Writes a joint ordinal into an assignment, the last slot fastest.
+fn put(ordinal: usize, slots: &[usize], counts: &[usize], values: &mut [f64]) {
+    let mut rest = ordinal;
+    for slot in slots.iter().rev() {
+        values[*slot] = (rest % counts[*slot]) as f64;
+        rest /= counts[*slot];
+    }
+}

@@ -1,0 +1,81 @@
+//! Whether what is carried over time is finite, so that sums answer.
+//!
+//! In: a model and an ask over time. Out: nothing, or why sums do not answer. Invariant: decided from the program and the
+//! sizes that are written in it, before any number is known; what is let through has a potential for each of its factors.
+
+use crate::equation::{is_proper, of_form};
+use crate::ids::VariableId;
+use crate::model::{Ask, Form, Model};
+use crate::strategies::weighting::{has_point, refused_factor};
+use std::collections::BTreeSet;
+
+/// The most states that carried families may have together.
+const MOST_STATES: f64 = 4096.0;
+
+/// Why a question is not answered by sums over finite states.
+pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, VariableId)]) -> Option<String> {
+    let name = |id: VariableId| model.variable_name(id);
+    let searched = ask.searched.iter().map(|item| item.variable);
+    let axes: BTreeSet<VariableId> = carried.iter().map(|(now, _)| *now).chain(searched).collect();
+    if let Some(id) = axes.iter().find(|id| !model.variables[**id].domain.is_finite()) {
+        return Some(format!("`{}` is not finite, and not everything is linear and Gaussian", name(*id)));
+    }
+    let mut states = 1.0;
+    for id in axes.iter().filter(|id| model.variables[**id].family.is_some()) {
+        states *= states_of(model, *id);
+        if states > MOST_STATES {
+            let name = name(*id);
+            return Some(format!("the elements of `{name}` have more than {MOST_STATES} states together"));
+        }
+    }
+    let known: Vec<VariableId> = ask.known.iter().map(|known| known.variable).collect();
+    let mut rest: Vec<VariableId> = axes.iter().chain(&known).copied().collect();
+    rest.extend(carried.iter().map(|(_, before)| *before));
+    // A Dirac that may fall outside its domain says something even where nothing depends on it.
+    let improper = model.factors.iter().filter(|(id, factor)| {
+        model.variables[factor.left[0].variable].domain.is_finite() && !is_proper(model, *id)
+    });
+    rest.extend(improper.flat_map(|(_, factor)| factor.left.iter().map(|use_| use_.variable)));
+    let mut wanted = BTreeSet::new();
+    while let Some(id) = rest.pop() {
+        let Some(factor) = model.factor_of(id).filter(|_| wanted.insert(id)) else { continue };
+        rest.extend(of_form(model, factor));
+        let form = &model.factors[factor].form;
+        if let Some(why) = refused_factor(model, &model.factors[factor]) {
+            return Some(why);
+        }
+        if model.variables[id].domain.is_finite() {
+            continue;
+        }
+        match known.contains(&id) {
+            true if has_point(form) => {
+                return Some(format!("`{}` is observed, and a `dirac` says what it is", name(id)));
+            }
+            false if !says_a_value(form) => {
+                return Some(format!(
+                    "`{}` is real and would have to be integrated, and not everything is linear and Gaussian",
+                    name(id)
+                ));
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// How many states all elements of a family have together.
+fn states_of(model: &Model, id: VariableId) -> f64 {
+    let variable = &model.variables[id];
+    let count = variable.domain.count().map_or(f64::INFINITY, |count| count as f64);
+    let elements = variable.family.and_then(|family| model.index_count(&family.over));
+    elements.map_or(f64::INFINITY, |elements| count.powf(elements as f64))
+}
+
+/// Whether a form is a Dirac in all of its branches.
+pub(crate) fn says_a_value(form: &Form) -> bool {
+    match form {
+        Form::Dirac(_) => true,
+        Form::If { then, otherwise, .. } => says_a_value(then) && says_a_value(otherwise),
+        _ => false,
+    }
+}

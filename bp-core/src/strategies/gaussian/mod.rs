@@ -1,0 +1,18 @@
+//! The linear-Gaussian strategy: closed form where all is real, linear and normal.
+//!
+//! In: a linear Gaussian program and what is observed. Out: a normal [`Belief`]. Invariant: linearity is a property of the
+//! program, checked by its offer; the numbers come when it runs.
+
+mod answer;
+mod filter;
+mod frontier;
+mod law;
+mod offer;
+mod smooth;
+
+pub(crate) use answer::{answers, figure};
+pub use filter::{Belief, Filter};
+pub(crate) use frontier::condition;
+pub(crate) use law::NormalLaw;
+pub use offer::{Gaussian, LinearForm, Source};
+pub(crate) use offer::{applies, components, is_linear, offer};

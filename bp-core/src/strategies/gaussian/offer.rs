@@ -1,0 +1,335 @@
+//! When all is linear and Gaussian, the answer has a closed form.
+//!
+//! In: a model of reals, each normal or Dirac with a mean that is linear in its parents. Out: the order in which
+//! the joint normal law is built, conditioned and carried to the next instant. Invariant: linearity is a
+//! property of the program, checked here once; the numbers come with the parameters, when it runs.
+//!
+//! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
+//! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
+
+use crate::equation::{CLOSE, Line, Notation, OPEN};
+use crate::error::Error;
+use crate::ids::{ExpressionId, FactorId, Id, VariableId};
+use crate::law::Law;
+use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Statistic};
+use crate::operators::{Binary, Unary};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Where a variable comes from.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Source {
+    /// The variable.
+    pub variable: VariableId,
+    /// Its mean, linear in its parents.
+    pub mean: ExpressionId,
+    /// Its standard deviation; `None` for a Dirac.
+    pub deviation: Option<ExpressionId>,
+}
+
+/// A closed form.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Gaussian {
+    /// What is asked.
+    pub asks: Vec<Ask>,
+    /// What the variables of the last instant were before the first one, parents first; the others were 0, at rest.
+    pub initial: Vec<Source>,
+    /// The variables of an instant, parents first.
+    pub sources: Vec<Source>,
+    /// Variables of which the last instant's law is needed: (X, X^-1).
+    pub carried: Vec<(VariableId, VariableId)>,
+    /// The variables that are observed, in the order of the question.
+    pub observed: Vec<VariableId>,
+    /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
+    derivation: Vec<(String, String, [String; 3])>,
+}
+
+/// A linear form: Σ coefficient · variable + constant.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LinearForm {
+    /// Coefficients, of a variable and its component (0 of a number).
+    pub coefficients: BTreeMap<(VariableId, usize), f64>,
+    /// Constant.
+    pub constant: f64,
+}
+
+/// Whether a model is linear and Gaussian throughout, and the ask is one of its reals.
+pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
+    is_linear(model) && distribution(ask)
+}
+
+/// Whether a model is linear and Gaussian throughout.
+pub(crate) fn is_linear(model: &Model) -> bool {
+    let reals = model.variables.iter().all(|(id, variable)| {
+        Some(id) == model.plate_index() || (!variable.domain.is_finite() && variable.family.is_none())
+    });
+    let linear = model.factors.values().all(|factor| match initial(&factor.form) {
+        Form::Law { law: Law::Normal, arguments } => {
+            degree(model, arguments[0]) <= Some(1) && degree(model, arguments[1]) == Some(0)
+        }
+        Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
+        _ => false,
+    });
+    let first = model.factors.values().all(|factor| {
+        let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
+        !before(&factor.left[0]) || factor.right.iter().all(before)
+    });
+    reals && linear && first && model.factors.values().all(|factor| factor_is_finite(model, factor))
+}
+
+/// What a form says before the first instant.
+fn initial(form: &Form) -> &Form {
+    match form {
+        Form::Previous { at: None, otherwise, .. } => otherwise,
+        form => form,
+    }
+}
+
+fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
+    match initial(&factor.form) {
+        Form::Dirac(mean) => degree(model, *mean).is_some(),
+        form => form.as_normal().is_some_and(|(mean, _)| degree(model, mean).is_some()),
+    }
+}
+
+fn distribution(ask: &Ask) -> bool {
+    matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance)
+        && ask.searched.iter().all(|searched| searched.at.is_none())
+        && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
+}
+
+/// Degree of an expression in the variables: 0, 1, or `None` where it is not linear.
+fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
+    model.fold(id, degree_of).root()
+}
+
+/// Degree of a node, given those of its operands.
+fn degree_of(expression: &Expression, below: &Folded<Option<u8>>) -> Option<u8> {
+    let of = |id: &ExpressionId| *below.of(*id);
+    match expression {
+        Expression::Number(_) => Some(0),
+        Expression::Parameter { indices, .. } => indices.is_empty().then_some(0),
+        Expression::Variable(use_) => use_.element.is_none().then_some(1),
+        Expression::Unary(Unary::Negate, operand) => of(operand),
+        Expression::Unary(_, operand) => of(operand).filter(|degree| *degree == 0),
+        Expression::Binary(operator, left, right) => {
+            let (left, right) = (of(left)?, of(right)?);
+            match operator {
+                Binary::Add | Binary::Subtract => Some(left.max(right)),
+                Binary::Multiply => Some(left + right).filter(|degree| *degree <= 1),
+                Binary::Divide => (right == 0).then_some(left),
+                _ => (left + right == 0).then_some(0),
+            }
+        }
+        // A vector of numbers; a rotation or a length is not linear.
+        Expression::Vector(name, parts) if name == "vector" => {
+            parts.iter().try_fold(0, |most, part| Some(of(part)?.max(most)))
+        }
+        _ => None,
+    }
+}
+
+/// How many components a real has.
+pub(crate) fn components(model: &Model, variable: VariableId) -> usize {
+    match model.variables[variable].domain {
+        Domain::Vector(length) => length,
+        _ => 1,
+    }
+}
+
+pub(crate) fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
+    let mut sources: Vec<Source> = Vec::new();
+    let relevant = relevant(model, &asks);
+    let mut rest: Vec<FactorId> = model.factors.ids().collect();
+    rest.retain(|id| relevant.contains(&model.factors[*id].left[0].variable));
+    let carried: Vec<(VariableId, VariableId)> = (model.variables.iter())
+        .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
+        .filter(|(_, previous)| relevant.contains(previous))
+        .collect();
+    // What was carried without a form is at rest before the first instant.
+    let mut initial_sources = Vec::new();
+    for id in model.parents_first(&rest) {
+        let factor = &model.factors[id];
+        let form = initial(&factor.form);
+        let (mean, deviation) = match (form, form.as_normal()) {
+            (_, Some((mean, deviation))) => (mean, Some(deviation)),
+            (Form::Dirac(value), _) => (*value, None),
+            _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
+        };
+        let variable = factor.left[0].variable;
+        let source = Source { variable, mean, deviation };
+        match model.variables[variable].previous_of.is_some() {
+            true => initial_sources.push(source),
+            false => sources.push(source),
+        }
+    }
+    let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
+    let derivation = derive(model, &carried, &observed);
+    Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, derivation })
+}
+
+/// What the searched and observed variables depend on, now and before; the others are barren.
+fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
+    let mut relevant = BTreeSet::new();
+    let distributions = model.distributions();
+    let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
+    let mut rest: Vec<VariableId> =
+        searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
+    while let Some(variable) = rest.pop() {
+        if relevant.insert(variable) {
+            let factor = distributions[variable.position()];
+            let parents = factor.map_or(&[][..], |factor| &model.factors[factor].right);
+            rest.extend(parents.iter().map(|use_| use_.variable));
+            rest.extend(model.variables[variable].previous_of);
+        }
+    }
+    relevant
+}
+
+fn derive(
+    model: &Model,
+    carried: &[(VariableId, VariableId)],
+    observed: &[VariableId],
+) -> Vec<(String, String, [String; 3])> {
+    let names = |ids: &mut dyn Iterator<Item = VariableId>| {
+        ids.map(|id| model.variable_name(id)).collect::<Vec<_>>().join(" ")
+    };
+    let observed = names(&mut observed.iter().copied());
+    let mut lines = vec![(
+        "linear and Gaussian".to_owned(),
+        "every form is normal or a Dirac, with a mean that is linear in its parents: the joint law is normal"
+            .to_owned(),
+        [
+            "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
+            "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),
+            format!("<mo>∫</mo>{}", mathml_normal("<mi>m</mi>", "<mi>Σ</mi>")),
+        ],
+    )];
+    if !carried.is_empty() {
+        let carried = names(&mut carried.iter().map(|(_, previous)| *previous));
+        lines.push((
+            "prediction".to_owned(),
+            format!("`{carried}` has the law that the last instant left; each factor extends it"),
+            [
+                "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
+                "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),
+                mathml_normal(
+                    &format!("<mi>A</mi>{}<mo>+</mo><mi>a</mi>", before("m")),
+                    &format!(
+                        "<mi>A</mi>{}<msup><mi>A</mi><mo>⊤</mo></msup><mo>+</mo><mi>Q</mi>",
+                        before("Σ")
+                    ),
+                ),
+            ],
+        ));
+    }
+    lines.push((
+        "conditioning".to_owned(),
+        format!("`{observed}` is observed: K = Σ Hᵀ (H Σ Hᵀ)⁻¹"),
+        [
+            "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
+            "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
+            mathml_normal(
+                &format!(
+                    "<mi>m</mi><mo>+</mo><mi>K</mi>{OPEN}<mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi>{CLOSE}"
+                ),
+                "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
+            ),
+        ],
+    ));
+    lines
+}
+
+/// N(x; mean, covariance) in MathML.
+fn mathml_normal(mean: &str, covariance: &str) -> String {
+    let comma = "<mo separator=\"true\">,</mo>";
+    format!(
+        "<mrow><mi>𝒩</mi>{OPEN}<mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}{CLOSE}</mrow>"
+    )
+}
+
+/// A letter of the last instant in MathML.
+fn before(letter: &str) -> String {
+    format!("<msup><mi>{letter}</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>")
+}
+
+impl Gaussian {
+    /// What is computed, line by line.
+    pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let searched: Vec<VariableId> =
+            self.asks[0].searched.iter().map(|searched| searched.variable).collect();
+        let mut right: Vec<VariableId> = (self.asks[0].known.iter())
+            .filter(|known| !matches!(known.evidence, Evidence::Virtual(_)))
+            .map(|known| known.variable)
+            .collect();
+        right.extend(model.plate_index());
+        let left = notation.distribution(&notation.names(model, &searched), &notation.names(model, &right));
+        let line = |(rule, reason, right): &(String, String, [String; 3])| {
+            let [unicode, latex, mathml] = right;
+            let right = notation.choose(unicode, latex, mathml);
+            (rule.clone(), reason.clone(), notation.equation(&left, "=", right))
+        };
+        self.derivation.iter().map(line).collect()
+    }
+}
+
+impl LinearForm {
+    /// The linear form that an expression, or one component of a vector, is where parameters have these values.
+    pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
+        // A component of a sum of vectors is the sum of the components; of a vector it is one number.
+        let mut id = id;
+        while let Expression::Vector(_, parts) = &model.expressions[id] {
+            id = parts[component];
+        }
+        let of = |expression: &Expression, below: &Folded<Self>| {
+            Self::of_node(model, expression, below, component, parameter)
+        };
+        model.fold(id, of).root()
+    }
+
+    fn of_node(
+        model: &Model,
+        expression: &Expression,
+        below: &Folded<Self>,
+        component: usize,
+        parameter: &dyn Fn(&str) -> f64,
+    ) -> Self {
+        let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
+        match expression {
+            Expression::Number(number) => constant(*number),
+            Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
+            Expression::Variable(use_) => {
+                let component = if components(model, use_.variable) == 1 { 0 } else { component };
+                Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
+            }
+            Expression::Unary(Unary::Negate, operand) => below.of(*operand).clone().times(-1.0),
+            Expression::Unary(operator, operand) => constant(operator.apply(below.of(*operand).constant)),
+            Expression::Binary(operator, left, right) => {
+                let (left, right) = (below.of(*left), below.of(*right));
+                match operator {
+                    Binary::Add => left.clone().plus(right),
+                    Binary::Subtract => left.clone().plus(&right.clone().times(-1.0)),
+                    Binary::Multiply if left.coefficients.is_empty() => right.clone().times(left.constant),
+                    Binary::Multiply => left.clone().times(right.constant),
+                    Binary::Divide => left.clone().times(1.0 / right.constant),
+                    _ => constant(operator.apply(left.constant, right.constant)),
+                }
+            }
+            Expression::Vector(_, parts) => below.of(parts[component]).clone(),
+            _ => unreachable!("internal: not linear, though the plan said so"),
+        }
+    }
+
+    fn times(mut self, factor: f64) -> Self {
+        self.coefficients.values_mut().for_each(|coefficient| *coefficient *= factor);
+        self.constant *= factor;
+        self
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        for (variable, coefficient) in &other.coefficients {
+            *self.coefficients.entry(*variable).or_insert(0.0) += coefficient;
+        }
+        self.constant += other.constant;
+        self
+    }
+}

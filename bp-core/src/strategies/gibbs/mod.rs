@@ -1,0 +1,166 @@
+//! Gibbs sampling.
+//!
+//! In: a setting, the steps of a route, evidence. Out: draws of chains. Invariant: what a chain visits has a positive
+//! density; each chain has its own stream of random numbers and begins at its own draw of the prior.
+//!
+//! One variable after the other is drawn given all the others (Geman and Geman, *IEEE PAMI* 6:721-741, 1984): a finite one
+//! from P(x | all else); a real of which all that speaks is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from
+//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by a slice.
+
+mod blanket;
+mod slice;
+
+use crate::distribution::{Distribution, Setting};
+use crate::error::Error;
+use crate::ids::FactorId;
+use crate::law::Law;
+use crate::progress::{self, Work};
+use crate::random::Random;
+use crate::sample::{Draws, Observations, Sampling, Streams};
+use crate::strategies::weighting::{Step, Treatment, draw_one, instances};
+use blanket::{Blankets, Site};
+use rayon::prelude::*;
+use slice::Slice;
+
+/// How many chains there are.
+const CHAINS: usize = 8;
+
+/// The least sweeps of a chain.
+const FEWEST_SWEEPS: usize = 20;
+
+/// One sweep of this many is left out: the first ones, in which a chain finds its way.
+const BURN_IN: usize = 5;
+
+/// How many draws of the prior are tried for a beginning.
+const MOST_BEGINNINGS: usize = 10_000;
+
+/// Draws by Gibbs sampling, of which the slots `kept` are kept.
+///
+/// # Errors
+/// A parameter of a law that cannot be; a variable that could not move alone; no draw of the prior that could have led to
+/// the evidence.
+pub fn gibbs(
+    setting: &Setting<'_>,
+    steps: &[(FactorId, Treatment)],
+    observations: &Observations,
+    kept: &[usize],
+    sampling: Sampling,
+) -> Result<Draws, Error> {
+    let steps = instances(setting, steps)?;
+    let blankets = Blankets::new(setting, &steps, observations)?;
+    let streams = Streams::new(sampling.seed, "gibbs");
+    let sweeps = sampling.particles.div_ceil(CHAINS).max(FEWEST_SWEEPS);
+    let work = Work::of(CHAINS * sweeps);
+    let chain = |number: usize| {
+        let mut random = streams.stream(number);
+        let values = beginning(&blankets, &steps, &mut random)?;
+        let slices = blankets.sites.iter().map(|_| Slice::default()).collect();
+        let mut chain = Chain { blankets: &blankets, values, slices, random };
+        let mut draws = Vec::new();
+        for sweep in 0..sweeps {
+            if !work.goes_on() {
+                break;
+            }
+            let burns_in = sweep < sweeps / BURN_IN;
+            for site in 0..blankets.sites.len() {
+                chain.renew(site, burns_in)?;
+            }
+            if !burns_in {
+                draws.extend(kept.iter().map(|slot| chain.values[*slot]));
+            }
+        }
+        Ok(draws)
+    };
+    let mut all: Vec<Vec<f64>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
+    // Where the work was stopped, the chains are as long as the shortest.
+    let mut length = sweeps - sweeps / BURN_IN;
+    if progress::is_stopped() && !kept.is_empty() {
+        length = all.iter().map(Vec::len).min().unwrap_or(0) / kept.len();
+        all.iter_mut().for_each(|chain| chain.truncate(length * kept.len()));
+        if length < FEWEST_SWEEPS / 2 {
+            return Err(Error::Interrupted);
+        }
+    }
+    Ok(Draws::chained(all.concat(), kept.len(), CHAINS * length, length))
+}
+
+/// A draw of the prior that could have led to the evidence.
+fn beginning(blankets: &Blankets<'_>, steps: &[Step], random: &mut Random) -> Result<Vec<f64>, Error> {
+    for _ in 0..MOST_BEGINNINGS {
+        let mut values = blankets.observations.values.clone();
+        let ln = draw_one(blankets.setting, steps, blankets.observations, random, &mut values)?;
+        if ln > f64::NEG_INFINITY {
+            return Ok(values);
+        }
+    }
+    let reason = format!(
+        "Gibbs sampling has nowhere to begin: of {MOST_BEGINNINGS} draws of the prior none could have led to the \
+         evidence; observe it with some noise, or take `--by weighting` and many `--particles`"
+    );
+    Err(Error::Unplanned { question: blankets.setting.model.name.clone(), reason })
+}
+
+struct Chain<'b> {
+    blankets: &'b Blankets<'b>,
+    values: Vec<f64>,
+    slices: Vec<Slice>,
+    random: Random,
+}
+
+impl Chain<'_> {
+    /// Draws one site given all else.
+    fn renew(&mut self, number: usize, burns_in: bool) -> Result<(), Error> {
+        let blankets = self.blankets;
+        let site = &blankets.sites[number];
+        let value = match site.count {
+            Some(count) => Some(self.finite(site, count)?),
+            None if site.is_normal => self.normal(site)?,
+            None => None,
+        };
+        let Some(value) = value else {
+            let (values, random) = (&mut self.values, &mut self.random);
+            let start = values[site.slot];
+            let mut ln_density = |value: f64| {
+                values[site.slot] = value;
+                blankets.ln_conditional(site, values)
+            };
+            self.slices[number].draw(start, &mut ln_density, random, burns_in)?;
+            return Ok(());
+        };
+        self.values[site.slot] = value;
+        // What follows from the value is computed again.
+        blankets.ln_conditional(site, &mut self.values)?;
+        Ok(())
+    }
+
+    fn finite(&mut self, site: &Site, count: usize) -> Result<f64, Error> {
+        let before = self.values[site.slot];
+        let mut logarithms = Vec::with_capacity(count);
+        for value in 0..count {
+            self.values[site.slot] = value as f64;
+            logarithms.push(self.blankets.ln_conditional(site, &mut self.values)?);
+        }
+        let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let weights = logarithms.into_iter().map(|ln| (ln - most).exp()).collect();
+        // Where it stands, its density is positive.
+        Ok(Distribution::Finite(weights).draw(&mut self.random).unwrap_or(before))
+    }
+
+    fn normal(&mut self, site: &Site) -> Result<Option<f64>, Error> {
+        let before = self.values[site.slot];
+        let at_zero = self.blankets.residuals(site, 0.0, &mut self.values)?;
+        let at_one = self.blankets.residuals(site, 1.0, &mut self.values)?;
+        let (Some(at_zero), Some(at_one)) = (at_zero, at_one) else {
+            self.values[site.slot] = before;
+            return Ok(None);
+        };
+        let (mut precision, mut pull) = (0.0, 0.0);
+        for ([zero, deviation], [one, _]) in at_zero.into_iter().zip(at_one) {
+            let (slope, weight) = (one - zero, 1.0 / (deviation * deviation));
+            precision += slope * slope * weight;
+            pull -= slope * zero * weight;
+        }
+        let drawn = Law::Normal.draw(&mut self.random, &[pull / precision, 1.0 / precision.sqrt()]);
+        Ok(Some(if drawn.is_finite() { drawn } else { before }))
+    }
+}

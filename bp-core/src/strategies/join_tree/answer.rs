@@ -1,0 +1,135 @@
+//! Questions of thousands of factors, answered by a join tree.
+//!
+//! In: a [`JoinTree`] route and the host's inputs. Out: the table of each ask, and ln P(evidence). Invariant: the tables are
+//! those that loops would compute: P(S | K) of each context sums to one, or is all zero where the context is impossible.
+
+use super::{self as join_tree, Absorbed, Evidence, JoinTree, Network, absorb, joint};
+use crate::distribution::Setting;
+use crate::equation::Binding;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Model, Value};
+use crate::posterior::Table;
+use crate::sample::Observations;
+
+/// The most cells of a joint posterior.
+const MOST_CELLS: f64 = 1e9;
+
+/// The table of each ask, in their order.
+pub(crate) fn tables(
+    model: &Model,
+    route: &JoinTree,
+    inputs: &Inputs<'_, f64>,
+) -> Result<Vec<(Table, Option<f64>)>, Error> {
+    let exact = &route.exact;
+    let setting = Setting::new(model, inputs)?;
+    let open: Vec<VariableId> = exact.each.iter().chain(&exact.searched).copied().collect();
+    let wanted: Vec<usize> = open.iter().flat_map(|id| setting.slots_of(*id)).collect();
+    let values = |id: &VariableId| (setting.count(*id) as f64).powf(setting.slots_of(*id).len() as f64);
+    let all: f64 = open.iter().map(values).product();
+    if all > MOST_CELLS {
+        let help = "search or know fewer variables at once".to_owned();
+        let name = model.ask_text(&exact.asks[0]);
+        return Err(Error::TooLarge { name, cells: all, most: MOST_CELLS, help });
+    }
+    let (mut network, numbers) = Network::part(&setting, &route.factors, &wanted)?;
+    let evidence = evidence(&setting, route, &numbers)?;
+    let extents: Vec<usize> =
+        open.iter().flat_map(|id| setting.slots_of(*id).map(|_| setting.count(*id))).collect();
+    let ask = &exact.asks[0];
+    let told = |error: Error| match error {
+        Error::Contradiction { .. } => Error::Impossible(model.ask_text(ask).into()),
+        Error::TooLarge { cells, most, help, .. } => {
+            Error::TooLarge { name: model.ask_text(ask), cells, most, help }
+        }
+        Error::TooLong { products, most, help, .. } => {
+            Error::TooLong { question: model.ask_text(ask), products, most, help }
+        }
+        other => other,
+    };
+    let likelihoods = evidence.likelihoods.iter();
+    network.tables.extend(
+        likelihoods.map(|(variable, weights)| join_tree::Table {
+            variables: vec![*variable],
+            values: weights.clone(),
+        }),
+    );
+    let Absorbed { network, numbers: left, ln_scale } = absorb(network, &evidence).map_err(told)?;
+    let searched: Vec<usize> = wanted.iter().map(|slot| left[numbers[*slot]]).collect();
+    let found = joint(&network, &Evidence::default(), &searched).map_err(told)?;
+    let ln_evidence = found.ln_evidence + ln_scale;
+    // A conditional distribution is the joint one over that of its context.
+    let contexts = exact.each.iter().map(values).product::<f64>() as usize;
+    let mut cells = found.probabilities;
+    let width = cells.len() / contexts.max(1);
+    for context in cells.chunks_mut(width.max(1)) {
+        let total: f64 = context.iter().sum();
+        if total > 0.0 {
+            context.iter_mut().for_each(|p| *p /= total);
+        }
+    }
+    let mut tables = Vec::new();
+    for ask in &exact.asks {
+        let own = |id: &VariableId| {
+            exact.each.contains(id) || ask.searched.iter().any(|searched| searched.variable == *id)
+        };
+        let variables: Vec<VariableId> = open.iter().copied().filter(own).collect();
+        let kept: Vec<bool> = open.iter().flat_map(|id| setting.slots_of(*id).map(|_| own(id))).collect();
+        let (numbers, extents) = summed(&cells, &extents, &kept);
+        let table = Table::read(model, ask, &variables, numbers, None, &extents);
+        tables.push((table, exact.ln_evidence.then_some(ln_evidence)));
+    }
+    Ok(tables)
+}
+
+/// What is known, by the numbers of the network.
+fn evidence(setting: &Setting<'_>, route: &JoinTree, numbers: &[usize]) -> Result<Evidence, Error> {
+    let mut observations = Observations::none(setting);
+    let mut evidence = Evidence::default();
+    for (variable, binding) in &route.exact.bindings {
+        let Binding::Value(value) = binding else { continue };
+        let slots = setting.slots_of(*variable);
+        match value {
+            Value::Ordinal(ordinal) => {
+                for slot in slots.clone() {
+                    observations.observe(setting, slot, *ordinal as f64)?;
+                }
+            }
+            Value::Real(number) => observations.observe(setting, slots.start, *number)?,
+            Value::Given(name) => observations.give(setting, slots.clone(), name)?,
+        }
+        // What is barren takes no part.
+        let known = slots.filter(|slot| numbers[*slot] != usize::MAX);
+        evidence.hard.extend(known.map(|slot| (numbers[slot], observations.values[slot] as usize)));
+    }
+    for (variable, weights) in &route.likelihoods {
+        let number = numbers[setting.slots_of(*variable).start];
+        if number != usize::MAX {
+            evidence.likelihoods.push((number, weights.clone()));
+        }
+    }
+    Ok(evidence)
+}
+
+/// A table summed over all axes but those that are kept, and the extents of these.
+fn summed(cells: &[f64], extents: &[usize], kept: &[bool]) -> (Vec<f64>, Vec<usize>) {
+    if kept.iter().all(|kept| *kept) {
+        return (cells.to_vec(), extents.to_vec());
+    }
+    let left: Vec<usize> =
+        extents.iter().zip(kept).filter(|(_, kept)| **kept).map(|(extent, _)| *extent).collect();
+    let mut sums = vec![0.0; left.iter().product()];
+    for (position, cell) in cells.iter().enumerate() {
+        let (mut rest, mut place, mut stride) = (position, 0, 1);
+        for (extent, kept) in extents.iter().zip(kept).rev() {
+            if *kept {
+                place += rest % extent * stride;
+                stride *= extent;
+            }
+            rest /= extent;
+        }
+        sums[place] += cell;
+    }
+    (sums, left)
+}

@@ -1,0 +1,76 @@
+//! Thousands of factors: a join tree answers what would take as many loops.
+//!
+//! In: asks of a program of many factors, all finite, without a plate. Out: a [`JoinTree`]: the sum of products that is
+//! computed, without an order of the sums, which the tree finds . Invariant: barren factors have gone
+//! already, by the rule that keeps improper ones; what is left is the same sum that loops would compute.
+
+use crate::equation::{Draft, Exact, Options, Term, remove_barren};
+use crate::ids::{FactorId, VariableId};
+use crate::model::{Ask, Model};
+use crate::strategies::weighting::refused_factor;
+
+/// With more factors than these, a tree is found faster than loops are written.
+pub const MANY_FACTORS: usize = 2000;
+
+/// An answer by sums and products over a join tree.
+#[derive(Clone, PartialEq, Debug)]
+pub struct JoinTree {
+    /// The sum of products, its sums in no order: what is asked, what variables stand for, the derivation.
+    pub exact: Exact,
+    /// The factors of the product.
+    pub factors: Vec<FactorId>,
+    /// Virtual evidence: variables with a likelihood for each value.
+    pub likelihoods: Vec<(VariableId, Vec<f64>)>,
+}
+
+/// A join tree, where many factors are left that all have tables; where it is asked for, of few factors too.
+///
+/// # Errors
+/// Why not.
+pub(crate) fn offer(
+    model: &Model,
+    asks: &[Ask],
+    options: Options,
+    asked_for: bool,
+) -> Result<JoinTree, String> {
+    let few = |count: usize| format!("{count} factors: loops are written faster than a tree is made");
+    if model.plate.is_some() {
+        return Err("the program is repeated over a plate".to_owned());
+    }
+    if model.factors.len() <= MANY_FACTORS && !asked_for {
+        return Err(few(model.factors.len()));
+    }
+    let mut draft = Draft::define(model, asks.to_vec(), options);
+    draft.marginalise();
+    draft.decompose();
+    draft.condition();
+    remove_barren(&mut draft);
+    let (mut factors, mut likelihoods) = (Vec::new(), Vec::new());
+    for term in &draft.factors {
+        match &draft.terms[*term] {
+            Term::Factor(factor) if has_table(model, *factor) => factors.push(*factor),
+            Term::Likelihood(variable, weights) => likelihoods.push((*variable, weights.clone())),
+            Term::Factor(factor) => {
+                return Err(format!("`{}` is no table of numbers", model.head(&model.factors[*factor])));
+            }
+            _ => return Err("a factor is no table of numbers".to_owned()),
+        }
+    }
+    let is_finite = |variable: &VariableId| model.variables[*variable].domain.is_finite();
+    let asked = draft.searched.iter().chain(&draft.each).all(is_finite);
+    if !asked {
+        return Err("a variable that is asked or known is not finite".to_owned());
+    }
+    if factors.len() <= MANY_FACTORS && !asked_for {
+        return Err(few(factors.len()));
+    }
+    Ok(JoinTree { exact: draft.unordered(), factors, likelihoods })
+}
+
+/// Whether a factor is a table of numbers once its parameters have values.
+fn has_table(model: &Model, factor: FactorId) -> bool {
+    let factor = &model.factors[factor];
+    let mut uses = factor.left.iter().chain(&factor.right);
+    uses.all(|use_| model.variables[use_.variable].domain.is_finite())
+        && refused_factor(model, factor).is_none()
+}

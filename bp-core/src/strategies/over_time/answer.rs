@@ -1,0 +1,281 @@
+//! Answers over time.
+//!
+//! In: a question over time, and what was observed at each instant. Out: [`Answer`]s, whose rows name the instant where
+//! several are answered. Invariant: instants are numbered from 1; what is made of a finite distribution over time is made
+//! as it is of one without time, with the instants as contexts.
+
+use super::{self as time, Answered, By, OverTime, Scope, Told, What};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::model::{Ask, Known, Model, Question, Statistic, When};
+use crate::plan::{self, Options, Route, Strategy};
+use crate::posterior::{
+    Answer, Column, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, compare, named,
+};
+use crate::progress;
+use crate::sample::Sampling;
+use crate::strategies::{gaussian, weighting as sampled};
+
+/// What was observed at an instant: names of variables (of a family `Z[2]`), and values.
+type Observed = Vec<(String, f64)>;
+
+pub(crate) fn answers(
+    model: &Model,
+    question: &Question,
+    observations: &[Observed],
+    inputs: &Inputs<'_, f64>,
+    (sampling, by): (Sampling, Option<Strategy>),
+) -> Result<Vec<Answer>, Error> {
+    let setting = Setting::new(model, inputs)?;
+    let asker = Asker { setting: &setting, question, observations, inputs, sampling, by };
+    question.asks.iter().map(|ask| asker.answer(ask)).collect()
+}
+
+/// A question with all that is given to it.
+struct Asker<'q> {
+    setting: &'q Setting<'q>,
+    question: &'q Question,
+    observations: &'q [Observed],
+    inputs: &'q Inputs<'q, f64>,
+    sampling: Sampling,
+    by: Option<Strategy>,
+}
+
+impl Asker<'_> {
+    fn answer(&self, ask: &Ask) -> Result<Answer, Error> {
+        let (setting, sampling) = (self.setting, self.sampling);
+        let (route, answered) = self.run(ask, Scope::Last)?;
+        let question = setting.model.ask_text(ask);
+        let estimate = answered.told.iter().find_map(|told| estimate(told, sampling));
+        let ln_evidence = Some(answered.ln_evidence);
+        let answer = match &ask.statistic {
+            Statistic::Divergence { when, from } => {
+                let second = Ask { when: *when, known: from.clone(), ..ask.clone() };
+                let each = ask.when.is_every_instant() || when.is_every_instant();
+                let scope = if each { Scope::Each } else { Scope::Last };
+                let table = |ask: &Ask| {
+                    let (route, answered) = self.run(ask, scope)?;
+                    self.table(&route, &answered, each)
+                };
+                let divergences = compare::divergences(&table(ask)?, &table(&second)?);
+                let (strategy, parts) = (strategy(&route.by), Vec::new());
+                return Ok(Answer {
+                    question,
+                    ln_evidence: None,
+                    estimate: None,
+                    answer: divergences,
+                    strategy,
+                    when: ask.when,
+                    parts,
+                });
+            }
+            _ if !answered.sequences.is_empty() => self.sequence_rows(&route, &answered)?,
+            _ if answered.told.iter().all(|told| matches!(told.what, What::Finite(_))) => {
+                let table = self.table(&route, &answered, ask.when.is_every_instant())?;
+                let (model, inputs, seed) = (setting.model, self.inputs, sampling.seed);
+                Reader { model, ask, table: &table, inputs, seed }.rows()?
+            }
+            _ => {
+                let rows = answered.told.iter().map(|told| self.real_rows(ask, told));
+                rows.collect::<Result<Vec<_>, Error>>()?.concat()
+            }
+        };
+        let several = ask.when.is_every_instant();
+        let parts = answered.told.iter().map(|told| part(setting, ask, told, several)).collect();
+        let (strategy, when) = (strategy(&route.by), ask.when);
+        Ok(Answer { question, ln_evidence, estimate, answer, strategy, when, parts })
+    }
+
+    fn run(&self, ask: &Ask, scope: Scope) -> Result<(OverTime, Answered), Error> {
+        let model = self.setting.model;
+        let alone = Question { name: self.question.name.clone(), asks: vec![ask.clone()] };
+        let mut routes = plan::plan(model, &alone, Options { by: self.by, ..Options::default() })?.routes;
+        let Some(Route::OverTime(route)) = routes.pop() else {
+            let reason = "it is not asked over time: write `filter P(…)`, `smooth P(…)`".to_owned();
+            return Err(Error::Unplanned { question: self.question.name.clone(), reason });
+        };
+        if self.observations.is_empty() {
+            let message = "no instant was given; it is asked over time, with a row for each";
+            return Err(Error::input(model.ask_text(ask), message));
+        }
+        let instants = time::instants(self.setting, &route, &self.observed_by(ask))?;
+        let answered = time::answer(self.setting, &route, &instants, scope, self.sampling)?;
+        Ok((route, answered))
+    }
+
+    /// The observations without what only other asks of the question know.
+    fn observed_by(&self, ask: &Ask) -> Vec<Observed> {
+        let names = |known: &[Known]| -> Vec<String> {
+            let slots = known.iter().flat_map(|known| self.setting.slots_of(known.variable));
+            slots.map(|slot| self.setting.slot_name(slot)).collect()
+        };
+        let own = names(&ask.known);
+        let others = self.question.asks.iter().flat_map(|ask| [&ask.known[..], ask.statistic.from()]);
+        let others: Vec<String> = others.flat_map(names).filter(|name| !own.contains(name)).collect();
+        let mut all = self.observations.to_vec();
+        if !others.is_empty() {
+            all.iter_mut().for_each(|observed| observed.retain(|(name, _)| !others.contains(name)));
+        }
+        all
+    }
+
+    /// The distributions of the instants as one table, whose contexts are the instants where `several` are answered.
+    fn table(&self, route: &OverTime, answered: &Answered, several: bool) -> Result<Table, Error> {
+        let mut numbers = Vec::new();
+        for told in &answered.told {
+            let What::Finite(own) = &told.what else {
+                let reason = "it compares distributions of finite variables".to_owned();
+                let question = self.setting.model.ask_text(&route.ask);
+                return Err(Error::Unplanned { question, reason });
+            };
+            numbers.extend(own);
+        }
+        let instants = answered.told.iter().map(|told| told.instant.to_string()).collect();
+        let right = Column { variable: None, element: 0, name: self.index(), values: instants };
+        Ok(Table {
+            question: self.setting.model.ask_text(&route.ask),
+            right: if several { vec![right] } else { Vec::new() },
+            left: self.columns(&route.ask),
+            numbers,
+            extended: None,
+        })
+    }
+
+    /// A column for each searched slot.
+    fn columns(&self, ask: &Ask) -> Vec<Column> {
+        let slots = ask.searched.iter().flat_map(|item| self.setting.slots_of(item.variable));
+        let column = |slot: usize| {
+            let variable = self.setting.variable_of(slot);
+            let count = self.setting.count(variable);
+            let value = |ordinal| self.setting.model.value_name(variable, ordinal);
+            let values = (0..count).map(value).collect();
+            let element = slot - self.setting.slots_of(variable).start;
+            Column { variable: Some(variable), element, name: self.setting.slot_name(slot), values }
+        };
+        slots.map(column).collect()
+    }
+
+    /// What instants are called.
+    fn index(&self) -> String {
+        let model = self.setting.model;
+        model.plate_index().map_or("t".to_owned(), |index| model.variable_name(index))
+    }
+
+    fn sequence_rows(&self, route: &OverTime, answered: &Answered) -> Result<Vec<Row>, Error> {
+        let columns = self.columns(&route.ask);
+        if let (Statistic::Maximum, [sequence]) = (&route.ask.statistic, answered.sequences.as_slice()) {
+            let p = sequence.probability.unwrap_or(f64::NAN);
+            return Ok(vec![Row { values: Vec::new(), figure: Figure::Probability { p } }]);
+        }
+        let mut rows = Vec::new();
+        for (number, sequence) in answered.sequences.iter().enumerate() {
+            for (told, ordinals) in answered.told.iter().zip(&sequence.values) {
+                let mut values = Vec::with_capacity(columns.len() + 2);
+                let figure = match (&route.ask.statistic, sequence.probability) {
+                    (Statistic::Draw(_), _) => Figure::Draw { draw: number + 1 },
+                    (_, Some(p)) => {
+                        values.push(("sequence".to_owned(), (number + 1).to_string()));
+                        Figure::Probability { p }
+                    }
+                    (_, None) => {
+                        let What::Finite(numbers) = &told.what else { continue };
+                        let at = columns.iter().zip(ordinals);
+                        let at = at.fold(0, |at, (column, ordinal)| at * column.values.len() + ordinal);
+                        Figure::Probability { p: numbers[at] }
+                    }
+                };
+                values.push((self.index(), told.instant.to_string()));
+                values.extend(named(&columns, ordinals));
+                rows.push(Row { values, figure });
+            }
+        }
+        Ok(rows)
+    }
+
+    fn real_rows(&self, ask: &Ask, told: &Told) -> Result<Vec<Row>, Error> {
+        let instant = ask.when.is_every_instant().then(|| (self.index(), told.instant.to_string()));
+        Ok(match &told.what {
+            What::Cloud { draws, kept, linear, .. } => {
+                sampled::rows(self.setting, &Ask { when: When::Now, ..ask.clone() }, draws, kept, linear)?
+            }
+            What::Normal(belief) => (belief.variables.iter().enumerate())
+                .map(|(row, name)| {
+                    let values = instant.iter().cloned().chain([(name.clone(), String::new())]).collect();
+                    let deviation = belief.covariance[(row, row)].max(0.0).sqrt();
+                    Row { values, figure: gaussian::figure(ask, belief.mean[row], deviation) }
+                })
+                .collect(),
+            What::Finite(_) => Vec::new(),
+        })
+    }
+}
+
+/// How particles estimated it, and where they were few.
+fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
+    let What::Cloud { draws, effective, .. } = &told.what else { return None };
+    let least = (effective.iter().copied().enumerate()).min_by(|one, other| one.1.total_cmp(&other.1))?;
+    let stopped = || format!("interrupted: this is the answer after instant {}", effective.len());
+    let warning = progress::is_stopped().then(stopped).or((least.1 < sampled::FEW).then(|| {
+        format!(
+            "at instant {} the particles say no more than {:.0} of equal weight would: take more (--particles)",
+            least.0 + 1,
+            least.1
+        )
+    }));
+    let effective = *effective.last()?;
+    Some(Estimate {
+        particles: draws.count(),
+        effective,
+        seed: sampling.seed,
+        ln_evidence_error: None,
+        warning,
+    })
+}
+
+/// The way in which a question over time is answered.
+fn strategy(by: &By) -> Strategy {
+    match by {
+        By::Chain => Strategy::Chain,
+        By::Gaussian(_) => Strategy::Gaussian,
+        By::Particles { .. } => Strategy::Particles,
+    }
+}
+
+/// What is believed of an instant, by slot.
+fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
+    let instant = several.then_some(told.instant);
+    let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let of: Vec<Slot> = slots.map(|slot| Slot::of(setting, slot)).collect();
+    let law = match &told.what {
+        What::Cloud { draws, kept, linear, .. } => {
+            return Part { instant, ..sampled::part(setting, ask, draws, kept, linear) };
+        }
+        What::Finite(numbers) => PartLaw::Finite(numbers.clone()),
+        What::Normal(belief) => PartLaw::Normal {
+            mean: belief.mean.iter().copied().collect(),
+            covariance: belief.covariance.transpose().iter().copied().collect(),
+        },
+    };
+    Part { instant, given: Vec::new(), of, law }
+}
+
+/// The answer of a filter after an instant: the distribution of what it searches.
+pub(crate) fn of_instant(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    told: &Told,
+    ln_evidence: f64,
+    sampling: Sampling,
+) -> Answer {
+    let part = part(setting, &route.ask, told, false);
+    Answer {
+        question: setting.model.ask_text(&route.ask),
+        ln_evidence: Some(ln_evidence),
+        estimate: estimate(told, sampling),
+        answer: part.rows(setting.model),
+        strategy: strategy(&route.by),
+        when: route.ask.when,
+        parts: vec![part],
+    }
+}

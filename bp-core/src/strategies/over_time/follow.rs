@@ -1,0 +1,167 @@
+//! A filter that takes one instant after the other, and forgets all but what it carries.
+//!
+//! In: a question over time, then what is observed at an instant. Out: a [`Told`] for that instant. Invariant: step by step it
+//! says what [`super::answer`] says of all instants at once; an instant that is refused leaves it as it was.
+
+use super::{By, Instant, OverTime, Told, What, always, impossible};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::potential::Product;
+use crate::sample::{Observations, Sampling};
+use crate::strategies::chain::{self, Chain};
+use crate::strategies::gaussian::Filter;
+use crate::strategies::particles::{Cloud, Moves};
+use std::sync::Arc;
+
+/// A filter over time.
+pub struct Follower<'m> {
+    setting: Setting<'m>,
+    route: OverTime,
+    always: Instant,
+    state: State<'m>,
+    /// How many instants were followed.
+    instants: usize,
+    ln_evidence: f64,
+}
+
+/// What is carried from instant to instant.
+enum State<'m> {
+    Chain { chain: Box<Chain<'m>>, searched: Vec<usize>, last: Option<Product> },
+    Gaussian(Box<Filter>),
+    Particles { moves: Box<Moves<'m>>, linear: Vec<usize>, kept: Vec<usize>, cloud: Cloud },
+}
+
+impl<'m> Follower<'m> {
+    /// A filter before its first instant.
+    ///
+    /// # Errors
+    /// Numbers that are missing, or that a form cannot have.
+    pub fn new(setting: Setting<'m>, route: OverTime, sampling: Sampling) -> Result<Self, Error> {
+        let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+        let searched: Vec<usize> = slots.collect();
+        let state = match &route.by {
+            By::Chain => {
+                let chain = chain::chain(&setting, &route)?;
+                State::Chain { chain: Box::new(chain), searched, last: None }
+            }
+            By::Gaussian(gaussian) => State::Gaussian(Box::new(super::kalman(&setting, gaussian)?)),
+            By::Particles { linear, .. } => {
+                let moves = Box::new(Moves::new(&setting, &route.carried, linear, sampling)?);
+                let (linear, kept): (Vec<usize>, Vec<usize>) =
+                    searched.into_iter().partition(|slot| linear.contains(&setting.variable_of(*slot)));
+                let cloud = moves.begin()?;
+                State::Particles { moves, linear, kept, cloud }
+            }
+        };
+        let always = always(&setting, &route);
+        Ok(Self { setting, route, always, state, instants: 0, ln_evidence: 0.0 })
+    }
+
+    /// The program with its numbers.
+    pub fn setting(&self) -> &Setting<'m> {
+        &self.setting
+    }
+
+    /// The question.
+    pub fn route(&self) -> &OverTime {
+        &self.route
+    }
+
+    /// How many instants were followed.
+    pub fn instants(&self) -> usize {
+        self.instants
+    }
+
+    /// ln P(all that was observed)
+    pub fn ln_evidence(&self) -> f64 {
+        self.ln_evidence
+    }
+
+    /// Follows an instant at which these slots have these values, as numbers of the program.
+    ///
+    /// # Errors
+    /// A value outside its domain; observations that are impossible.
+    pub fn step(&mut self, observed: &[(usize, f64)]) -> Result<Told, Error> {
+        let mut checked = Observations::none(&self.setting);
+        let mut instant = self.always.clone();
+        for (slot, value) in observed {
+            checked.observe(&self.setting, *slot, *value)?;
+            instant.retain(|(own, _)| own != slot);
+            instant.push((*slot, checked.values[*slot]));
+        }
+        instant.sort_by_key(|(slot, _)| *slot);
+        let number = self.instants;
+        let what = match &mut self.state {
+            State::Chain { chain, searched, last } => {
+                let step = chain.step(last.as_ref(), &instant, number, true)?;
+                let told = chain.after(last.as_ref(), &step.product, |joint| joint.distribution(searched))?;
+                self.ln_evidence += step.ln_total;
+                *last = Some(step.message);
+                What::Finite(told)
+            }
+            State::Gaussian(filter) => {
+                let named: Vec<(String, f64)> =
+                    (instant.iter()).map(|(slot, value)| (self.setting.slot_name(*slot), *value)).collect();
+                let named = named.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+                let beliefs = filter.filtered(&[named])?;
+                let belief = beliefs.into_iter().next().expect("internal: a belief for each instant");
+                self.ln_evidence += belief.ln_evidence;
+                What::Normal(belief)
+            }
+            State::Particles { moves, linear, kept, cloud } => {
+                let mut next = cloud.clone();
+                if !moves.advance(&mut next, &instant)? {
+                    return Err(impossible(&self.setting, &self.route, number));
+                }
+                *cloud = next;
+                self.ln_evidence = cloud.ln_evidence;
+                cloud_of(cloud, kept, linear)
+            }
+        };
+        self.instants += 1;
+        Ok(Told { instant: self.instants, what })
+    }
+
+    /// What is believed so many instants after the last, of which nothing is observed. The filter itself stays.
+    ///
+    /// # Errors
+    /// As [`Follower::step`].
+    pub fn predict(&mut self, steps: usize) -> Result<Told, Error> {
+        let nothing = Instant::new();
+        let what = match &mut self.state {
+            State::Chain { chain, searched, last } => {
+                let (mut before, mut number) = (last.clone(), self.instants);
+                for _ in 1..steps {
+                    before = Some(chain.step(before.as_ref(), &nothing, number, false)?.message);
+                    number += 1;
+                }
+                let step = chain.step(before.as_ref(), &nothing, number, false)?;
+                let told =
+                    chain.after(before.as_ref(), &step.product, |joint| joint.distribution(searched))?;
+                What::Finite(told)
+            }
+            State::Gaussian(filter) => What::Normal(filter.predicted(steps)?),
+            State::Particles { moves, linear, kept, cloud } => {
+                let mut ahead = cloud.clone();
+                for step in 0..steps {
+                    if !moves.advance(&mut ahead, &nothing)? {
+                        return Err(impossible(&self.setting, &self.route, self.instants + step));
+                    }
+                }
+                cloud_of(&mut ahead, kept, linear)
+            }
+        };
+        Ok(Told { instant: self.instants + steps, what })
+    }
+}
+
+/// What particles say of some slots.
+pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> What {
+    cloud.complete();
+    What::Cloud {
+        draws: Arc::new(cloud.draws(kept)),
+        kept: kept.to_vec(),
+        linear: linear.iter().map(|slot| (*slot, cloud.mixture(*slot))).collect(),
+        effective: cloud.effective.clone(),
+    }
+}

@@ -1,0 +1,273 @@
+//! Questions over time: what is carried from instant to instant, and how.
+//!
+//! In: a model with variables of the previous instant, and a `filter`, `predict`, `smooth` or `sequence`. Out: an
+//! [`OverTime`] route. Invariant: what an instant says is the program's own decomposition; what X^-1 was before the first
+//! instant is what its own form says (`previous(X) else …`), and a real without one is 0, at rest.
+//!
+//! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹ | z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read
+//! from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
+
+use crate::equation::Strategy;
+use crate::equation::{Line, Mark, Marked, Notation, made_of_parts, of_form};
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::model::{Ask, Evidence, Model, Statistic, When};
+use crate::strategies::gaussian::{self, Gaussian};
+use crate::strategies::{chain, particles, weighting};
+use std::collections::BTreeSet;
+
+/// A question over time.
+#[derive(Clone, PartialEq, Debug)]
+pub struct OverTime {
+    /// What is asked.
+    pub ask: Ask,
+    /// What is carried: (X, X^-1).
+    pub carried: Vec<(VariableId, VariableId)>,
+    /// By what it is answered.
+    pub by: By,
+}
+
+/// By what a question over time is answered.
+#[derive(Clone, PartialEq, Debug)]
+pub enum By {
+    /// Finite states: sums over them, forward and backward.
+    Chain,
+    /// All is linear and Gaussian: a normal law is carried.
+    Gaussian(Gaussian),
+    /// Draws, which follow the program and are weighed by what is observed.
+    Particles {
+        /// The variables that are not drawn: given the others they are linear and Gaussian, and each particle carries
+        /// their normal law. Parents first.
+        linear: Vec<VariableId>,
+        /// Why nothing exact is carried.
+        reason: String,
+    },
+}
+
+/// Plans a question over time.
+pub(crate) fn offer(model: &Model, ask: Ask, strategy: Strategy) -> Result<OverTime, Error> {
+    let refused = |reason: String| Error::Unplanned { question: model.ask_text(&ask), reason };
+    for known in &ask.known {
+        if matches!(known.evidence, Evidence::Soft(_)) {
+            let name = model.variable_name(known.variable);
+            return Err(refused(format!(
+                "soft evidence replaces what is believed at one instant; over time write a likelihood, \
+                 `{name} virtual [...]`, which holds at each"
+            )));
+        }
+    }
+    let carried: Vec<(VariableId, VariableId)> =
+        model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect();
+    if strategy == Strategy::Gaussian {
+        if !gaussian::is_linear(model) {
+            return Err(refused("not all is real, linear and Gaussian".to_owned()));
+        }
+        if let Some(why) = not_of_reals(model, &ask) {
+            return Err(refused(why));
+        }
+        let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };
+        let by = By::Gaussian(gaussian::offer(model, vec![plain])?);
+        return Ok(OverTime { ask, carried, by });
+    }
+    let mut route = OverTime { ask: ask.clone(), carried, by: By::Chain };
+    let reason = chain::refusal(model, &ask, &route.carried);
+    if reason.is_none() {
+        let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
+        let missing = route.carried.iter().map(|(now, _)| *now).find(|now| !asked.contains(now));
+        if let (When::Sequence, Some(now)) = (ask.when, missing) {
+            let name = model.variable_name(now);
+            return Err(refused(format!(
+                "the most likely sequence is that of all that is carried: search `{name}` too"
+            )));
+        }
+    }
+    if strategy == Strategy::Chain {
+        return reason.map_or(Ok(route), |reason| Err(refused(reason)));
+    }
+    let reason = reason.unwrap_or_else(|| "it is answered exactly, instant by instant".to_owned());
+    if let Some(why) = not_of_reals(model, &ask) {
+        return Err(refused(format!("{reason}; and {why}")));
+    }
+    if let Some(name) = virtually(model, &ask) {
+        return Err(refused(format!(
+            "{reason}; and draws are weighed by observations: `{name}` has a likelihood"
+        )));
+    }
+    if ask.when.is_every_instant() {
+        let word = ask.when.word();
+        return Err(refused(format!("{reason}; and draws go forward only: ask for `filter`, not `{word}`")));
+    }
+    if let Some(why) = model.factors.values().find_map(|factor| weighting::refused_factor(model, factor)) {
+        return Err(refused(format!("{reason}; and {why}")));
+    }
+    route.by = By::Particles { linear: particles::linear(model), reason };
+    Ok(route)
+}
+
+/// Why a statistic is not made of a normal law or of particles.
+fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
+    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
+        let name = model.variable_name(item.variable);
+        return Some(format!(
+            "over time the whole distribution is answered: search `{name}`, without a value"
+        ));
+    }
+    let word = match (ask.when, &ask.statistic) {
+        (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
+        // Of a normal law the most likely sequence is that of the smoothed means.
+        (When::Sequence, Statistic::Argmax { .. }) => return None,
+        (_, statistic) => statistic.word(),
+    };
+    Some(format!("`{word}` is not made of it: ask for the distribution, its `expectation` or its `variance`"))
+}
+
+/// A variable that is known by a likelihood.
+fn virtually(model: &Model, ask: &Ask) -> Option<String> {
+    let known = ask.known.iter().find(|known| matches!(known.evidence, Evidence::Virtual(_)))?;
+    Some(model.variable_name(known.variable))
+}
+
+impl OverTime {
+    /// The variables that the question knows, without the plate's index.
+    pub fn observed(&self, model: &Model) -> BTreeSet<VariableId> {
+        let known = self.ask.known.iter().map(|known| known.variable);
+        known.filter(|variable| Some(*variable) != model.plate_index()).collect()
+    }
+
+    /// The variables that an instant sums out, and the product of its factors: all but those of X^-1 and those on which
+    /// nothing depends that is asked, observed or carried.
+    fn factors(&self, model: &Model, notation: Notation) -> (Vec<VariableId>, String) {
+        let observed = self.observed(model);
+        let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
+        let searched = self.ask.searched.iter().map(|item| item.variable);
+        let axes: BTreeSet<VariableId> = self.carried.iter().map(|(now, _)| *now).chain(searched).collect();
+        let mut rest: Vec<VariableId> = axes.iter().chain(&observed).copied().collect();
+        let mut wanted = BTreeSet::new();
+        while let Some(id) = rest.pop() {
+            if !before.contains(&id)
+                && let Some(factor) = model.factor_of(id)
+                && wanted.insert(factor)
+            {
+                rest.extend(of_form(model, factor));
+            }
+        }
+        let mut hidden = before;
+        let mut heads = Vec::with_capacity(wanted.len());
+        for id in wanted {
+            let factor = &model.factors[id];
+            let of = |uses: &[crate::model::VariableUse]| {
+                let label = |use_| notation.label(&model.use_name(use_, &factor.products));
+                uses.iter().map(label).collect::<Vec<_>>()
+            };
+            heads.push(notation.distribution(&of(&factor.left), &of(&factor.right)));
+            let left = factor.left.iter().map(|use_| use_.variable);
+            hidden.extend(left.filter(|id| !axes.contains(id) && !observed.contains(id)));
+        }
+        (hidden, heads.join(&notation.said(" ", "\\, ")))
+    }
+
+    /// What is done at each instant, as lines.
+    pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let names = |ids: &[VariableId]| notation.names(model, ids);
+        let now: Vec<VariableId> = self.carried.iter().map(|(now, _)| *now).collect();
+        let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
+        let observed: Vec<VariableId> = self.observed(model).into_iter().collect();
+        let told =
+            now.iter().map(|id| format!("`{}`", model.variable_name(*id))).collect::<Vec<_>>().join(", ");
+        let past = notation.said("past", "\\text{past}");
+        let mut known = names(&observed);
+        known.push(past.clone());
+        let belief = notation.distribution(&names(&now), &known);
+        let proportional = notation.said("∝", "\\propto");
+        let carried = notation.distribution(&names(&before), std::slice::from_ref(&past));
+        let forward = match self.by {
+            By::Chain => {
+                let (hidden, factors) = self.factors(model, notation);
+                format!("{belief} {proportional} {}{factors} {carried}", notation.sum(&names(&hidden)))
+            }
+            _ => {
+                let mut joint = names(&now);
+                joint.extend(names(&observed));
+                let moved = notation.distribution(&joint, &names(&before));
+                format!("{belief} {proportional} {}{moved} {carried}", notation.integral(&names(&before)))
+            }
+        };
+        let (rule, reason) = match &self.by {
+            By::Chain => {
+                let start: Vec<String> =
+                    before.iter().map(|id| format!("`P({})`", model.variable_name(*id))).collect();
+                let start = format!("{} is as its form says", start.join(", "));
+                let reason = format!(
+                    "{told} is carried and finite: each instant is a sum over what it was; at the first, {start}"
+                );
+                ("forward", reason)
+            }
+            By::Gaussian(_) => {
+                ("Kalman filter", format!("{told} is carried, linear and Gaussian: a normal law is carried"))
+            }
+            By::Particles { reason, .. } => (
+                "particle filter",
+                format!("{reason}: draws follow the program and are weighed by what is observed"),
+            ),
+        };
+        let mut lines = vec![(rule.to_owned(), reason, forward)];
+        if let By::Particles { linear, .. } = &self.by {
+            let resampled =
+                "particles are resampled (systematically) when they are worth less than half of them";
+            let equation = notation.said("1 / Σₙ wₙ² < N / 2", "1 / \\sum_n w_n^2 < N / 2").to_owned();
+            lines.push(("resampling".to_owned(), resampled.to_owned(), equation));
+            if !linear.is_empty() {
+                let names: Vec<String> =
+                    linear.iter().map(|id| format!("`{}`", model.variable_name(*id))).collect();
+                let reason = format!(
+                    "given the others, {} is linear and Gaussian: not drawn, carried as a normal law by each particle",
+                    names.join(", ")
+                );
+                lines.push((
+                    "Rao-Blackwell".to_owned(),
+                    reason,
+                    notation.said("N(x; mₙ, Σₙ)", "\\mathcal{N}(x; m_n, \\Sigma_n)").to_owned(),
+                ));
+            }
+        }
+        let last = match self.ask.when {
+            When::Smooth => Some((
+                "backward",
+                "what came after speaks too",
+                notation.said(
+                    "βₜ₋₁(X⁻¹) ∝ Σ φₜ βₜ(X)",
+                    "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
+                ),
+            )),
+            When::Sequence => Some((
+                "most likely sequence",
+                "sums become maxima",
+                notation.said(
+                    "δₜ(X) = max φₜ δₜ₋₁(X⁻¹)",
+                    "\\delta_t(X) = \\max \\phi_t\\, \\delta_{t-1}(X^{-1})",
+                ),
+            )),
+            When::Predict(_) => Some((
+                "prediction",
+                "instants follow of which nothing is observed",
+                notation.said("Σ P(X | X⁻¹) P(X⁻¹)", "\\sum P(X | X^{-1}) P(X^{-1})"),
+            )),
+            _ => None,
+        };
+        lines.extend(last.map(|(rule, reason, equation)| (rule.to_owned(), reason.to_owned(), equation)));
+        lines
+    }
+
+    /// What is multiplied at an instant. Linear and Gaussian programs carry a mean and a covariance, which are no products.
+    pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
+        let reason = match self.by {
+            By::Gaussian(_) => return Vec::new(),
+            By::Chain => "over time each potential keeps its scale apart",
+            By::Particles { .. } => "draws are weighed by logarithms",
+        };
+        let last = self.derivation(model, notation).pop().map(|(_, _, equation)| equation);
+        let marked = |product| Marked { product, mark: Mark::Log, reason: reason.to_owned() };
+        let made = made_of_parts(model, &self.ask, notation).into_iter().map(|(_, _, equation)| equation);
+        last.into_iter().chain(made).map(marked).collect()
+    }
+}

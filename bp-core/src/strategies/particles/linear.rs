@@ -1,0 +1,107 @@
+//! Which reals are linear and Gaussian once all the others are known: these need not be drawn.
+//!
+//! In: a model. Out: variables, in the order of the model. Invariant: every form of theirs, and every form that speaks of
+//! them, is normal or a Dirac with a mean linear in them; its coefficients, deviations and conditions may depend on the
+//! others in any way. X and X^-1 are both among them, or neither.
+//!
+//! Doucet, de Freitas, Murphy and Russell, *Rao-Blackwellised particle filtering*, UAI 2000.
+
+use crate::equation::{Scope, of_form};
+use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::law::Law;
+use crate::model::{Expression, Folded, Form, Model};
+use crate::operators::{Binary, Unary};
+
+/// The variables that are linear and Gaussian given the others.
+pub(crate) fn linear(model: &Model) -> Vec<VariableId> {
+    let real =
+        |id: &VariableId| !model.variables[*id].domain.is_finite() && model.variables[*id].family.is_none();
+    let mut linear: Scope = model.variables.ids().filter(real).collect();
+    while let Some(removed) = violator(model, &linear) {
+        linear.remove(&removed);
+    }
+    linear.into_iter().collect()
+}
+
+/// A variable that cannot stay.
+fn violator(model: &Model, linear: &Scope) -> Option<VariableId> {
+    for (id, variable) in model.variables.iter() {
+        if let Some(now) = variable.previous_of
+            && linear.contains(&id) != linear.contains(&now)
+        {
+            return Some(if linear.contains(&id) { id } else { now });
+        }
+    }
+    model.factors.ids().find_map(|id| of_factor(model, id, linear))
+}
+
+fn of_factor(model: &Model, id: FactorId, linear: &Scope) -> Option<VariableId> {
+    let factor = &model.factors[id];
+    let left = factor.left[0].variable;
+    let used: Vec<VariableId> =
+        of_form(model, id).into_iter().filter(|parent| linear.contains(parent)).collect();
+    if !linear.contains(&left) || factor.left.len() > 1 {
+        return used.first().copied().or(Some(left).filter(|left| linear.contains(left)));
+    }
+    if is_linear_in(model, &factor.form, linear) {
+        return None;
+    }
+    // To draw the parent that is not linear is enough, where there is one such.
+    let enough = |parent: &VariableId| {
+        let mut without = linear.clone();
+        without.remove(parent);
+        is_linear_in(model, &factor.form, &without)
+    };
+    used.into_iter().find(enough).or(Some(left))
+}
+
+/// Whether a form is normal or a Dirac, with a mean that is linear in some variables, and otherwise without them.
+pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
+    let of = |id: ExpressionId| degree(model, id, linear);
+    match form {
+        Form::Law { law: Law::Normal, arguments } => {
+            of(arguments[0]).is_some() && of(arguments[1]) == Some(0)
+        }
+        Form::Dirac(value) => of(*value).is_some(),
+        Form::If { condition, then, otherwise } => {
+            of(*condition) == Some(0)
+                && is_linear_in(model, then, linear)
+                && is_linear_in(model, otherwise, linear)
+        }
+        Form::Previous { at: None, otherwise, .. } => is_linear_in(model, otherwise, linear),
+        _ => false,
+    }
+}
+
+/// The degree of an expression in some variables: 0, 1, or `None` where it is not linear in them.
+fn degree(model: &Model, id: ExpressionId, linear: &Scope) -> Option<u8> {
+    model.fold(id, |expression, below| degree_of(expression, below, linear)).root()
+}
+
+/// The degree of a node, given those of its operands: 0 where none of the variables is in it.
+fn degree_of(expression: &Expression, below: &Folded<Option<u8>>, linear: &Scope) -> Option<u8> {
+    let of = |id: ExpressionId| *below.of(id);
+    match expression {
+        Expression::Variable(use_) => Some(u8::from(linear.contains(&use_.variable))),
+        Expression::Unary(Unary::Negate, operand) => of(*operand),
+        Expression::Binary(Binary::Add | Binary::Subtract, left, right) => Some(of(*left)?.max(of(*right)?)),
+        Expression::Binary(Binary::Multiply, left, right) => {
+            Some(of(*left)? + of(*right)?).filter(|degree| *degree <= 1)
+        }
+        Expression::Binary(Binary::Divide, left, right) => (of(*right)? == 0).then_some(of(*left)?),
+        Expression::If { condition, then, otherwise } => {
+            (of(*condition)? == 0).then_some(of(*then)?.max(of(*otherwise)?))
+        }
+        Expression::Vector(name, parts) if name == "vector" => {
+            parts.iter().try_fold(0, |most, part| Some(of(*part)?.max(most)))
+        }
+        // A rotation is linear in what it turns.
+        Expression::Vector(name, parts) if name == "rotate" => (of(parts[1])? == 0).then_some(of(parts[0])?),
+        Expression::First { family, .. } if linear.contains(family) => None,
+        _ => {
+            let mut without = true;
+            expression.each_operand(&mut |operand| without &= of(operand) == Some(0));
+            without.then_some(0)
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! Particles over time: drawn where they must be, a normal law where that is enough.
+//!
+//! In: a program, which of its variables are linear and Gaussian given the others, observations. Out: weighted particles
+//! at the last instant, each with the values of what was drawn and the law of the rest. Invariant: each particle has a
+//! stream of its own for each instant, and sums are in order: threads change nothing.
+//!
+//! The proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z | parentsₙ). Resampled
+//! systematically when 1 / Σ W² < N/2 (Kitagawa 1996). What is linear is carried by a Kalman filter in each particle, and
+//! its observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
+
+mod linear;
+mod normal;
+
+pub(crate) use linear::{is_linear_in, linear};
+
+use crate::distribution::{Distribution, Instance, Setting, ln_sum};
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::law::Law;
+use crate::operators::normal_cumulative;
+use crate::progress::{self, Work};
+use crate::random::Random;
+use crate::sample::{Draws, Moments, Observations, Sampling, Streams};
+use crate::strategies::over_time::Instant;
+use crate::strategies::weighting::draw_or_weigh;
+use normal::Normal;
+use rand::RngExt;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// One particle.
+#[derive(Clone, Debug)]
+pub(crate) struct Particle {
+    /// The values of what was drawn or observed.
+    pub(crate) values: Vec<f64>,
+    /// The law of what is not drawn.
+    pub(crate) law: Normal,
+}
+
+/// The particles of an instant.
+#[derive(Clone, Debug)]
+pub(crate) struct Cloud {
+    pub(crate) particles: Vec<Particle>,
+    /// ln of the weights, which sum to one.
+    pub(crate) ln_weights: Vec<f64>,
+    /// ln P(observations)
+    pub(crate) ln_evidence: f64,
+    /// How many particles of equal weight would say as much, instant by instant.
+    pub(crate) effective: Vec<f64>,
+}
+
+/// What moves particles from instant to instant.
+pub(crate) struct Moves<'s> {
+    setting: Arc<Setting<'s>>,
+    sampling: Sampling,
+    /// The slots that are not drawn.
+    linear: Vec<bool>,
+    /// Whether one of these may have no noise of its own.
+    dirac: bool,
+    /// What X^-1 is before the first instant, and what an instant says.
+    before: Vec<(Instance, Vec<usize>)>,
+    now: Vec<(Instance, Vec<usize>)>,
+    /// (slot of X, slot of X^-1)
+    carried: Vec<(usize, usize)>,
+}
+
+impl<'s> Moves<'s> {
+    pub(crate) fn new(
+        setting: &Setting<'s>,
+        carried: &[(VariableId, VariableId)],
+        linear: &[VariableId],
+        sampling: Sampling,
+    ) -> Result<Self, Error> {
+        let mut is_linear = vec![false; setting.slots()];
+        linear.iter().for_each(|variable| is_linear[setting.slots_of(*variable)].fill(true));
+        let model = setting.model;
+        let is_dirac = |variable: &VariableId| {
+            let form = model.factor_of(*variable).map(|factor| &model.factors[factor].form);
+            model.variables[*variable].previous_of.is_none()
+                && form.is_none_or(|form| form.as_normal().is_none())
+        };
+        let with = |instance: Instance| {
+            let right =
+                model.factors[instance.factor].right.iter().flat_map(|use_| setting.slots_of(use_.variable));
+            let parents = right.filter(|slot| is_linear[*slot]).collect();
+            (instance, parents)
+        };
+        let (before, now) = (setting.ordered()?.into_iter().map(with)).partition(|(instance, _)| {
+            model.variables[setting.variable_of(instance.left[0])].previous_of.is_some()
+        });
+        let slots = |(now, before): &(VariableId, VariableId)| {
+            setting.slots_of(*now).zip(setting.slots_of(*before)).collect::<Vec<_>>()
+        };
+        Ok(Self {
+            setting: Arc::new(setting.clone()),
+            sampling,
+            before,
+            now,
+            carried: carried.iter().flat_map(slots).collect(),
+            linear: is_linear,
+            dirac: linear.iter().any(is_dirac),
+        })
+    }
+
+    /// Follows the observations.
+    ///
+    /// # Errors
+    /// The instant at which no particle can have led to what was observed, wrapped in `Ok(Err(_))`; numbers that cannot
+    /// be.
+    pub(crate) fn follow(&self, instants: &[Instant]) -> Result<Result<Cloud, usize>, Error> {
+        let mut cloud = self.begin()?;
+        let work = Work::of(instants.len());
+        for (instant, observed) in instants.iter().enumerate() {
+            if !work.goes_on() {
+                // What was followed so far is answered.
+                break;
+            }
+            if !self.advance(&mut cloud, observed)? {
+                return Ok(Err(instant));
+            }
+        }
+        cloud.complete();
+        match cloud.effective.is_empty() && progress::is_stopped() {
+            true => Err(Error::Interrupted),
+            false => Ok(Ok(cloud)),
+        }
+    }
+
+    /// The particles before the first instant.
+    pub(crate) fn begin(&self) -> Result<Cloud, Error> {
+        let count = self.sampling.particles;
+        let streams = Streams::new(self.sampling.seed, "particles");
+        let begin = |number: usize| {
+            let values = Observations::none(&self.setting).values;
+            let mut particle = Particle { values, law: Normal::new(self.dirac) };
+            // What is carried without a form is at rest.
+            for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
+                if particle.values[*before] == 0.0 {
+                    particle.law.extend(*before, &[], 0.0, 0.0);
+                    particle.values[*before] = f64::NAN;
+                }
+            }
+            let none = Observations::none(&self.setting);
+            let ln_weight = self.run(&self.before, &none, &mut streams.stream(number), &mut particle)?;
+            Ok((particle, ln_weight - (count as f64).ln()))
+        };
+        let begun: Vec<(Particle, f64)> =
+            (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
+        let (particles, ln_weights) = begun.into_iter().unzip();
+        Ok(Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() })
+    }
+
+    /// Follows one instant more; `false` where no particle can have led to what was observed.
+    pub(crate) fn advance(&self, cloud: &mut Cloud, observed: &Instant) -> Result<bool, Error> {
+        let (count, instant) = (self.sampling.particles, cloud.effective.len());
+        let streams = Streams::new(self.sampling.seed, "particles");
+        let resampling = Streams::new(self.sampling.seed, "resampling");
+        if let Some(before) = instant.checked_sub(1)
+            && cloud.effective[before] < 0.5 * count as f64
+        {
+            cloud.resample(resampling.stream(before).random());
+        }
+        let mut observations = Observations::none(&self.setting);
+        observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
+        let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
+            // What cannot be has no values that the next instant could follow.
+            if *ln_weight == f64::NEG_INFINITY {
+                return Ok(0.0);
+            }
+            if instant > 0 {
+                self.carry(particle);
+            }
+            let mut random = streams.stream((instant + 1) * count + number);
+            observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
+            self.run(&self.now, &observations, &mut random, particle)
+        };
+        let particles = cloud.particles.par_iter_mut().enumerate();
+        let weights: Vec<f64> = particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
+        cloud.ln_weights.iter_mut().zip(weights).for_each(|(weight, more)| *weight += more);
+        let total = ln_sum(&cloud.ln_weights);
+        if !total.is_finite() {
+            return Ok(false);
+        }
+        cloud.ln_evidence += total;
+        cloud.ln_weights.iter_mut().for_each(|weight| *weight -= total);
+        cloud.effective.push(1.0 / cloud.ln_weights.iter().map(|ln| (2.0 * ln).exp()).sum::<f64>());
+        Ok(true)
+    }
+
+    /// X becomes X^-1.
+    fn carry(&self, particle: &mut Particle) {
+        let blank = Observations::none(&self.setting).values;
+        let before = std::mem::replace(&mut particle.values, blank);
+        for (now, previous) in self.carried.iter().filter(|(_, previous)| !self.linear[*previous]) {
+            particle.values[*previous] = before[*now];
+        }
+        let linear = self.carried.iter().filter(|(_, previous)| self.linear[*previous]);
+        for (_, previous) in linear.clone() {
+            particle.values[*previous] = f64::NAN;
+        }
+        particle.law = particle.law.renamed(linear.copied());
+    }
+
+    /// Follows the forms, parents first; gives the ln weight of what was observed.
+    fn run(
+        &self,
+        instances: &[(Instance, Vec<usize>)],
+        observations: &Observations,
+        random: &mut Random,
+        particle: &mut Particle,
+    ) -> Result<f64, Error> {
+        let mut ln_weight = 0.0;
+        for (instance, parents) in instances {
+            ln_weight += match self.linear[instance.left[0]] {
+                true => self.extend(instance, parents, observations.values[instance.left[0]], particle)?,
+                false => draw_or_weigh(&self.setting, instance, observations, random, &mut particle.values)?,
+            };
+            if ln_weight == f64::NEG_INFINITY {
+                break;
+            }
+        }
+        Ok(ln_weight)
+    }
+
+    /// Adds a linear variable to the law of a particle; weighs and conditions by its observation.
+    fn extend(
+        &self,
+        instance: &Instance,
+        parents: &[usize],
+        observed: f64,
+        particle: &mut Particle,
+    ) -> Result<f64, Error> {
+        let slot = instance.left[0];
+        // The coefficients are what the mean gains where one parent is 1 and the others are 0.
+        let mut at = particle.values.clone();
+        parents.iter().for_each(|parent| at[*parent] = 0.0);
+        let mean = |at: &[f64]| match self.setting.distribution(instance, at)? {
+            Distribution::Law(Law::Normal, [mean, deviation]) => Ok((mean, deviation)),
+            Distribution::Point(point) => Ok((point, 0.0)),
+            _ => unreachable!("internal: a linear variable is normal or a Dirac"),
+        };
+        let (constant, deviation) = mean(&at)?;
+        let mut coefficients = Vec::with_capacity(parents.len());
+        for parent in parents {
+            at[*parent] = 1.0;
+            coefficients.push((*parent, mean(&at)?.0 - constant));
+            at[*parent] = 0.0;
+        }
+        particle.law.extend(slot, &coefficients, constant, deviation);
+        particle.values[slot] = f64::NAN;
+        Ok(if observed.is_nan() { 0.0 } else { particle.law.observe(slot, observed) })
+    }
+}
+
+impl Cloud {
+    /// Systematic: as many copies of each as its weight times their number, one uniform number for all.
+    fn resample(&mut self, uniform: f64) {
+        let count = self.particles.len();
+        // Only those of positive weight: a rounded sum must not choose another.
+        let possible: Vec<usize> = (0..count).filter(|own| self.ln_weights[*own].exp() > 0.0).collect();
+        let weight = |source: usize| self.ln_weights[possible[source]].exp();
+        let (mut sum, mut source, mut chosen) = (weight(0), 0, Vec::with_capacity(count));
+        for number in 0..count {
+            let position = (number as f64 + uniform) / count as f64;
+            while sum < position && source + 1 < possible.len() {
+                source += 1;
+                sum += weight(source);
+            }
+            chosen.push(self.particles[possible[source]].clone());
+        }
+        self.particles = chosen;
+        self.ln_weights.fill(-(count as f64).ln());
+    }
+}
+
+impl Cloud {
+    /// Gives to particles of weight zero, which have no values, those of another: they say nothing, but can be read.
+    pub(crate) fn complete(&mut self) {
+        let Some(other) = self.ln_weights.iter().position(|weight| *weight > f64::NEG_INFINITY) else {
+            return;
+        };
+        for number in 0..self.particles.len() {
+            if self.ln_weights[number] == f64::NEG_INFINITY {
+                self.particles[number] = self.particles[other].clone();
+            }
+        }
+    }
+
+    /// The draws of some slots that were drawn.
+    pub(crate) fn draws(&self, slots: &[usize]) -> Draws {
+        let of = |particle: &Particle| slots.iter().map(|slot| particle.values[*slot]).collect::<Vec<_>>();
+        Draws::weighted(self.particles.iter().flat_map(of).collect(), slots.len(), &self.ln_weights)
+    }
+
+    /// What is said of a slot that was not drawn: a mixture of normal laws.
+    pub(crate) fn mixture(&self, slot: usize) -> Moments {
+        let weights: Vec<f64> = self.ln_weights.iter().map(|ln| ln.exp()).collect();
+        let law = |particle: &Particle| particle.law.of(slot).expect("internal: a linear variable has a law");
+        let laws: Vec<[f64; 2]> = self.particles.iter().map(law).collect();
+        let about = |f: &dyn Fn([f64; 2]) -> f64| {
+            let mean: f64 = weights.iter().zip(&laws).map(|(weight, law)| weight * f(*law)).sum();
+            let square: f64 =
+                weights.iter().zip(&laws).map(|(weight, law)| (weight * (f(*law) - mean)).powi(2)).sum();
+            [mean, square.sqrt()]
+        };
+        let mean = about(&|[m, _]| m);
+        let variance = about(&|[m, s]| s * s + (m - mean[0]).powi(2));
+        let deviation = variance[0].sqrt();
+        let below = |x: f64| {
+            about(&|[m, s]| {
+                if s > 0.0 { normal_cumulative((x - m) / s) } else { f64::from(u8::from(m <= x)) }
+            })
+        };
+        let (low, high) = laws.iter().fold((f64::MAX, f64::MIN), |(low, high), [m, s]| {
+            (low.min(m - 10.0 * s), high.max(m + 10.0 * s))
+        });
+        let at = |level: f64| {
+            let (mut from, mut to) = (low, high);
+            for _ in 0..60 {
+                let middle = 0.5 * (from + to);
+                if below(middle)[0] < level { from = middle } else { to = middle }
+            }
+            0.5 * (from + to)
+        };
+        let quantiles = Moments::LEVELS.map(|level| {
+            let quantile = at(level);
+            let [_, error] = below(quantile);
+            [quantile, 0.5 * (at(level + error) - at(level - error))]
+        });
+        let error = if deviation > 0.0 { variance[1] / (2.0 * deviation) } else { 0.0 };
+        Moments { mean, deviation: [deviation, error], variance, quantiles }
+    }
+}

@@ -1,0 +1,161 @@
+//! Likelihood weighting.
+//!
+//! In: a setting, the steps of a route, evidence. Out: weighted draws. Invariant: the draws are those of the prior, each
+//! weighed by the density of what was observed; a draw that cannot have led to it has weight 0.
+//!
+//! wₙ = Π_K P(k | parentsⁿ); of a factor over several variables of which some are observed, the draw is made among what
+//! is left and weighed by its probability.
+
+use super::Treatment;
+use crate::distribution::{Distribution, Instance, Setting};
+use crate::error::Error;
+use crate::exec::scalar::Scalar;
+use crate::ids::FactorId;
+use crate::progress::Work;
+use crate::random::Random;
+use crate::sample::{Draws, Observations, Sampling, Streams};
+use rayon::prelude::*;
+
+/// A step of a route, with its instances.
+pub(crate) struct Step {
+    pub(crate) instances: Vec<Instance>,
+    /// The Dirac that is solved for the left-hand side.
+    pub(crate) solves: Option<Instance>,
+}
+
+/// Draws by likelihood weighting, of which the slots `kept` are kept.
+///
+/// # Errors
+/// A parameter of a law that cannot be; a Dirac that cannot be solved.
+pub fn weigh(
+    setting: &Setting<'_>,
+    steps: &[(FactorId, Treatment)],
+    observations: &Observations,
+    kept: &[usize],
+    sampling: Sampling,
+) -> Result<Draws, Error> {
+    let steps = instances(setting, steps)?;
+    let streams = Streams::new(sampling.seed, "weighting");
+    let work = Work::of(sampling.particles);
+    let draw = |number: usize| {
+        if !work.goes_on() {
+            return Ok(None);
+        }
+        let mut values = observations.values.clone();
+        let ln_weight = draw_one(setting, &steps, observations, &mut streams.stream(number), &mut values)?;
+        Ok(Some((ln_weight, kept.iter().map(|slot| values[*slot]).collect::<Vec<f64>>())))
+    };
+    let all: Vec<Option<(f64, Vec<f64>)>> =
+        (0..sampling.particles).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
+    // Where the work was stopped, the draws that were made answer.
+    let all: Vec<(f64, Vec<f64>)> = all.into_iter().flatten().collect();
+    if all.is_empty() {
+        return Err(Error::Interrupted);
+    }
+    let ln_weights: Vec<f64> = all.iter().map(|(ln_weight, _)| *ln_weight).collect();
+    let values = all.into_iter().flat_map(|(_, values)| values).collect();
+    Ok(Draws::weighted(values, kept.len(), &ln_weights))
+}
+
+pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) -> Result<Vec<Step>, Error> {
+    let of = |(factor, treatment): &(FactorId, Treatment)| {
+        let solves = match treatment {
+            Treatment::Solved(dirac) => setting.instances(*dirac)?.pop(),
+            _ => None,
+        };
+        Ok(Step { instances: setting.instances(*factor)?, solves })
+    };
+    steps.iter().map(of).collect()
+}
+
+/// One draw into `values`, in which what is observed stands already; gives its ln weight.
+pub(crate) fn draw_one(
+    setting: &Setting<'_>,
+    steps: &[Step],
+    observations: &Observations,
+    random: &mut Random,
+    values: &mut [f64],
+) -> Result<f64, Error> {
+    let mut ln_weight = 0.0;
+    for step in steps {
+        for instance in &step.instances {
+            ln_weight += match &step.solves {
+                Some(dirac) => solve(setting, instance, dirac, observations, values)?,
+                None => draw_or_weigh(setting, instance, observations, random, values)?,
+            };
+            if ln_weight == f64::NEG_INFINITY {
+                return Ok(ln_weight);
+            }
+        }
+    }
+    for (slot, likelihoods) in &observations.likelihoods {
+        ln_weight += likelihoods[values[*slot] as usize].ln();
+    }
+    Ok(ln_weight)
+}
+
+/// Draws what is not observed of a left-hand side, and gives the ln weight of what is.
+pub(crate) fn draw_or_weigh(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    observations: &Observations,
+    random: &mut Random,
+    values: &mut [f64],
+) -> Result<f64, Error> {
+    let distribution = setting.distribution(instance, values)?;
+    let observed = |slot: &usize| !observations.values[*slot].is_nan();
+    if instance.left.iter().all(observed) {
+        return Ok(distribution.ln_density(setting.left_value(instance, values)));
+    }
+    let distribution = match distribution {
+        Distribution::Wide(probabilities) if instance.left.len() > 1 => {
+            Distribution::Finite(probabilities.iter().map(|p| p.to_f64()).collect())
+        }
+        other => other,
+    };
+    let (distribution, ln_weight) = match distribution {
+        Distribution::Finite(mut probabilities) if instance.left.iter().any(observed) => {
+            let mut other = values.to_vec();
+            for (joint, probability) in probabilities.iter_mut().enumerate() {
+                setting.put(instance, joint as f64, &mut other);
+                let agrees = |slot: &usize| !observed(slot) || other[*slot] == observations.values[*slot];
+                *probability *= f64::from(u8::from(instance.left.iter().all(agrees)));
+            }
+            let total: f64 = probabilities.iter().sum();
+            (Distribution::Finite(probabilities), total.ln())
+        }
+        distribution => (distribution, 0.0),
+    };
+    match distribution.draw(random) {
+        Some(value) => setting.put(instance, value, values),
+        None => return Ok(f64::NEG_INFINITY),
+    }
+    Ok(ln_weight)
+}
+
+/// Y = (x − b) / a, where the Dirac says X = a Y + b; gives ln p(Y | parents) − ln |a|.
+pub(crate) fn solve(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    dirac: &Instance,
+    observations: &Observations,
+    values: &mut [f64],
+) -> Result<f64, Error> {
+    let (slot, observed) = (instance.left[0], observations.values[dirac.left[0]]);
+    let mut said = |value: f64| {
+        values[slot] = value;
+        match setting.distribution(dirac, values)? {
+            Distribution::Point(point) => Ok(point),
+            _ => unreachable!("internal: a Dirac on a real is a point"),
+        }
+    };
+    let constant = said(0.0)?;
+    let slope = said(1.0)? - constant;
+    if slope == 0.0 {
+        let (name, of) = (setting.slot_name(dirac.left[0]), setting.slot_name(slot));
+        let message = format!("its `dirac` was to be solved for `{of}`, whose coefficient is 0 here");
+        return Err(Error::input(name, message));
+    }
+    values[slot] = (observed - constant) / slope;
+    Ok(setting.distribution(instance, values)?.ln_density(values[slot]) - slope.abs().ln())
+}
