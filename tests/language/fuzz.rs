@@ -5,10 +5,10 @@
 //! asked.
 
 use bp_core::answer::ask;
-use bp_core::answer::{link, plan_for_answer};
+use bp_core::answer::link;
 use bp_core::exec::Inputs;
 use bp_core::model::Model;
-use bp_core::plan::Route;
+use bp_core::plan::{Options, Route, plan_for_answer};
 use bp_core::source::Source;
 use bp_core::syntax::{check, compile, parse, parse_question};
 
@@ -114,7 +114,7 @@ fn put_through(text: &str) -> (bool, bool) {
     let Ok(model) = link(&model) else { return (true, false) };
     let mut asked = false;
     for question in model.questions.values() {
-        let Ok(plan) = plan_for_answer(&model, question) else { continue };
+        let Ok(plan) = plan_for_answer(&model, question, Options::default()) else { continue };
         let cheap = plan.routes.iter().all(|route| match route {
             Route::Exact(exact) => exact.cost <= MOST_VALUES,
             Route::Tree(_) | Route::Gaussian(_) => true,
@@ -179,7 +179,7 @@ fn questions_that_are_wrong() {
             let source = Source::new("question", typed);
             match parse_question(&source, &model) {
                 Err(wrong) => assert!(!wrong.render(&source, false).is_empty()),
-                Ok(question) => drop(plan_for_answer(&model, &question)),
+                Ok(question) => drop(plan_for_answer(&model, &question, Options::default())),
             }
         }
     }

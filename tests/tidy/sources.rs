@@ -118,13 +118,6 @@ const PHRASES: [&str; 6] =
 /// Which of their files spell, and why.
 const SPELLERS: [(&str, &str); 1] = [("emit/names.rs", "it makes identifiers of the names of a program")];
 
-/// Where a direction is not kept, and why.
-const EXCEPTIONS: [(&str, &str, &str); 1] = [(
-    "strategies/over_time/answer",
-    "plan",
-    "each ask of a question over time is planned when it is answered",
-)];
-
 /// Words of densities. The map's are in `bvm/models/*.bp`, and worked out by bp-core.
 const PROBABILITY: [&str; 8] =
     [".exp()", ".exp2()", "exp_m1", "erf", "statrs", "FRAC_2_SQRT_PI", "SQRT_TAU", "normal_cumulative"];
@@ -242,21 +235,12 @@ fn imports_point_in_one_direction() {
         let Some((_, forbidden)) = DIRECTIONS.iter().find(|(known, _)| *known == part) else { continue };
         let text = code(&file.text);
         for other in *forbidden {
-            let excepted = EXCEPTIONS.iter().any(|(at, to, _)| inside.starts_with(at) && to == other);
-            if !excepted && has_word(&text, &format!("crate::{other}")) {
+            if has_word(&text, &format!("crate::{other}")) {
                 wrong.push(format!("{}: {part} must not know {other}", file.path));
             }
         }
         if text.contains("crate::{") {
             wrong.push(format!("{}: imports of several parts in one line hide where they point", file.path));
-        }
-    }
-    for (at, to, _) in EXCEPTIONS {
-        let used = files("rs").iter().any(|file| {
-            file.path.starts_with(&format!("bp-core/src/{at}")) && file.text.contains(&format!("crate::{to}"))
-        });
-        if !used {
-            wrong.push(format!("{at} no longer knows {to}: strike the exception"));
         }
     }
     nothing(&wrong);

@@ -6,7 +6,8 @@
 //! Emitted code only looks whether a total is too small, or not a finite number. What follows from that is worked out here, as it
 //! is for questions of a text.
 
-use super::{check, link};
+use super::link;
+use crate::equation::Exact;
 use crate::error::Error;
 use crate::exec::compiled::Report;
 use crate::exec::scalar::Scalar;
@@ -14,7 +15,8 @@ use crate::exec::{Inputs, Lanes, Outputs};
 use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::Model;
-use crate::plan::{Exact, Mark, Options, Route, plan};
+use crate::plan::{Mark, Options, plan};
+use crate::posterior::check;
 use crate::strategies::sums;
 
 /// The question of a module: its name, and which of its routes the module answers.
@@ -80,8 +82,6 @@ fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
 
 fn exact(model: &Model, Asked { question, route }: Asked<'_>) -> Result<Exact, Error> {
     let question = model.question(question).expect("internal: the question has been compiled");
-    match plan(model, question, Options::default())?.routes.into_iter().nth(route) {
-        Some(Route::Exact(exact)) => Ok(exact),
-        _ => unreachable!("internal: the route has been compiled"),
-    }
+    let routes = plan(model, question, Options::default())?.routes;
+    Ok(routes[route].exact().expect("internal: the route has been compiled").clone())
 }

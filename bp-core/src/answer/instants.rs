@@ -9,11 +9,9 @@ use crate::exec::Inputs;
 use crate::guess::{listed, near};
 use crate::ids::VariableId;
 use crate::model::{Evidence, Known, Model, Question, Value};
+use crate::strategies::Observed;
 use std::collections::HashMap;
 use std::io::{Error as Wrong, ErrorKind};
-
-/// What was observed at an instant: names of variables (of a family `Z[2]`), and values.
-pub type Observed = Vec<(String, f64)>;
 
 /// The columns of a table that are no variables.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]

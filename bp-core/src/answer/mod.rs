@@ -4,7 +4,6 @@
 //! is an error.
 
 mod again;
-mod check;
 mod compiled;
 mod instants;
 mod link;
@@ -14,9 +13,10 @@ mod soft;
 pub use crate::posterior::{
     Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, Table, argmax, ordinals,
 };
+pub use crate::strategies::Observed;
 pub use again::{Asked, again, refused};
-pub use compiled::{CompiledQuestion, compile, compile_by, plan_for_answer};
-pub use instants::{Observed, OtherColumns, read_instants, read_sequences};
+pub use compiled::{CompiledQuestion, compile, compile_by};
+pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
 pub use open::{filled, open};
 
@@ -25,7 +25,6 @@ use crate::exec::Inputs;
 use crate::model::{Model, Question};
 use crate::plan::Strategy;
 use crate::sample::Sampling;
-use crate::strategies::over_time;
 
 /// Asks a question of a model.
 ///
@@ -74,7 +73,5 @@ pub fn ask_over_time_by(
     sampling: Sampling,
     by: Option<Strategy>,
 ) -> Result<Vec<Answer>, Error> {
-    let model = &*link(model)?;
-    check::inputs(model, question, inputs)?;
-    check::answers(over_time::answers(model, question, observations, inputs, (sampling, by))?)
+    compile_by(model, question, by)?.ask_over(observations, inputs, sampling)
 }

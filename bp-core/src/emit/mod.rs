@@ -27,9 +27,8 @@ mod write;
 use crate::error::Error;
 use crate::lower::lower_printed;
 use crate::model::{Ask, Model, Question, Statistic};
-use crate::plan::{self, Options, Route};
+use crate::plan::{self, Options};
 use crate::source::Source;
-use crate::strategies::join_tree::MANY_FACTORS;
 use names::Names;
 use text::Text;
 use values::Enums;
@@ -125,33 +124,17 @@ fn emit_question(
         };
         let equation = &plan.equations(model, plan::Notation::Unicode)[number];
         let mut part = Text::default();
-        match route {
-            Route::Exact(exact) => {
+        if let Some(reason) = route.offered().not_printed() {
+            return Err(Error::Unplanned { question: model.ask_text(&route.offered().asks()[0]), reason });
+        }
+        match route.exact() {
+            Some(exact) => {
                 let lowered = lower_printed(model, exact, &asked.name)?;
                 let is_linear = model.plate.is_some() || exact.mark(model) == plan::Mark::Linear;
                 let place = (name.as_str(), asked.name.as_str(), number);
                 question::emit((model, enums), &lowered, place, (is_linear, equation), &mut part);
             }
-            Route::Tree(tree) => {
-                let reason = format!(
-                    "it takes {} factors; emitted code holds a loop for each, and at most {} are written: \
-                     `answer::ask` answers it by a join tree",
-                    tree.factors.len(),
-                    MANY_FACTORS
-                );
-                return Err(Error::Unplanned { question: model.ask_text(&tree.exact.asks[0]), reason });
-            }
-            Route::Gaussian(_) => filter::emit_filter(model, asked, number, (&name, equation), &mut part),
-            Route::OverTime(over_time) => {
-                let reason =
-                    "over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned();
-                return Err(Error::Unplanned { question: model.ask_text(&over_time.ask), reason });
-            }
-            Route::Sampled(sampled) => {
-                let reason =
-                    format!("{}; draws are made by `answer::ask`, not by emitted code", sampled.reason);
-                return Err(Error::Unplanned { question: model.ask_text(&sampled.asks[0]), reason });
-            }
+            None => filter::emit_filter(model, asked, number, (&name, equation), &mut part),
         }
         parts.push(part);
     }

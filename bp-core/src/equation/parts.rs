@@ -14,14 +14,15 @@ use crate::model::{Ask, Evidence, Known, Model, Searched, Statistic};
 /// The distributions that an ask is made of, in order.
 pub fn parts(model: &Model, ask: &Ask) -> Vec<Ask> {
     match &ask.statistic {
-        Statistic::Divergence { from, .. } => {
-            let whole = |known: &[Known]| Ask {
+        Statistic::Divergence { when, from } => {
+            let whole = |when, known: &[Known]| Ask {
                 statistic: Statistic::Distribution,
-                when: ask.when,
+                when,
                 searched: ask.searched.clone(),
                 known: known.to_vec(),
             };
-            [whole(&ask.known), whole(from)].iter().map(|part| without_soft(model, part)).collect()
+            let both = [whole(ask.when, &ask.known), whole(*when, from)];
+            both.iter().map(|part| without_soft(model, part)).collect()
         }
         _ => vec![without_soft(model, ask)],
     }
@@ -31,7 +32,8 @@ pub fn parts(model: &Model, ask: &Ask) -> Vec<Ask> {
 fn without_soft(model: &Model, ask: &Ask) -> Ask {
     let is_soft = |known: &&Known| matches!(known.evidence, Evidence::Soft(_));
     let (soft, known): (Vec<&Known>, Vec<&Known>) = ask.known.iter().partition(is_soft);
-    if soft.is_empty() {
+    // Over time it is refused.
+    if soft.is_empty() || ask.when.is_over_time() {
         return ask.clone();
     }
     let soft = soft.into_iter().map(|known| Searched { variable: known.variable, at: None });

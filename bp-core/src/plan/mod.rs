@@ -1,35 +1,30 @@
 //! Plans: how one question is answered, and by which strategies.
 //!
-//! In: a [`Model`] and a [`Question`]. Out: a [`Plan`]: a route for each group of asks that know the same, and what each strategy
-//! offered. Invariant: a plan depends on the program, the question and the options alone.
+//! In: a [`Model`] and a [`Question`]. Out: a [`Plan`]: a route for each group of asks that know the same, where the answer of each
+//! ask stands, and what each strategy offered. Invariant: a plan depends on the program, the question and the options alone.
 
 mod print;
 mod strategy;
 
-pub use crate::equation::Strategy;
-pub use crate::equation::{Cost, Elimination, Exact, Mark, Marked, Notation, Options, Rewrites, parts};
+pub use crate::equation::{
+    Cost, Elimination, Exact, Mark, Marked, Notation, Options, Rewrites, Strategy, parts,
+};
+pub use crate::strategies::Route;
 pub use strategy::Offer;
 
 use crate::error::Error;
-use crate::model::{Ask, Model, Question};
-use crate::strategies::gaussian::{self, Gaussian};
-use crate::strategies::join_tree::JoinTree;
-use crate::strategies::over_time::OverTime;
-use crate::strategies::weighting::Sampled;
+use crate::ids::VariableId;
+use crate::model::{Ask, Evidence, Model, Question};
+use crate::strategies::gaussian;
+use std::collections::HashMap;
 
-/// How some asks are answered.
-#[derive(Clone, PartialEq, Debug)]
-pub enum Route {
-    /// Sums and products.
-    Exact(Exact),
-    /// Sums and products, too many for loops: over a join tree.
-    Tree(JoinTree),
-    /// All is linear and Gaussian: closed form.
-    Gaussian(Gaussian),
-    /// No exact route: estimated by draws.
-    Sampled(Sampled),
-    /// Over time, from instant to instant.
-    OverTime(OverTime),
+/// Where the answer of an ask stands: which ask of which route.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Place {
+    /// The route.
+    pub route: usize,
+    /// The ask.
+    pub ask: usize,
 }
 
 /// How a question is answered.
@@ -41,6 +36,8 @@ pub struct Plan {
     pub routes: Vec<Route>,
     /// What the strategies offered for each of these groups, in the order in which they were tried.
     pub offers: Vec<Vec<Offer>>,
+    /// For each ask of the question the distributions that it is made of.
+    pub places: Vec<Vec<Place>>,
 }
 
 /// Plans a question.
@@ -48,37 +45,100 @@ pub struct Plan {
 /// # Errors
 /// No route answers it: no exact one, and something in it cannot be drawn or weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
-    let (mut routes, mut all_offers) = (Vec::new(), Vec::new());
-    let mut add = |asks: &[Ask]| -> Result<(), Error> {
-        let (route, offers) = strategy::choose(model, asks, options)?;
-        routes.push(route);
-        all_offers.push(offers);
-        Ok(())
+    planned(model, question, options, |_| options.ln_evidence)
+}
+
+/// Plans a question whose answer is shown: with ln P(evidence) where the evidence is one event.
+///
+/// # Errors
+/// See [`plan`].
+pub fn plan_for_answer(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
+    let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
+    // The density of a real is told without ln P(evidence), for which it would have to be integrated.
+    let event = |ask: &Ask| {
+        ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
+            && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
     };
-    let (over_time, asks): (Vec<Ask>, Vec<Ask>) =
-        question.asks.iter().cloned().partition(|ask| ask.when.is_over_time());
-    for ask in over_time {
-        add(&[ask])?;
+    planned(model, question, options, |ask| model.plate.is_none() && event(ask))
+}
+
+/// A distribution that is asked for.
+struct Part {
+    ask: Ask,
+    ln_evidence: bool,
+    /// Whether all is linear and Gaussian.
+    closed: bool,
+    /// Whether a real is searched: it stands for one value, which must not be taken for that of another ask.
+    real: bool,
+}
+
+impl Part {
+    /// Whether one route answers both.
+    fn goes_with(&self, other: &Self) -> bool {
+        !self.ask.when.is_over_time()
+            && !other.ask.when.is_over_time()
+            && self.ln_evidence == other.ln_evidence
+            && self.closed == other.closed
+            && (self.closed || !(self.real || other.real))
+            && self.ask.known == other.ask.known
     }
-    let mut rest: Vec<Ask> = Vec::new();
-    for part in asks.iter().flat_map(|ask| parts(model, ask)) {
-        if !rest.contains(&part) {
-            rest.push(part);
+}
+
+fn planned(
+    model: &Model,
+    question: &Question,
+    options: Options,
+    ln_evidence: impl Fn(&Ask) -> bool,
+) -> Result<Plan, Error> {
+    let (wanted, all) = distinct(model, question, ln_evidence);
+    let (mut routes, mut offers) = (Vec::new(), Vec::new());
+    let mut places: Vec<Option<Place>> = vec![None; all.len()];
+    // What is asked over time comes first.
+    let (over_time, rest): (Vec<usize>, Vec<usize>) =
+        (0..all.len()).partition(|part| all[*part].ask.when.is_over_time());
+    for first in over_time.into_iter().chain(rest) {
+        if places[first].is_some() {
+            continue;
         }
+        let goes = |part: &usize| {
+            *part == first || *part > first && places[*part].is_none() && all[first].goes_with(&all[*part])
+        };
+        let group: Vec<usize> = (first..all.len()).filter(goes).collect();
+        let asks: Vec<Ask> = group.iter().map(|part| all[*part].ask.clone()).collect();
+        let options = Options { ln_evidence: all[first].ln_evidence, ..options };
+        let (route, offered) = strategy::choose(model, &asks, options)?;
+        for (ask, part) in group.into_iter().enumerate() {
+            places[part] = Some(Place { route: routes.len(), ask });
+        }
+        routes.push(route);
+        offers.push(offered);
     }
-    while let Some(first) = rest.first().cloned() {
-        let closed = gaussian::applies(model, &first);
-        // A searched real stands for one value, which must not be taken for that of another ask.
-        let real =
-            |ask: &Ask| ask.searched.iter().any(|item| !model.variables[item.variable].domain.is_finite());
-        let (asks, others): (Vec<Ask>, Vec<Ask>) = rest.into_iter().partition(|ask| {
-            *ask == first
-                || ask.known == first.known
-                    && gaussian::applies(model, ask) == closed
-                    && (closed || !(real(ask) || real(&first)))
-        });
-        rest = others;
-        add(&asks)?;
-    }
-    Ok(Plan { question: question.clone(), routes, offers: all_offers })
+    let place = |part: usize| places[part].expect("internal: every part is planned");
+    let places = wanted.into_iter().map(|parts| parts.into_iter().map(place).collect()).collect();
+    Ok(Plan { question: question.clone(), routes, offers, places })
+}
+
+/// For each ask the numbers of its parts, and the parts, each once; over time each is asked alone.
+fn distinct(
+    model: &Model,
+    question: &Question,
+    ln_evidence: impl Fn(&Ask) -> bool,
+) -> (Vec<Vec<usize>>, Vec<Part>) {
+    let mut all: Vec<Part> = Vec::new();
+    let mut known: HashMap<Option<VariableId>, Vec<usize>> = HashMap::new();
+    let mut number = |ask: Ask| {
+        let alike = known.entry(ask.searched.first().map(|item| item.variable)).or_default();
+        let same = |part: &&usize| all[**part].ask == ask && !ask.when.is_over_time();
+        if let Some(same) = alike.iter().find(same) {
+            return *same;
+        }
+        alike.push(all.len());
+        let closed = gaussian::applies(model, &ask);
+        let real = ask.searched.iter().any(|item| !model.variables[item.variable].domain.is_finite());
+        all.push(Part { ln_evidence: ln_evidence(&ask), closed, real, ask });
+        all.len() - 1
+    };
+    let wanted =
+        (question.asks.iter()).map(|ask| parts(model, ask).into_iter().map(&mut number).collect()).collect();
+    (wanted, all)
 }

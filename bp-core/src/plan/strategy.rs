@@ -5,11 +5,9 @@
 //! estimate, and among exact ones the order is fixed; `explain` and `ask` read the same offers.
 
 use super::{Options, Route, Strategy};
-use crate::equation::{self, Exact};
 use crate::error::Error;
 use crate::model::{Ask, Model};
-use crate::strategies::join_tree::JoinTree;
-use crate::strategies::{gaussian, join_tree, over_time, weighting};
+use crate::strategies::{Turn, engine};
 use serde::Serialize;
 
 /// What a strategy offers for some asks.
@@ -50,10 +48,15 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
         }
         let reason = refusals.iter().find(|(own, _)| matches!(own, Strategy::Sums | Strategy::Chain));
         let tree = offers.iter().any(|it| it.strategy == Strategy::JoinTree && it.refusal.is_none());
-        let route = route(model, asks, options, strategy, reason.map(|(_, error)| error), tree);
+        let turn = Turn {
+            options,
+            forced: options.by == Some(strategy),
+            by_tree: tree,
+            not_exact: reason.map(|(_, error)| error),
+        };
+        let route = engine(strategy).offer(model, asks, &turn);
         let (products, refusal) = match &route {
-            Ok(Route::Exact(exact)) => (Some(exact.cost), None),
-            Ok(_) => (None, None),
+            Ok(route) => (route.offered().cost(), None),
             Err(error) => (None, Some(reason_of(error))),
         };
         // What is finite and too large is mended, not estimated.
@@ -92,50 +95,6 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
             };
             Err(Error::Unplanned { question: model.ask_text(&asks[0]), reason })
         }
-    }
-}
-
-/// The route by one strategy.
-fn route(
-    model: &Model,
-    asks: &[Ask],
-    options: Options,
-    strategy: Strategy,
-    not_exact: Option<&Error>,
-    by_tree: bool,
-) -> Result<Route, Error> {
-    let refused =
-        |reason: &str| Error::Unplanned { question: model.ask_text(&asks[0]), reason: reason.to_owned() };
-    let forced = options.by == Some(strategy);
-    match strategy {
-        _ if asks[0].when.is_over_time() => {
-            Ok(Route::OverTime(over_time::offer(model, asks[0].clone(), strategy)?))
-        }
-        Strategy::Gaussian if asks.iter().all(|ask| gaussian::applies(model, ask)) => {
-            Ok(Route::Gaussian(gaussian::offer(model, asks.to_vec())?))
-        }
-        Strategy::Gaussian => Err(refused("not all is real, linear and Gaussian")),
-        Strategy::JoinTree => {
-            let tree: JoinTree =
-                join_tree::offer(model, asks, options, forced).map_err(|why| refused(&why))?;
-            Ok(Route::Tree(tree))
-        }
-        Strategy::Sums if by_tree && !forced => {
-            Err(refused("for so many factors a join tree is made faster than loops are written"))
-        }
-        Strategy::Sums => {
-            let exact: Exact = equation::exact(model, asks.to_vec(), options)?;
-            Ok(Route::Exact(exact))
-        }
-        Strategy::Weighting | Strategy::Gibbs => {
-            let reason = match not_exact {
-                Some(Error::Unplanned { reason, .. }) => reason.clone(),
-                Some(other) => other.to_string(),
-                None => "it is answered exactly by sums".to_owned(),
-            };
-            Ok(Route::Sampled(weighting::offer(model, asks.to_vec(), reason, strategy, forced)?))
-        }
-        Strategy::Chain | Strategy::Particles => Err(refused("it answers questions over time")),
     }
 }
 

@@ -3,6 +3,7 @@
 //! In: what a strategy has computed. Out: an [`Answer`], with its rows and its parts. Invariant: the probabilities of a row's context
 //! sum to one, or are all zero where the context itself has probability zero.
 
+pub(crate) mod check;
 pub(crate) mod compare;
 mod marginal;
 mod moments;

@@ -56,7 +56,7 @@ impl<'p> Filter<'p> {
         }
         let mut routes = plan(model, &asked, Options { by: program.by, ..Options::default() })?.routes;
         let route = match (routes.pop(), routes.len()) {
-            (Some(Route::OverTime(route)), 0) if is_filter(&route.ask) => route,
+            (Some(Route::OverTime(route)), 0) if is_filter(route.ask()) => route,
             _ => {
                 let reason = "a filter answers one question: `P(…)` or `filter P(…)`".to_owned();
                 let question = asked.asks.first().map(|ask| model.ask_text(ask)).unwrap_or_default();
@@ -152,7 +152,7 @@ fn is_filter(ask: &Ask) -> bool {
 
 impl Debug for Filter<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let ask = self.program.model().ask_text(&self.follower.route().ask);
+        let ask = self.program.model().ask_text(self.follower.route().ask());
         write!(f, "Filter({ask}, {} instants)", self.instants())
     }
 }

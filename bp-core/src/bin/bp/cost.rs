@@ -5,7 +5,7 @@
 
 use crate::wrap::{columns, wrapped};
 use bp_core::model::Model;
-use bp_core::plan::{Cost, Plan, Route};
+use bp_core::plan::{Cost, Plan};
 use serde::Serialize;
 
 /// The costs of one route.
@@ -48,10 +48,7 @@ pub(crate) const HEADINGS: [&str; 6] =
 
 /// A table for each exact route.
 pub(crate) fn tables(model: &Model, plan: &Plan) -> Vec<Table> {
-    let exact = plan.routes.iter().filter_map(|route| match route {
-        Route::Exact(exact) => Some(exact),
-        Route::Tree(_) | Route::Gaussian(_) | Route::Sampled(_) | Route::OverTime(_) => None,
-    });
+    let exact = plan.routes.iter().filter_map(|route| route.exact());
     let table = |exact: &bp_core::plan::Exact| {
         let row = |summed: Option<String>, cost: &Cost| Row {
             summed,

@@ -10,7 +10,7 @@ use bp_core::emit::{Emitted, emit_rust, wgsl::emit_wgsl_module};
 use bp_core::kernel::Kernel;
 use bp_core::lower::lower;
 use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan};
+use bp_core::plan::{Options, plan};
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
@@ -141,10 +141,10 @@ fn size(text: &str) -> Result<(String, usize), String> {
 fn kernels(model: &Model, question: &bp_core::model::Question) -> Result<Vec<Kernel>, Failure> {
     let mut kernels = Vec::new();
     for route in plan(model, question, Options::default())?.routes {
-        match route {
-            Route::Exact(exact) => kernels.push(lower(model, &exact, &question.name)?.kernel),
-            other => {
-                let words = format!("`{}` is not answered by loops: {}", question.name, other.reason());
+        match route.exact() {
+            Some(exact) => kernels.push(lower(model, exact, &question.name)?.kernel),
+            None => {
+                let words = format!("`{}` is not answered by loops: {}", question.name, route.reason());
                 return Err(Failure::Words(words));
             }
         }

@@ -13,7 +13,7 @@ use bp_core::error::Error;
 use bp_core::kernel::in_words;
 use bp_core::lower::lower_printed;
 use bp_core::model::{Model, Question};
-use bp_core::plan::{Marked, Notation, Offer, Options, Plan, Route, Strategy, plan};
+use bp_core::plan::{Marked, Notation, Offer, Options, Plan, Strategy, plan};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -96,7 +96,7 @@ fn layout(model: &Model, plan: &Plan) -> Result<Vec<String>, Failure> {
     let model = link(model)?;
     let mut lines = Vec::new();
     for route in &plan.routes {
-        if let Route::Exact(exact) = route {
+        if let Some(exact) = route.exact() {
             lines.extend(in_words(&lower_printed(&model, exact, &plan.question.name)?.kernel));
         }
     }

@@ -16,7 +16,7 @@ pub(crate) fn answer(
     scope: Scope,
     seed: u64,
 ) -> Result<Answered, Error> {
-    let ask = &route.ask;
+    let ask = route.ask();
     let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
     let mut chain = chain(setting, route)?;
     let forward = chain.forward(instants, ask.when.ahead())?;
@@ -44,12 +44,12 @@ pub(crate) fn answer(
 
 /// The chain of a route.
 pub(crate) fn chain<'s>(setting: &Setting<'s>, route: &OverTime) -> Result<Chain<'s>, Error> {
-    let searched = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
-    let likelihoods = (route.ask.known.iter()).filter_map(|known| match &known.evidence {
+    let searched = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let likelihoods = (route.ask().known.iter()).filter_map(|known| match &known.evidence {
         Evidence::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
         _ => None,
     });
-    let asked = setting.model.ask_text(&route.ask);
+    let asked = setting.model.ask_text(route.ask());
     Chain::new(setting, &route.carried, searched.collect(), likelihoods.collect(), asked)
 }
 

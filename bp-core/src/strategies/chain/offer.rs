@@ -4,9 +4,12 @@
 //! sizes that are written in it, before any number is known; what is let through has a potential for each of its factors.
 
 use crate::equation::{is_proper, of_form};
+use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Form, Model};
+use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::weighting::{has_point, refused_factor};
+use crate::strategies::{self, Route, Turn, refused};
 use std::collections::BTreeSet;
 
 /// The most states that carried families may have together.
@@ -61,6 +64,22 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
         }
     }
     None
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
+        let ask = &asks[0];
+        over_time::check(model, ask)?;
+        let carried = over_time::carried(model);
+        if let Some(reason) = refusal(model, ask, &carried) {
+            return Err(refused(model, asks, &reason));
+        }
+        over_time::check_sequence(model, ask)?;
+        Ok(Route::OverTime(OverTime { asks: asks.to_vec(), carried, by: By::Chain }))
+    }
 }
 
 /// How many states all elements of a family have together.

@@ -12,6 +12,7 @@ use crate::ids::VariableId;
 use crate::model::{Ask, Model, Statistic};
 use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot};
 use crate::sample::Observations;
+use crate::strategies::{Case, Found, Prepared};
 
 /// With more variables than these, only those that are still needed are kept.
 const MANY_VARIABLES: usize = 200;
@@ -33,11 +34,13 @@ pub(crate) fn figure(ask: &Ask, mean: f64, deviation: f64) -> Figure {
     }
 }
 
-pub(crate) fn answers(
-    model: &Model,
-    gaussian: &Gaussian,
-    inputs: &Inputs<'_, f64>,
-) -> Result<Vec<Answer>, Error> {
+impl Prepared for Gaussian {
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        Ok(answers(model, self, case.inputs)?.into_iter().map(Found::Answer).collect())
+    }
+}
+
+fn answers(model: &Model, gaussian: &Gaussian, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
     let given = |name: &str| match inputs.find(name) {
         None => Ok(None),
         Some([number]) => Ok(Some(*number)),

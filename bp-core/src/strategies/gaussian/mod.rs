@@ -10,9 +10,10 @@ mod law;
 mod offer;
 mod smooth;
 
-pub(crate) use answer::{answers, figure};
+pub(crate) use answer::figure;
 pub use filter::{Belief, Filter};
 pub(crate) use frontier::condition;
 pub(crate) use law::NormalLaw;
+pub(crate) use offer::Engine;
 pub use offer::{Gaussian, LinearForm, Source};
-pub(crate) use offer::{applies, components, is_linear, offer};
+pub(crate) use offer::{applies, components};

@@ -7,12 +7,14 @@
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
-use crate::equation::{CLOSE, Line, Notation, OPEN};
+use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Statistic};
+use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Question, Statistic, When};
 use crate::operators::{Binary, Unary};
+use crate::strategies::over_time::{self, By, OverTime};
+use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Where a variable comes from.
@@ -58,7 +60,7 @@ pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
 }
 
 /// Whether a model is linear and Gaussian throughout.
-pub(crate) fn is_linear(model: &Model) -> bool {
+fn is_linear(model: &Model) -> bool {
     let reals = model.variables.iter().all(|(id, variable)| {
         Some(id) == model.plate_index() || (!variable.domain.is_finite() && variable.family.is_none())
     });
@@ -136,7 +138,7 @@ pub(crate) fn components(model: &Model, variable: VariableId) -> usize {
     }
 }
 
-pub(crate) fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
+fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let mut sources: Vec<Source> = Vec::new();
     let relevant = relevant(model, &asks);
     let mut rest: Vec<FactorId> = model.factors.ids().collect();
@@ -269,6 +271,54 @@ impl Gaussian {
             (rule.clone(), reason.clone(), notation.equation(&left, "=", right))
         };
         self.derivation.iter().map(line).collect()
+    }
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
+        let not_all = || refused(model, asks, "not all is real, linear and Gaussian");
+        if !asks[0].when.is_over_time() {
+            return match asks.iter().all(|ask| applies(model, ask)) {
+                true => Ok(Route::Gaussian(offer(model, asks.to_vec())?)),
+                false => Err(not_all()),
+            };
+        }
+        let ask = &asks[0];
+        over_time::check(model, ask)?;
+        if !is_linear(model) {
+            return Err(not_all());
+        }
+        if let Some(why) = over_time::not_of_reals(model, ask) {
+            return Err(refused(model, asks, &why));
+        }
+        let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };
+        let by = By::Gaussian(offer(model, vec![plain])?);
+        Ok(Route::OverTime(OverTime { asks: vec![ask.clone()], carried: over_time::carried(model), by }))
+    }
+}
+
+impl Offered for Gaussian {
+    fn strategy(&self) -> Strategy {
+        Strategy::Gaussian
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        "exact, in closed form: all is real, linear and Gaussian"
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        (self.derivation(model, notation), Vec::new())
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(self.clone()))
     }
 }
 

@@ -11,16 +11,28 @@ mod blanket;
 mod slice;
 
 use crate::distribution::{Distribution, Setting};
+use crate::equation::Strategy;
 use crate::error::Error;
 use crate::ids::FactorId;
 use crate::law::Law;
+use crate::model::{Ask, Model};
 use crate::progress::{self, Work};
 use crate::random::Random;
 use crate::sample::{Draws, Observations, Sampling, Streams};
-use crate::strategies::weighting::{Step, Treatment, draw_one, instances};
+use crate::strategies::weighting::{Step, Treatment, draw_one, drawn, instances};
+use crate::strategies::{self, Route, Turn};
 use blanket::{Blankets, Site};
 use rayon::prelude::*;
 use slice::Slice;
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
+        drawn(model, asks, turn, Strategy::Gibbs)
+    }
+}
 
 /// How many chains there are.
 const CHAINS: usize = 8;

@@ -12,12 +12,20 @@ use crate::ids::VariableId;
 use crate::model::{Model, Value};
 use crate::posterior::Table;
 use crate::sample::Observations;
+use crate::strategies::{Case, Found, Prepared};
 
 /// The most cells of a joint posterior.
 const MOST_CELLS: f64 = 1e9;
 
+impl Prepared for JoinTree {
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        let tables = tables(model, self, case.inputs)?;
+        Ok(tables.into_iter().map(|(table, ln_evidence)| Found::Table(table, ln_evidence)).collect())
+    }
+}
+
 /// The table of each ask, in their order.
-pub(crate) fn tables(
+fn tables(
     model: &Model,
     route: &JoinTree,
     inputs: &Inputs<'_, f64>,

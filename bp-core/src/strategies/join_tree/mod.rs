@@ -32,7 +32,6 @@ mod table;
 mod triangulate;
 
 pub(crate) use absorb::{Absorbed, absorb};
-pub(crate) use answer::tables;
 pub use batch::{Posterior, answer_cases};
 pub use compile::Tree;
 pub use cost::Cost;
@@ -41,7 +40,7 @@ pub use inform::{Joint, Observation, entropy, joint, observations};
 pub use most_probable::most_probable;
 pub use names::Named;
 pub use network::{Network, Table};
-pub(crate) use offer::offer;
+pub(crate) use offer::Engine;
 pub use offer::{JoinTree, MANY_FACTORS};
 pub use plan::{Marginals, MarginalsSession};
 pub use refused::Refused;

@@ -4,10 +4,12 @@
 //! computed, without an order of the sums, which the tree finds . Invariant: barren factors have gone
 //! already, by the rule that keeps improper ones; what is left is the same sum that loops would compute.
 
-use crate::equation::{Draft, Exact, Options, Term, remove_barren};
+use crate::equation::{Draft, Exact, Line, Notation, Options, Strategy, Term, remove_barren};
+use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Model};
+use crate::model::{Ask, Model, Question};
 use crate::strategies::weighting::refused_factor;
+use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
 /// With more factors than these, a tree is found faster than loops are written.
 pub const MANY_FACTORS: usize = 2000;
@@ -27,12 +29,7 @@ pub struct JoinTree {
 ///
 /// # Errors
 /// Why not.
-pub(crate) fn offer(
-    model: &Model,
-    asks: &[Ask],
-    options: Options,
-    asked_for: bool,
-) -> Result<JoinTree, String> {
+fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Result<JoinTree, String> {
     let few = |count: usize| format!("{count} factors: loops are written faster than a tree is made");
     if model.plate.is_some() {
         return Err("the program is repeated over a plate".to_owned());
@@ -65,6 +62,46 @@ pub(crate) fn offer(
         return Err(few(factors.len()));
     }
     Ok(JoinTree { exact: draft.unordered(), factors, likelihoods })
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
+        let tree = offer(model, asks, turn.options, turn.forced).map_err(|why| refused(model, asks, &why))?;
+        Ok(Route::Tree(tree))
+    }
+}
+
+impl Offered for JoinTree {
+    fn strategy(&self) -> Strategy {
+        Strategy::JoinTree
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.exact.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        "exact, by a join tree: sums and products of finite variables, too many for a loop each"
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        self.exact.lines(model, notation)
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        Some(format!(
+            "it takes {} factors; emitted code holds a loop for each, and at most {MANY_FACTORS} are written: \
+             `answer::ask` answers it by a join tree",
+            self.factors.len()
+        ))
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(self.clone()))
+    }
 }
 
 /// Whether a factor is a table of numbers once its parameters have values.

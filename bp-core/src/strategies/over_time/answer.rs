@@ -4,76 +4,53 @@
 //! several are answered. Invariant: instants are numbered from 1; what is made of a finite distribution over time is made
 //! as it is of one without time, with the instants as contexts.
 
-use super::{self as time, Answered, By, OverTime, Scope, Told, What};
+use super::{self as time, Answered, OverTime, Scope, Told, What};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::exec::Inputs;
-use crate::model::{Ask, Known, Model, Question, Statistic, When};
-use crate::plan::{self, Options, Route, Strategy};
-use crate::posterior::{
-    Answer, Column, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, compare, named,
-};
+use crate::model::{Ask, Known, Model, Statistic, When};
+use crate::posterior::{Answer, Column, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named};
 use crate::progress;
 use crate::sample::Sampling;
-use crate::strategies::{gaussian, weighting as sampled};
+use crate::strategies::{Case, Found, Observed, Offered, Prepared, Purpose, gaussian, weighting as sampled};
 
-/// What was observed at an instant: names of variables (of a family `Z[2]`), and values.
-type Observed = Vec<(String, f64)>;
+/// A question over time, ready to be asked.
+#[derive(Debug)]
+pub(super) struct Instants {
+    pub(super) route: OverTime,
+    pub(super) purpose: Purpose,
+}
 
-pub(crate) fn answers(
-    model: &Model,
-    question: &Question,
-    observations: &[Observed],
-    inputs: &Inputs<'_, f64>,
-    (sampling, by): (Sampling, Option<Strategy>),
-) -> Result<Vec<Answer>, Error> {
-    let setting = Setting::new(model, inputs)?;
-    let asker = Asker { setting: &setting, question, observations, inputs, sampling, by };
-    question.asks.iter().map(|ask| asker.answer(ask)).collect()
+impl Prepared for Instants {
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        let setting = Setting::new(model, case.inputs)?;
+        let asker = Asker { setting: &setting, case, route: &self.route };
+        Ok(vec![match self.purpose {
+            Purpose::Shown => Found::Answer(asker.answer()?),
+            Purpose::Compared { each } => {
+                let scope = if each { Scope::Each } else { Scope::Last };
+                Found::Table(asker.table(&asker.run(scope)?, each)?, None)
+            }
+        }])
+    }
 }
 
 /// A question with all that is given to it.
 struct Asker<'q> {
     setting: &'q Setting<'q>,
-    question: &'q Question,
-    observations: &'q [Observed],
-    inputs: &'q Inputs<'q, f64>,
-    sampling: Sampling,
-    by: Option<Strategy>,
+    case: &'q Case<'q>,
+    route: &'q OverTime,
 }
 
 impl Asker<'_> {
-    fn answer(&self, ask: &Ask) -> Result<Answer, Error> {
-        let (setting, sampling) = (self.setting, self.sampling);
-        let (route, answered) = self.run(ask, Scope::Last)?;
-        let question = setting.model.ask_text(ask);
+    fn answer(&self) -> Result<Answer, Error> {
+        let (setting, sampling, ask) = (self.setting, self.case.sampling, self.route.ask());
+        let answered = self.run(Scope::Last)?;
         let estimate = answered.told.iter().find_map(|told| estimate(told, sampling));
-        let ln_evidence = Some(answered.ln_evidence);
         let answer = match &ask.statistic {
-            Statistic::Divergence { when, from } => {
-                let second = Ask { when: *when, known: from.clone(), ..ask.clone() };
-                let each = ask.when.is_every_instant() || when.is_every_instant();
-                let scope = if each { Scope::Each } else { Scope::Last };
-                let table = |ask: &Ask| {
-                    let (route, answered) = self.run(ask, scope)?;
-                    self.table(&route, &answered, each)
-                };
-                let divergences = compare::divergences(&table(ask)?, &table(&second)?);
-                let (strategy, parts) = (strategy(&route.by), Vec::new());
-                return Ok(Answer {
-                    question,
-                    ln_evidence: None,
-                    estimate: None,
-                    answer: divergences,
-                    strategy,
-                    when: ask.when,
-                    parts,
-                });
-            }
-            _ if !answered.sequences.is_empty() => self.sequence_rows(&route, &answered)?,
+            _ if !answered.sequences.is_empty() => self.sequence_rows(&answered)?,
             _ if answered.told.iter().all(|told| matches!(told.what, What::Finite(_))) => {
-                let table = self.table(&route, &answered, ask.when.is_every_instant())?;
-                let (model, inputs, seed) = (setting.model, self.inputs, sampling.seed);
+                let table = self.table(&answered, ask.when.is_every_instant())?;
+                let (model, inputs, seed) = (setting.model, self.case.inputs, sampling.seed);
                 Reader { model, ask, table: &table, inputs, seed }.rows()?
             }
             _ => {
@@ -82,38 +59,36 @@ impl Asker<'_> {
             }
         };
         let several = ask.when.is_every_instant();
-        let parts = answered.told.iter().map(|told| part(setting, ask, told, several)).collect();
-        let (strategy, when) = (strategy(&route.by), ask.when);
-        Ok(Answer { question, ln_evidence, estimate, answer, strategy, when, parts })
+        Ok(Answer {
+            question: setting.model.ask_text(ask),
+            ln_evidence: Some(answered.ln_evidence),
+            estimate,
+            answer,
+            strategy: self.route.strategy(),
+            when: ask.when,
+            parts: answered.told.iter().map(|told| part(setting, ask, told, several)).collect(),
+        })
     }
 
-    fn run(&self, ask: &Ask, scope: Scope) -> Result<(OverTime, Answered), Error> {
-        let model = self.setting.model;
-        let alone = Question { name: self.question.name.clone(), asks: vec![ask.clone()] };
-        let mut routes = plan::plan(model, &alone, Options { by: self.by, ..Options::default() })?.routes;
-        let Some(Route::OverTime(route)) = routes.pop() else {
-            let reason = "it is not asked over time: write `filter P(…)`, `smooth P(…)`".to_owned();
-            return Err(Error::Unplanned { question: self.question.name.clone(), reason });
-        };
-        if self.observations.is_empty() {
+    fn run(&self, scope: Scope) -> Result<Answered, Error> {
+        if self.case.instants.is_empty() {
             let message = "no instant was given; it is asked over time, with a row for each";
-            return Err(Error::input(model.ask_text(ask), message));
+            return Err(Error::input(self.setting.model.ask_text(self.route.ask()), message));
         }
-        let instants = time::instants(self.setting, &route, &self.observed_by(ask))?;
-        let answered = time::answer(self.setting, &route, &instants, scope, self.sampling)?;
-        Ok((route, answered))
+        let instants = time::instants(self.setting, self.route, &self.observed())?;
+        time::answer(self.setting, self.route, &instants, scope, self.case.sampling)
     }
 
     /// The observations without what only other asks of the question know.
-    fn observed_by(&self, ask: &Ask) -> Vec<Observed> {
+    fn observed(&self) -> Vec<Observed> {
         let names = |known: &[Known]| -> Vec<String> {
             let slots = known.iter().flat_map(|known| self.setting.slots_of(known.variable));
             slots.map(|slot| self.setting.slot_name(slot)).collect()
         };
-        let own = names(&ask.known);
-        let others = self.question.asks.iter().flat_map(|ask| [&ask.known[..], ask.statistic.from()]);
+        let own = names(&self.route.ask().known);
+        let others = self.case.question.asks.iter().flat_map(|ask| [&ask.known[..], ask.statistic.from()]);
         let others: Vec<String> = others.flat_map(names).filter(|name| !own.contains(name)).collect();
-        let mut all = self.observations.to_vec();
+        let mut all = self.case.instants.to_vec();
         if !others.is_empty() {
             all.iter_mut().for_each(|observed| observed.retain(|(name, _)| !others.contains(name)));
         }
@@ -121,12 +96,12 @@ impl Asker<'_> {
     }
 
     /// The distributions of the instants as one table, whose contexts are the instants where `several` are answered.
-    fn table(&self, route: &OverTime, answered: &Answered, several: bool) -> Result<Table, Error> {
+    fn table(&self, answered: &Answered, several: bool) -> Result<Table, Error> {
         let mut numbers = Vec::new();
         for told in &answered.told {
             let What::Finite(own) = &told.what else {
                 let reason = "it compares distributions of finite variables".to_owned();
-                let question = self.setting.model.ask_text(&route.ask);
+                let question = self.setting.model.ask_text(self.route.ask());
                 return Err(Error::Unplanned { question, reason });
             };
             numbers.extend(own);
@@ -134,9 +109,9 @@ impl Asker<'_> {
         let instants = answered.told.iter().map(|told| told.instant.to_string()).collect();
         let right = Column { variable: None, element: 0, name: self.index(), values: instants };
         Ok(Table {
-            question: self.setting.model.ask_text(&route.ask),
+            question: self.setting.model.ask_text(self.route.ask()),
             right: if several { vec![right] } else { Vec::new() },
-            left: self.columns(&route.ask),
+            left: self.columns(self.route.ask()),
             numbers,
             extended: None,
         })
@@ -162,9 +137,10 @@ impl Asker<'_> {
         model.plate_index().map_or("t".to_owned(), |index| model.variable_name(index))
     }
 
-    fn sequence_rows(&self, route: &OverTime, answered: &Answered) -> Result<Vec<Row>, Error> {
-        let columns = self.columns(&route.ask);
-        if let (Statistic::Maximum, [sequence]) = (&route.ask.statistic, answered.sequences.as_slice()) {
+    fn sequence_rows(&self, answered: &Answered) -> Result<Vec<Row>, Error> {
+        let columns = self.columns(self.route.ask());
+        if let (Statistic::Maximum, [sequence]) = (&self.route.ask().statistic, answered.sequences.as_slice())
+        {
             let p = sequence.probability.unwrap_or(f64::NAN);
             return Ok(vec![Row { values: Vec::new(), figure: Figure::Probability { p } }]);
         }
@@ -172,7 +148,7 @@ impl Asker<'_> {
         for (number, sequence) in answered.sequences.iter().enumerate() {
             for (told, ordinals) in answered.told.iter().zip(&sequence.values) {
                 let mut values = Vec::with_capacity(columns.len() + 2);
-                let figure = match (&route.ask.statistic, sequence.probability) {
+                let figure = match (&self.route.ask().statistic, sequence.probability) {
                     (Statistic::Draw(_), _) => Figure::Draw { draw: number + 1 },
                     (_, Some(p)) => {
                         values.push(("sequence".to_owned(), (number + 1).to_string()));
@@ -233,15 +209,6 @@ fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
     })
 }
 
-/// The way in which a question over time is answered.
-fn strategy(by: &By) -> Strategy {
-    match by {
-        By::Chain => Strategy::Chain,
-        By::Gaussian(_) => Strategy::Gaussian,
-        By::Particles { .. } => Strategy::Particles,
-    }
-}
-
 /// What is believed of an instant, by slot.
 fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
     let instant = several.then_some(told.instant);
@@ -268,14 +235,14 @@ pub(crate) fn of_instant(
     ln_evidence: f64,
     sampling: Sampling,
 ) -> Answer {
-    let part = part(setting, &route.ask, told, false);
+    let part = part(setting, route.ask(), told, false);
     Answer {
-        question: setting.model.ask_text(&route.ask),
+        question: setting.model.ask_text(route.ask()),
         ln_evidence: Some(ln_evidence),
         estimate: estimate(told, sampling),
         answer: part.rows(setting.model),
-        strategy: strategy(&route.by),
-        when: route.ask.when,
+        strategy: route.strategy(),
+        when: route.ask().when,
         parts: vec![part],
     }
 }

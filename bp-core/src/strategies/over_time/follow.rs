@@ -37,7 +37,7 @@ impl<'m> Follower<'m> {
     /// # Errors
     /// Numbers that are missing, or that a form cannot have.
     pub fn new(setting: Setting<'m>, route: OverTime, sampling: Sampling) -> Result<Self, Error> {
-        let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+        let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
         let searched: Vec<usize> = slots.collect();
         let state = match &route.by {
             By::Chain => {

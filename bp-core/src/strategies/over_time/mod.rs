@@ -7,10 +7,10 @@ mod answer;
 mod follow;
 mod offer;
 
-pub(crate) use answer::{answers, of_instant};
+pub(crate) use answer::of_instant;
 pub use follow::Follower;
-pub(crate) use offer::offer;
 pub use offer::{By, OverTime};
+pub(crate) use offer::{carried, check, check_sequence, not_of_reals};
 
 use crate::distribution::Setting;
 use crate::error::Error;
@@ -122,7 +122,7 @@ pub fn instants(
 /// What the question gives a value holds at every instant.
 fn always(setting: &Setting<'_>, route: &OverTime) -> Instant {
     let mut always: Instant = Vec::new();
-    for known in &route.ask.known {
+    for known in &route.ask().known {
         let value = match &known.evidence {
             Evidence::Hard(Value::Ordinal(ordinal)) => *ordinal as f64,
             Evidence::Hard(Value::Real(number)) => *number,
@@ -147,10 +147,10 @@ pub fn answer(
     scope: Scope,
     sampling: Sampling,
 ) -> Result<Answered, Error> {
-    let ahead = route.ask.when.ahead();
+    let ahead = route.ask().when.ahead();
     if ahead > MOST_STEPS {
         let help = "predict fewer instants".to_owned();
-        let name = setting.model.ask_text(&route.ask);
+        let name = setting.model.ask_text(route.ask());
         return Err(Error::TooLarge { name, cells: ahead as f64, most: MOST_STEPS as f64, help });
     }
     match &route.by {
@@ -161,7 +161,7 @@ pub fn answer(
             let mut all = instants.to_vec();
             all.resize(instants.len() + ahead, Vec::new());
             let mut cloud = moves.follow(&all)?.map_err(|instant| impossible(setting, route, instant))?;
-            let slots = route.ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+            let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
             let what = follow::cloud_of(&mut cloud, &kept, &linear);
@@ -195,7 +195,7 @@ fn answer_gaussian(
         .iter()
         .map(|instant| instant.iter().map(|(name, value)| (name.as_str(), *value)).collect())
         .collect();
-    let (several, ahead) = (route.ask.when.is_every_instant(), route.ask.when.ahead());
+    let (several, ahead) = (route.ask().when.is_every_instant(), route.ask().when.ahead());
     let beliefs = match several {
         true => filter.smoothed(&named)?,
         false => filter.filtered(&named)?,
@@ -213,5 +213,5 @@ fn answer_gaussian(
 
 /// The error that an observation is impossible.
 fn impossible(setting: &Setting<'_>, route: &OverTime, instant: usize) -> Error {
-    Error::Impossible(format!("{}, instant {}", setting.model.ask_text(&route.ask), instant + 1).into())
+    Error::Impossible(format!("{}, instant {}", setting.model.ask_text(route.ask()), instant + 1).into())
 }

@@ -7,20 +7,20 @@
 //! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹ | z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read
 //! from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
 
-use crate::equation::Strategy;
-use crate::equation::{Line, Mark, Marked, Notation, made_of_parts, of_form};
+use super::answer::Instants;
+use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Model, Statistic, When};
-use crate::strategies::gaussian::{self, Gaussian};
-use crate::strategies::{chain, particles, weighting};
+use crate::model::{Ask, Evidence, Model, Question, Statistic, When};
+use crate::strategies::gaussian::Gaussian;
+use crate::strategies::{Offered, Prepared, Purpose};
 use std::collections::BTreeSet;
 
 /// A question over time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct OverTime {
-    /// What is asked.
-    pub ask: Ask,
+    /// What is asked: one thing.
+    pub asks: Vec<Ask>,
     /// What is carried: (X, X^-1).
     pub carried: Vec<(VariableId, VariableId)>,
     /// By what it is answered.
@@ -44,68 +44,41 @@ pub enum By {
     },
 }
 
-/// Plans a question over time.
-pub(crate) fn offer(model: &Model, ask: Ask, strategy: Strategy) -> Result<OverTime, Error> {
-    let refused = |reason: String| Error::Unplanned { question: model.ask_text(&ask), reason };
-    for known in &ask.known {
-        if matches!(known.evidence, Evidence::Soft(_)) {
-            let name = model.variable_name(known.variable);
-            return Err(refused(format!(
-                "soft evidence replaces what is believed at one instant; over time write a likelihood, \
-                 `{name} virtual [...]`, which holds at each"
-            )));
-        }
-    }
-    let carried: Vec<(VariableId, VariableId)> =
-        model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect();
-    if strategy == Strategy::Gaussian {
-        if !gaussian::is_linear(model) {
-            return Err(refused("not all is real, linear and Gaussian".to_owned()));
-        }
-        if let Some(why) = not_of_reals(model, &ask) {
-            return Err(refused(why));
-        }
-        let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };
-        let by = By::Gaussian(gaussian::offer(model, vec![plain])?);
-        return Ok(OverTime { ask, carried, by });
-    }
-    let mut route = OverTime { ask: ask.clone(), carried, by: By::Chain };
-    let reason = chain::refusal(model, &ask, &route.carried);
-    if reason.is_none() {
-        let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
-        let missing = route.carried.iter().map(|(now, _)| *now).find(|now| !asked.contains(now));
-        if let (When::Sequence, Some(now)) = (ask.when, missing) {
+/// What is carried from instant to instant: (X, X^-1).
+pub(crate) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
+    model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
+}
+
+/// Refuses what no strategy answers over time.
+pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
+    let soft = ask.known.iter().find(|known| matches!(known.evidence, Evidence::Soft(_)));
+    soft.map_or(Ok(()), |known| {
+        let name = model.variable_name(known.variable);
+        let reason = format!(
+            "soft evidence replaces what is believed at one instant; over time write a likelihood, \
+             `{name} virtual [...]`, which holds at each"
+        );
+        Err(Error::Unplanned { question: model.ask_text(ask), reason })
+    })
+}
+
+/// Refuses a sequence of less than what is carried.
+pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
+    let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
+    let missing = carried(model).into_iter().map(|(now, _)| now).find(|now| !asked.contains(now));
+    match (ask.when, missing) {
+        (When::Sequence, Some(now)) => {
             let name = model.variable_name(now);
-            return Err(refused(format!(
-                "the most likely sequence is that of all that is carried: search `{name}` too"
-            )));
+            let reason =
+                format!("the most likely sequence is that of all that is carried: search `{name}` too");
+            Err(Error::Unplanned { question: model.ask_text(ask), reason })
         }
+        _ => Ok(()),
     }
-    if strategy == Strategy::Chain {
-        return reason.map_or(Ok(route), |reason| Err(refused(reason)));
-    }
-    let reason = reason.unwrap_or_else(|| "it is answered exactly, instant by instant".to_owned());
-    if let Some(why) = not_of_reals(model, &ask) {
-        return Err(refused(format!("{reason}; and {why}")));
-    }
-    if let Some(name) = virtually(model, &ask) {
-        return Err(refused(format!(
-            "{reason}; and draws are weighed by observations: `{name}` has a likelihood"
-        )));
-    }
-    if ask.when.is_every_instant() {
-        let word = ask.when.word();
-        return Err(refused(format!("{reason}; and draws go forward only: ask for `filter`, not `{word}`")));
-    }
-    if let Some(why) = model.factors.values().find_map(|factor| weighting::refused_factor(model, factor)) {
-        return Err(refused(format!("{reason}; and {why}")));
-    }
-    route.by = By::Particles { linear: particles::linear(model), reason };
-    Ok(route)
 }
 
 /// Why a statistic is not made of a normal law or of particles.
-fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
+pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
     if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
         let name = model.variable_name(item.variable);
         return Some(format!(
@@ -121,16 +94,53 @@ fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
     Some(format!("`{word}` is not made of it: ask for the distribution, its `expectation` or its `variance`"))
 }
 
-/// A variable that is known by a likelihood.
-fn virtually(model: &Model, ask: &Ask) -> Option<String> {
-    let known = ask.known.iter().find(|known| matches!(known.evidence, Evidence::Virtual(_)))?;
-    Some(model.variable_name(known.variable))
+impl Offered for OverTime {
+    fn strategy(&self) -> Strategy {
+        match self.by {
+            By::Chain => Strategy::Chain,
+            By::Gaussian(_) => Strategy::Gaussian,
+            By::Particles { .. } => Strategy::Particles,
+        }
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        match self.by {
+            By::Chain => "exact, instant by instant: what is carried is finite",
+            By::Gaussian(_) => "exact, instant by instant: what is carried is linear and Gaussian",
+            By::Particles { .. } => "estimated, instant by instant, by particles",
+        }
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        (self.derivation(model, notation), Vec::new())
+    }
+
+    fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
+        OverTime::marks(self, model, notation)
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        Some("over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned())
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, purpose: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(Instants { route: self.clone(), purpose }))
+    }
 }
 
 impl OverTime {
+    /// What is asked.
+    pub fn ask(&self) -> &Ask {
+        &self.asks[0]
+    }
+
     /// The variables that the question knows, without the plate's index.
     pub fn observed(&self, model: &Model) -> BTreeSet<VariableId> {
-        let known = self.ask.known.iter().map(|known| known.variable);
+        let known = self.ask().known.iter().map(|known| known.variable);
         known.filter(|variable| Some(*variable) != model.plate_index()).collect()
     }
 
@@ -139,7 +149,7 @@ impl OverTime {
     fn factors(&self, model: &Model, notation: Notation) -> (Vec<VariableId>, String) {
         let observed = self.observed(model);
         let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
-        let searched = self.ask.searched.iter().map(|item| item.variable);
+        let searched = self.ask().searched.iter().map(|item| item.variable);
         let axes: BTreeSet<VariableId> = self.carried.iter().map(|(now, _)| *now).chain(searched).collect();
         let mut rest: Vec<VariableId> = axes.iter().chain(&observed).copied().collect();
         let mut wanted = BTreeSet::new();
@@ -230,7 +240,7 @@ impl OverTime {
                 ));
             }
         }
-        let last = match self.ask.when {
+        let last = match self.ask().when {
             When::Smooth => Some((
                 "backward",
                 "what came after speaks too",
@@ -267,7 +277,7 @@ impl OverTime {
         };
         let last = self.derivation(model, notation).pop().map(|(_, _, equation)| equation);
         let marked = |product| Marked { product, mark: Mark::Log, reason: reason.to_owned() };
-        let made = made_of_parts(model, &self.ask, notation).into_iter().map(|(_, _, equation)| equation);
+        let made = made_of_parts(model, self.ask(), notation).into_iter().map(|(_, _, equation)| equation);
         last.into_iter().chain(made).map(marked).collect()
     }
 }

@@ -10,8 +10,10 @@
 
 mod linear;
 mod normal;
+mod offer;
 
 pub(crate) use linear::{is_linear_in, linear};
+pub(crate) use offer::Engine;
 
 use crate::distribution::{Distribution, Instance, Setting, ln_sum};
 use crate::error::Error;

@@ -3,5 +3,63 @@
 //! In: an equation and the host's inputs. Out: tables. Invariant: evidence of probability zero is an error that says what cannot be.
 
 mod impossible;
+mod prepared;
 
 pub(crate) use impossible::error as impossible;
+
+use super::{Offered, Prepared, Purpose, Route, Turn, refused};
+use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};
+use crate::error::Error;
+use crate::model::{Ask, Model, Question};
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl super::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
+        match turn.by_tree && !turn.forced {
+            true => Err(refused(
+                model,
+                asks,
+                "for so many factors a join tree is made faster than loops are written",
+            )),
+            false => Ok(Route::Exact(equation::exact(model, asks.to_vec(), turn.options)?)),
+        }
+    }
+}
+
+impl Offered for Exact {
+    fn strategy(&self) -> Strategy {
+        Strategy::Sums
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn cost(&self) -> Option<f64> {
+        Some(self.cost)
+    }
+
+    fn reason(&self) -> &'static str {
+        match self.has_scan() {
+            true => "exact, by sums, products and a scan: all that is summed is finite",
+            false if self.eliminations.is_empty() => {
+                "exact, by products: nothing is left to be summed but what is searched"
+            }
+            false => "exact, by sums and products: all that is summed is finite",
+        }
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        self.lines(model, notation)
+    }
+
+    fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
+        Exact::marks(self, model, notation)
+    }
+
+    fn prepare(&self, model: &Model, question: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(prepared::Kernels::new(model, self, question)?))
+    }
+}

@@ -14,6 +14,7 @@ use crate::posterior::{Answer, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot
 use crate::progress;
 use crate::sample::{Draws, MOST_R_HAT, Moments, Observations, Sampling};
 use crate::strategies::gibbs::gibbs;
+use crate::strategies::{Case, Found, Prepared};
 use std::sync::Arc;
 
 /// Effective draws below which an answer is said to be rough.
@@ -22,7 +23,13 @@ pub(crate) const FEW: f64 = 200.0;
 /// The most rows that a table of estimates may have.
 const MOST_ROWS: usize = 1 << 20;
 
-pub(crate) fn answers(
+impl Prepared for Sampled {
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        Ok(answers(model, self, case.inputs, case.sampling)?.into_iter().map(Found::Answer).collect())
+    }
+}
+
+fn answers(
     model: &Model,
     route: &Sampled,
     inputs: &Inputs<'_, f64>,

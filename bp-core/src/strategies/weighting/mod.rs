@@ -7,8 +7,8 @@ mod answer;
 mod draw;
 mod offer;
 
-pub(crate) use answer::{FEW, answers, part, rows};
+pub(crate) use answer::{FEW, part, rows};
 pub use draw::weigh;
 pub(crate) use draw::{Step, draw_one, draw_or_weigh, instances, solve};
+pub(crate) use offer::{Engine, drawn, has_point, refused_factor};
 pub use offer::{Sampled, Treatment};
-pub(crate) use offer::{has_point, offer, refused_factor};

@@ -11,8 +11,11 @@
 use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
-use crate::model::{Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Statistic, in_order};
+use crate::model::{
+    Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Question, Statistic, in_order,
+};
 use crate::operators::{Binary, Unary};
+use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
 
 /// What is done with a factor.
@@ -43,7 +46,7 @@ pub struct Sampled {
 ///
 /// # Errors
 /// Something that cannot be drawn or weighed; the reason is told beside the one for which there is no exact answer.
-pub(crate) fn offer(
+fn offer(
     model: &Model,
     asks: Vec<Ask>,
     reason: String,
@@ -74,6 +77,51 @@ pub(crate) fn offer(
     }
     let steps = steps(model, &factors, &observed).map_err(refused)?;
     Ok(Sampled { asks, steps, reason, by })
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
+        drawn(model, asks, turn, Strategy::Weighting)
+    }
+}
+
+/// What is offered by draws of one kind or the other.
+pub(crate) fn drawn(model: &Model, asks: &[Ask], turn: &Turn<'_>, by: Strategy) -> Result<Route, Error> {
+    let reason = match turn.not_exact {
+        Some(Error::Unplanned { reason, .. }) => reason.clone(),
+        Some(other) => other.to_string(),
+        None => "it is answered exactly by sums".to_owned(),
+    };
+    Ok(Route::Sampled(offer(model, asks.to_vec(), reason, by, turn.forced)?))
+}
+
+impl Offered for Sampled {
+    fn strategy(&self) -> Strategy {
+        self.by
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        "estimated, by draws: what is summed is not finite, nor linear and Gaussian"
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        (self.derivation(model, notation), Vec::new())
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        Some(format!("{}; draws are made by `answer::ask`, not by emitted code", self.reason))
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(self.clone()))
+    }
 }
 
 fn is_hard(evidence: &Evidence) -> bool {

@@ -13,7 +13,7 @@ use crate::sample::Observations;
 use crate::spelling::{exact, number as written};
 
 /// Checks parameters against their kinds, and given values against their domains.
-pub(super) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
     for parameter in model.parameters.values() {
         for value in inputs.find(&parameter.name).unwrap_or_default() {
             if let Some(expected) = parameter.kind.refuses(*value) {
@@ -71,7 +71,7 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
 }
 
 /// Answers as they are, if all of their numbers can be written: none is NaN or infinite, but for a divergence.
-pub(super) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
+pub(crate) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
     for answer in &answers {
         let numbers = answer.answer.iter().flat_map(|row| figures(&row.figure)).chain(answer.ln_evidence);
         let of_estimate = |estimate: &Estimate| [Some(estimate.effective), estimate.ln_evidence_error];
@@ -101,7 +101,7 @@ fn figures(figure: &Figure) -> Vec<f64> {
 }
 
 /// Why an answer is not a number: the form of which a number cannot be, with its context.
-pub(super) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
+pub(crate) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
     match Setting::new(model, inputs) {
         Err(error) => error,
         Ok(setting) => setting.not_a_number(&model.ask_text(ask), &known(&setting, ask)),
@@ -109,7 +109,7 @@ pub(super) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -
 }
 
 /// The number that a form refuses, if one does.
-pub(super) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<Error> {
+pub(crate) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<Error> {
     match Setting::new(model, inputs) {
         Err(error) => Some(error),
         Ok(setting) => setting.refused_number(&known(&setting, ask)),
