@@ -186,6 +186,7 @@ impl<'k> Nests<'k> {
                         format!("{target}[l] = state[l];"),
                         format!("state[l] = {keep} * state[l] + {value};"),
                     ];
+                    self.begun(nest.out, shared).iter().for_each(|line| text.line(line));
                     self.level(loops, depth + 1, &update, text);
                     copy.iter().for_each(|copy| text.line(copy));
                 }
@@ -199,7 +200,7 @@ impl<'k> Nests<'k> {
             return;
         }
         let mut actions = Vec::new();
-        let mut after = Vec::new();
+        let (mut before, mut after) = (None, Vec::new());
         if let (Some(fold), true) = (nest.reduce.fold(), depth == outer) {
             let start = match fold {
                 Fold::Sum => "0.0f64",
@@ -216,6 +217,7 @@ impl<'k> Nests<'k> {
             match (nest.reduce.fold(), lanes) {
                 (None, true) => {
                     let (target, copy) = self.target(nest.out, shared);
+                    before = self.begun(nest.out, shared);
                     actions.push(format!("{target}[l] = {value};"));
                     after = copy;
                 }
@@ -237,6 +239,7 @@ impl<'k> Nests<'k> {
                 }),
             }
         }
+        before.iter().for_each(|line| text.line(line));
         self.level(loops, depth, &actions, text);
         after.iter().for_each(|line| text.line(line));
         if depth < last {
@@ -246,31 +249,44 @@ impl<'k> Nests<'k> {
             text.close();
         }
         if nest.reduce.fold().is_some() && depth == outer {
-            let (target, copy) = self.target(nest.out, shared);
             match lanes {
-                true => copy.iter().for_each(|copy| text.line(copy.replace("made", "folded"))),
-                false => text.line(format!("{target} = T::from_f64(folded);")),
+                true => self.kept_lanes(nest.out, shared, "folded").iter().for_each(|line| text.line(line)),
+                false => {
+                    let (target, _) = self.target(nest.out, shared);
+                    text.line(format!("{target} = T::from_f64(folded);"));
+                }
             }
         }
     }
 
     /// Where the running cell of a buffer is written, and what has to be done afterwards.
     fn target(&self, out: BufferId, shared: &[BufferId]) -> (String, Vec<String>) {
-        let plane = self.plane(out);
         if !self.group.parallel {
-            return (format!("{}[{plane}]", local("m", out)), Vec::new());
+            return (format!("{}[{}]", local("m", out), self.plane(out)), Vec::new());
         }
-        // Lanes are made on the stack, where nothing else can be, and then kept.
-        let mut after: Vec<String> = self.looked_at(out, "&made[..width]").into_iter().collect();
-        after.push(match shared.contains(&out) {
-            false => {
-                format!("{}[({plane}) * LANES..][..width].copy_from_slice(&made[..width]);", local("m", out))
-            }
-            true => {
-                format!("{}[{plane}][place..place + width].copy_from_slice(&made[..width]);", local("y", out))
-            }
-        });
-        ("made".to_owned(), after)
+        match shared.contains(&out) {
+            false => ("own".to_owned(), self.looked_at(out, "&own[..width]").into_iter().collect()),
+            true => ("made".to_owned(), self.kept_lanes(out, shared, "made")),
+        }
+    }
+
+    /// What keeps lanes that were made on the stack, where nothing else can be.
+    fn kept_lanes(&self, out: BufferId, shared: &[BufferId], made: &str) -> Vec<String> {
+        let (plane, made) = (self.plane(out), format!("&{made}[..width]"));
+        let mut kept: Vec<String> = self.looked_at(out, &made).into_iter().collect();
+        let to = match shared.contains(&out) {
+            false => format!("{}[({plane}) * LANES..][..width]", local("m", out)),
+            true => format!("{}[{plane}][place..place + width]", local("y", out)),
+        };
+        kept.push(format!("{to}.copy_from_slice({made});"));
+        kept
+    }
+
+    /// Lanes of a buffer of this pass are made where they stay: it has memory of its own.
+    fn begun(&self, out: BufferId, shared: &[BufferId]) -> Option<String> {
+        let (array, plane) = (local("m", out), self.plane(out));
+        (!shared.contains(&out))
+            .then(|| format!("let own: &mut [T] = &mut {array}[({plane}) * LANES..][..LANES];"))
     }
 
     /// Which plane of a buffer the running cell is in.

@@ -16,6 +16,9 @@ use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, wit
 use crate::lower::Lowered;
 use crate::model::{Model, Question};
 
+/// The most nests of a question that is computed where it is asked.
+const INLINED_NESTS: usize = 8;
+
 /// Writes the module of a question.
 pub(super) fn emit(
     (model, enums): (&Model, &Enums),
@@ -43,6 +46,10 @@ pub(super) fn emit(
     };
     text.line("/// Computes the answer.\n///\n/// # Errors");
     text.line(format!("/// A wrong length; a number that is no value of its domain, or that a form cannot have. {impossible}"));
+    // What is computed once is a few numbers: a call would take as long.
+    if kernel.parallel.is_empty() && kernel.nests.len() <= INLINED_NESTS {
+        text.line("#[inline(always)]");
+    }
     text.line("#[allow(clippy::all, unused)]");
     text.open(format!("fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::error::Error>"));
     for (id, axis) in kernel.axes.iter() {
@@ -220,7 +227,7 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
             Role::Output(_) => {
                 let field = interface.output(id);
                 text.line(format!("make_room({:?}, {len}, &mut outputs.{field})?;", buffer.name));
-                text.line(format!("let {name}: &mut [T] = &mut outputs.{field}[..];"));
+                text.line(format!("let {name}: &mut [T] = &mut outputs.{field}[..{len}];"));
             }
             Role::Scratch => {}
         }

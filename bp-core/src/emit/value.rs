@@ -159,7 +159,7 @@ pub(super) fn arithmetic(operator: Binary, left: &str, right: &str, kind: &str, 
         Binary::Power => format!("Scalar::power({left}, {right})"),
         Binary::Remainder => format!("Scalar::remainder({left}, {right})"),
         Binary::ArcTangent => format!("Scalar::arc_tangent({left}, {right})"),
-        Binary::And => truth(format!("{left} != {zero} && {right} != {zero}")),
+        Binary::And => truth(format!("({left} != {zero}) & ({right} != {zero})")),
         Binary::Or => truth(format!("{left} != {zero} || {right} != {zero}")),
         _ => truth(format!("{left} {} {right}", operator.notation().1)),
     }

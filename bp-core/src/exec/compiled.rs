@@ -141,7 +141,15 @@ pub fn each_piece_in_f64<T: Scalar>(
 ///
 /// # Errors
 /// It would have more cells than are made without being asked for, or than there is memory for.
+#[inline]
 pub fn make_room<T: Scalar>(name: &str, cells: usize, made: &mut Vec<T>) -> Result<(), Error> {
+    // As it is where a question is asked again.
+    if made.len() == cells { Ok(()) } else { make_other_room(name, cells, made) }
+}
+
+#[cold]
+#[inline(never)]
+fn make_other_room<T: Scalar>(name: &str, cells: usize, made: &mut Vec<T>) -> Result<(), Error> {
     let more = cells.saturating_sub(made.len());
     if cells as f64 > MOST_CELLS || made.try_reserve_exact(more).is_err() {
         let help = "ask a smaller question, or a part of the plate at a time".to_owned();

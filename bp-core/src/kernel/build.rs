@@ -227,6 +227,20 @@ impl KernelBuilder {
         self.compute(name, axes, Reduce::Fold(fold, over.to_vec()), value)
     }
 
+    /// What a value is more than another one, where numbers are added to that and taken away from it.
+    pub fn more_than(&self, base: ValueId, value: ValueId) -> Option<f64> {
+        match self.kernel.nodes[value] {
+            _ if value == base => Some(0.0),
+            Node::Binary(Binary::Add, left, right) => {
+                Some(self.more_than(base, left)? + self.as_constant(right)?)
+            }
+            Node::Binary(Binary::Subtract, left, right) => {
+                Some(self.more_than(base, left)? - self.as_constant(right)?)
+            }
+            _ => None,
+        }
+    }
+
     /// The kernel.
     pub fn build(self) -> Kernel {
         self.kernel

@@ -9,7 +9,6 @@ use crate::equation::Binding;
 use crate::error::Error;
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, GridAxis, Reduce, SizeKey};
-use crate::law::Law;
 use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
 
@@ -185,7 +184,7 @@ impl Lowering<'_> {
             }
             Form::NormalBins { mean, deviation } => {
                 let density = self.normal_bins(&domain, at, *mean, *deviation)?;
-                let holds = self.law_holds(Law::Normal, &[*mean, *deviation])?;
+                let holds = self.is_finite(*mean)?;
                 Ok(self.only_if(holds, density))
             }
             Form::Dirac(value) => {
@@ -239,16 +238,7 @@ impl Lowering<'_> {
         };
         let mut count = self.builder.constant(1.0);
         for extent in extents {
-            let factor = match extent.size {
-                None => self.builder.constant(extent.known().unwrap_or(0) as f64),
-                Some(size) => {
-                    // A size is a sum of ones over an axis of that extent: computed once.
-                    let name = format!("number of values of {}", self.size_name(size));
-                    let axis = self.builder.axis(&name, extent);
-                    let one = self.builder.constant(1.0);
-                    self.builder.fold(&name, &[], Fold::Sum, &[axis], one)
-                }
-            };
+            let factor = self.count_of(extent);
             count = self.builder.binary(Binary::Multiply, count, factor);
         }
         let one = self.builder.constant(1.0);

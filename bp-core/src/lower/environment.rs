@@ -7,11 +7,27 @@ use super::{Lowering, Meaning};
 use crate::equation::Binding;
 use crate::error::Error;
 use crate::ids::{AxisId, BufferId, ExpressionId, SetId, ValueId, VariableId};
-use crate::kernel::{Coordinate, Displacements, Extent, Index, InputKey, Role, SizeKey};
+use crate::kernel::{Coordinate, Displacements, Extent, Fold, Index, InputKey, Role, SizeKey};
 use crate::model::{Domain, Expression, SetKind, Value};
 use crate::operators::Binary;
 
 impl Lowering<'_> {
+    /// How many values an extent has: a sum of ones that is computed once, where it is known at run time.
+    pub(super) fn count_of(&mut self, extent: Extent) -> ValueId {
+        let Some(size) = extent.size else {
+            return self.builder.constant(extent.known().unwrap_or(0) as f64);
+        };
+        if let Some(count) = self.counts.get(&extent) {
+            return *count;
+        }
+        let name = format!("number of values of {}", self.size_name(size));
+        let axis = self.builder.axis(&name, extent);
+        let one = self.builder.constant(1.0);
+        let count = self.builder.fold(&name, &[], Fold::Sum, &[axis], one);
+        self.counts.insert(extent, count);
+        count
+    }
+
     /// What a variable, or an element of a family, stands for.
     pub(super) fn meaning(
         &mut self,

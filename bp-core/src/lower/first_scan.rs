@@ -28,15 +28,7 @@ impl Lowering<'_> {
         // P_k: the factor where the first true element is k, and P_∅: where there is none.
         let factor = self.model.factors[scan.factor].clone();
         let at_first = self.factor_at(&factor, index)?;
-        let count = match extent.known() {
-            Some(known) => self.builder.constant(known as f64),
-            None => {
-                let name = self.name("length");
-                let ones = self.builder.axis(&name, extent);
-                let one = self.builder.constant(1.0);
-                self.builder.fold(&name, &[], crate::kernel::Fold::Sum, &[ones], one)
-            }
-        };
+        let count = self.count_of(extent);
         let past = self.builder.binary(Binary::Add, count, low);
         let at_none = self.factor_at(&factor, past)?;
 

@@ -108,6 +108,8 @@ struct Lowering<'m> {
     densities: Vec<bool>,
     /// The arrays of known numbers of each factor, by the name of the first.
     tables: HashMap<String, Vec<BufferId>>,
+    /// How many values those extents have that are known at run time.
+    counts: HashMap<Extent, ValueId>,
 }
 
 impl<'m> Lowering<'m> {
@@ -129,6 +131,7 @@ impl<'m> Lowering<'m> {
             multiplies: false,
             densities: Vec::new(),
             tables: HashMap::new(),
+            counts: HashMap::new(),
         };
         if let Some(index) = model.plate_index() {
             lowering.plate = lowering.run_through(index);

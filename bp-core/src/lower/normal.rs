@@ -6,7 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::error::Error;
 use crate::ids::{ExpressionId, ValueId, VariableId};
-use crate::kernel::{Extent, Fold};
+use crate::kernel::Fold;
 use crate::model::Domain;
 use crate::operators::{Binary, Unary};
 
@@ -32,7 +32,9 @@ impl Lowering<'_> {
         }
         // Relative to the value nearest to the mean, so that a mean far outside leaves something to divide by.
         let extent = self.extent(domain);
-        let (last, half) = (self.count_of(extent, -1), self.builder.constant(0.5));
+        let (count, one, half) =
+            (self.count_of(extent), self.builder.constant(1.0), self.builder.constant(0.5));
+        let last = self.builder.binary(Binary::Subtract, count, one);
         let low = self.number_of(variable, &Meaning::Ordinal(zero))?;
         let high = self.number_of(variable, &Meaning::Ordinal(last))?;
         let rounded = self.builder.binary(Binary::Add, mean, half);
@@ -50,21 +52,6 @@ impl Lowering<'_> {
         let value = self.bell(standard, nearest);
         let total = self.fold_over("normal total", Fold::Sum, &[axis], value);
         Ok(self.builder.binary(Binary::Divide, bell, total))
-    }
-
-    /// How many values an axis has, and `more`.
-    pub(super) fn count_of(&mut self, extent: Extent, more: i64) -> ValueId {
-        let more = self.builder.constant(more as f64);
-        let count = match extent.known() {
-            Some(known) => self.builder.constant(known as f64),
-            None => {
-                let name = self.name("number of values");
-                let axis = self.builder.axis(&name, extent);
-                let one = self.builder.constant(1.0);
-                self.builder.fold(&name, &[], Fold::Sum, &[axis], one)
-            }
-        };
-        self.builder.binary(Binary::Add, count, more)
     }
 
     /// (x − m) / s
@@ -101,44 +88,50 @@ impl Lowering<'_> {
             Domain::Finite { range: Some(range), .. } => self.bounded(range.high, 1 - range.low),
             _ => return Err(self.unplanned("`normal_bins` distributes one label and a range")),
         };
-        let bins = match bins.known() {
-            Some(known) => self.builder.constant(known as f64),
-            None => {
-                let name = "number of bins";
-                let axis = self.builder.axis(name, bins);
-                let one = self.builder.constant(1.0);
-                self.builder.fold(name, &[], Fold::Sum, &[axis], one)
-            }
-        };
+        let bins = self.count_of(bins);
+        // NaN reaches every tail; so it is asked where the deviation is made, not once a bin.
+        let holds = self.is_positive(deviation);
+        let deviation = self.only_if(holds, deviation);
         let (zero, half, one) =
             (self.builder.constant(0.0), self.builder.constant(0.5), self.builder.constant(1.0));
-        // Whether an edge lies above the mean, and the tail beyond it on its own side: Φ(−|z|), one Φ for each edge.
-        let parts = |lowering: &mut Self, edge: ValueId| {
-            let standard = lowering.standard(edge, mean, deviation);
-            let above = lowering.builder.binary(Binary::Greater, standard, zero);
-            let size = lowering.builder.unary(Unary::Absolute, standard);
-            let turned = lowering.builder.unary(Unary::Negate, size);
-            (above, lowering.builder.unary(Unary::NormalCumulative, turned))
+        // The tail beyond an edge on its own side of the mean: Φ(−|z|), one Φ for each edge.
+        let turned = self.builder.unary(Unary::Negate, deviation);
+        let tail = |lowering: &mut Self, edge: ValueId| {
+            let centred = lowering.builder.binary(Binary::Subtract, edge, mean);
+            let size = lowering.builder.unary(Unary::Absolute, centred);
+            let standard = lowering.builder.binary(Binary::Divide, size, turned);
+            lowering.builder.unary(Unary::NormalCumulative, standard)
         };
         let nothing = self.builder.binary(Binary::LessOrEqual, bin, zero);
         let first = self.builder.binary(Binary::LessOrEqual, bin, one);
         // Upper edge of the bin, or N for "nothing"; what lies below its lower edge.
         let upper = self.builder.select(nothing, bins, bin);
-        let (upper_above, upper_tail) = parts(self, upper);
-        let rest = self.builder.binary(Binary::Subtract, one, upper_tail);
-        let up_to = self.builder.select(upper_above, rest, upper_tail);
-        let beyond = self.builder.select(upper_above, upper_tail, rest);
+        let upper_tail = tail(self, upper);
         // One below the upper one, as neighbouring means see it: so they share it.
         let lower = self.builder.binary(Binary::Subtract, upper, one);
-        let (lower_above, lower_tail) = parts(self, lower);
+        let lower_tail = tail(self, lower);
+        // On which side of the mean an edge is takes no division. Where it is the mean, either side will do.
+        let centred = self.builder.binary(Binary::Subtract, upper, mean);
+        let upper_above = self.builder.binary(Binary::Greater, centred, zero);
+        let lower_above = self.builder.binary(Binary::Greater, centred, one);
+        // What lies below the upper edge; for "nothing", what lies above it.
+        let is_rest = self.builder.binary(Binary::NotEqual, upper_above, nothing);
+        let rest = self.builder.binary(Binary::Subtract, one, upper_tail);
+        let up_to = self.builder.select(is_rest, rest, upper_tail);
         let falling = self.builder.binary(Binary::Subtract, lower_tail, upper_tail);
         let rising = self.builder.binary(Binary::Subtract, up_to, lower_tail);
         let within = self.builder.select(lower_above, falling, rising);
-        let within = self.builder.select(first, up_to, within);
-        let value = self.builder.select(nothing, beyond, within);
-        let edge = self.builder.binary(Binary::Add, bins, half);
-        let empty = self.builder.binary(Binary::GreaterOrEqual, mean, edge);
+        // "Nothing" comes before the first.
+        let value = self.builder.select(first, up_to, within);
+        let empty = match self.builder.more_than(bins, mean) {
+            Some(more) => self.builder.constant(f64::from(u8::from(more >= 0.5))),
+            None => {
+                let edge = self.builder.binary(Binary::Add, bins, half);
+                self.builder.binary(Binary::GreaterOrEqual, mean, edge)
+            }
+        };
         let sure = self.builder.select(nothing, one, zero);
+        let sure = self.only_if(holds, sure);
         Ok(self.builder.select(empty, sure, value))
     }
 }

@@ -190,7 +190,7 @@ impl Lowering<'_> {
             return Ok((self.builder.constant(1.0), holds));
         };
         let extent = self.extent(&self.model.variables[variable].domain);
-        let (zero, count) = (self.builder.constant(0.0), self.count_of(extent, 0));
+        let (zero, count) = (self.builder.constant(0.0), self.count_of(extent));
         let above = self.builder.binary(Binary::GreaterOrEqual, ordinal, zero);
         let below = self.builder.binary(Binary::Less, ordinal, count);
         let whole = self.builder.unary(Unary::Floor, ordinal);

@@ -31,6 +31,12 @@ impl Lowering<'_> {
 
     /// A probability; what lies outside [0, 1] by rounding is the nearer end.
     pub(super) fn probability(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
+        // Each branch apart, so that one that no loop changes is looked at once.
+        if let Expression::If { condition, then, otherwise } = self.model.expressions[id] {
+            let condition = self.expression(condition)?;
+            let (then, otherwise) = (self.probability(then)?, self.probability(otherwise)?);
+            return Ok(self.builder.select(condition, then, otherwise));
+        }
         let value = self.expression(id)?;
         if self.is_probability(id) {
             return Ok(value);
@@ -95,6 +101,14 @@ impl Lowering<'_> {
         Ok(self.builder.binary(Binary::Less, size, infinity))
     }
 
+    /// Whether a number is above 0, and finite.
+    pub(super) fn is_positive(&mut self, value: ValueId) -> ValueId {
+        let (zero, infinity) = (self.builder.constant(0.0), self.builder.constant(f64::INFINITY));
+        let positive = self.builder.binary(Binary::Greater, value, zero);
+        let finite = self.builder.binary(Binary::Less, value, infinity);
+        self.builder.binary(Binary::And, positive, finite)
+    }
+
     /// Whether one number is less than another.
     pub(super) fn is_less(&mut self, low: ExpressionId, high: ExpressionId) -> Result<ValueId, Error> {
         let (low, high) = (self.expression(low)?, self.expression(high)?);
@@ -106,14 +120,10 @@ impl Lowering<'_> {
         let mut holds = self.builder.constant(1.0);
         for (argument, (_, constraint)) in arguments.iter().zip(law.parameters()) {
             let value = self.expression(*argument)?;
-            let (zero, infinity) = (self.builder.constant(0.0), self.builder.constant(f64::INFINITY));
+            let zero = self.builder.constant(0.0);
             let one = match constraint {
                 Constraint::Real => self.is_finite(*argument)?,
-                Constraint::Positive => {
-                    let positive = self.builder.binary(Binary::Greater, value, zero);
-                    let finite = self.builder.binary(Binary::Less, value, infinity);
-                    self.builder.binary(Binary::And, positive, finite)
-                }
+                Constraint::Positive => self.is_positive(value),
                 Constraint::Probability => self.between(value, 0.0, 1.0),
                 Constraint::Count => {
                     let whole = self.builder.unary(Unary::Floor, value);

@@ -6,9 +6,11 @@
 
 use crate::support::{model_of, program};
 use bp_core::exec::{Inputs, Outputs, interpret};
-use bp_core::kernel::Reduce;
+use bp_core::ids::ValueId;
+use bp_core::kernel::{Node, Reduce};
 use bp_core::lower::{Lowered, lower};
 use bp_core::model::Model;
+use bp_core::operators::Unary;
 use bp_core::plan::{Options, Rewrites, Route, plan};
 
 /// Φ((x − m) / s)
@@ -223,4 +225,23 @@ fn one_reading_costs_a_number_of_steps_that_grows_like_n() {
     let lowered = lowered(&model, Rewrites::default());
     let steps = |n| iterations(&lowered, n);
     assert!(steps(200) <= 2 * steps(100) && steps(100) < 40 * 100, "{} and {}", steps(100), steps(200));
+}
+
+#[test]
+fn one_reading_takes_one_cumulative_for_each_edge() {
+    // Neighbours share their edges, and where no cell is hit nothing is detected for sure: that takes none.
+    let text = program("line_of_sight").replace("P(Z | O C)", "P(Z = z | O C)");
+    let kernel = lowered(&model_of(&text), Rewrites::default()).kernel;
+    let mut used: Vec<ValueId> = kernel.nests.iter().map(|nest| nest.value).collect();
+    let mut at = 0;
+    while let Some(value) = used.get(at).copied() {
+        let operands = kernel.operands(value).into_iter();
+        let more: Vec<ValueId> = operands.filter(|operand| !used.contains(operand)).collect();
+        used.extend(more);
+        at += 1;
+    }
+    let cumulative =
+        |value: &&ValueId| matches!(kernel.nodes[**value], Node::Unary(Unary::NormalCumulative, _));
+    let found: std::collections::BTreeSet<&ValueId> = used.iter().filter(cumulative).collect();
+    assert_eq!(found.len(), 1);
 }

@@ -44,6 +44,14 @@ pub(super) fn run<'l, T: Scalar>(
         Work::Unary(operator, a) => unary(*operator, out, lanes(a)),
         Work::Binary(operator, a, b) => binary(*operator, out, lanes(a), lanes(b)),
         Work::Select(a, b, c) => select(out, lanes(a), lanes(b), lanes(c)),
+        Work::Choose(operator, a, b, c, d) => {
+            let operands = [lanes(a), lanes(b), lanes(c), lanes(d)];
+            match operator {
+                Binary::Greater => choose(out, operands, |x, y| x > y),
+                Binary::NotEqual => choose(out, operands, |x, y| x != y),
+                _ => unreachable!("internal: nothing is chosen by {operator:?}"),
+            }
+        }
         Work::Product(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| (a * b) * c),
         Work::AddProduct(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| a + b * c),
         Work::Mixture(a, b, c, d) => mixture(out, [lanes(a), lanes(b), lanes(c), lanes(d)]),
@@ -165,6 +173,29 @@ fn three<T: Scalar>(out: &mut [T], a: Lane<'_, T>, b: Lane<'_, T>, c: Lane<'_, T
         }
         (Lane::One(a), b, c) => zip(out, b, c, |b, c| f(a, b, c)),
         (a, Lane::One(b), Lane::One(c)) => map(out, a, |a| f(a, b, c)),
+    }
+}
+
+#[inline(always)]
+fn choose<T: Scalar>(out: &mut [T], operands: [Lane<'_, T>; 4], holds: impl Fn(T, T) -> bool) {
+    match operands {
+        [Lane::Many(a), Lane::One(b), Lane::Many(then), Lane::Many(otherwise)] => {
+            let both = a.iter().zip(then.iter().zip(otherwise));
+            for (out, (a, (then, otherwise))) in out.iter_mut().zip(both) {
+                *out = if holds(*a, b) { *then } else { *otherwise };
+            }
+        }
+        [Lane::Many(a), Lane::Many(b), Lane::Many(then), Lane::Many(otherwise)] => {
+            let both = a.iter().zip(b).zip(then.iter().zip(otherwise));
+            for (out, ((a, b), (then, otherwise))) in out.iter_mut().zip(both) {
+                *out = if holds(*a, *b) { *then } else { *otherwise };
+            }
+        }
+        [a, b, then, otherwise] => {
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = if holds(a.at(lane), b.at(lane)) { then.at(lane) } else { otherwise.at(lane) };
+            }
+        }
     }
 }
 

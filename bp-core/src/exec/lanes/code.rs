@@ -111,6 +111,8 @@ pub(super) enum Work<O> {
     Unary(Unary, O),
     Binary(Binary, O, O),
     Select(O, O, O),
+    /// The third operand where a comparison of the first two holds, else the fourth.
+    Choose(Binary, O, O, O, O),
     /// (a · b) · c
     Product(O, O, O),
     /// a · b + c · d
@@ -133,6 +135,9 @@ impl<O: Copy> Work<O> {
             Work::Unary(operator, a) => Work::Unary(*operator, name(*a)),
             Work::Binary(operator, a, b) => Work::Binary(*operator, name(*a), name(*b)),
             Work::Select(a, b, c) => Work::Select(name(*a), name(*b), name(*c)),
+            Work::Choose(operator, a, b, c, d) => {
+                Work::Choose(*operator, name(*a), name(*b), name(*c), name(*d))
+            }
             Work::Product(a, b, c) => Work::Product(name(*a), name(*b), name(*c)),
             Work::Mixture(a, b, c, d) => Work::Mixture(name(*a), name(*b), name(*c), name(*d)),
             Work::AddProduct(a, b, c) => Work::AddProduct(name(*a), name(*b), name(*c)),

@@ -74,11 +74,20 @@ impl Layout {
         }
     }
 
-    /// Products of three, sums of two products, sums with a product: where what is between is needed nowhere else.
+    /// Products of three, sums of two products, sums with a product, choices by a comparison: where what is between is needed
+    /// nowhere else.
     fn fuse(&mut self) {
         let count = self.uses();
         let all = &mut self.built.values.lanes.all;
         for at in 0..all.len() {
+            if let (Work::Select(Value::Lanes(condition), then, otherwise), level) = all[at]
+                && count[condition] == 1
+                && all[condition].1 == level
+                && let Work::Binary(operator @ (Binary::Greater | Binary::NotEqual), x, y) = all[condition].0
+            {
+                all[at].0 = Work::Choose(operator, x, y, then, otherwise);
+                continue;
+            }
             let (Work::Binary(operator, a, b), level) = &all[at] else { continue };
             let product = |value: &Value| match value {
                 Value::Lanes(of) if count[*of] == 1 && all[*of].1 == *level => match all[*of].0 {
