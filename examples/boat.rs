@@ -1,7 +1,8 @@
-//! Where is the boat? Three landmarks are seen, and their distances measured; each answer is a map of 101 · 101 places.
+//! Where is the boat? Three landmarks are observed by bearing and distance; each answer is a heat map of 101 · 101
+//! positions.
 //!
-//! Bearings alone leave a cloud, all six readings a spot, two distances two places. A distance that is wrong pulls the
-//! spot away. Writes `target/gallery/boat.png`. Chapter 7 of Bessière et al. (2013).
+//! Bearings alone give a broad posterior, all six readings a narrow one, two distances two modes. A wrong distance
+//! shifts the posterior. Writes `target/gallery/boat.png`. Chapter 7 of Bessière et al. (2013).
 
 #[path = "plots/mod.rs"]
 mod plots;

@@ -1,7 +1,7 @@
-//! Which way to head, with an object that attracts and one that repels: inverse programming.
+//! Inverse programming: the heading of a robot, given an attracting and a repelling object.
 //!
-//! Both at 270 degrees: the most probable heading is 217, not the object's own side, and not away from it. Writes
-//! `target/gallery/heading.png`. Chapter 7 of Bessière et al. (2013).
+//! Both at 270 degrees: the most probable heading is 217, neither towards the objects nor directly away from them.
+//! Writes `target/gallery/heading.png`. Chapter 7 of Bessière et al. (2013).
 
 #[path = "plots/mod.rs"]
 mod plots;

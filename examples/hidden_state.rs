@@ -1,7 +1,7 @@
-//! A filter is a loop: the answer of one instant is the `previous` of the next.
+//! A filter as a loop: the answer of one instant is the `previous` of the next.
 //!
-//! A door opens and closes unseen; a sensor sees it open or not. After three readings the filter must say what the sum
-//! over all 2³ histories of the door says.
+//! A door opens and closes, and a sensor detects whether it is open. After three readings the filter must equal the sum
+//! over all 2³ histories of the door.
 
 use bp_macros::bayesian_program;
 

@@ -1,7 +1,7 @@
-//! How a small robot turns: the mean speed for each direction and nearness of an object, for three behaviours.
+//! The turning speed of a robot for each direction and proximity of an object, for three behaviours.
 //!
-//! One specification; only the data differ: pushing turns towards the object, avoiding away, following alongside.
-//! Writes `target/gallery/khepera.png`. Lebeltel et al. (2004); chapter 4 of Bessière et al. (2013).
+//! One specification with different data: pushing turns towards the object, avoiding away from it, following alongside
+//! it. Writes `target/gallery/khepera.png`. Lebeltel et al. (2004); chapter 4 of Bessière et al. (2013).
 
 #[path = "plots/mod.rs"]
 mod plots;
@@ -49,6 +49,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (push, avoid) = (mean(Behaviour::Pushing, 8, 15), mean(Behaviour::Avoiding, 8, 15));
     println!("an object on the right, near: push {push:.2}, avoid {avoid:.2}");
     assert!(push > 5.0 && (push + avoid).abs() < 1e-12);
-    assert!(push > mean(Behaviour::Pushing, 8, 0), "the nearer the object, the surer the hand");
+    assert!(push > mean(Behaviour::Pushing, 8, 0), "the mean speed grows as the object comes nearer");
     Ok(())
 }

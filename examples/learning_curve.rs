@@ -1,6 +1,6 @@
-//! A coin is learned toss by toss: from ½, what is believed of the next toss, to the truth.
+//! Learning a coin's bias toss by toss: from ½, the predicted probability of the next toss approaches the true value.
 //!
-//! Three runs of 500 tosses of a coin that falls 1 with probability ⅓. After n tosses the error is about √(⅓ · ⅔ / n).
+//! Three runs of 500 tosses of a coin that gives 1 with probability ⅓. After n tosses the error is about √(⅓ · ⅔ / n).
 //! Writes `target/gallery/learning_curve.png`. Chapter 15 of Bessière et al. (2013).
 
 #[path = "plots/mod.rs"]
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (mut generator, mut learner) = (seeded(seed, "coin"), Learner::new(&model)?);
         let mut believed = Vec::new();
         for _ in 0..=TOSSES {
-            // What has been learned so far, and then one more toss.
+            // The prediction so far, and then one more toss.
             let answer = ask(learner.learned()?.model(), next, &Inputs::new())?.remove(0);
             believed.extend(answer.answer[1].p());
             let toss = Law::Binomial.draw(&mut generator, &[1.0, TRUTH]);

@@ -1,4 +1,4 @@
-//! One step of the map, small enough to check by hand: five cells in a row, three velocities.
+//! One step of the map that can be checked by hand: five cells in a row, three velocities.
 //!
 //! Content moves by −1, 0 or +1 cells at constant velocity; then each cell is observed, P(z | empty) = 0.2 and
 //! P(z | occupied) = 0.8. Ferreira, Pinho and Dias (2008), Fig. 4 and 5.
@@ -13,7 +13,7 @@ fn main() -> Result<(), bp_core::error::Error> {
     let velocities = space.antecedents(&[[-1, 0, 0], [0, 0, 0], [1, 0, 0]]);
     let occupied = [0.5, 0.5, 0.9, 0.2, 0.5];
     let previous_o: Vec<f64> = occupied.iter().map(|p| 1.0 - p).chain(occupied).collect();
-    // By [velocity][cell]: uniform but in cell 2, which mostly moves on.
+    // Indexed by [velocity][cell]: uniform except in cell 2, which probably moves by +1.
     let mut previous_v = [1.0 / 3.0; 15];
     (previous_v[2], previous_v[7], previous_v[12]) = (0.1, 0.2, 0.7);
     let likelihood = [[0.2; 5], [0.8; 5]].concat();
@@ -25,12 +25,12 @@ fn main() -> Result<(), bp_core::error::Error> {
         .previous_v(&previous_v)
         .sensors_i_reading(&likelihood)
         .ask()?;
-    // Over the grid an answer is read for all cells at once.
+    // Over a grid an answer contains all cells.
     let (occupied, entropy) = (state.p_o(true), state.entropy_o_v());
     for (cell, (p, h)) in occupied.iter().zip(entropy).enumerate() {
         println!("cell {cell}: P(O) = {p:.6}, H(O V) = {h:.6} nats");
     }
-    // Cell 3: what was in cell 2 has probably moved here.
+    // Cell 3: the content of cell 2 has probably moved here.
     assert!((occupied[3] - 0.8598648882729949).abs() < 1e-12);
     assert!((entropy[3] - 1.2526545790440644).abs() < 1e-12);
     assert!((entropy[2] - 1.5426503226262418).abs() < 1e-12);

@@ -1,7 +1,8 @@
-//! What one range reading says of each cell on its line of sight: 2^9 hidden states, summed by a scan.
+//! The posterior of each cell on a line of sight, given one range reading: 2^9 hidden states, summed by a scan.
 //!
-//! Ten cells, a reading in cell 3 with a deviation of 0.6 cells. Nearer cells are probably empty, the cell itself
-//! occupied; behind it the reading says nothing: ½. Yguel, Aycard and Laugier (2008); Ferreira et al. (2008), Fig. 6.
+//! Ten cells, a reading in cell 3 with a deviation of 0.6 cells. Nearer cells are probably empty, the cell itself is
+//! probably occupied, and the cells behind it stay at ½. Yguel, Aycard and Laugier (2008); Ferreira et al. (2008), Fig.
+//! 6.
 
 use bp_macros::bayesian_program;
 

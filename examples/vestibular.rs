@@ -1,4 +1,5 @@
-//! How long a rotation in the dark is felt: canals forget in 4 s, but the estimate fades in 16.49 s.
+//! The perceived duration of a rotation in the dark: canals have a time constant of 4 s, but the estimate decays with
+//! 16.49 s.
 //!
 //! The program is linear and Gaussian, so its answer is a Kalman filter. τ = τ_c √(1 + σ_Ω² / σ_V²) = 4 √17 s
 //! (Laurens and Droulez 2007; Laurens and Angelaki 2017, who give 16.5 s).
@@ -15,7 +16,7 @@ fn main() {
     filter.settle().expect("the gains converge");
     let (mut canal, mut before, mut estimates) = (0.0, 0.0, Vec::new());
     for _ in 0..=6000 {
-        // The head turns at 1 rad/s from the first instant on; the canal reports the change, and forgets it.
+        // The head turns at 1 rad/s from the first instant on; the canal is a high-pass filter of the velocity.
         canal = (1.0 - DT / TAU_C) * canal + TAU_C / (TAU_C + DT) * (1.0 - before);
         before = 1.0;
         let belief = filter.step(&[("V", canal)]).expect("a finite reading");
@@ -25,6 +26,6 @@ fn main() {
         println!("{second:2} s: {:.4} rad/s", estimates[100 * second]);
     }
     let fall = 20.0 / (estimates[4000] / estimates[6000]).ln();
-    println!("from 40 to 60 s it falls by e in {fall:.2} s");
+    println!("from 40 to 60 s its time constant is {fall:.2} s");
     assert!((fall - TAU_C * 17f64.sqrt()).abs() < 0.05);
 }

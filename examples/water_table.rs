@@ -1,7 +1,7 @@
 //! A water treatment unit as one table: P(O | I0 I1 S C), 161 051 numbers in one call of compiled code.
 //!
-//! An output that would be negative cannot be: its cases are dropped and the rest is renormalised. A context that cannot
-//! be has a row of zeros. Chapter 3 of Bessière et al. (2013).
+//! An output that would be negative has probability 0, and the others are renormalised. An impossible context has a row
+//! of zeros. Chapter 3 of Bessière et al. (2013).
 
 use bp_macros::bayesian_program;
 
@@ -12,7 +12,7 @@ fn main() -> Result<(), bp_core::error::Error> {
     let table = water_unit::output().ask()?;
     println!("161 051 numbers in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
 
-    // What is searched comes first, and then what is known.
+    // Indices: first the searched variable, then the known ones.
     let row =
         |[i0, i1, s, c]: [i64; 4]| -> [f64; 11] { std::array::from_fn(|o| table.p(o as i64, i0, i1, s, c)) };
     for context in [[1, 0, 5, 10], [0, 1, 5, 10], [5, 5, 5, 5], [0, 5, 9, 5]] {

@@ -1,7 +1,7 @@
-//! One program, two doors: compiled into Rust by the macro, and read as text at run time. They agree.
+//! One program, used in two ways: compiled into Rust by the macro, and read as text at run time. The answers agree.
 //!
-//! Rain makes the grass wet, and so does the sprinkler, which mostly runs on dry days:
-//! P(Rain | Wet) = 0.3 / (0.3 + 0.7 · 0.9) = 0.322581.
+//! Rain makes the grass wet, and so does the sprinkler, which runs mostly on dry days: P(Rain | Wet) = 0.3 / (0.3 + 0.7
+//! · 0.9) = 0.322581.
 
 use bp_core::prelude::*;
 use bp_macros::bayesian_program;

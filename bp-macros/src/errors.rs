@@ -1,6 +1,6 @@
 //! Diagnostics as `compile_error!`s.
 //!
-//! In: a diagnostic and the tokens it stands on. Out: the invocation that makes the compiler say it there. Invariant: the
+//! In: a diagnostic and its tokens. Out: a macro invocation with which the compiler reports it there. Invariant: the
 //! first line is the diagnostic's own message.
 
 use crate::tokens::Written;
@@ -23,7 +23,7 @@ pub(crate) fn compile_error(message: &str, (first, last): (Span, Span)) -> Token
     error
 }
 
-/// The message with its remarks, which quote the words that they are about and tell their line, and the way out.
+/// The message with its labels, which quote the text and its line, and the help.
 pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source, written: &Written) -> String {
     let mut text = diagnostic.message.clone();
     for (span, remark) in &diagnostic.labels {
@@ -40,7 +40,7 @@ pub(crate) fn in_words(diagnostic: &Diagnostic, source: &Source, written: &Writt
     text
 }
 
-/// The message with the lines of the file that it is about.
+/// The message with the source lines of the file.
 pub(crate) fn with_its_lines(diagnostic: &Diagnostic, source: &Source) -> String {
     let shown = Diagnostics::from(diagnostic.clone()).render(source, false);
     // The compiler writes `error:` itself.

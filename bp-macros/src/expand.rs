@@ -1,7 +1,7 @@
-//! The whole way of one invocation: tokens, text, tree, model, Rust.
+//! The stages of one invocation: tokens, text, tree, model, Rust.
 //!
-//! In: the tokens between the brackets, and the folder where paths start. Out: the module, or the errors. Invariant: the
-//! module's name carries the place of the program's name, and the module sets off no lint of the code around it.
+//! In: the tokens between the brackets, and the folder where paths start. Out: the module, or the errors. Invariant:
+//! the module's name has the span of the program's name, and the module causes no lint in the surrounding code.
 
 use crate::origin::{self, Origin};
 use bp_core::answer::link;
@@ -13,15 +13,15 @@ use quote::quote;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// What the macro writes: the module on success, `compile_error!`s otherwise.
+/// The output of the macro: the module, or `compile_error!`s.
 pub(crate) fn expand(input: TokenStream, root: &Path) -> Result<TokenStream, TokenStream> {
     let (source, origin) = origin::open(input, root)?;
     let mut file = parse(&source).map_err(|wrong| origin.errors(&wrong, &source))?;
     let mut models = check(&file).map_err(|wrong| origin.errors(&wrong, &source))?;
-    // The last program is the one that is asked; those before it serve it.
+    // The last program is asked; the earlier ones are its subroutines.
     let (program, model) =
         file.programs.pop().zip(models.pop()).expect("internal: the grammar promises a program");
-    // A question that needs what another program cannot answer is left out; the others stay.
+    // A question that cannot be compiled is omitted; the others stay.
     let (model, unlinked) = match link(&model) {
         Ok(linked) => (linked, None),
         Err(error) => (Cow::Borrowed(&model), Some(error)),
@@ -36,7 +36,7 @@ fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream 
     let said = program.comments.documentation();
     let called = format!("The Bayesian Program `{}`.", program.name.text);
     let documentation = if said.is_empty() { called } else { said };
-    // The compiler looks at the file again when it changes, because the module reads it.
+    // The module includes the file, so that the compiler recompiles when it changes.
     let file = origin.path().map(|path| quote! { const _: &[u8] = ::core::include_bytes!(#path); });
     quote! {
         #[doc = #documentation]
@@ -92,7 +92,7 @@ mod tests {
         for entry in std::fs::read_dir(folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
             let text = std::fs::read_to_string(Path::new(folder).join(&name)).unwrap();
-            // Not every wrong text is Rust tokens, and no tokens at all are the macro's own mistake.
+            // Not every wrong text is a sequence of Rust tokens, and an empty invocation is a different error.
             let (true, Ok(here)) = (name.ends_with(".bp"), text.parse::<TokenStream>()) else { continue };
             if here.is_empty() {
                 continue;

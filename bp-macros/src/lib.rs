@@ -1,8 +1,8 @@
-//! The door for Rust programs: `bayesian_program!`, which checks and compiles a Bayesian Program with the code around it.
+//! The macro `bayesian_program!`, which checks and compiles a Bayesian Program within a Rust program.
 //!
 //! In: the tokens of a program, or the path of a `.bp` file. Out: a module named after the program that holds its text,
-//! its model and its questions as Rust, or one `compile_error!` for each mistake, under the words that are wrong.
-//! Invariant: nothing is decided here; the front end judges the program and the back end writes the code.
+//! its model and its questions as Rust, or one `compile_error!` for each error, at the tokens that cause it. Invariant:
+//! no decisions are made here; the front end checks the program and the back end writes the code.
 
 mod errors;
 mod expand;
@@ -38,10 +38,10 @@ use std::path::PathBuf;
 /// # Ok::<(), bp_core::error::Error>(())
 /// ```
 ///
-/// A question is a function that begins a builder: a method for each input, `ask`, and `run_into` for an earlier answer.
-/// The answer is read by values. `docs/language.md` says how everything is named.
+/// A question is a function that returns a builder with a method for each input, `ask`, and `run_into` for an earlier
+/// answer. The answer is read by value. `docs/language.md` describes the names.
 ///
-/// The package that calls it depends on `bp-core`, which the module speaks to.
+/// The calling package must depend on `bp-core`, which the module uses.
 #[proc_macro]
 pub fn bayesian_program(input: TokenStream) -> TokenStream {
     let root = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from).unwrap_or_default();

@@ -1,7 +1,7 @@
-//! Where a program's text comes from, and so where its mistakes are shown.
+//! The origin of a program's text, which determines where errors are reported.
 //!
-//! In: the tokens of the invocation. Out: the text as a [`Source`], and the way back from its bytes to tokens. Invariant:
-//! every place in the text has tokens to stand for it: its own when it was written here, the path when it is in a file.
+//! In: the tokens of the invocation. Out: the text as a [`Source`], and the mapping from its bytes to tokens.
+//! Invariant: every position of the text maps to tokens: its own if it was written inline, the path if it is in a file.
 
 use crate::errors;
 use crate::quoted::unquote;
@@ -12,16 +12,16 @@ use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The other end of a source.
+/// The origin of a source.
 pub(crate) enum Origin {
     /// Written between the brackets of the macro.
     Here(Written),
-    /// Read from a file: its whole path, and the place of the literal that names it.
+    /// Read from a file: its full path, and the span of the literal that names it.
     File { path: String, literal: Span },
 }
 
 impl Origin {
-    /// The first and the last token of a place in the text.
+    /// The first and the last token of a span of the text.
     pub(crate) fn span(&self, span: source::Span) -> (Span, Span) {
         match self {
             Origin::Here(written) => written.span(span),
@@ -37,7 +37,7 @@ impl Origin {
         }
     }
 
-    /// One `compile_error!` for each mistake.
+    /// One `compile_error!` for each error.
     pub(crate) fn errors(&self, wrong: &Diagnostics, source: &Source) -> TokenStream {
         let errors = wrong.iter().map(|diagnostic| {
             let message = match self {
@@ -50,7 +50,7 @@ impl Origin {
     }
 }
 
-/// The text that the invocation holds or names.
+/// The text in the invocation, or in the file that it names.
 pub(crate) fn open(input: TokenStream, root: &Path) -> Result<(Source, Origin), TokenStream> {
     let mut tokens = input.clone().into_iter();
     let Some(first) = tokens.next() else {

@@ -1,7 +1,7 @@
-//! What a string literal says.
+//! The value of a string literal.
 //!
-//! In: a literal as it is written, with its quotes. Out: the text that it stands for. Invariant: a literal that is not a
-//! plain or raw string says nothing.
+//! In: a literal as it is written, with its quotes. Out: its text. Invariant: a literal that is not a plain or raw
+//! string has none.
 
 /// The text of `"…"`, `r"…"` or `r#"…"#`.
 pub(crate) fn unquote(literal: &str) -> Option<String> {
@@ -30,7 +30,7 @@ pub(crate) fn unquote(literal: &str) -> Option<String> {
                 let digits: String = rest.by_ref().skip(1).take_while(|letter| *letter != '}').collect();
                 text.push(char::from_u32(u32::from_str_radix(&digits.replace('_', ""), 16).ok()?)?);
             }
-            // A line that goes on leaves out its end and the blanks that follow.
+            // A backslash at the end of a line removes the line break and the blanks that follow.
             '\n' => rest = rest.as_str().trim_start().chars(),
             same => text.push(same),
         }

@@ -1,20 +1,21 @@
-//! Tokens written back as the text they came from.
+//! Converts tokens back to text.
 //!
-//! In: the tokens of a program. Out: its text, with a table from bytes to tokens. Invariant: the text has the same tokens
-//! as the program; where the compiler tells positions it has the same lines and blanks too, and lacks only comments.
+//! In: the tokens of a program. Out: its text, with a table from bytes to tokens. Invariant: the text has the same
+//! tokens as the program; if the compiler provides positions, it has the same lines and blanks too, and lacks only
+//! comments.
 
 use crate::quoted::unquote;
 use bp_core::source;
 use proc_macro2::{Delimiter, Group, Spacing, Span, TokenStream, TokenTree};
 use std::ops::Range;
 
-/// A text, and the tokens that stand in it.
+/// A text with the tokens that it consists of.
 pub(crate) struct Written {
     /// The text.
     pub(crate) text: String,
     /// The bytes of each token, in order.
     table: Vec<(Range<usize>, Span)>,
-    /// What the last token was.
+    /// The kind of the last token.
     last: Last,
 }
 
@@ -23,7 +24,7 @@ enum Last {
     Nothing,
     /// A name or a literal.
     Word,
-    /// A sign that ends here, or that the next sign continues.
+    /// Punctuation, alone or joined to the next character.
     Sign(Spacing),
     Bracket,
     /// A comment, which must end its line.
@@ -38,7 +39,7 @@ impl Written {
         written
     }
 
-    /// The first and the last token that a stretch of the text touches; of an empty one, the token that follows it.
+    /// The first and the last token that a span of the text touches; for an empty span, the token that follows it.
     pub(crate) fn span(&self, span: source::Span) -> (Span, Span) {
         let mut touched =
             self.table.iter().filter(|(bytes, _)| bytes.start < span.end && span.start < bytes.end);
@@ -75,7 +76,7 @@ impl Written {
             Delimiter::Parenthesis => ("(", ")"),
             Delimiter::Brace => ("{", "}"),
             Delimiter::Bracket => ("[", "]"),
-            // What another macro passed on as one expression stays one.
+            // An expression passed on by another macro stays one expression.
             Delimiter::None if has_operator(group.stream()) => ("(", ")"),
             Delimiter::None => return self.stream(group.stream()),
         };
@@ -102,7 +103,7 @@ impl Written {
         self.last = Last::Comment;
     }
 
-    /// What stands between the last token and the next one.
+    /// The whitespace between the last token and the next one.
     fn gap(&mut self, span: Span, next: Last) {
         let Some((_, last)) = self.table.last() else { return };
         let is_sign = matches!(next, Last::Sign(_));
@@ -110,7 +111,7 @@ impl Written {
             return;
         }
         let (from, until, to) = (last.start(), last.end(), span.start());
-        // Positions that say nothing are all the same.
+        // Meaningless positions are all equal.
         let known = from != until;
         let apart = (self.last == Last::Word && next == Last::Word)
             || (is_sign && matches!(self.last, Last::Sign(_)));
@@ -148,7 +149,7 @@ fn comment(tokens: &[TokenTree]) -> Option<(&'static str, String, &[TokenTree])>
     }
 }
 
-/// True for an expression that its surroundings could tear apart.
+/// True for an expression that its context could split.
 fn has_operator(tokens: TokenStream) -> bool {
     tokens.into_iter().any(|token| match token {
         TokenTree::Punct(sign) if sign.as_char() == '=' => sign.spacing() == Spacing::Joint,

@@ -1,14 +1,14 @@
-//! What can be wrong with the data that the map is given, and with where its report goes.
+//! Errors of the data and of the output.
 //!
 //! In: the errors of each part. Out: one error, which names the file, the key or the value. Invariant: wrong data
 //! never panic, and leave nothing half-written.
 
 use std::path::PathBuf;
 
-/// What can be wrong.
+/// An error of `bvm`.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A grid that cannot be.
+    /// An invalid grid.
     #[error(transparent)]
     Grid(#[from] crate::grid::GridError),
     /// Images and calibrations.
@@ -20,15 +20,15 @@ pub enum Error {
     /// Questions to the programs.
     #[error(transparent)]
     Program(#[from] bp_core::error::Error),
-    /// A space that cannot be.
+    /// An invalid space.
     #[error(transparent)]
     Space(#[from] bp_core::space::SpaceError),
     /// A folder that cannot be written.
     #[error("cannot write into the folder `{}`: {source}", path.display())]
     Folder {
-        /// Which.
+        /// The folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
 }

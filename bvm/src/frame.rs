@@ -5,7 +5,7 @@
 //! axes       x ahead, y left, z up: right-handed                   X right, Y down, Z ahead: right-handed
 //! azimuth    θ = atan2(y, x): counter-clockwise seen from above, so positive to the left
 //! elevation  φ = atan2(z, √(x² + y²)): positive upwards
-//! yaw        as azimuth: a turn to the left is positive
+//! yaw        as azimuth: positive to the left
 //! ```
 //!
 //! In and out: metres and radians. Invariant: an azimuth that leaves this file is in `]-pi; pi]`, and no other file of
@@ -13,7 +13,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// The frame in one line, as files that hold points or directions state it.
+/// The frame in one line, for the headers of files that hold points or directions.
 pub const DESCRIPTION: &str =
     "x ahead, y left, z up (m); azimuth counter-clockwise, left positive; elevation up";
 
@@ -62,7 +62,7 @@ pub fn unit_vector(azimuth: f64, elevation: f64) -> [f64; 3] {
     [cos_elevation * cos_azimuth, cos_elevation * sin_azimuth, sin_elevation]
 }
 
-/// The same angle in `]-pi; pi]`: -pi goes onto pi.
+/// The angle in `]-pi; pi]`: -pi becomes pi.
 pub fn wrap_angle(angle: f64) -> f64 {
     if angle > -PI && angle <= PI {
         return angle;
@@ -123,7 +123,8 @@ mod tests {
 
     #[test]
     fn an_asymmetric_scene_by_hand() {
-        // A lamp to the left, above and near; a box to the right, below and far. What the camera calls it, where it is.
+        // A lamp to the left, above and near; a box to the right, below and far: in the camera's frame and in the
+        // map's.
         for (camera, map, azimuth, is_above) in [
             ([-1.0, -0.5, 1.0], [1.0, 1.0, 0.5], FRAC_PI_4, true),
             ([4.0, 1.5, 4.0], [4.0, -4.0, -1.5], -FRAC_PI_4, false),

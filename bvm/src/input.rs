@@ -1,7 +1,7 @@
-//! What the commands read: files of a bounded length.
+//! Reading of input files with bounded length.
 //!
-//! In: a path, and how many bytes are the most. Out: the bytes or the text, decompressed where it is a gzip file; or the
-//! file and its fault. Invariant: no more than the most is read, so that an input without an end is refused at once.
+//! In: a path, and the most bytes to read. Out: the bytes or the text, decompressed if the file is gzip; or the error
+//! with its file. Invariant: no more than the bound is read, so that an endless input is refused.
 
 use crate::vision::VisionError;
 use std::fs::File;

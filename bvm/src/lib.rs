@@ -1,4 +1,4 @@
-//! The Bayesian Volumetric Map: sight, hearing and balance fused into an egocentric map, and a gaze that explores.
+//! The Bayesian Volumetric Map: vision, hearing and balance fused into an egocentric map, with active exploration.
 //!
 //! Ferreira, Pinho and Dias, *Active exploration using Bayesian models for multimodal perception*, ICIAR 2008.
 //! Every probability of the map is written in `models/*.bp`; this crate moves data between them.
@@ -6,11 +6,10 @@
 //! # Frame
 //!
 //! One right-handed frame holds everywhere, as in REP-103, ROS and SOFA: **x ahead, y to the left, z up**, in metres.
-//! Azimuth and yaw are counter-clockwise seen from above, so **positive to the left**; elevation is positive upwards.
-//! The sound of a source on the left has positive interaural differences; a gyroscope about z reads a turn to the left
-//! as positive. Cameras have X right, Y down, Z ahead: [`frame`] holds the conversions, and no other file does. Every
-//! file that the commands write (pictures, JSON, PLY) is in the map's frame; pictures show what is on the left at the
-//! left, as one who stands there sees it.
+//! Azimuth and yaw are counter-clockwise seen from above, so **positive to the left**; elevation is positive upwards. A
+//! source on the left has positive interaural differences; a gyroscope about z is positive for a turn to the left.
+//! Cameras have X right, Y down, Z ahead: all conversions are in [`frame`]. Every file that the commands write
+//! (pictures, JSON, PLY) is in the map's frame; in pictures the left of the scene is on the left.
 
 pub mod audition;
 pub mod error;

@@ -1,4 +1,4 @@
-//! The command `bvm`: a map that looks around.
+//! The command `bvm`.
 //!
 //! In: arguments. Out: pictures, figures, an exit status: 0, 1 for wrong data, 2 for wrong usage. Invariant: errors go
 //! to stderr, one line each; stdout holds the answer only.
@@ -8,7 +8,7 @@ mod command;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// The Bayesian Volumetric Map: senses fused, and a gaze that explores.
+/// The Bayesian Volumetric Map: sensor fusion and active exploration.
 #[derive(Parser)]
 #[command(version)]
 #[command(

@@ -1,7 +1,7 @@
 //! The Bayesian Programs of the map, compiled with the crate.
 //!
-//! In: the files of `models/`, the only place where the map's probabilities are written. Out: a module for each.
-//! Invariant: no other file of this crate writes a probability of the map.
+//! In: the files of `models/`, which contain all probabilities of the map. Out: a module for each. Invariant: no other
+//! file of this crate contains a probability of the map.
 
 use bp_macros::bayesian_program;
 
@@ -15,7 +15,7 @@ bayesian_program!("models/vestibular.bp");
 bayesian_program!("models/gaze.bp");
 bayesian_program!("models/view.bp");
 
-/// `models/scanline.bp`. Its question is asked over time, for which no code is emitted: it is compiled when it is asked.
+/// `models/scanline.bp`. Its question is over time, for which no code is emitted: it is compiled at run time.
 pub mod scanline {
     use bp_core::model::Model;
     use bp_core::source::Source;

@@ -1,8 +1,8 @@
-//! A recorded flight or walk: stereo frames and an inertial sensor, as EuRoC stores them.
+//! Recordings of stereo frames and an inertial sensor, in EuRoC's format.
 //!
 //! In: a folder with `cam0`, `cam1` (pictures named by their time in ns), `imu0.csv` (time in ns, angular velocity in
 //! rad/s and specific force in m/s², in the body's frame) and the cameras' `sensor.yaml`. Out: [`Recording`], and
-//! [`Posture`], how the body is turned over time. Invariant: times increase; each number is finite.
+//! [`Posture`], the rotation of the body over time. Invariant: times increase; each number is finite.
 
 use crate::error::Error;
 use crate::frame::{Spherical, wrap_angle};
@@ -12,7 +12,7 @@ use crate::vision::VisionError;
 use nalgebra::{Rotation3, Unit, Vector3};
 use std::path::{Path, PathBuf};
 
-/// What the inertial sensor read at an instant.
+/// An inertial reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertial {
     /// ns.
@@ -33,7 +33,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads what is in a folder.
+    /// Reads the recording in a folder.
     ///
     /// # Errors
     /// A file or folder that is missing; readings of more than 256 MiB; a row that is not seven numbers; fewer than two frames.
@@ -77,7 +77,7 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
         let cells: Vec<&str> = line.trim().split(',').collect();
         let told = |cell: &str| format!("row {}: `{cell}` is not a finite number", row + 1);
         let [time, numbers @ ..] = cells.as_slice() else { continue };
-        let time = time.parse().map_err(|_| format!("row {}: `{time}` is no time in ns", row + 1))?;
+        let time = time.parse().map_err(|_| format!("row {}: `{time}` is not a time in ns", row + 1))?;
         let mut values = [0.0; 6];
         if numbers.len() != values.len() {
             return Err(format!("row {}: {} cells, expected 7", row + 1, cells.len()));
@@ -86,18 +86,18 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
             *value = cell.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| told(cell))?;
         }
         if rows.last().is_some_and(|last| last.time >= time) {
-            return Err(format!("row {}: time {time} does not come after the one before", row + 1));
+            return Err(format!("row {}: time {time} is not after the previous one", row + 1));
         }
         let [x, y, z, a, b, c] = values;
         let (angular_velocity, specific_force) = (Vector3::new(x, y, z), Vector3::new(a, b, c));
         rows.push(Inertial { time, angular_velocity, specific_force });
     }
-    if rows.is_empty() { Err("no row of numbers".to_owned()) } else { Ok(rows) }
+    if rows.is_empty() { Err("no rows of numbers".to_owned()) } else { Ok(rows) }
 }
 
-/// How the body is turned: the yaw that balance estimates, and the tilt.
+/// The rotation of the body: the estimated yaw, and the tilt.
 ///
-/// The sensor's bias and the vertical are the means of what it read before the first frame, when the body rests.
+/// The sensor's bias and the vertical are the means of the readings before the first frame, when the body is at rest.
 #[derive(Clone, Debug)]
 pub struct Posture {
     balance: Vestibular,
@@ -107,12 +107,12 @@ pub struct Posture {
     /// From the body's frame now to that of the first frame.
     turned: Rotation3<f64>,
     time: i64,
-    /// Time in ns, rate in rad/s, not yet felt.
+    /// Time in ns and rate in rad/s of a reading not yet processed.
     pending: (i64, f64),
 }
 
 impl Posture {
-    /// At rest at the time of the first frame, `ahead` being where the head looks, in the body's frame.
+    /// At rest at the time of the first frame; `ahead` is the direction of the gaze in the body's frame.
     ///
     /// # Errors
     /// No reading of the sensor before the first frame.
@@ -121,7 +121,7 @@ impl Posture {
         let before: Vec<&Inertial> = recording.inertial.iter().take_while(|row| row.time < begin).collect();
         if before.is_empty() {
             let (path, reason) =
-                (recording.frames[0].1.clone(), "no inertial reading comes before this frame".to_owned());
+                (recording.frames[0].1.clone(), "there is no inertial reading before this frame".to_owned());
             return Err(VisionError::ImageFile { path, reason }.into());
         }
         let mean = |of: fn(&Inertial) -> Vector3<f64>| {
@@ -139,7 +139,7 @@ impl Posture {
         })
     }
 
-    /// Feels what the sensor reads; rows are given in order of time.
+    /// Processes inertial readings; rows are in order of time.
     ///
     /// # Errors
     /// None that finite data can cause.
@@ -155,7 +155,7 @@ impl Posture {
         if let Some(axis) = Unit::try_new(rate, 1e-12) {
             self.turned *= Rotation3::from_axis_angle(&axis, rate.norm() * seconds);
         }
-        // The organ of balance feels at its own pace: the mean rate of each of its instants.
+        // The vestibular filter has its own sampling time: each of its instants gets a mean rate.
         self.pending = (self.pending.0 + step, self.pending.1 + yaw_rate * seconds);
         let pace = (Vestibular::DT * 1e9) as i64;
         while self.pending.0 >= pace {
@@ -166,7 +166,7 @@ impl Posture {
         Ok(())
     }
 
-    /// The yaw that balance estimates, radians to the left.
+    /// The estimated yaw, radians to the left.
     pub fn yaw(&self) -> f64 {
         self.balance.yaw()
     }
@@ -208,7 +208,7 @@ mod tests {
         // −0.8 rad/s about the vertical for 0.5 s is −0.4 rad, to the right; the filter lags by its prior, a little.
         assert!((posture.integrated_yaw() + 0.4).abs() < 1e-9, "{}", posture.integrated_yaw());
         assert!((posture.yaw() + 0.4).abs() < 0.01, "{}", posture.yaw());
-        // What is ahead of the turned head stays ahead of it, and level.
+        // A point ahead of the turned head stays ahead of it, and level.
         let (azimuth, elevation) = posture.direction(Vector3::z());
         assert!(azimuth.abs() < 1e-9 && elevation.abs() < 1e-9);
     }
@@ -218,9 +218,9 @@ mod tests {
         for (text, expected) in [
             ("#t\n", "no row"),
             ("1,2,3\n", "row 1: 3 cells, expected 7"),
-            ("1,0,0,0,0,0,0\nx,0,0,0,0,0,0\n", "row 2: `x` is no time"),
+            ("1,0,0,0,0,0,0\nx,0,0,0,0,0,0\n", "row 2: `x` is not a time"),
             ("1,0,0,nan,0,0,0\n", "row 1: `nan` is not a finite number"),
-            ("2,0,0,0,0,0,0\n1,0,0,0,0,0,0\n", "row 2: time 1 does not come after"),
+            ("2,0,0,0,0,0,0\n1,0,0,0,0,0,0\n", "row 2: time 1 is not after"),
         ] {
             let message = inertial(text).unwrap_err();
             assert!(message.contains(expected), "{message}");

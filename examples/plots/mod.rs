@@ -1,7 +1,8 @@
 //! Pictures of the gallery: heat maps and curves, side by side.
 //!
-//! In: numbers, and what the axes are. Out: a PNG in `target/gallery`. Invariant: in a heat map the first coordinate grows
-//! to the right and the second upwards; each panel has its own scale, from 0 or the least to the largest.
+//! In: numbers, and the names of the axes. Out: a PNG in `target/gallery`. Invariant: in a heat map the first
+//! coordinate grows to the right and the second upwards; each panel has its own scale, from 0 or the least to the
+//! largest.
 #![allow(dead_code)] // each example draws one kind
 
 use plotters::prelude::*;
@@ -69,7 +70,7 @@ pub(crate) fn heat_maps(
     Ok(path)
 }
 
-/// Curves over one range, each in its panel; a line where they should lead, if that is known.
+/// Curves over one range, each in its panel, with a line at the true value, if it is known.
 pub(crate) fn curves(
     name: &str,
     panels: &[Panel<'_>],

@@ -1,8 +1,8 @@
 //! Hearing: interaural cues as evidence for the map (`models/binaural.bp`).
 //!
-//! In: the time and level differences of one moment, and how the head is turned. Out: their likelihood for each cell of
-//! the map, empty or occupied. Invariant: the cues that each cell would make are those of a spherical head at the exact
-//! angle of the cell's centre; a cell that does not fit says nothing, so hearing is evidence for occupancy, and almost
+//! In: the interaural time and level differences of one moment, and the heading. Out: their likelihood for each cell of
+//! the map, empty or occupied. Invariant: the expected cues of a cell are those of a spherical head at the exact angle
+//! of the cell's centre; a cell that does not match is uninformative, so hearing is evidence for occupancy, and almost
 //! none for emptiness.
 
 use crate::error::Error;
@@ -24,7 +24,7 @@ pub struct Hearing {
     sounding: binaural::source::Answer<f32>,
 }
 
-/// Asks either question of what the ears hear.
+/// Answers either question for observed cues.
 macro_rules! asked {
     ($question:ident, $hearing:expr, $cues:expr, $answer:expr) => {
         binaural::$question()
@@ -39,7 +39,7 @@ macro_rules! asked {
 }
 
 impl Hearing {
-    /// Ears on a spherical head that looks ahead, calibrated for each cell of a grid.
+    /// Ears on a spherical head that faces ahead, calibrated for each cell of a grid.
     pub fn calibrated(grid: &Grid) -> Self {
         let cells = grid.cells();
         let mut hearing = Self {
@@ -55,7 +55,7 @@ impl Hearing {
         hearing
     }
 
-    /// The same ears on a head that is turned: what each cell of the map would sound like then.
+    /// The same ears on a turned head: the expected cues of each cell of the map.
     pub fn turned(&mut self, heading: Heading) -> &mut Self {
         if heading != self.heading {
             self.heading = heading;
@@ -83,12 +83,12 @@ impl Hearing {
     pub fn likelihood(&mut self, cues: &Cues) -> Result<Likelihood, Error> {
         asked!(reading, self, cues, &mut self.answer)?;
         let likelihood = self.answer.distribution();
-        // The cues' density is the same number in every cell that does not fit; only ratios matter to the map.
+        // The density of the cues is the same in every cell that does not match; only ratios matter to the map.
         let most = likelihood.iter().fold(f32::MIN_POSITIVE, |most, value| most.max(*value));
         Ok(likelihood.iter().map(|value| value / most).collect())
     }
 
-    /// P(S = 1 | τ ΔL) of each cell: where the sound may come from.
+    /// P(S = 1 | τ ΔL) of each cell: the posterior of the source.
     ///
     /// # Errors
     /// None that data can cause; the kernel's own checks.

@@ -1,8 +1,8 @@
-//! `bvm calibrate`: how far a sense can be trusted, from data with the truth beside them.
+//! `bvm calibrate`: the error distribution and reliability of a sense, from data with ground truth.
 //!
-//! In: pairs of pictures with true disparities. Out: the law of their errors (`models/stereo_error.bp`, identified), how
-//! confidence compares with what is right, and what the map makes of it; pictures, and `calibration.json`. Invariant:
-//! pixels that the right camera does not see do not count.
+//! In: pairs of pictures with true disparities. Out: the distribution of their errors (`models/stereo_error.bp`,
+//! identified), the reliability of the confidence, and the accuracy of the map; pictures, and `calibration.json`.
+//! Invariant: pixels that the right camera does not see do not count.
 
 use super::look::{Seen, mapped};
 use super::{check_folder, print};
@@ -46,58 +46,58 @@ pub(crate) struct Vision {
     json: bool,
 }
 
-/// Claims about as sure as each other.
+/// Estimates of similar confidence.
 #[derive(Serialize)]
 struct Class {
     /// Mean λ.
     lambda: f64,
     claims: usize,
-    /// Part that is within one pixel of the truth.
+    /// Share within one pixel of the truth.
     right: f64,
-    /// Root mean square of the deviations told, pixels.
+    /// Root mean square of the reported deviations, pixels.
     told_sigma_px: f64,
-    /// Deviation of what is right, identified, pixels.
+    /// Deviation of the inliers, identified, pixels.
     sigma_px: f64,
-    /// Part that went astray, identified.
+    /// Share of outliers, identified.
     astray: f64,
 }
 
-/// What one matcher does on all pairs.
+/// The results of one matcher on all pairs.
 #[derive(Serialize)]
 struct Figures {
     matcher: String,
-    /// Part of the pixels that count which got a disparity.
+    /// Share of the counted pixels with an estimate.
     density: f64,
-    /// Of what got one; left out, as the next two, where nothing did.
+    /// Share of the estimates; absent, as the next two, if there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     wrong_by_1_matched: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     wrong_by_2_matched: Option<f64>,
     wrong_by_2_all: f64,
-    /// Part of the truth within the 90 % intervals of range.
+    /// Share of the true values within the 90 % intervals of range.
     #[serde(skip_serializing_if = "Option::is_none")]
     covered_by_90: Option<f64>,
-    /// Deviation of what is right, of all claims together, pixels: σ_min of Eq. 3. Left out for exact depth, and where
-    /// nothing was claimed.
+    /// Deviation of the inliers, over all estimates, pixels: σ_min of Eq. 3. Absent for exact depth, and if there are
+    /// no estimates.
     #[serde(skip_serializing_if = "Option::is_none")]
     sigma_min_px: Option<f64>,
     classes: Vec<Class>,
-    /// Of the map, for each pair and each way to hear it.
+    /// Accuracy of the map, for each pair and each kind of evidence.
     maps: Vec<MapFigures>,
 }
 
-/// The map against the true surface.
+/// The map compared with the true surface.
 #[derive(Serialize)]
 struct MapFigures {
     evidence: Evidence,
     hidden: Hidden,
-    /// How often a head at rest heard the pair.
+    /// How many times the head, at rest, used the pair.
     times: usize,
     directions: usize,
-    /// Mean −ln P of the true occupancy of the cells up to the surface, nats; left out where no surface is in reach.
+    /// Mean −ln P of the true occupancy of the cells up to the surface, nats; absent if no surface is in reach.
     #[serde(skip_serializing_if = "Option::is_none")]
     log_loss: Option<f64>,
-    /// Part of the directions whose first occupied cell is that of the surface, or the one before or behind it.
+    /// Share of the directions whose first occupied cell is that of the surface, or the one before or behind it.
     #[serde(skip_serializing_if = "Option::is_none")]
     first_right_or_adjacent: Option<f64>,
 }
@@ -138,7 +138,7 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
             Some(Matcher::Coherence) => "coherence",
             None => "exact depth",
         };
-        // Exact depths have no law of errors.
+        // Exact depths have no error distribution.
         let classes = if matcher.is_some() { classes(&scored)? } else { Vec::new() };
         let has_law = matcher.is_some() && !scored.is_empty();
         let sigma_min_px = has_law.then(|| identified(&scored)).transpose()?.map(|(sigma, _)| sigma);
@@ -177,7 +177,7 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         ));
     }
     print("");
-    print("map fed by   evidence  hidden   times  log-loss, first cell right or adjacent");
+    print("map input    evidence  hidden   times  log-loss, first cell right or adjacent");
     for one in &figures {
         let ways = one.maps.len() / pairs.len();
         for (way, first) in one.maps.iter().enumerate().take(ways) {
@@ -197,10 +197,10 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         }
     }
     print("");
-    print("scanline: lambda  claims  within 1 px  sigma told  sigma  astray");
+    print("scanline: lambda  claims  within 1 px  est. sigma  sigma  outliers");
     for class in &figures[0].classes {
         print(&format!(
-            "{:>16.3} {:>7} {:>10.1} % {:>8.3} px {:>6.3} {:>5.1} %",
+            "{:>16.3} {:>7} {:>10.1} % {:>8.3} px {:>6.3} {:>7.1} %",
             class.lambda,
             class.claims,
             100.0 * class.right,
@@ -213,21 +213,21 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
     Ok(())
 }
 
-/// A number in so many columns with so many decimals, times a factor; a dash where there is none.
+/// A number in `columns` columns with `decimals` decimals, times a factor; a dash if it is absent.
 fn told(number: Option<f64>, factor: f64, width: usize, decimals: usize) -> String {
     let text = number.map_or_else(|| "–".to_owned(), |number| format!("{:.decimals$}", factor * number));
     format!("{text:>width$}")
 }
 
-/// To what part of a pixel errors are known. Disparities and truths are rounded somewhere; errors that are equal by that
-/// alone are no sign of a law without a deviation.
+/// The resolution of errors, in pixels. Disparities and truths are rounded; errors that are equal by rounding do not
+/// mean a deviation of zero.
 const RESOLUTION_PX: f64 = 0.01;
 /// 2 / (1 + √5).
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// σ of what is right, pixels, and the part astray: identified by the program from up to 4000 claims. Errors that are
-/// all below [`RESOLUTION_PX`] went nowhere: σ is their root mean square, which is 0 for a perfect pair. Others lie
-/// anywhere within it of what was written, evenly: the places of a golden-section sequence.
+/// σ of the inliers, pixels, and the share of outliers: identified by the program from up to 4000 estimates. If all
+/// errors are below [`RESOLUTION_PX`], σ is their root mean square, which is 0 for a perfect pair, and there are no
+/// outliers. Otherwise a uniform offset within the resolution is added to each error, from a golden-section sequence.
 fn identified(scored: &[Scored]) -> Result<(f64, f64), Error> {
     if scored.iter().all(|claim| f64::from(claim.error.abs()) < RESOLUTION_PX) {
         let squares = scored.iter().map(|claim| f64::from(claim.error).powi(2)).sum::<f64>();
@@ -249,7 +249,7 @@ fn identified(scored: &[Scored]) -> Result<(f64, f64), Error> {
     Ok((numbers("sigma")[0], numbers("astray")[0]))
 }
 
-/// Ten classes of equal size, the surest first.
+/// Ten classes of equal size, the most confident first.
 fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
     let size = scored.len().div_ceil(10).max(1);
     let mean = |claims: &[Scored], of: fn(&Scored) -> f32| {
@@ -269,8 +269,8 @@ fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
     scored.chunks(size).map(class).collect()
 }
 
-/// The map that disparities make, against the surface that the truth shows in each direction; and, if it is heard
-/// `again`, the maps that it makes then: with hidden cells of probability ½, and as the first map believes.
+/// The map from disparities, compared with the true surface in each direction; and, if the pair is used `again`, the
+/// maps after the second use: with hidden cells of probability ½, and of the probabilities of the first map.
 fn against(
     pair: &Pair,
     found: &DisparityMap,
@@ -296,7 +296,7 @@ fn against(
     Ok(figures)
 }
 
-/// A map against the truth.
+/// A map compared with the truth.
 fn compared(pair: &Pair, map: &Map, truth: &Truth) -> MapFigures {
     let grid = map.grid();
     let mut surfaces: Vec<Vec<f64>> = vec![Vec::new(); grid.directions()];
@@ -365,8 +365,8 @@ fn pictures(
         (
             "reliability.png",
             lines(
-                "Confidence, and how much of it is right",
-                ["confidence", "part within 1 px"],
+                "Reliability of the confidence",
+                ["confidence", "share within 1 px"],
                 [[0.0, 1.0], [0.0, 1.0]],
                 &reliability,
             ),
@@ -374,7 +374,7 @@ fn pictures(
         (
             "sparsification.png",
             lines(
-                "What is wrong among the surest",
+                "Errors of the most confident estimates",
                 ["density (%)", "wrong by more than 2 px (%)"],
                 [[0.0, 100.0], [0.0, highest]],
                 &sparsification,

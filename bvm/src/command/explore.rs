@@ -1,4 +1,4 @@
-//! `bvm explore`: the main job, on the embedded world.
+//! `bvm explore`: active exploration of the simulated world.
 //!
 //! In: a number of steps and a seed. Out: a folder of pictures, `run.json`, and a table. Invariant: the same seed gives
 //! the same figures.
@@ -12,7 +12,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 
-/// Explore the embedded world by entropy; compare other gaze rules.
+/// Explore a simulated room by entropy, and compare gaze strategies.
 #[derive(Args)]
 #[command(after_help = "A look: sense, predict, estimate, choose a gaze, turn. A random and a sweeping\n\
                   gaze run beside it in the same world.\n\nExamples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm explore --evidence hard\n  \

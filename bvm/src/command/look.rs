@@ -1,7 +1,7 @@
 //! `bvm look`: a real stereo pair becomes a map and a gaze.
 //!
 //! In: two images and a calibration. Out: a folder of pictures, `look.json`, and a few lines. Invariant: what the pair
-//! does not show stays unknown.
+//! does not show stays unknown in the map.
 
 use super::{check_folder, print};
 use bvm::error::Error;
@@ -21,7 +21,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Degrees of azimuth and of elevation in a cell.
+/// Size of a cell in azimuth and in elevation, degrees.
 const CELL_DEGREES: f64 = 0.5;
 
 /// Compute disparity, map and next gaze from a stereo pair.
@@ -92,7 +92,7 @@ pub(crate) struct StereoOptions {
     pub(crate) evidence: EvidenceName,
 }
 
-/// [`Matcher`], as it is asked for.
+/// [`Matcher`], as an argument.
 #[derive(Clone, Copy, Default, clap::ValueEnum)]
 pub(crate) enum MatcherName {
     #[default]
@@ -109,7 +109,7 @@ impl From<MatcherName> for Matcher {
     }
 }
 
-/// [`Evidence`], as it is asked for.
+/// [`Evidence`], as an argument.
 #[derive(Clone, Copy, Default, clap::ValueEnum)]
 pub(crate) enum EvidenceName {
     #[default]
@@ -132,9 +132,9 @@ struct Figures {
     evidence: Evidence,
     width: usize,
     height: usize,
-    /// Share of the pixels that got a disparity.
+    /// Share of the pixels with an estimate.
     density: f64,
-    /// Time that the matching took, ms.
+    /// Time of the matching, ms.
     matching_ms: f64,
     #[serde(flatten)]
     map: Option<MapFigures>,
@@ -215,28 +215,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
                 gaze.azimuth.to_degrees(),
                 gaze.elevation.to_degrees()
             )),
-            None => print("look next     straight ahead: nothing was seen that has a frontier"),
+            None => print("look next     straight ahead: no frontier was found"),
         }
     }
     files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
     Ok(())
 }
 
-/// A pair in the map.
+/// The map from a pair.
 pub(super) struct Seen {
     pub(super) map: Map,
     pub(super) glance: Glance,
     figures: MapFigures,
 }
 
-/// The map that the pair makes, and what was read.
+/// The map from the pair, and its readings.
 pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &Heard<'_>) -> Result<Seen, Error> {
     let calibration = &pair.calibration;
     let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
     let step = CELL_DEGREES.to_radians();
     let direction = |x, y| calibration.direction(x, y);
     let speakers = speakers(found, calibration, direction, [azimuth_cells, azimuth_cells / 2], [step; 2])?;
-    // A few readings are astray; they must not stretch the grid.
+    // Ignore outliers among the readings, so that they do not enlarge the grid.
     let mut ranges: Vec<f32> = speakers.iter().flatten().map(|speaker| speaker.reading.range_m).collect();
     ranges.sort_by(f32::total_cmp);
     let (nearest, farthest) = match ranges.len() {

@@ -1,9 +1,9 @@
-//! `bvm replay`: a recording runs through the map.
+//! `bvm replay`: builds a map from a recording.
 //!
 //! In: a folder of stereo frames and inertial readings (EuRoC). Out: the map's pictures, a strip of frames, and
-//! `replay.json`. Each frame is rectified, matched and read; balance says how the head is turned; the filter predicts
-//! and estimates. The head's movement through space is left out: the map is one of directions. Invariant: frames are
-//! taken in order of time.
+//! `replay.json`. Each frame is rectified, matched and read; the vestibular filter estimates the yaw; the cell filter
+//! predicts and estimates. Translation of the head is ignored: the map represents directions about one place.
+//! Invariant: frames are taken in order of time.
 
 use super::look::StereoOptions;
 use super::{check_folder, print};
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// [`Hidden`], as it is asked for.
+/// [`Hidden`], as an argument.
 #[derive(Clone, Copy, Default, clap::ValueEnum)]
 pub(crate) enum HiddenName {
     #[default]
@@ -74,7 +74,7 @@ struct Frame {
     time_ns: i64,
     density: f64,
     readings: usize,
-    /// To the left is positive.
+    /// Positive to the left.
     yaw_degrees: f64,
     /// Mean entropy of the occupancy of all cells, nats.
     entropy: f64,
@@ -90,7 +90,7 @@ struct Figures {
 
 /// Nearest and farthest cell edges, metres.
 const REACH_M: [f64; 2] = [0.8, 8.0];
-/// Degrees of azimuth and of elevation in a cell.
+/// Size of a cell in azimuth and in elevation, degrees.
 const CELL_DEGREES: usize = 1;
 /// The part of the sphere in the strip, degrees of azimuth and elevation to either side.
 const SHOWN: [f64; 2] = [60.0, 40.0];
@@ -101,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let recording = Recording::read(&arguments.recording)?;
     let raw = RawPair::find(&arguments.recording)?.ok_or_else(|| VisionError::CalibrationSyntax {
         path: arguments.recording.clone(),
-        reason: "is no folder of a recording".to_owned(),
+        reason: "is not a folder of a recording".to_owned(),
     })?;
     check_folder(&arguments.out)?;
     let grid = Grid::new(GridConfiguration {
@@ -175,13 +175,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
-/// A small picture in colours, row by row.
+/// A small colour picture, row by row.
 struct Tile {
     width: usize,
     rgb: Vec<u8>,
 }
 
-/// What the eye saw, the disparities, and the first occupied cells of the map then, one below the other.
+/// The left picture, its disparities, and the first occupied cells at that time, one below the other.
 fn tile(pair: &Pair, found: &DisparityMap, map: &Map) -> Result<Tile, Error> {
     let grid = map.grid();
     let width = found.width / 4;

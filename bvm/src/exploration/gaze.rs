@@ -1,11 +1,11 @@
-//! Where to look next: `models/gaze.bp` and `models/view.bp` over the map.
+//! The choice of the next gaze: `models/gaze.bp` and `models/view.bp` over the map.
 //!
 //! In: the map and the heading. Out: the direction that bisects the chosen cell, in the map's frame. Invariant:
 //! among equals the direction nearest to the heading is chosen, then the first.
 //!
 //! `gaze.bp` is the paper's rule: the frontier cell with the steepest entropy (Eq. 6). It compares single cells,
-//! hidden ones too, which stay unknown however often one looks, so that every depth step of a surface draws it.
-//! `view.bp` asks the same of whole views: how much entropy a look would show, as far as nothing occludes it.
+//! including hidden ones, which stay unknown however often one looks, so that every depth step of a surface attracts
+//! it.
 
 use crate::error::Error;
 use crate::frame::great_circle;
@@ -22,8 +22,7 @@ pub struct Gaze {
     pub azimuth: f64,
     /// Elevation, rad upwards.
     pub elevation: f64,
-    /// By what it was chosen: (1 − P(O = 1)) ‖∇H‖ of the frontier cell, or the entropy in view, nats; 0 where
-    /// there was nothing to choose by.
+    /// The score: (1 − P(O = 1)) ‖∇H‖ of the frontier cell, or the entropy in view, nats; 0 if there was no choice.
     pub score: f64,
     /// Distance of the chosen frontier cell, m.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -31,28 +30,28 @@ pub struct Gaze {
 }
 
 impl Gaze {
-    /// A direction chosen by nothing.
+    /// A direction without a score.
     pub fn at(azimuth: f64, elevation: f64) -> Self {
         Self { azimuth, elevation, score: 0.0, range_m: None }
     }
 }
 
-/// How far each direction is from the heading, rad.
+/// The angle of each direction to the heading, rad.
 fn away(grid: &Grid, heading: &Heading) -> Vec<f32> {
     grid.all_directions()
         .map(|direction| great_circle(grid.direction_centre(direction), (heading.yaw, 0.0)) as f32)
         .collect()
 }
 
-/// The paper's rule (section 3, steps 1 to 3); keeps its buffers. Directions never looked at are candidates: their
-/// innermost cell is a frontier against the empty gap.
+/// The paper's rule (section 3, steps 1 to 3), with its buffers. Directions never looked at are candidates: their
+/// innermost cell is a frontier cell against the empty gap.
 #[derive(Clone, Debug, Default)]
 pub struct Gradient {
     answer: gaze::look::Answer<f32>,
 }
 
 impl Gradient {
-    /// The best frontier cell. Straight ahead where there is none: every direction is blocked next to the head.
+    /// The best frontier cell; straight ahead if every direction is blocked next to the head.
     ///
     /// # Errors
     /// None that data can cause; the kernel's own checks.
@@ -74,20 +73,21 @@ impl Gradient {
     }
 }
 
-/// How likely occupied a cell must be to hide what lies behind it: what was seen is, what was only heard is not.
+/// The least probability of occupancy with which a cell occludes: seen cells reach it, cells that were only heard do
+/// not.
 const OCCLUDES: f32 = 0.9;
 
-/// The rule of whole views, for one camera; keeps its buffers.
+/// The rule of the entropy in view, for one camera, with its buffers.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// For each elevation of the camera, and each row of the grid: how many columns to either side it sees, none
-    /// where it does not see the row.
+    /// For each elevation of the camera and each row of the grid: the number of visible columns to either side; none if
+    /// the row is not visible.
     reach: Vec<Vec<Option<usize>>>,
     answer: view::look::Answer<f32>,
 }
 
 impl View {
-    /// The views of a camera that tilts by `most_tilt` radians at most.
+    /// The views of a camera with a tilt of at most `most_tilt` radians.
     pub fn of(camera: &DepthCamera, grid: &Grid, most_tilt: f64) -> Self {
         let elevation = |row: usize| grid.direction_centre(Direction { elevation: row, azimuth: 0 }).1;
         let reach = |tilt: f64, row: usize| {
@@ -104,7 +104,7 @@ impl View {
         Self { reach: reach.collect(), answer: Default::default() }
     }
 
-    /// The direction of which a look would show most.
+    /// The direction with the most entropy in view.
     ///
     /// # Errors
     /// None that data can cause; the kernel's own checks.
@@ -125,17 +125,17 @@ impl View {
         )
     }
 
-    /// The entropy that is in view of each direction.
+    /// The entropy in view of each direction.
     fn gains(&self, map: &Map) -> Vec<f32> {
         let grid = map.grid();
         let (columns, directions) = (grid.azimuth_cells(), grid.directions());
-        // What each line of sight would show: entropy up to the first cell that is surely occupied.
+        // The entropy of each line of sight, up to the first cell that is occupied with near certainty.
         let shown = |direction: usize| {
             let line = (0..grid.cells_rho()).map(|depth| depth * directions + direction);
             let open = |cell: &usize| map.occupancy()[*cell] < OCCLUDES;
             line.take_while(open).map(|cell| f64::from(map.entropy()[cell].max(0.0))).sum::<f64>()
         };
-        // Sums over columns from the first, twice around, so that any stretch is a difference.
+        // Cumulative sums over columns, twice around, so that any range of columns is a difference.
         let sums: Vec<Vec<f64>> = (0..grid.elevation_cells())
             .map(|row| {
                 let mut sums = vec![0.0];
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use crate::grid::GridConfiguration;
 
-    /// A map that has seen, over and over, what `is_occupied` says of each cell; `None`: nothing.
+    /// A map after repeated observation of the states that `is_occupied` gives; `None`: unobserved.
     fn seen(is_occupied: impl Fn(usize, (f64, f64)) -> Option<bool>) -> Map {
         let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
         let (cells, directions) = (grid.cells(), grid.directions());

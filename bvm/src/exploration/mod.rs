@@ -1,7 +1,7 @@
-//! Active exploration: sense, predict, estimate, choose a gaze, turn, again.
+//! Active exploration: the loop of sensing, prediction, estimation, choice of a gaze, and turning.
 //!
-//! In: a world and a rule for choosing gazes. Out: an [`Episode`]: the map, and what happened at each step.
-//! Invariant: all rules live in the same world with the same noise; only the gaze differs.
+//! In: a world and a gaze strategy. Out: an [`Episode`]: the map, and a record of each step. Invariant: all strategies
+//! run in the same world with the same noise; only the gaze differs.
 
 mod gaze;
 mod report;
@@ -22,13 +22,13 @@ use crate::world::{World, seeded};
 use rand::{Rng, RngExt};
 use serde::Serialize;
 
-/// Seconds from one look to the next.
+/// Time between looks, seconds.
 const STEP_S: f64 = 0.5;
 
-/// How far up and down the camera tilts, rad.
+/// Most tilt of the camera, rad.
 const MOST_TILT: f64 = 1.1;
 
-/// How gazes are chosen.
+/// A gaze strategy.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
@@ -36,9 +36,9 @@ pub enum Rule {
     View,
     /// The steepest entropy at the frontier, as the paper prints it: `models/gaze.bp`.
     Gradient,
-    /// Uniformly on the sphere.
+    /// Uniformly random on the sphere.
     Random,
-    /// Round and round, at three elevations.
+    /// A sweep around, at three elevations.
     Sweep,
 }
 
@@ -46,7 +46,7 @@ impl Rule {
     /// All of them, the default first.
     pub const ALL: [Rule; 4] = [Rule::View, Rule::Gradient, Rule::Random, Rule::Sweep];
 
-    /// What people call it.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Rule::View => "entropy in view",
@@ -57,18 +57,18 @@ impl Rule {
     }
 }
 
-/// What happened at a step.
+/// The record of a step.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Step {
-    /// Where the head looked, in the map's frame.
+    /// The gaze, in the map's frame.
     pub gaze: Gaze,
-    /// Where the head really pointed, rad to the left.
+    /// True yaw, rad to the left.
     pub true_yaw: f64,
-    /// Where balance said that it pointed, rad to the left.
+    /// Estimated yaw, rad to the left.
     pub estimated_yaw: f64,
     /// Whether a sound was heard.
     pub heard: bool,
-    /// Directions that gave a range.
+    /// Number of directions with a range.
     pub readings: usize,
     /// Σ H(O, V) over the map after the step, nats.
     pub entropy: f64,
@@ -76,10 +76,10 @@ pub struct Step {
     pub occupancy_entropy: f64,
 }
 
-/// A run of one rule.
+/// A run of one strategy.
 #[derive(Clone, Debug)]
 pub struct Episode {
-    /// The rule.
+    /// The strategy.
     pub rule: Rule,
     /// Entropies before the first step: Σ H(O, V) and Σ H(O), nats.
     pub initial: [f64; 2],
@@ -87,15 +87,15 @@ pub struct Episode {
     pub steps: Vec<Step>,
     /// The map at the end.
     pub map: Map,
-    /// The map at the end against the world at the last look.
+    /// The final map compared with the world at the last look.
     pub score: Score,
-    /// Where the head pointed at the end.
+    /// Yaw at the end.
     pub heading: Heading,
     /// World time at the end, s.
     pub time_s: f64,
 }
 
-/// Explores the embedded world; sight takes a reading as this kind of evidence.
+/// Explores the simulated world, with this kind of evidence from a range reading.
 ///
 /// # Errors
 /// A grid that cannot be.
@@ -167,7 +167,7 @@ fn random_gaze(random: &mut impl Rng) -> Gaze {
     Gaze::at(azimuth, elevation)
 }
 
-/// Fields of view side by side, a round at the horizon, then one above, then one below.
+/// A sweep of adjacent fields of view: around the horizon, then above, then below.
 fn sweep_gaze(number: usize, [across, upwards]: [f64; 2]) -> Gaze {
     let around = (360.0 / across).ceil() as usize;
     let elevation = [0.0, upwards, -upwards][(number / around) % 3].to_radians();

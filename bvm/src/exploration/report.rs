@@ -1,7 +1,7 @@
-//! The folder that a run leaves: pictures and figures.
+//! The report of a run: pictures and figures.
 //!
-//! In: the episodes of all rules in one world. Out: PNG pictures and `run.json`. Invariant: each file is written
-//! whole or not at all; the map shown is that of the paper's rule.
+//! In: the episodes of all rules in one world. Out: PNG pictures and `run.json`. Invariant: each file is written whole
+//! or not at all; the map shown is that of the first strategy.
 
 use super::{Episode, Rule, Score, Step};
 use crate::error::Error;
@@ -17,14 +17,14 @@ use std::path::{Path, PathBuf};
 /// Margin by which a cell must be more likely occupied than not to be drawn as the first occupied one.
 const MARGIN: f32 = 0.05;
 
-/// A run, as `run.json` tells it.
+/// A run, as in `run.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Axes and angles of the map.
     frame: &'static str,
     seed: u64,
     steps: usize,
-    /// What a reading says of its line of sight.
+    /// The evidence from a range reading.
     evidence: Evidence,
     grid: crate::grid::GridConfiguration,
     rules: Vec<RuleReport>,
@@ -43,7 +43,7 @@ struct RuleReport {
     area_under_entropy: f64,
     /// Mean share of the initial Σ H(O) over the run.
     area_under_occupancy_entropy: f64,
-    /// The map after the last look against the truth.
+    /// The map after the last look compared with the truth.
     #[serde(flatten)]
     score: Score,
     /// Largest error of the estimated yaw, degrees.
@@ -125,7 +125,7 @@ yaw error  largest difference between the estimated yaw and the true one"
         let mut files: Vec<(&str, Picture)> = vec![
             (
                 "entropy.png",
-                curves("Entropy of the map, by rule of gaze", episodes, |episode| {
+                curves("Entropy of the map, by gaze strategy", episodes, |episode| {
                     let rest = episode.steps.iter().map(|step| step.entropy);
                     std::iter::once(episode.initial[0]).chain(rest).collect()
                 })?,
@@ -210,7 +210,7 @@ fn pictures(world: &World, episode: &Episode) -> Result<Vec<(&'static str, Pictu
         ),
         (
             "gaze_path.png",
-            draw("Where the head looked", "H (nats)", &entropies, ColourMap::Sequential, None, &path)?,
+            draw("Gazes of the head", "H (nats)", &entropies, ColourMap::Sequential, None, &path)?,
         ),
         ("top_view.png", top_view(grid, &what)?),
     ])

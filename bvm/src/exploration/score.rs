@@ -1,32 +1,33 @@
-//! The map against the truth.
+//! The accuracy of the map.
 //!
-//! In: the map, and what each cell truly is. Out: how far the map is right where someone at the head can tell: about cells
-//! that are free or hold the first surface of their line of sight. Invariant: a hidden cell counts for nothing.
+//! In: the map, and the true state of each cell. Out: its accuracy over the cells that an observer at the head can
+//! judge: free cells, and the first surface of each line of sight. Invariant: hidden cells do not count.
 
 use crate::map::Map;
 use crate::world::CellTruth;
 use serde::Serialize;
 
-/// From this probability on a cell is taken for occupied.
+/// The least probability with which a cell counts as occupied.
 const OCCUPIED: f32 = 0.5;
 
-/// The least probability that counts, so that one cell that the map is wrong about for sure does not decide the mean.
+/// The least probability in the mean, so that a single cell with a certain but wrong state does not dominate it.
 const LEAST: f64 = 1e-6;
 
-/// A map against the truth.
+/// The accuracy of a map.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Score {
-    /// Mean −ln P of what is true, nats for each cell that can be seen.
+    /// Mean −ln P of the true state of each visible cell, nats.
     pub log_loss: f64,
-    /// Free cells that are taken for occupied, but for the last one before the first surface of its line of sight: such
-    /// a surface is one cell too near, any other is not there.
+    /// Number of free cells with P(O) above the threshold, except the last one before the first surface of its line of
+    /// sight, which is a surface one cell too near.
     pub false_occupied: usize,
-    /// Part of the cells with the first surface of their line of sight that are taken for occupied.
+    /// Share of the first surface cells with P(O) above the threshold.
     pub found: f64,
 }
 
 impl Score {
-    /// Compares. `truth` has one label for each cell of the map, as [`crate::world::World::truth_state`] gives them.
+    /// Compares a map with the truth. `truth` has one label for each cell of the map, as
+    /// [`crate::world::World::truth_state`] gives them.
     pub fn of(map: &Map, truth: &[CellTruth]) -> Self {
         let directions = map.grid().directions();
         let (mut loss, mut cells, mut false_occupied) = (0.0, 0usize, 0);

@@ -1,4 +1,4 @@
-//! What a user may choose about the grid, and the errors of a choice that cannot be.
+//! The configuration of the grid, and the errors of an invalid one.
 //!
 //! In: counts of cells and two distances in metres. Out: the same, or one [`GridError`] that names the key
 //! and its value. Invariant: a configuration that passes [`GridConfiguration::check`] makes a grid of at most
@@ -50,7 +50,7 @@ impl GridConfiguration {
         }
     }
 
-    /// Whether a grid can be made of this.
+    /// Checks the configuration.
     ///
     /// # Errors
     /// The first key that cannot be used, with its value.
@@ -90,7 +90,7 @@ impl GridConfiguration {
     }
 }
 
-/// Why a configuration makes no grid: each message names the key and the value that was found.
+/// An invalid configuration: each message names the key and its value.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum GridError {
     /// A distance is NaN or infinite.
@@ -109,7 +109,7 @@ pub enum GridError {
         /// What was found.
         value: f64,
     },
-    /// The gap is as large as the reach.
+    /// The gap is not smaller than the reach.
     #[error("`rho_min_m` = {rho_min_m} is not less than `rho_max_m` = {rho_max_m}: the grid has no reach")]
     NoReach {
         /// Radius of the egocentric gap in metres.

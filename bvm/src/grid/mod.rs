@@ -1,8 +1,8 @@
 //! The egocentric log-spherical grid of the Bayesian Volumetric Map.
 //!
-//! In: a [`GridConfiguration`] (how many cells, which distances). Out: a checked [`Grid`] that turns points
-//! into cells and cells into intervals, centres and storage indices. Axes and angles are those of [`crate::frame`]:
-//! columns run counter-clockwise, from behind over the right-hand side to ahead, then over the left.
+//! In: a [`GridConfiguration`] (numbers of cells and distances). Out: a checked [`Grid`] that maps points to cells, and
+//! cells to intervals, centres and storage indices. Axes and angles are those of [`crate::frame`]: columns run
+//! counter-clockwise, from behind over the right-hand side to ahead, then over the left.
 //!
 //! Equations 1 and 2 (Ferreira, Pinho and Dias, "Active exploration using Bayesian models for multimodal
 //! perception", ICIAR 2008), with the base that makes N unit partitions:
@@ -245,9 +245,8 @@ impl Grid {
         }
     }
 
-    /// The cell `(rho, azimuth, elevation)` whole cells further. Azimuth wraps; over a pole the walk comes
-    /// down on the other side (azimuth + 180 deg); `None` in the egocentric gap, beyond reach, or past two
-    /// poles.
+    /// The cell displaced by `(rho, azimuth, elevation)` whole cells. Azimuth wraps; a displacement over a pole
+    /// continues on the other side (azimuth + 180 deg); `None` in the egocentric gap, beyond reach, or past two poles.
     pub fn neighbour(&self, cell: Cell, rho: isize, azimuth: isize, elevation: isize) -> Option<Cell> {
         let shell = cell.rho.checked_add_signed(rho).filter(|&shell| shell < self.cells_rho())?;
         let (rows, columns) = (self.elevation_cells() as isize, self.azimuth_cells() as isize);

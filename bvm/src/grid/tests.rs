@@ -1,4 +1,5 @@
-//! The grid against hand arithmetic: edges, intervals, wrap, poles, refusals; and laws over random points.
+//! Tests of the grid against calculations by hand: edges, intervals, wrap-around, poles, refusals; and properties over
+//! random points.
 
 use super::*;
 use proptest::prelude::*;

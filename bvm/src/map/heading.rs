@@ -1,12 +1,12 @@
-//! Where the head points over the map.
+//! The heading of the head in the map.
 //!
-//! In: the head's yaw, as balance estimates it, in radians. Out: azimuths of the map's frame in the head's, and back.
-//! Invariant: the map stands still in the world, and each ray and each cue is placed at its exact angle. The paper
-//! (section 2.3) shifts what the head senses by whole columns; gazes bisect cells, so the rest would be half a cell.
+//! In: the estimated yaw of the head, in radians. Out: azimuths converted from the map's frame to the head's, and back.
+//! Invariant: the map is fixed in the world, and each ray and each cue is placed at its exact angle. The paper (section
+//! 2.3) shifts sensor data by whole columns; gazes bisect cells, so that the remainder would be half a cell.
 
 use crate::frame::wrap_angle;
 
-/// The head's yaw over the map.
+/// The yaw of the head in the map.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Heading {
     /// Radians, positive to the left, not wrapped.

@@ -1,8 +1,8 @@
 //! The Bayesian Volumetric Map: a log-spherical grid whose cells are filtered by `models/cell.bp`.
 //!
-//! In: for each sensor, the likelihood of what it read given that a cell is empty or occupied. Out: P(O), P(V) and
-//! the entropies of every cell. Invariant: the map stands still in the world; the head turns over it, and what it senses
-//! is placed at its exact angle ([`Heading`]), so that nothing of the map is resampled.
+//! In: for each sensor, the likelihood of its reading given that a cell is empty or occupied. Out: P(O), P(V) and the
+//! entropies of every cell. Invariant: the map is fixed in the world; sensor data are placed at the exact angle of the
+//! head ([`Heading`]), so that the map is never resampled.
 //!
 //! Layout: \[value\]\[ρ\]\[φ\]\[θ\], θ contiguous (see [`crate::grid`]).
 
@@ -16,12 +16,12 @@ use crate::programs::cell;
 use bp_core::exec::compiled::Report;
 use bp_core::space::{Edge, Moves, Space};
 
-/// The displacements that a cell's content can make in a step, along (ρ, φ, θ).
+/// The possible displacements of a cell's content in a step, along (ρ, φ, θ).
 pub const VELOCITIES: [[i32; 3]; 7] =
     [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
 
-/// What a sensor says of each cell: the likelihood of its reading where the cell is empty, then where it is
-/// occupied, each by \[ρ\]\[φ\]\[θ\]. Ones where it says nothing.
+/// The likelihood of a sensor's reading for each cell: if the cell is empty, then if it is occupied, each by
+/// \[ρ\]\[φ\]\[θ\]. Ones where the reading is uninformative.
 pub type Likelihood = Vec<f32>;
 
 /// The map.
@@ -33,13 +33,13 @@ pub struct Map {
     motion: Vec<f32>,
     /// P(O) and P(V) of the last step, and the entropies.
     state: cell::observe::Answer<f32>,
-    /// Where the next step is made.
+    /// The buffer of the next step.
     next: cell::observe::Answer<f32>,
     readings: Vec<f32>,
 }
 
 impl Map {
-    /// A map of which nothing is known.
+    /// An empty map: every cell unknown.
     ///
     /// # Errors
     /// A grid that has poles over an odd number of azimuth cells.
@@ -62,8 +62,8 @@ impl Map {
         Ok(Self { grid, space, moves, motion, state, next, readings: Vec::new() })
     }
 
-    /// One step of the filter: prediction by constant velocity, estimation by what the sensors read. A cell in which
-    /// the sensors contradict one another, so that nothing is possible, is only predicted.
+    /// One step of the filter: prediction by constant velocity, estimation from the sensors' likelihoods. A cell whose
+    /// sensors contradict each other, so that no state is possible, is only predicted.
     ///
     /// # Errors
     /// A likelihood of the wrong length.
@@ -96,7 +96,7 @@ impl Map {
         Ok(())
     }
 
-    /// The program's question, asked of the state as it is.
+    /// The program's question, for the current state.
     fn step(
         &self,
         sensors: usize,
@@ -113,7 +113,7 @@ impl Map {
         &self.grid
     }
 
-    /// The grid as kernels know it.
+    /// The grid in the form that kernels take.
     pub fn space(&self) -> &Space {
         &self.space
     }

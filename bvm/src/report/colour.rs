@@ -6,15 +6,15 @@
 
 use plotters::style::RGBColor;
 
-/// The colour of a value that is not a number.
+/// The colour of NaN.
 pub(super) const NO_DATA: RGBColor = RGBColor(214, 220, 230);
 /// Text and axes.
 pub(super) const INK: RGBColor = RGBColor(34, 40, 49);
-/// Grid lines and other things that should stay in the background.
+/// Grid lines and other background elements.
 pub(super) const FAINT: RGBColor = RGBColor(225, 228, 233);
-/// Where the gaze is now.
+/// The current gaze.
 pub(super) const GAZE: RGBColor = RGBColor(214, 40, 57);
-/// Colours of the curves, told apart also by those who confuse red and green.
+/// Colours of the curves, distinguishable with red-green colour blindness.
 pub(super) const CURVES: [RGBColor; 6] = [
     RGBColor(196, 50, 60),
     RGBColor(44, 102, 176),
@@ -24,7 +24,7 @@ pub(super) const CURVES: [RGBColor; 6] = [
     RGBColor(96, 104, 114),
 ];
 
-/// How values become colours.
+/// Colour maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourMap {
     /// Dark violet through teal to yellow: entropies, distances.

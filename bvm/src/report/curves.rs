@@ -1,4 +1,4 @@
-//! The entropy of the map over time, one curve for each way of looking.
+//! The entropy of the map over time, one curve per gaze strategy.
 //!
 //! In: named series of map entropies, one value per step (any unit: each is divided by its first value), with
 //! or without a band around them. Out: a line plot. Invariant: every curve starts at 1.
@@ -63,7 +63,7 @@ pub fn entropy_curves(title: &str, series: &[Series]) -> Result<Picture, ReportE
 /// A series divided by its first value.
 fn normalised(series: &Series) -> Result<Series, ReportError> {
     let refuse = |why| ReportError::Values { what: series.name.clone(), why };
-    let first = *series.values.first().ok_or_else(|| refuse("it has no values"))?;
+    let first = *series.values.first().ok_or_else(|| refuse("there are no values"))?;
     if let Some((low, high)) = &series.band {
         expect_length(&format!("lower bound of {}", series.name), low.len(), series.values.len())?;
         expect_length(&format!("upper bound of {}", series.name), high.len(), series.values.len())?;
@@ -73,7 +73,7 @@ fn normalised(series: &Series) -> Result<Series, ReportError> {
         return Err(refuse("a value is not finite"));
     }
     if first <= 0.0 {
-        return Err(refuse("it does not start above zero"));
+        return Err(refuse("its first value is not above zero"));
     }
     let divided = |values: &[f64]| values.iter().map(|value| value / first).collect::<Vec<_>>();
     Ok(Series {
@@ -95,8 +95,7 @@ fn draw_curve(canvas: &Canvas, frame: &Frame, curve: &Series, colour: RGBColor) 
     canvas.draw(&PathElement::new(points(&curve.values), colour.stroke_width(5)))
 }
 
-/// Names and colours of the curves on a white ground in the upper right corner, where falling curves are not, or `below`,
-/// where rising ones are not.
+/// The legend, on white: in the upper right corner for falling curves, or `below` for rising ones.
 pub(super) fn legend(canvas: &Canvas, frame: &Frame, names: &[&str], below: bool) -> Drawn {
     if names.is_empty() {
         return Ok(());

@@ -1,8 +1,8 @@
-//! A rectangle with axes, into which a picture maps its own coordinates.
+//! A rectangle with axes and its coordinate system.
 //!
-//! In: where the rectangle is on the canvas, what its sides mean, where the ticks are. Out: pixels for
-//! coordinates, and the drawn axes, titles and colour bars. Lengths are canvas pixels (twice those of the
-//! finished picture). Invariant: the first coordinate runs across, the second upwards; either may fall.
+//! In: the position of the rectangle on the canvas, the limits and ticks of its axes. Out: pixels for coordinates, and
+//! the drawn axes, titles and colour bars. Lengths are canvas pixels (twice those of the finished picture). Invariant:
+//! the first coordinate is horizontal, the second vertical; either may decrease.
 
 use super::colour::{ColourMap, INK};
 use super::picture::{Canvas, Drawn};
@@ -12,7 +12,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 const TICK: i32 = 10;
 
-/// The rectangle and what its sides mean.
+/// The rectangle and the limits of its axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     /// Left, top, right and bottom pixel.
@@ -92,7 +92,7 @@ impl Frame {
         Text::new(TITLE, HPos::Left, VPos::Bottom).bold().write(canvas, text, (left, top - 30))
     }
 
-    /// A colour bar to the right of the frame, with a few ticks and the name of what it measures.
+    /// A colour bar to the right of the frame, with a few ticks and the name of the quantity.
     pub(super) fn colour_bar(&self, canvas: &Canvas, map: ColourMap, limits: [f64; 2], name: &str) -> Drawn {
         let [_, top, right, bottom] = self.pixels;
         let bar =
@@ -141,8 +141,8 @@ pub(super) fn ticks(limits: [f64; 2]) -> Vec<f64> {
     (first..=last).map(|i| i as f64 * step).collect()
 }
 
-/// The texts of ticks: all with the same number of decimals (as few as tell them apart), a proper minus sign,
-/// the unit.
+/// The labels of ticks: all with the same number of decimals, as few as distinguish them, a proper minus sign, and the
+/// unit.
 fn labels(values: &[f64], unit: &str) -> Vec<String> {
     let exact = |decimals: i32| {
         let scale = 10_f64.powi(decimals);

@@ -28,7 +28,7 @@ pub use top_view::{TopView, top_view};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why there is no picture.
+/// An error of the report.
 #[derive(Debug, Error)]
 pub enum ReportError {
     /// The file could not be written; nothing of it is left behind.
@@ -36,17 +36,17 @@ pub enum ReportError {
     Write {
         /// The file that was to be written.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// A quantity has a number of values that does not fit the grid, or its partner.
+    /// The number of values of a quantity does not match the grid or another quantity.
     #[error("`{what}` has {found} values, expected {expected}")]
     Length {
         /// Which quantity.
         what: String,
-        /// How many values it should have.
+        /// The expected number of values.
         expected: usize,
-        /// How many it has.
+        /// The number found.
         found: usize,
     },
     /// A quantity cannot be drawn: nothing in it is finite, or it starts at zero and cannot be normalised.
@@ -54,7 +54,7 @@ pub enum ReportError {
     Values {
         /// Which quantity.
         what: String,
-        /// What is wrong with it.
+        /// The reason.
         why: &'static str,
     },
 }

@@ -1,9 +1,8 @@
 //! The whole sphere around the head, unrolled.
 //!
-//! In: one value for each direction, `[elevation_cells][azimuth_cells]`, and the way that the gaze went. Out:
-//! a picture as one who stands there sees it: azimuth falls from left to right, elevation grows upwards, one degree as
-//! long as the other, and a colour bar. Invariant: what is to the left of the head (azimuth above 0) is left of the
-//! middle; NaN is drawn as "no data".
+//! In: one value for each direction, `[elevation_cells][azimuth_cells]`, and the path of the gaze. Out: a panorama seen
+//! from the head: azimuth decreases from left to right, elevation increases upwards, with equal scales, and a colour
+//! bar. Invariant: positive azimuths (to the left of the head) are left of the middle; NaN is drawn as "no data".
 
 use super::colour::{ColourMap, GAZE, NO_DATA};
 use super::frame::{Frame, swatches, ticks};
@@ -47,23 +46,23 @@ impl Window {
     }
 }
 
-/// What to draw on the sphere.
+/// The content of a panorama.
 #[derive(Clone, Debug)]
 pub struct Panorama<'a> {
-    /// Above the picture.
+    /// The title.
     pub title: &'a str,
-    /// What the values are, with their unit.
+    /// The name of the quantity, with its unit.
     pub quantity: &'a str,
     /// One value for each direction, `[elevation_cells][azimuth_cells]`.
     pub values: &'a [f64],
-    /// How values become colours.
+    /// The colour map.
     pub colours: ColourMap,
     /// The values at the two ends of the colour bar (in either order); by default the smallest and the
     /// largest.
     pub limits: Option<[f64; 2]>,
     /// Which part of the sphere to show.
     pub window: Window,
-    /// Where the gaze was, `(azimuth, elevation)` in radians, the last one being where it is; may be empty.
+    /// The gazes, `(azimuth, elevation)` in radians, the last one being the current one; may be empty.
     pub gaze_path: &'a [(f64, f64)],
 }
 
@@ -119,8 +118,8 @@ fn degree_ticks(limits: [f64; 2]) -> Vec<f64> {
     eighths.filter(|tick| (low..=high).contains(tick)).collect()
 }
 
-/// The way of the gaze: thin lines that fade with age between dots that grow redder with time, a few
-/// numbered, and a cross at the last; what lies outside the frame is left out.
+/// The path of the gaze: thin lines that fade with age between dots that become redder with time, a few numbered, and a
+/// cross at the last; parts outside the frame are omitted.
 fn draw_path(canvas: &Canvas, frame: &Frame, path: &[(f64, f64)]) -> Drawn {
     let inside = |(x, y): (f64, f64)| {
         (frame.across[1]..=frame.across[0]).contains(&x) && (frame.upwards[0]..=frame.upwards[1]).contains(&y)
@@ -162,7 +161,7 @@ fn draw_path(canvas: &Canvas, frame: &Frame, path: &[(f64, f64)]) -> Drawn {
     Ok(())
 }
 
-/// A gaze that is over, pale for the first and red for the last.
+/// The colour of a past gaze: pale for the first and red for the last.
 fn dot(canvas: &Canvas, place: (i32, i32), share: f64) -> Drawn {
     let mixed = |from: u8, to: u8| (f64::from(from) * (1.0 - share) + f64::from(to) * share) as u8;
     let colour = RGBColor(mixed(255, GAZE.0), mixed(240, GAZE.1), mixed(200, GAZE.2));
@@ -170,7 +169,7 @@ fn dot(canvas: &Canvas, place: (i32, i32), share: f64) -> Drawn {
     canvas.draw(&Circle::new(place, 8, colour.filled()))
 }
 
-/// The gaze, its lengths divided by a number.
+/// The gaze, with lengths divided by a number.
 fn cross(canvas: &Canvas, (x, y): (i32, i32), smaller: i32) -> Drawn {
     for (colour, width) in [(WHITE, 12), (GAZE, 6)] {
         let line = colour.stroke_width(width / smaller as u32);
@@ -183,7 +182,7 @@ fn cross(canvas: &Canvas, (x, y): (i32, i32), smaller: i32) -> Drawn {
     Ok(())
 }
 
-/// What the cross and the dots are.
+/// The legend of the cross and the dots.
 fn path_legend(canvas: &Canvas, (x, y): (i32, i32), gazes: usize) -> Drawn {
     let text = Text::new(TEXT, HPos::Left, VPos::Center);
     if gazes == 0 {
@@ -205,7 +204,7 @@ fn path_legend(canvas: &Canvas, (x, y): (i32, i32), gazes: usize) -> Drawn {
 /// A point of the panorama in degrees: azimuth, elevation.
 type Degrees = (f64, f64);
 
-/// The straight way between two points of the panorama, in two pieces where going round the back is shorter.
+/// The straight line between two points of the panorama, in two pieces if it is shorter around the back.
 fn shortest(from: Degrees, to: Degrees) -> Vec<(Degrees, Degrees)> {
     let gap = to.0 - from.0;
     if gap.abs() <= 180.0 {

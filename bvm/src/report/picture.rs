@@ -1,8 +1,8 @@
-//! A picture in memory, and how it becomes a file.
+//! A picture in memory, and its PNG file.
 //!
-//! In: a drawing (plotters, at twice the size, averaged down so that lines are smooth) or two pictures. Out:
-//! pixels, or a PNG file written beside its place and moved into it. Invariant: `pixels.len() = 3 * width *
-//! height`; text needs no font on the machine (DejaVu Sans is carried along).
+//! In: a drawing (plotters, at twice the size, averaged down for smooth lines) or two pictures. Out: pixels, or a PNG
+//! file written beside its place and moved into it. Invariant: `pixels.len() = 3 * width * height`; text needs no
+//! installed font (DejaVu Sans is included).
 
 use super::ReportError;
 use plotters::coord::Shift;
@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 pub(super) type Canvas<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 pub(super) type Drawn =
     Result<(), DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingBackend>::ErrorType>>;
-/// The font family under which the carried font is known to plotters.
+/// The name of the included font in plotters.
 pub(super) const FONT: &str = "sans-serif";
 /// Drawings are made this many times larger, then averaged.
 pub(super) const OVERSAMPLING: u32 = 2;
@@ -36,7 +36,7 @@ impl Picture {
         let mut fine = vec![255; (3 * wide * high) as usize];
         {
             let canvas = BitMapBackend::with_buffer(&mut fine, (wide, high)).into_drawing_area();
-            // Drawing into memory with a carried font meets no file, no device and no missing glyph table.
+            // Drawing into memory with an included font cannot fail for lack of a file, a device or a glyph.
             if let Err(error) = drawing(&canvas).and_then(|()| canvas.present()) {
                 panic!("internal: drawing into memory failed: {error}");
             }
@@ -100,7 +100,7 @@ impl Picture {
         }
     }
 
-    /// Writes the picture as PNG, whole or not at all.
+    /// Writes the picture as PNG, completely or not at all.
     ///
     /// # Errors
     /// [`ReportError::Write`] names `path`.
@@ -123,7 +123,7 @@ impl Picture {
     }
 }
 
-/// Writes a file, as [`bp_core::files::write`] does: whole or not at all.
+/// Writes a file, as [`bp_core::files::write`] does: completely or not at all.
 ///
 /// # Errors
 /// [`ReportError::Write`] names `path`.
@@ -132,14 +132,14 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
         .map_err(|source| ReportError::Write { path: path.to_path_buf(), source })
 }
 
-/// Tells plotters about the carried font, once.
+/// Registers the included font with plotters, once.
 fn carry_font() {
     static CARRIED: OnceLock<()> = OnceLock::new();
     CARRIED.get_or_init(|| {
         for (style, bytes) in
             [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())]
         {
-            assert!(register_font(FONT, style, bytes).is_ok(), "internal: the carried font is not a font");
+            assert!(register_font(FONT, style, bytes).is_ok(), "internal: the included font is not a font");
         }
     });
 }

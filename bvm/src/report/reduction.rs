@@ -1,4 +1,4 @@
-//! From a value per cell to a value per direction.
+//! Reduces a value per cell to a value per direction.
 //!
 //! In: a slice in the grid's storage order, `[cells_rho][elevation_cells][azimuth_cells]`. Out: an image,
 //! `[elevation_cells][azimuth_cells]`, or a slice around the horizon, `[cells_rho][azimuth_cells]`.
@@ -7,7 +7,7 @@
 use super::{ReportError, expect_length};
 use crate::grid::Grid;
 
-/// Every line of sight, from the head outwards, folded into one number.
+/// Folds every line of sight, from the head outwards, into one number.
 fn along_rays(
     grid: &Grid,
     what: &str,
@@ -41,8 +41,7 @@ pub fn mean(grid: &Grid, values: &[f32]) -> Result<Vec<f64>, ReportError> {
     along_rays(grid, "values", values, |ray| ray.map(f64::from).sum::<f64>() / count)
 }
 
-/// What to show of several occupancies in one place: the largest if it speaks for something solid (above
-/// 0.6), else their mean.
+/// The occupancy to show for several cells in one place: the largest if it is above 0.6, else the mean.
 pub fn strongest(occupancies: impl IntoIterator<Item = f64>) -> f64 {
     let (mut largest, mut sum, mut count) = (f64::NEG_INFINITY, 0.0, 0.0);
     for occupancy in occupancies {

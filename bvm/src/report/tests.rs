@@ -1,5 +1,4 @@
-//! Pictures against what can be known of them: colours, reductions by hand, pixels where they belong, files
-//! whole or absent.
+//! Tests of pictures: colours, reductions by hand, pixels in their places, files complete or absent.
 
 use super::*;
 use crate::grid::{Cell, Grid, GridConfiguration};

@@ -1,8 +1,8 @@
-//! Words in a picture.
+//! Text in a picture.
 //!
-//! In: a text, a pixel, and which point of the text belongs there. Out: drawn text. The vertical anchors
-//! refer to the capital letters (their top, their middle, their base line), so that labels sit straight
-//! beside their ticks. Invariant: sizes are canvas pixels, twice those of the finished picture.
+//! In: a text, a pixel, and the anchor of the text at that pixel. Out: drawn text. The vertical anchors refer to the
+//! capital letters (top, middle, base line), so that labels align with their ticks. Invariant: sizes are canvas pixels,
+//! twice those of the finished picture.
 
 use super::colour::INK;
 use super::picture::{Canvas, Drawn, FONT};
@@ -14,7 +14,7 @@ pub(super) const TEXT: i32 = 30;
 /// Size of the text of titles.
 pub(super) const TITLE: i32 = 36;
 
-/// How a text is written, and which of its points is put at the pixel.
+/// The style of a text, with its anchor.
 #[derive(Clone, Copy)]
 pub(super) struct Text {
     size: i32,
@@ -64,8 +64,8 @@ impl Text {
 
     /// Writes the text with its anchor at a pixel.
     pub(super) fn write(self, canvas: &Canvas, text: &str, (x, y): (i32, i32)) -> Drawn {
-        // plotters puts the base line half a size below the top of a box that is 1 / 1.24 of the size high;
-        // capitals of the carried font are 0.627 of the size high.
+        // plotters places the base line half a size below the top of a box that is 1 / 1.24 of the size high; capitals
+        // of the included font are 0.627 of the size high.
         let lower = match self.upright {
             VPos::Top => 0.127,
             VPos::Center => 0.217,

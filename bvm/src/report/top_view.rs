@@ -1,8 +1,8 @@
-//! The map from above, beside the truth.
+//! The map from above, beside the true room.
 //!
-//! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and what is truly
-//! there. Out: two plans of the same slice around the horizon at the same scale, in metres, as one sees them who looks
-//! down and stands behind the head: x (ahead) upwards, y to the left. Invariant: both plans go through the same reduction, [`strongest`].
+//! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and the true occupancy. Out:
+//! two plans of the same slice around the horizon at the same scale, in metres, seen from above: x (ahead) upwards, y
+//! to the left. Invariant: both plans use the same reduction, [`strongest`].
 
 use super::colour::{ColourMap, GAZE, INK, NO_DATA};
 use super::frame::{Frame, swatches, ticks};
@@ -14,16 +14,15 @@ use crate::grid::Grid;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-/// What to draw from above. Everything is in the frame of the map: for a map fixed to the world, `heading` is
-/// the yaw.
+/// The content of a top view, in the frame of the map: for a map fixed in the world, `heading` is the yaw.
 #[derive(Clone, Copy)]
 pub struct TopView<'a> {
     /// Occupancy of every cell, `[cells_rho][elevation_cells][azimuth_cells]`.
     pub occupancy: &'a [f32],
-    /// What is truly at `[x, y, z]` (metres; ahead, left, up): 0 empty, 1 solid, 1/2 out of sight. Without it, the map is
-    /// drawn alone.
+    /// The true occupancy at `[x, y, z]` (metres; ahead, left, up): 0 empty, 1 solid, 1/2 not visible. Without it, only
+    /// the map is drawn.
     pub truth: Option<&'a dyn Fn([f64; 3]) -> f64>,
-    /// Where the head points, an azimuth in radians: to the left is positive.
+    /// The heading, an azimuth in radians, positive to the left.
     pub heading: f64,
     /// Opening of the field of view in radians, drawn as two lines; 0 for none.
     pub field: f64,
@@ -77,7 +76,7 @@ fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f6
         let metres = ticks(side);
         frame.axes(canvas, ["y, to the left (m)", "x, ahead (m)"], &metres, &metres, "")?;
         frame.title(canvas, title)?;
-        let named = [(0.0, "empty"), (0.5, "unknown, out of sight"), (1.0, "occupied")];
+        let named = [(0.0, "empty"), (0.5, "unknown, not visible"), (1.0, "occupied")];
         let named = named.map(|(value, name)| (ColourMap::Occupancy.on_scale(value, [0.0, 1.0]), name));
         let [left, _, _, bottom] = frame.pixels;
         swatches(canvas, (left, bottom + 134), &named)?;
@@ -112,7 +111,8 @@ fn head(canvas: &Canvas, frame: &Frame, what: &TopView, reach: f64) -> Drawn {
     arrowhead(canvas, |turn, length| place(frame, what.heading + turn, 0.055 * reach * length))
 }
 
-/// The arrowhead; `corner` is the pixel at an angle to where it points and a distance from its middle, in sizes.
+/// The arrowhead; `corner` is the pixel at an angle to the heading and a distance from the centre, in units of its
+/// size.
 fn arrowhead(canvas: &Canvas, corner: impl Fn(f64, f64) -> (i32, i32)) -> Drawn {
     let arrow = [(0.0, 1.5), (2.5, 1.0), (std::f64::consts::PI, 0.45), (-2.5, 1.0)]
         .map(|(turn, length)| corner(turn, length));
@@ -120,7 +120,7 @@ fn arrowhead(canvas: &Canvas, corner: impl Fn(f64, f64) -> (i32, i32)) -> Drawn 
     canvas.draw(&PathElement::new([arrow, arrow].concat()[..5].to_vec(), NO_DATA.stroke_width(2)))
 }
 
-/// What the arrowhead and the two lines are.
+/// The legend of the arrowhead and the two lines.
 fn head_legend(canvas: &Canvas, what: &TopView, (x, y): (i32, i32)) -> Drawn {
     let text = Text::new(TEXT, HPos::Left, VPos::Center);
     arrowhead(canvas, |turn, length| {

@@ -1,18 +1,18 @@
-//! Balance: how far the head has turned (`models/vestibular.bp`, as the compiler's closed-form filter).
+//! Balance: the estimated yaw (`models/vestibular.bp`, as the compiler's closed-form filter).
 //!
-//! In: what the canal, or a gyroscope, reports at each instant. Out: the estimated yaw, positive to the left. Invariant: the filter is
-//! the program's; this file only chooses between two sets of parameters.
+//! In: the reading of the canal or of a gyroscope at each instant. Out: the estimated yaw, positive to the left.
+//! Invariant: the filter is that of the program; this file only selects one of two sets of parameters.
 
 use crate::error::Error;
 use crate::programs::vestibular::{self, heading};
 use bp_core::strategies::gaussian::Filter;
 
-/// Whose organ of balance.
+/// The kind of sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Balance {
-    /// People's: canals that forget in 4 s, and noise of 10 °/s (Laurens and Angelaki 2017).
+    /// Human semicircular canals: a time constant of 4 s, and noise of 10 °/s (Laurens and Angelaki 2017).
     Human,
-    /// A gyroscope's: it forgets nothing, with noise of 0.01 rad/s.
+    /// A gyroscope: no high-pass filter, noise of 0.01 rad/s.
     Gyroscope,
 }
 
@@ -44,8 +44,8 @@ impl Vestibular {
         Ok(Self { filter: balance.question().filter()?, yaw: 0.0 })
     }
 
-    /// One instant: the measured yaw rate in rad/s, counter-clockwise about the upward z axis (a turn to the
-    /// left is positive). Gives the estimated yaw in rad.
+    /// One instant: the measured yaw rate in rad/s, counter-clockwise about the upward z axis (positive to the left).
+    /// Returns the estimated yaw in rad.
     ///
     /// # Errors
     /// A rate that is not finite.

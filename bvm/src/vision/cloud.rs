@@ -1,8 +1,8 @@
-//! The points that a pair shows, for viewers of point clouds.
+//! Point clouds of a pair.
 //!
 //! In: disparities, their picture and its calibration. Out: a binary PLY file: x ahead, y to the left, z up from the
-//! left camera (metres; the map's frame, as a comment of the header says), the grey level, and λ. Invariant: a file
-//! appears whole or not at all; only claims have points.
+//! left camera (metres; the map's frame, as a comment of the header says), the grey level, and λ. Invariant: a file is
+//! written completely or not at all; only pixels with an estimate have points.
 
 use super::Pair;
 use super::stereo::DisparityMap;
@@ -11,7 +11,7 @@ use crate::frame::DESCRIPTION;
 use crate::report::write_atomically;
 use std::path::Path;
 
-/// Writes the cloud; gives the number of its points.
+/// Writes the cloud; returns the number of its points.
 ///
 /// # Errors
 /// A file that cannot be written.

@@ -1,11 +1,11 @@
-//! What can be wrong with the data of sight: files, images, calibrations, pairs.
+//! Errors of the vision data: files, images, calibrations, pairs.
 //!
-//! In: nothing. Out: [`VisionError`], one value per fault, each naming the file, key, size or value at
-//! fault, and what was expected. Invariant: wrong data never panic; they end here.
+//! In: nothing. Out: [`VisionError`], one variant per error, which names the file, key, size or value, and what was
+//! expected. Invariant: wrong data never panic.
 
 use std::path::PathBuf;
 
-/// A fault in the data of sight.
+/// An error in the vision data.
 #[derive(Debug, thiserror::Error)]
 pub enum VisionError {
     /// A file that cannot be opened or read.
@@ -16,15 +16,15 @@ pub enum VisionError {
         /// What the system answered.
         source: std::io::Error,
     },
-    /// A file that is longer than any of its kind, or has no end.
+    /// A file that is too long, or has no end.
     #[error("`{path}` is longer than {most_mib} MiB, or has no end: is it the right file?")]
     TooLong {
         /// The file.
         path: PathBuf,
-        /// The most that is read of such a file, MiB.
+        /// The limit for such a file, MiB.
         most_mib: u64,
     },
-    /// A file that should be a text.
+    /// A file that is not UTF-8 text.
     #[error("`{path}` is not a text: byte {at} is not UTF-8")]
     NoText {
         /// The file.
@@ -40,7 +40,7 @@ pub enum VisionError {
         /// What the system answered.
         source: std::io::Error,
     },
-    /// A file whose content is not an image that can be used.
+    /// A file whose content cannot be used.
     #[error("`{path}`: {reason}")]
     ImageFile {
         /// The file.
@@ -59,10 +59,10 @@ pub enum VisionError {
     CalibrationSyntax {
         /// The file.
         path: PathBuf,
-        /// Line and complaint.
+        /// The line and the error.
         reason: String,
     },
-    /// A key of a calibration that is missing, unknown or has an impossible value.
+    /// A calibration key that is missing, unknown or has an impossible value.
     #[error("`{path}`: calibration key `{key}`: {reason}")]
     CalibrationKey {
         /// The file.
@@ -83,9 +83,9 @@ pub enum VisionError {
         /// Width and height of the right image, pixels.
         right: (usize, usize),
     },
-    /// A largest disparity that the images cannot show.
+    /// A number of disparities that the images are too narrow for.
     #[error(
-        "{value} disparities cannot be searched in images {width} pixels wide: 1 at least, and fewer than pixels"
+        "{value} disparities cannot be searched in images {width} pixels wide: expected at least 1, and fewer than the width"
     )]
     MaxDisparity {
         /// The value asked for, pixels.
@@ -104,7 +104,7 @@ pub enum VisionError {
         height: usize,
         /// Number of disparities.
         levels: usize,
-        /// Most costs that are held at once.
+        /// Limit of the number of costs.
         limit: usize,
     },
     /// A grid of directions that does not fit the sphere.

@@ -1,9 +1,8 @@
-//! Disparities against the truth.
+//! Comparison of disparities with the truth.
 //!
-//! In: a [`DisparityMap`] and the true disparities of its left picture. Out: which pixels count, how far off each
-//! claim is, and curves of it. Invariant: a pixel counts where its truth is a positive finite number and the right
-//! camera sees it, by a z-buffer of the truth: no nearer point falls on the same right pixel. What is not a number is no
-//! truth.
+//! In: a [`DisparityMap`] and the true disparities of its left picture. Out: the pixels that count, the error of each
+//! estimate, and curves of errors. Invariant: a pixel counts if its truth is a positive finite number and the right
+//! camera sees it, by a z-buffer of the truth: no nearer point falls on the same right pixel.
 
 use super::stereo::DisparityMap;
 use super::{VisionError, image, pfm};
@@ -14,20 +13,20 @@ use std::path::Path;
 pub struct Truth {
     /// Width, pixels.
     pub width: usize,
-    /// Disparities, pixels; infinity where they are not known.
+    /// Disparities, pixels; infinity where unknown.
     pub disparity: Vec<f32>,
     /// Which pixels count.
     pub counts: Vec<bool>,
 }
 
-/// A claim, and how far it is off.
+/// An estimate and its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Scored {
-    /// Claim minus truth, pixels.
+    /// Estimate minus truth, pixels.
     pub error: f32,
     /// λ of the matcher.
     pub confidence: f32,
-    /// Standard deviation that was told, pixels.
+    /// Reported standard deviation, pixels.
     pub sigma: f32,
 }
 
@@ -48,7 +47,7 @@ impl Truth {
         let truth = Self::new(width, values);
         if truth.count() == 0 {
             let reason = format!(
-                "holds no truth: none of its {}x{} disparities is a finite number above 0 that the right camera sees",
+                "contains no truth: none of its {}x{} disparities is a finite number above 0 that the right camera sees",
                 width,
                 truth.disparity.len() / width
             );
@@ -82,7 +81,7 @@ impl Truth {
         self.counts.iter().filter(|counts| **counts).count()
     }
 
-    /// All claims that count, the surest first.
+    /// All estimates that count, the most confident first.
     ///
     /// # Errors
     /// A map of another size.
@@ -111,12 +110,12 @@ impl Truth {
     }
 }
 
-/// Part of the claims that are off by more than `most` pixels; `None` where there are none.
+/// Share of the estimates with an error of more than `most` pixels; `None` if there are none.
 pub fn wrong(scored: &[Scored], most: f32) -> Option<f64> {
     part(scored, |claim| claim.error.abs() > most)
 }
 
-/// Part of the claims of which something holds; `None` where there are none.
+/// Share of the estimates that satisfy a condition; `None` if there are none.
 pub fn part(scored: &[Scored], holds: impl Fn(&Scored) -> bool) -> Option<f64> {
     let count = scored.iter().filter(|claim| holds(claim)).count();
     (!scored.is_empty()).then(|| count as f64 / scored.len() as f64)

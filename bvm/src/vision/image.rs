@@ -1,4 +1,4 @@
-//! Grey images: the only kind of picture that the matcher sees.
+//! Grey images, the input of the matcher.
 //!
 //! In: PNG (any depth and colour type) or binary PGM/PPM files. Out: [`GreyImage`], intensities in 0..=255,
 //! row by row from the top left; colour becomes luma (ITU-R BT.601: 0.299 R + 0.587 G + 0.114 B), 16-bit
@@ -13,7 +13,7 @@ use super::error::VisionError;
 use super::netpbm;
 use crate::input;
 
-/// The most pixels that an image file may announce (2^25, about 33 million).
+/// Limit of the number of pixels that an image file may declare (2^25, about 33 million).
 pub const MAX_PIXELS: usize = 1 << 25;
 
 /// An image of intensities.
@@ -67,7 +67,7 @@ pub fn read(path: &Path) -> Result<GreyImage, VisionError> {
     decode(&input::bytes(path, input::MOST_BYTES)?).map_err(wrong)
 }
 
-/// Decodes the bytes of an image file; the error says what is wrong with them.
+/// Decodes the bytes of an image file, or returns the error.
 pub(crate) fn decode(bytes: &[u8]) -> Result<GreyImage, String> {
     match bytes {
         [] => Err("the file is empty, expected an image".into()),
@@ -110,7 +110,7 @@ fn decode_png(bytes: &[u8]) -> Result<GreyImage, String> {
     let channels = frame.color_type.samples();
     let wide = frame.bit_depth == png::BitDepth::Sixteen;
     if data.len() < width * height * channels * if wide { 2 } else { 1 } {
-        return Err("the PNG holds fewer pixels than it announces".into());
+        return Err("the PNG contains fewer pixels than it declares".into());
     }
     if wide {
         let sample = |at: usize| f32::from(u16::from_be_bytes([data[2 * at], data[2 * at + 1]])) / 257.0;
@@ -248,7 +248,7 @@ mod tests {
             let message = decode(bytes).unwrap_err();
             assert!(message.contains(expected), "{message}");
         }
-        // A PNG that announces 2^31 - 1 by 2^31 - 1 pixels is refused before anything is allocated.
+        // A PNG that declares 2^31 - 1 by 2^31 - 1 pixels is refused before allocation.
         let mut absurd = png_of(1, 1, png::ColorType::Grayscale, png::BitDepth::Eight, &[0]);
         absurd[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
         assert!(decode(&absurd).is_err());

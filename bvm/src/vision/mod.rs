@@ -1,4 +1,4 @@
-//! Sight: from the image files of a rectified stereo pair to one range reading per direction.
+//! Vision: from the image files of a rectified stereo pair to one range reading per direction.
 //!
 //! ```text
 //! two images ─┐
@@ -6,10 +6,9 @@
 //! calibration ┘                  └ Calibration ──────────────────┘
 //! ```
 //!
-//! This folder measures; it holds no probability of the map. What a reading says about the cells of its
-//! line of sight is written in `models/line_of_sight.bp`.
-//! Invariant: where a pixel or a direction has nothing to say, nothing is said (`None`, infinity with
-//! confidence 0); a surface is never invented.
+//! This folder measures; it contains no probability of the map. The likelihood of a reading for the cells of its line
+//! of sight is computed by `models/line_of_sight.bp`. Invariant: a pixel or a direction without an estimate is marked
+//! so (`None`, infinity with confidence 0); a surface is never invented.
 
 pub mod calibration;
 pub mod cloud;

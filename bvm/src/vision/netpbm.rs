@@ -1,10 +1,10 @@
 //! Binary PGM (P5) and PPM (P6) images.
 //!
-//! In: the bytes of a file. Out: a [`GreyImage`], or what is wrong with the bytes. Header: magic, width,
-//! height, largest value (1..=65535), separated by white space and `#` comments, then one white space (or CRLF) and the
-//! samples (two bytes each, most significant first, when the largest value exceeds 255).
-//! Invariant: nothing is allocated before the announced size has been found in the file.
-//! Reference: the `pgm` and `ppm` pages of the Netpbm documentation.
+//! In: the bytes of a file. Out: a [`GreyImage`], or what is wrong with the bytes. Header: magic, width, height,
+//! largest value (1..=65535), separated by white space and `#` comments, then one white space (or CRLF) and the samples
+//! (two bytes each, most significant first, when the largest value exceeds 255). Invariant: nothing is allocated before
+//! the file has been checked against its declared size. Reference: the `pgm` and `ppm` pages of the Netpbm
+//! documentation.
 
 use super::image::{GreyImage, check_size, grey};
 
@@ -35,9 +35,9 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<GreyImage, String> {
     grey(width, height, channels, |at| f32::from(whole(at)) * scale)
 }
 
-/// Where the data begin after a header that ends at `at`: one white space later, or two bytes later where lines end in
-/// CRLF. These two are told from a CR before data that begin with LF by the other lines of the header, or by the
-/// `needed` bytes of data. `None` where no white space follows.
+/// The offset of the data after a header that ends at `at`: one white space later, or two bytes later with CRLF line
+/// endings. CRLF is distinguished from a CR before data that begin with LF by the other lines of the header, or by the
+/// `needed` bytes of data. `None` without white space there.
 pub(super) fn data_start(bytes: &[u8], at: usize, needed: usize) -> Option<usize> {
     let crlf = bytes.get(at..)?.starts_with(b"\r\n");
     let ends_lines = || bytes[..at].windows(2).any(|pair| pair == b"\r\n");
@@ -47,7 +47,7 @@ pub(super) fn data_start(bytes: &[u8], at: usize, needed: usize) -> Option<usize
     bytes.get(at)?.is_ascii_whitespace().then_some(at + 1)
 }
 
-/// The next decimal number of the header; `at` moves behind it.
+/// The next decimal number of the header; `at` moves past it.
 fn number(bytes: &[u8], at: &mut usize, name: &str, what: &str) -> Result<usize, String> {
     loop {
         match bytes.get(*at) {

@@ -1,7 +1,7 @@
-//! A pair of pictures that is ready to be matched, whatever the files were like.
+//! A rectified pair of pictures, from any kind of files.
 //!
-//! In: two image files and a calibration: of a rectified pair, or of two raw cameras. Out: [`Pair`]. Invariant: where
-//! an ideal camera sees what the real one did not, nothing is claimed.
+//! In: two image files and a calibration, of a rectified pair or of two raw cameras. Out: [`Pair`]. Invariant: pixels
+//! of an ideal camera that the real camera did not see have no estimate.
 
 use super::calibration::raw::RawPair;
 use super::stereo::match_pair_with_population;
@@ -42,7 +42,7 @@ impl Pair {
         }
     }
 
-    /// Turns the pictures of two raw cameras into a pair.
+    /// Rectifies the pictures of two raw cameras.
     ///
     /// # Errors
     /// Pictures of another size than the cameras make.
@@ -61,7 +61,7 @@ impl Pair {
         Ok(self.without_unseen(found))
     }
 
-    /// [`Pair::matched`], and what every pixel believes of its disparity.
+    /// [`Pair::matched`], and the posterior of every pixel over its disparity.
     ///
     /// # Errors
     /// The same.
@@ -74,7 +74,7 @@ impl Pair {
         Ok((self.without_unseen(found), population))
     }
 
-    /// Takes back what the real cameras did not see.
+    /// Removes the estimates of pixels that the real cameras did not see.
     fn without_unseen(&self, mut found: DisparityMap) -> DisparityMap {
         if let Some([left, right]) = &self.seen {
             for (at, left) in left.iter().enumerate() {

@@ -1,9 +1,9 @@
-//! Fields of numbers as portable float maps.
+//! Portable float maps (PFM).
 //!
 //! In: rows of numbers from the top. Out: a PFM file: `Pf`, width and height, −1 (least significant byte first), then
-//! the rows from the bottom; and back. Lines of the header may end in CRLF. Infinity stands where nothing is said. Invariant: a file appears whole or not
-//! at all; nothing is allocated before the announced size has been found in the file.
-//! Reference: P. Debevec's PFM, as the Middlebury stereo pages use it.
+//! the rows from the bottom; and back. Lines of the header may end in CRLF. Infinity means no value. Invariant: a file
+//! is written completely or not at all; nothing is allocated before the file has been checked against its declared
+//! size. Reference: P. Debevec's PFM, as the Middlebury stereo pages use it.
 
 use super::VisionError;
 use super::image::check_size;
@@ -17,7 +17,7 @@ use std::path::Path;
 pub struct Field {
     /// Width, pixels.
     pub width: usize,
-    /// Values; infinity where nothing is said.
+    /// Values; infinity where there is none.
     pub values: Vec<f32>,
 }
 
@@ -57,7 +57,7 @@ fn decode(bytes: &[u8]) -> Result<Field, String> {
         return Err(format!("begins with `{magic}`, expected `Pf`, a PFM of one channel"));
     }
     let mut number =
-        |what: &str| word(what)?.parse::<f64>().map_err(|_| format!("the PFM's {what} is no number"));
+        |what: &str| word(what)?.parse::<f64>().map_err(|_| format!("the PFM's {what} is not a number"));
     let (width, height, scale) = (number("width")?, number("height")?, number("scale")?);
     let (width, height) = (width.max(0.0) as usize, height.max(0.0) as usize);
     check_size(width, height)?;
@@ -99,7 +99,7 @@ mod tests {
             let bytes = [header.as_bytes(), &data].concat();
             assert_eq!(decode(&bytes).unwrap().values, values, "{header:?}");
             if header.starts_with("Pf\r\n") {
-                // One byte short: what is there is not taken for other numbers.
+                // One byte short: the data must not be read as other numbers.
                 let message = decode(&bytes[..bytes.len() - 1]).unwrap_err();
                 assert!(message.contains("truncated"), "{message}");
             }
@@ -115,7 +115,7 @@ mod tests {
         for (bytes, expected) in [
             (b"".as_slice(), "no magic word"),
             (b"PF\n1 1\n-1\n", "expected `Pf`"),
-            (b"Pf\nwide 1\n-1\n", "width is no number"),
+            (b"Pf\nwide 1\n-1\n", "width is not a number"),
             (b"Pf\n0 1\n-1\n", "0x1"),
             (b"Pf\n2 2\n-1\n1234", "truncated: 2x2 needs 16 bytes"),
         ] {

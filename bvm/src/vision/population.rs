@@ -1,38 +1,39 @@
-//! Population codes: what a direction hears of every range, not only of the likeliest.
+//! Population codes: the likelihood of every range in a direction.
 //!
-//! In: what a pixel believes of its disparity, and a grid. Out: for each direction how well the pictures go with "No
-//! Detection" and with each cell, up to a factor. A disparity stands for the pixel of disparities about it; what lies
-//! within one of the claim stands about the claim itself, and is as probable as λ says, which is calibrated:
+//! In: the posterior of each pixel over its disparity, and a grid. Out: for each direction the likelihood of "No
+//! Detection" and of each cell, up to a factor. An integer disparity stands for the interval of one pixel around it;
+//! disparities within one pixel of the estimate are placed around the estimate, with total probability λ, which is
+//! calibrated:
 //!
 //! ```text
 //! p'(d) = λ p(d) / Σ_near p  near the claim,    (1 − λ) p(d) / Σ_far p  elsewhere
 //! code(z) = p'(disparities that lie in bin z) / (length of disparities searched in bin z)
 //! ```
 //!
-//! The matcher takes all disparities for equally probable before it looks; divided by the length of a bin, its posterior
-//! is a likelihood again. Where nothing is known of the rest, it is shared equally, and adds the same to all bins.
-//! Invariant: codes are finite, not negative, and sum to one.
+//! The matcher has a uniform prior over disparities, so that its posterior divided by the length of a bin is a
+//! likelihood. Without a posterior, the remainder 1 − λ is uniform. Invariant: codes are finite, not negative, and sum
+//! to one.
 
 use super::readings::Speaker;
 use super::{Calibration, DisparityMap};
 use crate::grid::Grid;
 
-/// Most distance from the claim, pixels, of what is near it.
+/// Distance from the estimate, pixels, within which disparities are near it.
 const NEAR: f32 = 1.5;
 
-/// What every pixel believes of its disparity: eight bits for each whole disparity, its logarithm in steps of 1/16 and
-/// less.
+/// The posterior of every pixel over its disparity: eight bits for each integer disparity, its logarithm in steps of
+/// 1/16 or less.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Population {
     levels: usize,
     kept: Vec<u8>,
 }
 
-/// Codes of directions: `None` where nothing is said, else N + 1 numbers, the first of "No Detection".
+/// Codes of directions: `None` without an estimate, else N + 1 numbers, the first for "No Detection".
 pub type Codes = Vec<Option<Vec<f32>>>;
 
 impl Population {
-    /// The beliefs of all pixels, `levels` each.
+    /// The posteriors of all pixels, `levels` each.
     pub(super) fn new(levels: usize, kept: Vec<u8>) -> Self {
         Self { levels, kept }
     }
@@ -40,12 +41,12 @@ impl Population {
     /// P(D = d) of a pixel.
     pub fn belief(&self, pixel: usize) -> impl Iterator<Item = f32> {
         let own = &self.kept[pixel * self.levels..][..self.levels];
-        // The least number stands for none.
+        // The least number means zero.
         own.iter().map(|kept| if *kept == 0 { 0.0 } else { super::stereo::long(*kept) })
     }
 }
 
-/// The codes of the pixels that speak. Without a `population`, nothing is known but each claim and its λ.
+/// The codes of the selected pixels. Without a `population`, only each estimate and its λ are known.
 pub fn codes(
     speakers: &[Option<Speaker>],
     map: &DisparityMap,
@@ -61,7 +62,7 @@ pub fn codes(
     speakers.iter().map(code).collect()
 }
 
-/// Where disparities lie, and how probable each is: from, to, P.
+/// Intervals of disparities with their probabilities: from, to, P.
 type Places = Vec<[f64; 3]>;
 
 fn places(map: &DisparityMap, population: Option<&Population>, levels: usize, pixel: usize) -> Places {
@@ -74,7 +75,7 @@ fn places(map: &DisparityMap, population: Option<&Population>, levels: usize, pi
     let far: f64 = (0..levels).filter(|d| !is_near(*d)).map(|d| f64::from(belief[d])).sum();
     let about = |at: f64, p: f64| [at - 0.5, at + 0.5, p];
     let sure = if far > 0.0 { lambda } else { 1.0 };
-    // A truth that is given may lie beyond what was searched.
+    // A given truth may lie outside the searched disparities.
     let mut places = vec![about(f64::from(claim).clamp(0.0, levels as f64 - 1.0), sure)];
     if far > 0.0 {
         let rest = (1.0 - lambda) / far;
@@ -85,8 +86,8 @@ fn places(map: &DisparityMap, population: Option<&Population>, levels: usize, pi
     places
 }
 
-/// The disparities of each bin along the line of sight of a pixel, lower end first; bin 0 is "No Detection". What is
-/// nearer than the grid is in its first cell; what was not searched has no length.
+/// The disparities of each bin along the line of sight of a pixel, lower end first; bin 0 is "No Detection". The first
+/// cell includes nearer ranges; disparities that were not searched have no length.
 fn edges(map: &DisparityMap, calibration: &Calibration, grid: &Grid, pixel: usize) -> Vec<[f64; 2]> {
     let (x, y) = ((pixel % map.width) as f64, (pixel / map.width) as f64);
     let searched = [-0.5, calibration.max_disparity_px() as f64 - 0.5];
@@ -157,13 +158,13 @@ mod tests {
         // Half a pixel either side of the border at 4.
         let (near, far) = (0.5 / 5.5, 0.5 / 2.0);
         close(&code(4.0, 1.0, None), [0.0, near / (near + far), far / (near + far)]);
-        // A truth that was not searched is nearest.
+        // A truth that was not searched is in the first cell.
         close(&code(30.0, 1.0, None), [0.0, 1.0, 0.0]);
     }
 
     #[test]
     fn the_rest_goes_where_the_posterior_is() {
-        // The claim, at 3, has what λ says; all else that is believed is at 7.
+        // The estimate, at 3, has probability λ; the rest is at 7.
         let short = |p: f32| ((p.to_bits() >> 19) - (112 << 4)) as u8;
         let mut kept = vec![0; 10];
         (kept[3], kept[7]) = (short(0.75), short(0.25));

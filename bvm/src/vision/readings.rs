@@ -1,12 +1,11 @@
-//! From a disparity map to one range reading per direction.
+//! Range readings of directions from a disparity map.
 //!
-//! In: a [`DisparityMap`], its [`Calibration`] and a grid of directions. Out: for each direction the reading
-//! of its surest pixel, or `None`. The pixels of one direction look at nearly the same place with the
-//! same pair of images: they are not independent sensors, so one of them speaks for all. It is the one with
-//! the least deviation σ_d, then the nearest, then the first; a mean would put a surface between the two
-//! sides of a depth edge. Its λ is that of Eq. 3, in disparities: σ_d = [`GRAIN_PX`] / λ.
-//! Invariant: a reading has a finite positive range and a confidence in ]0, 1]; directions outside the image
-//! or without a claim have none.
+//! In: a [`DisparityMap`], its [`Calibration`] and a grid of directions. Out: for each direction the reading of its
+//! most confident pixel, or `None`. The pixels of one direction see nearly the same place in the same pair of images:
+//! they are not independent sensors, so only one is used. It is the one with the least deviation σ_d, then the nearest,
+//! then the first; a mean would put a surface between the two sides of a depth edge. Its λ is that of Eq. 3, in
+//! disparities: σ_d = [`GRAIN_PX`] / λ. Invariant: a reading has a finite positive range and a confidence in ]0, 1];
+//! directions outside the image or without an estimate have none.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -14,7 +13,7 @@ use super::calibration::Calibration;
 use super::error::VisionError;
 use super::stereo::{DisparityMap, GRAIN_PX};
 
-/// What one direction of sight says.
+/// A reading of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeReading {
     /// Distance ρ along the line of sight, metres. Beyond the grid it means "No Detection".
@@ -23,10 +22,10 @@ pub struct RangeReading {
     pub confidence: f32,
 }
 
-/// A reading, and the pixel of the left picture that it is of.
+/// A reading with its pixel in the left picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Speaker {
-    /// What it says.
+    /// The reading.
     pub reading: RangeReading,
     /// The pixel, `y * width + x`.
     pub pixel: usize,
@@ -50,8 +49,7 @@ pub fn readings(
     Ok(speakers.iter().map(|speaker| speaker.map(|speaker| speaker.reading)).collect())
 }
 
-/// [`readings`] with their pixels, of a head that is turned: `direction` gives the azimuth and elevation of a pixel,
-/// radians.
+/// [`readings`] with their pixels, for a turned head: `direction` gives the azimuth and elevation of a pixel, radians.
 ///
 /// # Errors
 /// Steps that are not positive or that go beyond the sphere.
@@ -84,7 +82,7 @@ pub fn speakers(
     Ok(best)
 }
 
-/// Whether a reading takes the place of the one held.
+/// Whether a reading replaces the current one of its direction.
 fn beats(reading: RangeReading, held: RangeReading) -> bool {
     reading.confidence > held.confidence
         || (reading.confidence == held.confidence && reading.range_m < held.range_m)
@@ -120,7 +118,7 @@ mod tests {
         Calibration::parse(text, Path::new("hand.toml"), None).unwrap()
     }
 
-    /// A map 5×3 with the claims given as (x, y, disparity, confidence).
+    /// A map 5×3 with estimates given as (x, y, disparity, confidence).
     fn map(claims: &[(usize, usize, f32, f32)]) -> DisparityMap {
         let mut map = DisparityMap {
             width: 5,
@@ -132,7 +130,7 @@ mod tests {
         for &(x, y, disparity, confidence) in claims {
             map.disparity[y * 5 + x] = disparity;
             map.confidence[y * 5 + x] = confidence;
-            // So much spread that λ of Eq. 3 is the confidence given.
+            // The spread for which λ of Eq. 3 is the given confidence.
             map.spread[y * 5 + x] = GRAIN_PX * (confidence.powi(-2) - 1.0).sqrt();
         }
         map
@@ -169,7 +167,7 @@ mod tests {
 
     #[test]
     fn no_claim_no_reading() {
-        // Nothing at all; a disparity of zero is at infinity.
+        // No estimate; a disparity of zero is at infinity.
         assert!(quadrants(&map(&[])).iter().all(Option::is_none));
         assert!(quadrants(&map(&[(2, 1, 0.0, 0.9)])).iter().all(Option::is_none));
     }

@@ -1,9 +1,9 @@
-//! What range readings say of the map: `models/line_of_sight.bp`, `models/range_code.bp` and
+//! The likelihood of range readings for the map: `models/line_of_sight.bp`, `models/range_code.bp` and
 //! `models/population_code.bp`, one ray for each direction.
 //!
-//! In: one reading, or none, for each direction; perhaps its population code, and what the map believes. Out: the
-//! likelihood of the readings for each cell, empty or occupied. Invariant: a direction without a reading says nothing:
-//! ones (paper: it is predicted, not estimated).
+//! In: for each direction a reading or none; optionally its population code, and the probabilities of the map. Out: the
+//! likelihood of the readings for each cell, empty or occupied. Invariant: the likelihood of a direction without a
+//! reading is one everywhere (paper: it is predicted, not estimated).
 
 use super::population::{Codes, Population, codes};
 use super::readings::Speaker;
@@ -15,14 +15,15 @@ use crate::map::{Likelihood, Map};
 use crate::programs::{line_of_sight, population_code, range_code};
 use serde::Serialize;
 
-/// How a direction is heard.
+/// The kind of evidence from a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Evidence {
-    /// The cell that one range falls in, with the deviation of the range.
+    /// The cell of one range, with the deviation of the range.
     #[default]
     Hard,
-    /// All cells, as Pearl's virtual evidence: by the whole population code, or by the deviation about one range.
+    /// A likelihood for all cells (Pearl's virtual evidence): the whole population code, or the normal distribution
+    /// about one range.
     Virtual,
 }
 
@@ -46,27 +47,27 @@ impl Hidden {
     }
 }
 
-/// What the other cells of a line of sight are taken for.
+/// The occupancy of the hidden cells of a line of sight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Hidden {
     /// Each is occupied with probability ½.
     #[default]
     Uniform,
-    /// As the map believes before it hears the reading.
+    /// With the probability in the map before the reading.
     Map,
 }
 
-/// How a frame is heard.
+/// The evidence of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Heard<'p> {
-    /// A reading, or a code, for each direction.
+    /// A reading or a code for each direction.
     pub evidence: Evidence,
-    /// What every pixel believes, for codes; without it they are made of each claim and its λ.
+    /// The posteriors of all pixels, for codes; without them a code is made of the estimate and its λ.
     pub population: Option<&'p Population>,
 }
 
-/// What one frame says of all directions.
+/// The readings of one frame in all directions.
 #[derive(Clone, Debug)]
 pub struct Glance {
     /// One for each direction `[φ][θ]`, or none.
@@ -76,9 +77,9 @@ pub struct Glance {
 }
 
 impl Glance {
-    /// What the pixels that speak say, as readings with the λ of Eq. 3, or as codes: then the code tells the spread, and
-    /// λ is that of the grain. σ_min is that of a disparity without doubt at a range of `nearest_m`: the grain of a
-    /// disparity is a fixed part of a pixel, which in metres grows with the square of the range (A20).
+    /// The selected pixels of each direction, as readings with the λ of Eq. 3, or as codes: then the code contains the
+    /// spread, and λ is that of the grain. σ_min is that of a disparity of confidence 1 at a range of `nearest_m`: the
+    /// grain of a disparity is a fixed part of a pixel, which in metres grows with the square of the range (A20).
     pub fn of(
         speakers: &[Option<Speaker>],
         map: &DisparityMap,
@@ -102,13 +103,13 @@ impl Glance {
         }
     }
 
-    /// Readings as they are, with the deviation `sigma_min_m / λ`.
+    /// Given readings, with the deviation `sigma_min_m / λ`.
     pub fn hard(readings: Vec<Option<RangeReading>>, sigma_min_m: f64) -> Self {
         Self { readings, codes: None, sigma_min_m }
     }
 }
 
-/// Readings made into likelihoods; keeps its buffers.
+/// Computes the likelihoods of readings; keeps its buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Sight {
     read: line_of_sight::reading::Answer<f32>,
@@ -117,9 +118,9 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// The likelihood of readings, one for each direction `[φ][θ]`, with the standard deviation `sigma_min / λ`
-    /// metres (Eq. 3): of the cell that each falls in, or spread over the cells about it. A reading beyond the grid is
-    /// "No Detection"; one nearer than it begins is in its first cell.
+    /// The likelihood of readings, one for each direction `[φ][θ]`, with the standard deviation `sigma_min / λ` metres
+    /// (Eq. 3): of the cell that contains each, or spread over the neighbouring cells. A reading beyond the grid is "No
+    /// Detection"; one in the gap is in the first cell.
     ///
     /// # Errors
     /// Numbers that the program refuses.
@@ -157,7 +158,8 @@ impl Sight {
         Ok(seen.spread(grid, readings.len(), answers))
     }
 
-    /// The likelihood of a glance, with the hidden cells occupied as the map `before` says, or each with probability ½.
+    /// The likelihood of a frame, with hidden cells occupied with the probabilities of the map `before`, or each with
+    /// probability ½.
     ///
     /// # Errors
     /// Numbers that the program refuses.
@@ -232,7 +234,7 @@ impl Seen {
         self.readings.iter().map(|reading| reading.range_m).collect()
     }
 
-    /// Answers of the rays, among all directions.
+    /// Distributes the answers of rays over all directions.
     fn spread(&self, grid: &Grid, directions: usize, answers: &[f32]) -> Likelihood {
         let mut likelihood = vec![1.0; 2 * grid.cells_rho() * directions];
         let planes = likelihood.chunks_exact_mut(directions.max(1));

@@ -1,7 +1,7 @@
-//! The embedded world: a furnished room around a head that turns but does not travel.
+//! The simulated world: a furnished room around a head that turns but does not move.
 //!
-//! In: a seed. Out: for any direction and time, how far the nearest surface is; for any point and time,
-//! whether it is inside something; where the sound comes from. The world knows nothing of the map;
+//! In: a random seed. Out: for any direction and time, the distance of the nearest surface; for any point and time,
+//! whether it is inside a solid; the position of the sound source. The world does not depend on the map;
 //! [`truth`](World::truth_state) only labels a grid's cells so that a map can be compared.
 //!
 //! Axes and angles are those of [`crate::frame`], with the head at the origin and yaw 0 looking along x;
@@ -25,20 +25,20 @@ use std::f64::consts::TAU;
 /// One piece of furniture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thing {
-    /// What a person would call it.
+    /// Its name.
     pub name: &'static str,
-    /// Where it is and how large.
+    /// Its shape and position.
     pub shape: Shape,
 }
 
-/// Someone who walks to and fro between two places, slowing down at both ends.
+/// A person who walks to and fro between two points, and slows down at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Walker {
     /// The two ends `[x, y]` in metres.
     pub ends: [[f64; 2]; 2],
     /// Time to go and come back, in seconds.
     pub period_s: f64,
-    /// Part of the period done at time 0.
+    /// Fraction of the period at time 0.
     pub phase: f64,
     /// Radius of the body in metres.
     pub radius_m: f64,
@@ -47,7 +47,7 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// The place `[x, y]` in metres at a time in seconds.
+    /// The position `[x, y]` in metres at a time in seconds.
     pub fn place(&self, time_s: f64) -> [f64; 2] {
         let share = 0.5 - 0.5 * (TAU * (time_s / self.period_s + self.phase)).cos();
         let [from, to] = self.ends;
@@ -59,17 +59,17 @@ impl Walker {
     }
 }
 
-/// A room, its furniture, someone who walks, and a loudspeaker.
+/// A room, its furniture, a walking person, and a loudspeaker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
     /// Two opposite corners of the room, `[min, max]`, each `[x, y, z]` in metres.
     pub room: [[f64; 3]; 2],
-    /// Everything that stands still.
+    /// The furniture.
     pub things: Vec<Thing>,
-    /// The one who moves.
+    /// The walking person.
     pub walker: Walker,
-    /// Where the sound comes from, `[x, y, z]` in metres: just inside the face of the loudspeaker that the
-    /// head sees.
+    /// The position of the sound source, `[x, y, z]` in metres: just inside the face of the loudspeaker that the head
+    /// sees.
     pub sound_source: [f64; 3],
 }
 
@@ -134,8 +134,7 @@ impl World {
             .fold(wall, f64::min)
     }
 
-    /// Whether the point `[x, y, z]` (metres) is inside something solid, or outside the room, at a time in
-    /// seconds.
+    /// Whether the point `[x, y, z]` (metres) is inside a solid, or outside the room, at a time in seconds.
     pub fn occupied(&self, point: [f64; 3], time_s: f64) -> bool {
         let inside = (0..3).all(|axis| (self.room[0][axis]..self.room[1][axis]).contains(&point[axis]));
         !inside
@@ -143,7 +142,7 @@ impl World {
             || self.things.iter().any(|thing| thing.shape.contains(point))
     }
 
-    /// Where the sound comes from, seen from a head turned by `yaw` radians (to the left).
+    /// The position of the sound source, from a head turned by `yaw` radians (to the left).
     pub fn source_from(&self, yaw: f64) -> Spherical {
         let source = Spherical::from_cartesian(self.sound_source);
         Spherical { azimuth: crate::frame::wrap_angle(source.azimuth - yaw), ..source }

@@ -33,7 +33,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The same solid `x` metres further ahead and `y` metres further to the left.
+    /// The solid displaced by `x` metres ahead and `y` metres to the left.
     pub fn moved(self, x: f64, y: f64) -> Shape {
         match self {
             Shape::Block { min, max } => {

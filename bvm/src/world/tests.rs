@@ -1,5 +1,4 @@
-//! The world and its senses against geometry: hand-computed hits, labels, cues, and noise that has the
-//! promised size.
+//! Tests of the world and its senses against geometry: hits computed by hand, labels, cues, and the size of the noise.
 
 use super::sensors::*;
 use super::*;
@@ -110,7 +109,7 @@ fn the_sound_comes_from_the_first_surface_towards_the_loudspeaker() {
 
 #[test]
 fn what_is_on_the_left_of_the_room_is_seen_and_heard_on_the_left() {
-    // The room as a person would describe it: cupboard and armchair on the left, table and loudspeaker on the right.
+    // The layout of the room: cupboard and armchair on the left, table and loudspeaker on the right.
     let world = World::embedded(1);
     let side = |name: &str| {
         let thing = world.things.iter().find(|thing| thing.name == name).unwrap();
@@ -124,7 +123,8 @@ fn what_is_on_the_left_of_the_room_is_seen_and_heard_on_the_left() {
         far.range(degrees(azimuth, 20.0), 0.0) * 20f64.to_radians().cos()
     };
     assert!((wall(90.0) - 2.7).abs() <= 0.2 && (wall(-90.0) - 3.5).abs() <= 0.2);
-    // The loudspeaker is on the right: the left ear is late and hears less. A head that turns to it hears it ahead.
+    // The loudspeaker is on the right: the sound is later and weaker at the left ear. After a turn towards it the sound
+    // is ahead.
     let source = world.source_from(0.0);
     let cues = cues_of(source);
     assert!(source.azimuth < 0.0 && cues.itd_s < -3e-4 && cues.ild_db.iter().all(|level| *level < 0.0));
@@ -178,7 +178,7 @@ fn depth_errors_grow_as_stereo_errors_do() {
     let grid =
         Grid::new(GridConfiguration { rho_max_m: 3.0, ..GridConfiguration::default_exploration() }).unwrap();
     let world = World::embedded(5);
-    // The head takes itself to be turned by a little less than it is.
+    // The estimated yaw is a little less than the true one.
     let (yaw, heading, pitch) = (2.5, Heading { yaw: 2.49 }, -0.2);
     let pose = Pose { yaw, heading, pitch };
     let (mut square, mut count, mut lost, mut beyond) = (0.0, 0.0, 0.0, 0);

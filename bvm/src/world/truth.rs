@@ -1,9 +1,9 @@
-//! What a perfect map of the world would say, in the cells of a grid.
+//! The true state of the cells of a grid.
 //!
-//! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage
-//! order, with azimuth 0 along the world's x (head yaw 0). Each direction is judged by the one ray through
-//! its centre, which is the ray that the simulated depth camera senses. Invariant: the labels along a line of
-//! sight read free ... free, surface, hidden ... hidden.
+//! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage order, with
+//! azimuth 0 along the world's x (head yaw 0). Each direction is represented by the ray through its centre, the ray of
+//! the simulated depth camera. Invariant: the labels along a line of sight read free ... free, surface, hidden ...
+//! hidden.
 
 use super::World;
 use crate::frame::Spherical;
@@ -12,21 +12,21 @@ use crate::grid::Grid;
 /// Thickness in metres at which [`World::plan`] draws the walls.
 pub const WALL_M: f64 = 0.12;
 
-/// What a cell truly is, seen from the head.
+/// The true state of a cell, seen from the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CellTruth {
     /// Nearer than the first surface on its line of sight: empty.
     Free,
     /// Holds the first surface on its line of sight: occupied.
     Surface,
-    /// Behind the first surface: nobody at the head can tell.
+    /// Behind the first surface: not visible from the head.
     Hidden,
 }
 
 impl World {
-    /// The shell (0-based) of the first surface along every direction; `None` where it is beyond the grid's
-    /// reach. A surface inside the egocentric gap counts for the first shell, as in equation 4 (`z` in `[0;
-    /// 1]`). Shape: `[elevation_cells][azimuth_cells]`.
+    /// The shell (0-based) of the first surface along every direction; `None` where it is beyond the grid's reach. A
+    /// surface inside the egocentric gap is in the first shell, as in equation 4 (`z` in `[0; 1]`). Shape:
+    /// `[elevation_cells][azimuth_cells]`.
     pub fn truth_first_hit(&self, grid: &Grid, time_s: f64) -> Vec<Option<usize>> {
         let gap = grid.edges_m()[0];
         grid.all_directions()
@@ -46,8 +46,8 @@ impl World {
             .collect()
     }
 
-    /// Whether the centre of every cell is inside something solid (or outside the room), hidden or not.
-    /// Shape: `[cells_rho][elevation_cells][azimuth_cells]`.
+    /// Whether the centre of every cell is inside a solid (or outside the room), hidden or not. Shape:
+    /// `[cells_rho][elevation_cells][azimuth_cells]`.
     pub fn truth_solid(&self, grid: &Grid, time_s: f64) -> Vec<bool> {
         (0..grid.cells())
             .filter_map(|index| grid.cell(index))
@@ -55,9 +55,8 @@ impl World {
             .collect()
     }
 
-    /// The floor plan that a person would draw, at the point `[x, y, z]` (metres) and time (seconds): 1 in
-    /// something solid, 0 where it is empty and in view of the head, 1/2 where it is empty but hidden, and
-    /// deeper than [`WALL_M`] in the walls.
+    /// The floor plan at the point `[x, y, z]` (metres) and time (seconds): 1 in a solid, 0 where it is empty and
+    /// visible from the head, 1/2 where it is empty but hidden, and deeper than [`WALL_M`] in the walls.
     pub fn plan(&self, point: [f64; 3], time_s: f64) -> f64 {
         let depth = (0..3)
             .map(|axis| (self.room[0][axis] - point[axis]).max(point[axis] - self.room[1][axis]))

@@ -1,6 +1,6 @@
-//! Calibration files of others: Middlebury `calib.txt`, KITTI `calib.txt`.
+//! Calibration files in the formats of Middlebury and KITTI (`calib.txt`).
 //!
-//! In: the text. Out: a [`Calibration`], or what is wrong with the text. The content decides which kind a file is.
+//! In: the text. Out: a [`Calibration`], or the error in the text. The format is detected from the content.
 //!
 //! ```text
 //! Middlebury   cam0=[f 0 cx; 0 f cy; 0 0 1]   cam1=[…]   doffs=…   baseline=… (mm)   ndisp=…
@@ -8,38 +8,37 @@
 //! ```
 //!
 //! A KITTI file does not bound the disparity: [`KITTI_DISPARITIES`] are searched. Its cameras 0 and 1 are grey, 2 and 3
-//! in colour; the folder of the left image (`image_0`, `image_00`) says which, else the colour cameras where the file
-//! has them.
-//! `doffs` must be what the two cameras say, and `width`, `height` and KITTI's `S_rect` those of the pictures.
-//! Invariant: a file either makes a checked calibration or an error with the file and the key.
+//! in colour; the folder of the left image (`image_0`, `image_00`) determines which pair is used; otherwise the colour
+//! cameras, if the file has them. `doffs` must agree with the two cameras, and `width`, `height` and KITTI's `S_rect`
+//! with the pictures. Invariant: a file gives either a checked calibration or an error with the file and the key.
 
 use super::{Calibration, checked};
 use crate::vision::VisionError;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Disparities that are searched where the file names no bound.
+/// Number of disparities to search if the file gives no bound.
 pub const KITTI_DISPARITIES: usize = 128;
 
-/// How far numbers that a file says twice may be apart, pixels: they are written with three decimals.
+/// Tolerance between redundant numbers of a file, pixels: they are written with three decimals.
 const TOLERANCE_PX: f64 = 0.05;
 
 fn wrong(path: &Path, key: &str, reason: impl Into<String>) -> VisionError {
     VisionError::CalibrationKey { path: path.to_path_buf(), key: key.to_string(), reason: reason.into() }
 }
 
-/// Whether this is a calibration of Middlebury's.
+/// Whether this is a Middlebury calibration.
 pub(super) fn is_middlebury(text: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with("cam0"))
 }
 
-/// Whether this is a calibration of KITTI's.
+/// Whether this is a KITTI calibration.
 pub(super) fn is_kitti(text: &str) -> bool {
     text.lines()
         .any(|line| ["P0:", "P2:", "P_rect_00:", "P_rect_02:"].iter().any(|key| line.starts_with(key)))
 }
 
-/// Numbers between blanks, brackets, commas and semicolons.
+/// Numbers separated by blanks, brackets, commas and semicolons.
 fn numbers(path: &Path, key: &str, text: &str) -> Result<Vec<f64>, VisionError> {
     let is_between = |character: char| character.is_whitespace() || "[];,".contains(character);
     let number = |word: &str| match word.parse::<f64>() {
@@ -69,7 +68,7 @@ pub(super) fn middlebury(text: &str, path: &Path) -> Result<Calibration, VisionE
         Err(wrong(path, key, format!("has {} numbers, expected {count}", found.len())))
     };
     let (left, right) = (several("cam0", 9)?, several("cam1", 9)?);
-    // Both are of one rectified pair.
+    // Both cameras belong to one rectified pair.
     for (at, name) in [(0, "focal length"), (5, "cy")] {
         if (left[at] - right[at]).abs() > TOLERANCE_PX {
             let reason = format!(
@@ -184,7 +183,7 @@ mod tests {
             other.contains("`height`") && other.contains("use the calibration of these pictures"),
             "{other}"
         );
-        // A file that is silent fits any picture; KITTI's may say it.
+        // A file without a size matches any picture; KITTI files may have one.
         let silent = MIDDLEBURY.replace("width=2964\nheight=1988\n", "");
         assert!(read(&silent, "").unwrap().check_pictures(Path::new(""), 5, 5).is_ok());
         let kitti = format!("S_rect_02: 1.242e+03 3.75e+02\n{KITTI}");

@@ -1,9 +1,9 @@
 //! The geometry of a rectified stereo pair, seen from its left camera.
 //!
-//! In: a TOML file with the keys `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px`
-//! (`doffs_px` is cx of the right camera minus cx of the left; whole disparities below `max_disparity_px` are
-//! searched), or a file of Middlebury's or KITTI's. Out: [`Calibration`], checked, which turns pixels and disparities
-//! into directions and ranges of the map's frame ([`crate::frame`]: to the left is positive):
+//! In: a TOML file with the keys `focal_px`, `cx_px`, `cy_px`, `baseline_m`, `doffs_px`, `max_disparity_px` (`doffs_px`
+//! is cx of the right camera minus cx of the left; whole disparities below `max_disparity_px` are searched), or a file
+//! of Middlebury or KITTI. Out: a checked [`Calibration`], which converts pixels and disparities to directions and
+//! ranges in the map's frame ([`crate::frame`]: positive to the left):
 //!
 //! ```text
 //! Z = f·B / (d + doffs)     X = (x − cx)·Z/f     Y = (y − cy)·Z/f      (Y points down, as rows do)
@@ -11,8 +11,8 @@
 //! σ_Z = Z²·σ_d / (f·B)      because |dZ/dd| = f·B/(d + doffs)² = Z²/(f·B)
 //! ```
 //!
-//! Invariant: every number is finite, focal length and baseline are positive, `max_disparity_px >= 1`; what a file says
-//! of the size of the pictures, and twice of their offset, is held to both.
+//! Invariant: every number is finite, focal length and baseline are positive, `max_disparity_px >= 1`; the size of the
+//! pictures and redundant offsets in the file are checked.
 
 use std::path::Path;
 
@@ -39,14 +39,14 @@ pub struct Calibration {
     baseline_m: f64,
     doffs_px: f64,
     max_disparity_px: usize,
-    /// Width and height of the pictures that it is of, pixels, where the file says so.
+    /// Width and height of the pictures, pixels, if the file contains them.
     #[serde(skip_serializing_if = "Option::is_none")]
     picture_px: Option<[usize; 2]>,
 }
 
 impl Calibration {
-    /// Reads and checks a calibration file: TOML, Middlebury's or KITTI's. The place of the left image tells which of
-    /// KITTI's cameras made it.
+    /// Reads and checks a calibration file: TOML, Middlebury or KITTI. The folder of the left image determines the
+    /// KITTI cameras.
     ///
     /// # Errors
     /// A file that cannot be read, is longer than 1 MiB, or has a key that is missing or impossible.
@@ -97,8 +97,8 @@ impl Calibration {
         }
     }
 
-    /// Whether this is the calibration of pictures of this size; `path` is only named in errors. A file that names no size
-    /// fits any.
+    /// Checks that the calibration is for pictures of this size; `path` is only named in errors. A file without a size
+    /// matches any.
     ///
     /// # Errors
     /// Another width or height, with the factor that lies between them if there is one.
@@ -131,7 +131,7 @@ impl Calibration {
         [right, down, 1.0]
     }
 
-    /// How many whole disparities to search, from 0.
+    /// Number of integer disparities to search, from 0.
     pub fn max_disparity_px(&self) -> usize {
         self.max_disparity_px
     }

@@ -1,7 +1,7 @@
-//! Two cameras as they are: undistorted and turned into a rectified pair.
+//! Raw cameras: removal of distortion, and rectification of a pair.
 //!
-//! In: two EuRoC `sensor.yaml` files (pinhole, radial–tangential) or the folder that holds them. Out: a
-//! [`RawPair`], which turns pictures into those of two ideal cameras side by side, and their [`Calibration`].
+//! In: two EuRoC `sensor.yaml` files (pinhole, radial–tangential) or the folder that holds them. Out: a [`RawPair`],
+//! which converts pictures to those of two ideal parallel cameras, and their [`Calibration`].
 //!
 //! ```text
 //! x = X/Z, y = Y/Z, r² = x² + y²                  (Brown 1966; the order k1 k2 p1 p2 k3 k4 k5 k6)
@@ -10,12 +10,12 @@
 //! q  = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶)
 //! ```
 //!
-//! EuRoC writes four coefficients; with five there is k3, with eight k4 k5 k6 too, in the order of OpenCV.
+//! EuRoC has four coefficients; a fifth is k3, and eight include k4 k5 k6, in the order of OpenCV.
 //!
-//! The ideal cameras look alike: right along the baseline; ahead as near to the mean of the two optical axes as a
-//! right angle to the baseline allows (Fusiello, Trucco and Verri 2000). Each ideal pixel looks up where the real
-//! camera saw its ray, between four pixels linearly.
-//! Invariant: an ideal pixel that the real camera did not see is told to be so.
+//! The two ideal cameras have the same orientation: X along the baseline; Z perpendicular to the baseline, as near as
+//! possible to the mean of the two optical axes (Fusiello, Trucco and Verri 2000). Each ideal pixel is interpolated
+//! bilinearly at the point where the real camera saw its ray. Invariant: ideal pixels that the real camera did not see
+//! are marked.
 
 use super::{Calibration, checked};
 use crate::input;
@@ -23,10 +23,10 @@ use crate::vision::{GreyImage, VisionError};
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3};
 use std::path::{Path, PathBuf};
 
-/// Disparities that are searched where no file names a bound.
+/// Number of disparities to search, since no file gives a bound.
 pub const RAW_DISPARITIES: usize = 96;
 
-/// The key of the coefficients of distortion, and how many of them are understood.
+/// The key of the distortion coefficients, and the supported numbers of coefficients.
 const DISTORTION: &str = "distortion_coefficients";
 const COUNTS: &str = "4 (k1 k2 p1 p2), 5 (and k3) or 8 (and k4 k5 k6)";
 
@@ -38,13 +38,13 @@ struct Camera {
     height: usize,
     /// fu, fv, cu, cv in pixels.
     intrinsics: [f64; 4],
-    /// k1, k2, p1, p2, k3, k4, k5, k6; 0 where the file has fewer.
+    /// k1, k2, p1, p2, k3, k4, k5, k6; 0 for those missing in the file.
     distortion: [f64; 8],
     /// From the camera's frame to the body's.
     pose: Matrix4<f64>,
 }
 
-/// A pair of cameras that is yet to be rectified.
+/// A pair of cameras before rectification.
 #[derive(Clone, Debug)]
 pub struct RawPair {
     cameras: [Camera; 2],
@@ -56,15 +56,15 @@ pub struct RawPair {
 /// A picture of an ideal camera.
 #[derive(Clone, Debug)]
 pub struct Rectified {
-    /// The picture; black where nothing was seen.
+    /// The picture; black where the real camera saw nothing.
     pub image: GreyImage,
     /// Whether the real camera saw each pixel.
     pub seen: Vec<bool>,
 }
 
 impl RawPair {
-    /// The pair that a path describes, if it describes one: a folder with `cam0` and `cam1` in it, or the left camera's
-    /// file, the right one's beside it.
+    /// The pair at a path, if there is one: a folder that contains `cam0` and `cam1`, or the left camera's file, with
+    /// the right one's beside it.
     ///
     /// # Errors
     /// A file that cannot be read, or with a key that is missing or impossible.
@@ -77,7 +77,8 @@ impl RawPair {
             match (beside(path, "cam0"), beside(path, "cam1")) {
                 (Some(left), Some(right)) => [left, right],
                 _ => {
-                    let reason = "the folder holds no `cam0/sensor.yaml` and `cam1/sensor.yaml`".to_string();
+                    let reason =
+                        "the folder does not contain `cam0/sensor.yaml` and `cam1/sensor.yaml`".to_string();
                     return Err(VisionError::CalibrationSyntax { path: path.to_path_buf(), reason });
                 }
             }
@@ -197,11 +198,11 @@ impl Camera {
             let list = list.ok_or_else(|| wrong(key, "missing".into()))?.trim_start();
             let inside =
                 list.strip_prefix('[').and_then(|list| list.split_once(']')).map(|(inside, _)| inside);
-            let inside = inside.ok_or_else(|| wrong(key, "is no list in brackets".into()))?;
+            let inside = inside.ok_or_else(|| wrong(key, "is not a list in brackets".into()))?;
             let parsed: Result<Vec<f64>, _> = inside.split(',').map(|word| word.trim().parse()).collect();
-            let found = parsed.map_err(|_| wrong(key, "holds what is no number".into()))?;
+            let found = parsed.map_err(|_| wrong(key, "contains an entry that is not a number".into()))?;
             match found.iter().find(|value: &&f64| !value.is_finite()) {
-                Some(value) => Err(wrong(key, format!("holds {value}, expected finite numbers"))),
+                Some(value) => Err(wrong(key, format!("contains {value}, expected finite numbers"))),
                 None => Ok(found),
             }
         };
@@ -321,7 +322,7 @@ mod tests {
                 ", 0, 0, 0, 0, 0, 0, 0, 0",
                 "has 12 numbers, with thin prisms or a tilt, which are not supported",
             ),
-            (", nan", "holds NaN, expected finite numbers"),
+            (", nan", "contains NaN, expected finite numbers"),
         ] {
             let message = with(more).unwrap_err().to_string();
             assert!(message.contains("`distortion_coefficients`") && message.contains(expected), "{message}");
@@ -342,7 +343,8 @@ mod tests {
             // Ideal frame, then the camera's, then the body's: the same whatever the camera.
             assert!((axes * (turn * far) - pair.to_body() * far).norm() < 1e-12);
         }
-        // Both axes count alike: the ideal pair looks half way, but across the baseline not at all.
+        // The optical axes have equal weight: the ideal pair points half way between them, perpendicular to the
+        // baseline.
         assert!((pair.to_body() * Vector3::z() - Vector3::z()).norm() < 1e-12);
     }
 
@@ -352,7 +354,7 @@ mod tests {
             ("pinhole", "omni", "`camera_model`: is `omni`, expected `pinhole`"),
             ("intrinsics", "intrinsic", "`intrinsics`: missing"),
             ("[9, 7]", "[9]", "`resolution`: has 1 numbers, expected 2"),
-            ("10.0, 4.0", "ten, 4.0", "`intrinsics`: holds what is no number"),
+            ("10.0, 4.0", "ten, 4.0", "`intrinsics`: contains an entry that is not a number"),
         ] {
             let text = yaml(0.0, 0.0).replace(good, bad);
             let message = Camera::parse(&text, Path::new("cam0.yaml")).unwrap_err().to_string();

@@ -1,36 +1,35 @@
-//! The claims that their neighbourhood does not support are withdrawn.
+//! Rejection of estimates without support from their neighbourhood.
 //!
-//! In: the claims of all pixels. Out: the same, fewer.
-//! - *Support*: over a small window, the disparities claimed must match, and most others clearly worse. Where the
-//!   picture is flat, saturated or mere noise they do not: there the chains only carried the surroundings inwards,
-//!   and nothing was measured.
-//! - *Speckles*: a patch of claims that hang together (neighbours differ by at most one pixel) and is small is
-//!   a chance match.
+//! In: the estimates of all pixels. Out: a subset of them.
+//! - *Support*: over a small window, the estimated disparities must match, and most others match clearly worse. In
+//!   untextured, saturated or noisy regions they do not: there the estimates only come from the surroundings by the
+//!   chain.
+//! - *Speckles*: a small connected patch of estimates (neighbours differ by at most one pixel) is a chance match.
 //!
-//! Invariant: no claim is added or changed.
+//! Invariant: no estimate is added or changed.
 
 use super::{DisparityMap, Support};
 
 /// Half the side of the window of support, pixels.
 const SUPPORT_RADIUS: usize = 3;
-/// Most that the claims may cost, on average.
+/// Most average cost of the estimates.
 const MOST_COST: i32 = 52;
-/// Least part of the disparities that must match clearly worse than the one claimed, in 255ths.
+/// Least share of the disparities that must match clearly worse than the estimate, in 255ths.
 const LEAST_WORSE: i32 = 153;
 /// Smallest patch that stays, pixels.
 const LEAST_PATCH: u32 = 150;
 /// Most disparity between neighbours of one patch, pixels.
 const PATCH_STEP: f32 = 1.0;
 
-/// Withdraws the claims whose window does not support them.
+/// Removes the estimates without support in their window.
 pub(super) fn drop_unsupported(map: &mut DisparityMap, support: &[Support]) {
     let (width, height) = (map.width, map.height);
-    // What each column of the window has to spare, in cost and in worse matches; beyond both ends of the row nothing.
+    // The margin of each column of the window, in cost and in worse matches; zero beyond the ends of the row.
     let mut columns = vec![[0i32; 2]; width + 2 * SUPPORT_RADIUS];
     let add = |columns: &mut [[i32; 2]], y: usize, sign: i32| {
         let row = &support[y * width..][..width];
         for (sums, Support { cost, worse }) in columns[SUPPORT_RADIUS..].iter_mut().zip(row) {
-            // No claim has no say.
+            // Pixels without an estimate do not count.
             let says = sign * i32::from(*cost != Support::NONE.cost);
             sums[0] += says * (MOST_COST - i32::from(*cost));
             sums[1] += says * (i32::from(*worse) - LEAST_WORSE);
@@ -53,11 +52,11 @@ pub(super) fn drop_unsupported(map: &mut DisparityMap, support: &[Support]) {
     }
 }
 
-/// Withdraws small patches.
+/// Removes small patches.
 pub(super) fn drop_speckles(map: &mut DisparityMap) {
     let width = map.width;
     let mut patches = Patches::default();
-    // For each pixel of a row, and of the one above, its run; none where nothing is claimed.
+    // For each pixel of a row, and of the one above, its run; none without an estimate.
     let [mut above, mut here] = [vec![NONE; width], vec![NONE; width]];
     let mut runs = Vec::new();
     for (y, row) in map.disparity.chunks_exact(width).enumerate() {
@@ -66,7 +65,7 @@ pub(super) fn drop_speckles(map: &mut DisparityMap) {
                 here[x] = NONE;
                 continue;
             }
-            // A run is a stretch of a row that hangs together.
+            // A run is a connected part of a row.
             if x == 0 || here[x - 1] == NONE || (row[x] - row[x - 1]).abs() > PATCH_STEP {
                 patches.parents.push(patches.parents.len() as u32);
                 runs.push((y * width + x, 0u32));
@@ -101,10 +100,10 @@ pub(super) fn drop_speckles(map: &mut DisparityMap) {
     }
 }
 
-/// Where there is no run.
+/// No run.
 const NONE: u32 = u32::MAX;
 
-/// Which runs hang together: each names one of its patch that comes earlier, or itself (Tarjan 1975).
+/// Union of connected runs: each refers to an earlier run of its patch, or to itself (Tarjan 1975).
 #[derive(Default)]
 struct Patches {
     parents: Vec<u32>,

@@ -1,12 +1,12 @@
-//! Values that are worked on side by side.
+//! Arrays of values for SIMD.
 //!
-//! In: arrays of [`LANES`] values. Out: the same, or their sum. An array of known length is a register, or a few, of any
-//! instruction set. Invariant: sums are made in one order, so every instruction set gives the same bits.
+//! In: arrays of [`LANES`] values. Out: the same, or their sum. An array of known length compiles to one or a few
+//! registers of any instruction set. Invariant: sums have a fixed order, so every instruction set gives the same bits.
 
 use nalgebra::RealField;
 use std::hint::black_box;
 
-/// Values side by side.
+/// An array of lanes.
 pub(super) const LANES: usize = 16;
 
 /// A function of two values, in each lane.
@@ -18,7 +18,7 @@ pub(super) fn both<T: Copy>(one: &[T; LANES], other: &[T; LANES], of: impl Fn(T,
 /// The sum of the lanes.
 #[inline(always)]
 pub(super) fn across<T: RealField + Copy>(lanes: [T; LANES]) -> T {
-    // The optimiser would rather mix the lanes inside the loop, to suit this sum; it must not see it.
+    // The call is hidden from the optimiser, which would otherwise shuffle the lanes inside the loop for this sum.
     let lanes = black_box(lanes);
     let eight: [T; 8] = std::array::from_fn(|lane| lanes[lane] + lanes[lane + 8]);
     let four: [T; 4] = std::array::from_fn(|lane| eight[lane] + eight[lane + 4]);

@@ -1,8 +1,8 @@
 //! Large buffers of bytes.
 //!
-//! In: a length. Out: so many zeros. New memory comes from the system page by page, at the first touch; for a
-//! buffer as large as all candidates of a pair that costs as much as what is computed into it. Linux is asked for large
-//! pages; where it has none, nothing else changes. Invariant: all bytes are zero.
+//! In: a length. Out: that many zeros. New memory is mapped page by page at the first access; for a buffer of all
+//! candidates of a pair that costs as much as the computation. Linux is asked for large pages; without them nothing
+//! else changes. Invariant: all bytes are zero.
 
 use memmap2::MmapMut;
 
@@ -15,7 +15,7 @@ pub(super) enum Bytes {
 impl Bytes {
     pub(super) fn zeros(length: usize) -> Self {
         let Ok(map) = MmapMut::map_anon(length.max(1)) else { return Self::Heap(vec![0; length]) };
-        // It is an advice: a system that does not take it is as right.
+        // The call is only a hint; ignoring it is correct.
         #[cfg(target_os = "linux")]
         let _ = map.advise(memmap2::Advice::HugePage);
         Self::Mapped(map)

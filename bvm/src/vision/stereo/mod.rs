@@ -1,11 +1,11 @@
-//! Dense stereo: the disparity of every pixel of the left view, with a confidence, or no claim.
+//! Dense stereo: the disparity of every pixel of the left view with a confidence, or no estimate.
 //!
-//! In: a rectified pair and the largest disparity to search. Out: [`DisparityMap`]. A point at column x of the
-//! left image is at column x − d of the right one; the whole disparities 0..most are searched, as many as the
-//! `numDisparities` of OpenCV or the `ndisp` of Middlebury. Two matchers, a folder each: Bayesian inference
-//! along scan lines, and coherence detection; then the claims that their neighbourhood does not support are withdrawn.
-//! Invariant: a pixel either claims a finite disparity with confidence in ]0, 1], or holds infinity with
-//! confidence 0; the result does not depend on the number of threads.
+//! In: a rectified pair and the largest disparity to search. Out: [`DisparityMap`]. A point at column x of the left
+//! image is at column x − d of the right one; the whole disparities 0..most are searched, as many as the
+//! `numDisparities` of OpenCV or the `ndisp` of Middlebury. Two matchers, a folder each: Bayesian inference along scan
+//! lines, and coherence detection; then estimates without support in their neighbourhood are removed. Invariant: a
+//! pixel has either a finite disparity with confidence in ]0, 1], or infinity with confidence 0; the result does not
+//! depend on the number of threads.
 
 mod clean;
 pub mod coherence;
@@ -23,10 +23,10 @@ use serde::Serialize;
 /// Most candidates (pixels × disparities) that are searched at once.
 pub const MAX_CANDIDATES: usize = 1 << 30;
 
-/// Least confidence of a claim.
+/// Least confidence of an estimate.
 const LEAST_CONFIDENCE: f32 = 0.2;
 
-/// How a pair is matched.
+/// The matching algorithm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Matcher {
@@ -44,18 +44,18 @@ pub struct DisparityMap {
     pub width: usize,
     /// Height, pixels.
     pub height: usize,
-    /// Disparity of each pixel, pixels, row by row; infinity where no claim is made.
+    /// Disparity of each pixel, pixels, row by row; infinity without an estimate.
     pub disparity: Vec<f32>,
-    /// Confidence λ of each pixel in ]0, 1]; 0 where no claim is made.
+    /// Confidence λ of each pixel in ]0, 1]; 0 without an estimate.
     pub confidence: Vec<f32>,
-    /// Standard deviation of what is believed of the disparity, pixels; infinity where no claim is made.
+    /// Standard deviation of what is believed of the disparity, pixels; infinity without an estimate.
     pub spread: Vec<f32>,
 }
 
-/// What a pixel says before its neighbours have been asked.
+/// The estimate of a pixel before the rejection step.
 #[derive(Clone, Copy, Debug)]
 struct Claim {
-    /// The whole disparity that is believed most.
+    /// The most probable integer disparity.
     winner: u16,
     /// Disparity, pixels.
     disparity: f32,
@@ -63,21 +63,21 @@ struct Claim {
     confidence: f32,
     /// Standard deviation, pixels.
     spread: f32,
-    /// How the pixel itself matches.
+    /// The quality of the match of the pixel itself.
     support: Support,
 }
 
-/// How a pixel matches at the disparity that it claims.
+/// The quality of a match at the estimated disparity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Support {
     /// Its cost there.
     cost: u8,
-    /// Part of the disparities that the right image shows which match clearly worse, in 255ths.
+    /// Share of the disparities in the right image that match clearly worse, in 255ths.
     worse: u8,
 }
 
 impl Support {
-    /// Of no claim.
+    /// No estimate.
     const NONE: Self = Self { cost: u8::MAX, worse: 0 };
 }
 
@@ -85,7 +85,7 @@ impl Support {
 pub const GRAIN_PX: f32 = 0.2;
 
 impl DisparityMap {
-    /// A map without claims.
+    /// A map without estimates.
     fn silent(width: usize, height: usize) -> Self {
         let count = width * height;
         Self {
@@ -97,26 +97,26 @@ impl DisparityMap {
         }
     }
 
-    /// Takes a pixel's claim back.
+    /// Removes the estimate of a pixel.
     pub fn withdraw(&mut self, at: usize) {
         self.disparity[at] = f32::INFINITY;
         self.confidence[at] = 0.0;
         self.spread[at] = f32::INFINITY;
     }
 
-    /// Standard deviation of a pixel's disparity, pixels: the spread of what is believed, and the grain.
+    /// Standard deviation of a pixel's disparity, pixels: the spread of the posterior, and the grain.
     pub fn sigma_px(&self, at: usize) -> f32 {
         self.spread[at].hypot(GRAIN_PX)
     }
 
-    /// Part of the pixels that make a claim, 0..=1.
+    /// Share of the pixels with an estimate, 0..=1.
     pub fn density(&self) -> f64 {
         let claims = self.confidence.iter().filter(|&&confidence| confidence > 0.0).count();
         claims as f64 / self.confidence.len().max(1) as f64
     }
 }
 
-/// Matches a rectified pair over the whole disparities `0..max_disparity`, pixels, and what lies between them.
+/// Matches a rectified pair over the integer disparities `0..max_disparity`, pixels, with interpolation between them.
 pub fn match_pair(
     left: &GreyImage,
     right: &GreyImage,
@@ -126,7 +126,7 @@ pub fn match_pair(
     matched(left, right, max_disparity, matcher, None)
 }
 
-/// [`match_pair`], and what every pixel believes of its disparity; `None` of a matcher that has no posterior.
+/// [`match_pair`], and the posterior of every pixel; `None` for a matcher without a posterior.
 pub fn match_pair_with_population(
     left: &GreyImage,
     right: &GreyImage,
@@ -148,7 +148,7 @@ fn matched(
 ) -> Result<DisparityMap, VisionError> {
     let Levels { width, count: levels } = checked_levels(left, right, max_disparity)?;
     let (left, right) = alike(left, right);
-    // Once into the pool, rather than for each row.
+    // Enter the thread pool once, rather than for each row.
     let mut map = rayon::scope(|_| match matcher {
         Matcher::Scanline => scanline::claims(&left, &right, width, levels, kept),
         Matcher::Coherence => coherence::detect(&left, &right, width, levels).left_claims(),
@@ -197,7 +197,7 @@ fn alike(left: &GreyImage, right: &GreyImage) -> (Vec<u8>, Vec<u8>) {
     };
     let (left, mut right) = (whole(left), whole(right));
     let ((left_mean, left_deviation), (right_mean, right_deviation)) = (moments(&left), moments(&right));
-    // A picture of one grey has no gain.
+    // A picture with a single grey level has no gain.
     let gain =
         if right_deviation > 0.0 && left_deviation > 0.0 { left_deviation / right_deviation } else { 1.0 };
     let turned: [u8; 256] =

@@ -1,10 +1,10 @@
 //! A depth camera with the error of a stereo pair.
 //!
-//! In: the world, the grid, where the camera points. Out: for every direction of the grid one reading or none, along
-//! the ray through its centre as far as the head knows how it is turned. For rectified parallel cameras `Z = f B / delta`, so that a disparity
-//! error `sigma_delta` gives `sigma_Z = Z^2 sigma_delta / (f B)`, and along the ray `sigma_rho = sigma_Z rho
-//! / Z`. The confidence is `lambda = sigma_min / sigma_rho`, so that equation 3's `sigma_rho = sigma_min /
-//! lambda` gives the error back. Invariant: a confidence is in `]0; 1]`.
+//! In: the world, the grid, the pose of the camera. Out: for every direction of the grid one reading or none, along the
+//! ray through its centre for the estimated yaw. For rectified parallel cameras `Z = f B / delta`, so that a disparity
+//! error `sigma_delta` gives `sigma_Z = Z^2 sigma_delta / (f B)`, and along the ray `sigma_rho = sigma_Z rho / Z`. The
+//! confidence is `lambda = sigma_min / sigma_rho`, so that equation 3's `sigma_rho = sigma_min / lambda` gives the
+//! error back. Invariant: a confidence is in `]0; 1]`.
 
 use crate::frame::unit_vector;
 use crate::grid::Grid;
@@ -46,14 +46,14 @@ impl Default for DepthCamera {
     }
 }
 
-/// How the head is held.
+/// The pose of the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// How far it is truly turned, radians to the left.
+    /// True yaw, radians to the left.
     pub yaw: f64,
-    /// How far it takes itself to be turned: by this the rays are chosen that pass through the centres of cells.
+    /// Estimated yaw: it determines the rays through the centres of cells.
     pub heading: Heading,
-    /// How far the camera is tilted, radians upwards.
+    /// Tilt of the camera, radians upwards.
     pub pitch: f64,
 }
 
@@ -78,10 +78,10 @@ impl DepthCamera {
         (ahead > 0.0 && y.abs() <= reach[0] && up.abs() <= reach[1]).then_some(ahead)
     }
 
-    /// One look, at a time in seconds. Out: one entry for each direction of the grid, `[elevation_cells][azimuth_cells]`:
-    /// what the ray through its centre reads. The ray is exact to the fraction of a column, but for the error of
-    /// `pose.heading`. `None` outside the field of view and where the reading was lost. A surface beyond the grid's
-    /// reach is reported at its distance, not dropped.
+    /// One look, at a time in seconds. Out: one entry for each direction of the grid,
+    /// `[elevation_cells][azimuth_cells]`: the reading along the ray through its centre. The ray is exact to the
+    /// fraction of a column, except for the error of `pose.heading`. `None` outside the field of view and where the
+    /// reading was lost. A surface beyond the grid's reach is reported at its distance, not dropped.
     pub fn look(
         &self,
         world: &World,

@@ -1,14 +1,14 @@
 //! Two ears on a rigid sphere.
 //!
-//! In: where a sound is, seen from the head. Out: how much earlier (ITD, seconds) and how much louder (ILD,
-//! decibels, one for each frequency channel) it is at the left ear. With the lateral angle `theta_l =
-//! asin(sin(azimuth) cos(elevation))`, positive to the left as azimuth is:
+//! In: the position of a sound relative to the head. Out: the interaural time difference (ITD, the lead of the left ear
+//! in seconds) and level differences (ILD, the excess at the left ear in decibels, one for each frequency channel).
+//! With the lateral angle `theta_l = asin(sin(azimuth) cos(elevation))`, positive to the left as azimuth is:
 //!
 //! - `ITD = (a / c) (theta_l + sin theta_l)` (Woodworth 1938): 0.656 ms at most; the same in front and
 //!   behind;
-//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_right / r_left)`: a head shadow that grows with
-//!   frequency (Van Opstal 2016), and spherical spreading from the two ears, which tells near from far
-//!   (Shinn-Cunningham 2000).
+//! - `ILD_k = 0.18 sqrt(f_k) sin theta_l + 20 log10(r_right / r_left)`: a head shadow that grows with frequency (Van
+//!   Opstal 2016), and spherical spreading from the two ears, which distinguishes near from far (Shinn-Cunningham
+//!   2000).
 //!
 //! Invariant: mirroring the source left to right changes the sign of every cue.
 
@@ -53,7 +53,7 @@ pub fn cues_of(source: Spherical) -> Cues {
     }
 }
 
-/// How well the ears hear.
+/// The noise of the ears.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ears {
     /// Standard deviation of the time difference in seconds.
@@ -72,8 +72,8 @@ impl Default for Ears {
 }
 
 impl Ears {
-    /// What a head turned by `yaw` radians hears of the world's loudspeaker; `None` when it is silent. The
-    /// loudspeaker stands still, so that time only matters through the generator.
+    /// The cues of the world's loudspeaker for a head turned by `yaw` radians; `None` if it is silent. The loudspeaker
+    /// does not move, so that the time only matters through the random generator.
     pub fn hear(&self, world: &World, yaw: f64, random: &mut impl Rng) -> Option<Cues> {
         let silent: f64 = StandardUniform.sample(random);
         let exact = cues_of(world.source_from(yaw));

@@ -1,4 +1,4 @@
-//! A gyroscope about the vertical (z, upwards), and the turns that it measures: to the left is positive.
+//! A gyroscope about the vertical (z, upwards), and the turns that it measures, positive to the left.
 //!
 //! In: an angle to turn by (radians) and a sampling time (seconds). Out: yaw rates (radians per second) along
 //! a raised cosine, `rate(t) = (angle / T) (1 - cos(2 pi t / T))`, which starts and ends at rest; the
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 const MEAN_RATE: f64 = 1.0;
 /// Shortest turn in seconds.
 const SHORTEST_S: f64 = 0.2;
-/// Most samples in one turn; a finer sampling time than this allows is a mistake, and gives no turn.
+/// Most samples in one turn; a smaller sampling time gives no turn.
 const MOST_SAMPLES: f64 = 1e7;
 
 /// The yaw rates in radians per second of a turn by `angle` radians, one for each `dt` seconds (0.01 for 100

@@ -1,9 +1,8 @@
-//! The senses of the simulated head: sight (a stereo-like depth camera), hearing (two ears on a sphere) and
-//! balance (a gyroscope).
+//! The senses of the simulated head: vision (a stereo-like depth camera), hearing (two ears on a sphere) and balance (a
+//! gyroscope).
 //!
-//! In: the world, where the head points, a time and a seeded generator. Out: readings with noise, as the real
-//! organs would give them and never the truth. Invariant: the same seed and the same calls give the same
-//! readings.
+//! In: the world, the pose of the head, a time and a seeded random generator. Out: noisy readings. Invariant: the same
+//! random seed and the same calls give the same readings.
 //!
 //! Frame: that of [`crate::frame`]. Azimuth relative to the head is world azimuth minus yaw, wrapped; yaw leaves
 //! elevation alone. The camera's pitch moves what the camera sees, not the frame of what it reports.

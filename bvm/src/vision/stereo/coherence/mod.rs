@@ -1,9 +1,9 @@
-//! Coherence detection: many poor disparity estimates, of which the true ones agree.
+//! Coherence detection: many imprecise disparity estimates, of which the correct ones agree.
 //!
-//! In: a rectified pair in whole grey levels. Out: [`Cyclopean`], the disparity, the verification count and the
-//! picture of an eye half way between, and the claims of the left view. Three spatial scales, each half as fine as
-//! the one before, are in one stack: of the coherent classes of a direction the largest speaks; where those
-//! of other scales agree with it they are one class, and the finest says the disparity. With N the number of units,
+//! In: a rectified pair in whole grey levels. Out: [`Cyclopean`], the disparity, the verification count and the picture
+//! of an eye half way between the cameras, and the estimates of the left view. Three spatial scales, each half as fine
+//! as the previous one, form one stack. The largest coherent class of a direction wins; classes of other scales that
+//! agree are merged with it, and the finest gives the disparity. With N the number of units,
 //!
 //! ```text
 //! λ = N(largest coherent class) / N(stack)        I_c(x) = ½ [I_L(x + d/2) + I_R(x − d/2)]
@@ -19,21 +19,21 @@ use crate::vision::{GreyImage, VisionError};
 use pulp::{Arch, Simd, WithSimd};
 use stack::{Classes, classes};
 
-/// How far, in pixels of the coarser scale, the classes of two scales may be apart and still agree.
+/// Tolerance, in pixels of the coarser scale, within which classes of two scales agree.
 const AGREE: f32 = 0.6;
 /// Spatial scales.
 const SCALES: usize = 3;
-/// Fewest units of a class that makes a claim.
+/// Least number of units of a class with an estimate.
 const LEAST_UNITS: f32 = 6.0;
 
-/// Claims to either side that are asked whether they see the same surface, and pixels from one to the next: twice as
-/// far as the windows of the finest scale reach.
+/// Number of estimates to either side that are compared, and their spacing in pixels: twice the reach of the finest
+/// scale's windows.
 const NEIGHBOURS: usize = 3;
 const STRIDE: usize = 2;
-/// Most difference of two claims of one surface, pixels.
+/// Largest difference between two estimates of one surface, pixels.
 const SAME_SURFACE: f32 = 1.0;
 
-/// What an eye half way between the two would see.
+/// The view of an eye half way between the cameras.
 #[derive(Clone, Debug)]
 pub struct Cyclopean {
     /// Width, pixels.
@@ -81,7 +81,7 @@ pub(super) fn detect(left: &[u8], right: &[u8], width: usize, levels: usize) -> 
     found
 }
 
-/// Some directions, of which the classes of each scale are known.
+/// Some directions, with the known classes of each scale.
 struct Directions<'d> {
     rows: &'d [[Vec<f32>; 2]; SCALES],
     units: f32,
@@ -99,10 +99,10 @@ impl WithSimd for Directions<'_> {
         let rows = self.rows.each_ref().map(|[disparity, members]| (&disparity[..width], &members[..width]));
         for (x, (disparity, verification)) in self.disparity.iter_mut().zip(self.verification).enumerate() {
             let told: [(f32, f32); SCALES] = rows.map(|(disparity, members)| (disparity[x], members[x]));
-            // The largest class; of equals the finest.
+            // The largest class; among equals the finest.
             let larger = |held: (f32, f32), told: &(f32, f32)| if told.1 > held.1 { *told } else { held };
             let (best, _) = told[1..].iter().fold(told[0], larger);
-            // Those that agree with it are one class with it; the finest of them says the disparity.
+            // Classes that agree are merged with it; the finest gives the disparity.
             let (mut total, mut finest) = (0.0, best);
             for scale in (0..SCALES).rev() {
                 let (disparity, members) = told[scale];
@@ -117,7 +117,7 @@ impl WithSimd for Directions<'_> {
     }
 }
 
-/// What the eye half way between sees of a rectified pair, with the disparities `0..max_disparity` (pixels).
+/// The view half way between the cameras of a rectified pair, with the disparities `0..max_disparity` (pixels).
 ///
 /// # Errors
 /// Those of [`super::match_pair`].
@@ -150,8 +150,8 @@ impl Cyclopean {
         self.disparity.iter().enumerate().map(fused).collect()
     }
 
-    /// The claims of the left view: each direction is seen half its disparity to the right; of two on one pixel the
-    /// nearer hides the other; a pixel between two of one surface belongs to it.
+    /// The estimates of the left view: each direction is half its disparity to the right; of two on one pixel the
+    /// nearer occludes the other; a pixel between two of one surface belongs to it.
     pub(super) fn left_claims(&self) -> DisparityMap {
         let width = self.width;
         let mut map = DisparityMap::silent(width, self.disparity.len() / width.max(1));
@@ -163,7 +163,7 @@ impl Cyclopean {
                     continue;
                 }
                 let place = x as f32 + 0.25 + disparity / 2.0;
-                // Places are not negative: a conversion rounds down.
+                // Positions are not negative: the conversion rounds down.
                 let from = match before {
                     Some((seen, other)) if (disparity - other).abs() <= 1.0 && place - seen < 2.0 => {
                         let whole = seen as usize;
@@ -187,14 +187,14 @@ impl Cyclopean {
     }
 }
 
-/// λ of each claim, times the part of its surroundings that claims the same surface. Over the border of a near
-/// surface the windows of its units, at the coarse scales most of all, still answer alike: λ is high there, and wrong.
+/// λ of each estimate, times the share of its surroundings on the same surface. Across the border of a near surface the
+/// windows of its units, at the coarse scales most of all, still agree: the count is high there, and wrong.
 fn supported(map: &DisparityMap) -> Vec<f32> {
     let (width, height) = (map.width, map.height);
     let mut confidence = map.confidence.clone();
     let reach = NEIGHBOURS * STRIDE;
     let offsets = || (0..=2 * reach).step_by(STRIDE);
-    // Rows with nothing beyond both ends.
+    // Rows padded beyond both ends.
     let mut padded = vec![f32::INFINITY; (width + 2 * reach) * height];
     for (padded, row) in padded.chunks_exact_mut(width + 2 * reach).zip(map.disparity.chunks_exact(width)) {
         padded[reach..][..width].copy_from_slice(row);
@@ -216,7 +216,7 @@ fn supported(map: &DisparityMap) -> Vec<f32> {
     confidence
 }
 
-/// Counts the claims of a row, a few places to either side, that agree with each of another.
+/// Counts the estimates of a row, a few positions to either side, that agree with each of another.
 struct Agree<'a> {
     agree: &'a mut [f32],
     own: &'a [f32],
@@ -232,7 +232,7 @@ impl WithSimd for Agree<'_> {
             std::array::from_fn(|at| &self.others[at * STRIDE..][..self.own.len()]);
         for (x, (agree, own)) in self.agree.iter_mut().zip(self.own).enumerate() {
             for other in others {
-                // Infinity less infinity is not a number, and agrees with nothing.
+                // Infinity minus infinity is NaN, which agrees with nothing.
                 *agree += if (own - other[x]).abs() <= SAME_SURFACE { 1.0 } else { 0.0 };
             }
         }

@@ -1,17 +1,17 @@
 //! One spatial scale of the stack: layers of disparity units, and their largest coherent class.
 //!
-//! In: a pair in whole grey levels. Out: [`Classes`]: for each cyclopean direction how many units agree, and on what.
-//! Layer s sees the left picture shifted by ⌈s/2⌉ pixels and the right one by ⌊s/2⌋ the other way. Its unit estimates
-//! by least squares over a small window w
+//! In: a pair in whole grey levels. Out: [`Classes`]: for each cyclopean direction the number of units that agree, and
+//! their disparity. Layer s sees the left picture shifted by ⌈s/2⌉ pixels and the right one by ⌊s/2⌋ the other way. Its
+//! unit estimates by least squares over a small window w
 //!
 //! ```text
 //! d_s = s + Σ_w (I_R − I_L) ∂Ī / Σ_w (∂Ī)²,      Ī = ½ (I_L + I_R)
 //! ```
 //!
-//! which is right while the rest is within the working range of the unit, less than half the shortest wavelength, and
-//! random beyond. Neighbouring layers whose estimates differ by less than ε are coherent; a class is a chain of such
-//! neighbours, and its mean is read out.
-//! Invariant: sums are whole numbers, so a running sum is exact and the result does not depend on the threads.
+//! which is correct if the residual disparity is within the working range of the unit, less than half the shortest
+//! wavelength, and random otherwise. Neighbouring layers whose estimates differ by less than ε are coherent; a class is
+//! a chain of such neighbours, and its mean is the estimate. Invariant: sums are integers, so a running sum is exact
+//! and the result does not depend on the threads.
 
 use super::super::lanes::{LANES, both};
 use pulp::{Arch, Simd, WithSimd};
@@ -21,9 +21,9 @@ use rayon::prelude::*;
 pub(super) const COHERENT: f32 = 0.3;
 /// Half the side of the window, pixels.
 const RADIUS: usize = 3;
-/// Least mean square of the slope of intensity, grey levels per pixel squared, that a unit answers to.
+/// Least mean square of the gradient of intensity for a valid unit, grey levels per pixel squared.
 const LEAST_SLOPE: f32 = 0.5;
-/// Farthest that a unit's own answer may be from its layer, pixels.
+/// Largest distance of a unit's estimate from its layer, pixels.
 const RANGE: f32 = 2.5;
 /// Rows that a thread takes at once.
 const BAND: usize = 96;
@@ -152,7 +152,7 @@ impl WithSimd for Row<'_> {
     }
 }
 
-/// The window goes on: a row comes into it, and one leaves it.
+/// The window moves: one row enters, one leaves.
 struct Slide<'p> {
     pictures: &'p [Picture; 2],
     width: usize,
@@ -177,7 +177,7 @@ impl WithSimd for Slide<'_> {
 }
 
 impl<'p> Slide<'p> {
-    /// Adds a row to the sums, or takes it away.
+    /// Adds a row to the sums, or subtracts it.
     #[inline(always)]
     fn add<const SIGN: i32>(&mut self, y: usize) {
         for layer in 0..self.layers.min(self.width) {
@@ -191,7 +191,7 @@ impl<'p> Slide<'p> {
         }
     }
 
-    /// Adds one row and takes another away: the sums pass through the caches once.
+    /// Adds one row and subtracts another: the sums pass through the caches once.
     #[inline(always)]
     fn exchange(&mut self, [come, gone]: [usize; 2]) {
         for layer in 0..self.layers.min(self.width) {
@@ -206,7 +206,8 @@ impl<'p> Slide<'p> {
         }
     }
 
-    /// What a layer sees of a row: intensities and slopes of the left picture, and of the right one, as many of each.
+    /// The part of a row that a layer uses: intensities and gradients of the left picture, and as many of the right
+    /// one.
     #[inline(always)]
     fn seen(&self, y: usize, layer: usize) -> [(&'p [i16], &'p [i16]); 2] {
         let own = y * self.width..(y + 1) * self.width;
@@ -258,7 +259,7 @@ fn largest_class(sums: &Sums, layers: usize, x: usize, found: &mut ([f32; LANES]
         let products = window_sums(&sums.products[window.clone()]);
         let squares = window_sums(&sums.squares[window]);
         let rest = both(&products, &squares, |product, square| 4.0 * product / square.max(1.0));
-        // What does not answer is not a number, and coherent with nothing.
+        // An invalid unit is NaN, and coherent with nothing.
         let estimate = both(&rest, &squares, |rest, square| {
             if (square >= least) & (rest.abs() <= RANGE) { layer as f32 + rest } else { f32::NAN }
         });
@@ -267,7 +268,7 @@ fn largest_class(sums: &Sums, layers: usize, x: usize, found: &mut ([f32; LANES]
         let linked = both(&count, &apart, |count, apart| if apart < COHERENT { count } else { 0.0 });
         sum = both(&carried, &estimate, |sum, estimate| sum + estimate);
         count = linked.map(|count| count + 1.0);
-        // A single unit agrees with nobody.
+        // A single unit has no agreement.
         let gain = both(&count, &best_count, |count, best| if count > best.max(1.0) { 1.0 } else { 0.0 });
         best_sum = std::array::from_fn(|lane| if gain[lane] > 0.0 { sum[lane] } else { best_sum[lane] });
         best_count =

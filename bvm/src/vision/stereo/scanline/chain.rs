@@ -1,17 +1,17 @@
 //! One step along a chain of disparities, the recurrence of `models/scanline.bp`.
 //!
-//! In: what is believed of a pixel (not yet normalised), and the probability that the surface ends before the next
-//! one. Out: what it predicts of the next pixel. With a(d) the belief, A its sum, j the probability of a jump, s that
-//! of one disparity up (and down), and n disparities,
+//! In: the unnormalised message of a pixel, and the probability that the surface ends before the next one. Out: the
+//! prediction for the next pixel. With a(d) the message, A its sum, j the probability of a jump, s that of one
+//! disparity up (and down), and n disparities,
 //!
 //! ```text
 //! m(d) = (1 − j) · [(1 − 2s) a(d) + s a(d − 1) + s a(d + 1)] / A + j / n,      a(−1) = a(0), a(n) = a(n − 1)
 //! ```
 //!
-//! which is Σ_i P(D = d | D^-1 = i) a(i) / A in O(n) rather than O(n²): all jumps land alike, and all else is
-//! next to where it was. The matrix is symmetric, so the step backward is the same. A forward pass, a backward pass
-//! and the evidence of the pixel itself make the exact posterior of a line (Baum et al. 1970).
-//! Invariant: sums are made in sixteen lanes in one order, so every instruction set gives the same bits.
+//! which is Σ_i P(D = d | D^-1 = i) a(i) / A in O(n) rather than O(n²): the disparity after a jump is uniform, and
+//! without a jump it changes by at most one. The matrix is symmetric, so the step backward is the same. A forward pass,
+//! a backward pass and the evidence of the pixel itself make the exact posterior of a line (Baum et al. 1970).
+//! Invariant: sums are in sixteen lanes in a fixed order, so every instruction set gives the same bits.
 
 use super::super::lanes::{LANES, across, both};
 use nalgebra::{RealField, convert};
@@ -28,17 +28,17 @@ impl<T: RealField + Copy> Step<T> {
         Self { levels, slant: convert(slant) }
     }
 
-    /// Length of a belief or a message: the disparities, filled up to whole lanes with zeros.
+    /// Length of a message: the disparities, padded with zeros to whole vectors.
     pub(super) fn stride(&self) -> usize {
         self.levels.next_multiple_of(LANES)
     }
 
-    /// Length of a [`Step::carry`]: a belief with a neighbour on either side.
+    /// Length of [`Step::carry`]: a message with a neighbour on either side.
     pub(super) fn carried(&self) -> usize {
         self.stride() + 2
     }
 
-    /// Where nothing came before, all disparities are alike.
+    /// The first pixel has a uniform message.
     #[inline(always)]
     pub(super) fn begin(&self, message: &mut [T]) {
         message.fill(T::one() / convert(self.levels as f64));
@@ -129,7 +129,7 @@ mod tests {
         (costs, (0..count).map(|_| below(256) as f64).collect())
     }
 
-    /// What the program itself says, by the interpreter's forward and backward pass over its own matrices.
+    /// The answer of the program, by the interpreter's forward and backward pass over its own matrices.
     fn asked(levels: usize, costs: &[f64], contrasts: &[f64]) -> Vec<f64> {
         let model = scanline::model();
         let (_, question) = model.questions.iter().next().unwrap();
@@ -163,7 +163,7 @@ mod tests {
             for (found, expected) in found.iter().zip(&expected) {
                 assert!((found - expected).abs() < 1e-9, "{levels} levels: {found} is not {expected}");
             }
-            // The same in the precision that pictures are matched in.
+            // The same in the precision of the matcher.
             let single: Vec<f32> = evidence.iter().map(|value| *value as f32).collect();
             let jumps: Vec<f32> = jumps.iter().map(|jump| *jump as f32).collect();
             let single = posterior(Step::new(levels, law.slant), &single, &jumps);

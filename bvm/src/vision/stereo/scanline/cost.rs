@@ -1,4 +1,4 @@
-//! How badly each pixel matches at each disparity: `Cost[k]` of `models/scanline.bp`.
+//! The matching cost of each pixel at each disparity: `Cost[k]` of `models/scanline.bp`.
 //!
 //! In: a rectified pair in whole grey levels. Out: [`Costs`], 0..=157, index `(y * width + x) * stride + d`. Each
 //! pixel becomes a census word of 24 bits, one for each neighbour in a 5×5 window, set where the neighbour is darker.
@@ -9,11 +9,11 @@
 //! e = 5 h + min(|ΔI|, 20)        cost = ⌊Σ_{3×3} e / 8⌋
 //! ```
 //!
-//! The census does not mind gain and offset between the cameras; the intensity tells apart what has the same order,
-//! and cannot outweigh four bits. A candidate outside the right image costs [`UNSEEN`]: better than chance, worse
-//! than a match.
-//! Invariant: rows do not depend on how they are shared among threads; the fill of the stride is not defined.
-//! Reference: Zabih and Woodfill, Non-parametric local transforms for computing visual correspondence, ECCV 1994.
+//! The census is invariant to gain and offset of the cameras; the intensity distinguishes pixels with the same order,
+//! and weighs at most four bits. A candidate outside the right image costs [`UNSEEN`]: less than a random match, more
+//! than a correct one. Invariant: rows do not depend on their distribution among threads; the fill of the stride is not
+//! defined. Reference: Zabih and Woodfill, Non-parametric local transforms for computing visual correspondence, ECCV
+//! 1994.
 
 use super::super::memory::Bytes;
 use pulp::{Arch, Simd, WithSimd};

@@ -1,7 +1,7 @@
-//! The law of `models/scanline.bp`, as numbers.
+//! The parameters of `models/scanline.bp`, as numbers.
 //!
-//! In: the program's parameters. Out: the likelihood of a cost at the pixel's own disparity, up to a factor that all
-//! disparities share, and the probability of a jump. All other costs are uniform and say nothing:
+//! In: the program's parameters. Out: the likelihood of a cost at the true disparity, up to a factor common to all
+//! disparities, and the probability of a jump. All other costs are uniform and uninformative:
 //!
 //! ```text
 //! P(Cost | D = d) ∝ (1 − hidden) · beta · e^(−beta c) · largest + hidden ∝ e^(−beta c) + floor,    c = Cost[d]
@@ -52,7 +52,7 @@ impl Law {
     /// a number, times the polynomial that fits 2^f for −½ ≤ f ≤ ½.
     #[inline(always)]
     pub(super) fn likelihoods(&self, costs: &[u8], likelihoods: &mut [f32]) {
-        /// A number of this size keeps no fraction.
+        /// A number of this magnitude has no fractional bits.
         const WHOLE: f32 = 12_582_912.0;
         let (scale, floor) = ((-self.beta * LOG2_E) as f32, self.floor as f32);
         for (likelihood, cost) in likelihoods.iter_mut().zip(costs) {

@@ -1,20 +1,21 @@
 //! Stereo by Bayesian inference: every pixel gets a posterior over disparities.
 //!
-//! In: a rectified pair and the number of disparities. Out: for each row the [`Claim`]s that its posteriors make.
-//! What one line says is `models/scanline.bp`. The lines are combined in a tree:
+//! In: a rectified pair and the number of disparities. Out: for each row the [`Claim`]s from its posteriors. The
+//! program of one line is `models/scanline.bp`. The lines are combined in a tree:
 //!
 //! ```text
 //! column x:  u(x, d) = P(D = d | its column)^γ     exact, by a pass down and a pass up
 //! row:       P(D = d | its row, the columns of all its pixels) ∝ u(x, d) · forward(x, d) · backward(x, d)
 //! ```
 //!
-//! With γ = 1 this is the exact posterior of a tree that hangs every column on the row by its pixel there, so that each
-//! pixel of the picture is heard once by each other, along the column and then along the row (Bleyer and Gelautz 2008
-//! maximise over such a tree; here all is summed). Neighbouring columns see nearly the same windows and are no
-//! independent witnesses; γ = ½ takes them for half of that. Given u, a row is exact.
+//! With γ = 1 this is the exact posterior of a tree in which every column is attached to the row at its pixel there, so
+//! that each pixel of the picture contributes once to each other, along the column and then along the row (Bleyer and
+//! Gelautz 2008 maximise over such a tree; this is the sum). Neighbouring columns see overlapping windows and are not
+//! independent; γ = ½ halves their weight. Given u, a row is exact.
 //!
-//! Order of work, which the memory decides: all costs; down, keeping the messages; up, and each row as soon as its
-//! columns are complete. Invariant: the result does not depend on the number of threads or the instruction set.
+//! The order of computation is determined by memory: all costs; the downward pass, whose messages are stored; the
+//! upward pass, and each row as soon as its columns are complete. Invariant: the result does not depend on the number
+//! of threads or the instruction set.
 
 mod chain;
 mod cost;
@@ -34,7 +35,7 @@ use read_out::{ReadOut, Row, Said};
 /// Pixels of a row that a thread takes at once.
 const CHUNK: usize = 128;
 
-/// A picture to be matched.
+/// A picture to match.
 #[derive(Clone, Copy)]
 struct Frame<'p> {
     left: &'p [u8],
@@ -56,7 +57,7 @@ struct Tables {
     jump: [f32; 256],
 }
 
-/// The claims of all pixels, from pictures in whole grey levels; and all that is believed, if `kept` is given.
+/// The estimates of all pixels, from pictures in integer grey levels; and all posteriors, if `kept` is given.
 pub(super) fn claims(
     left: &[u8],
     right: &[u8],
@@ -73,7 +74,7 @@ pub(super) fn claims(
     up(&frame, &costs, &down, &tables, kept)
 }
 
-/// What a column carries from row to row, for each pixel of the row.
+/// The messages of the columns between rows, for each pixel of the row.
 struct Carried {
     beliefs: Vec<f32>,
     totals: Vec<f32>,
@@ -106,7 +107,7 @@ fn down(frame: &Frame<'_>, costs: &Costs, tables: &Tables) -> Bytes {
     messages
 }
 
-/// The messages from below, with what came from above the evidence of a row, and the rows.
+/// The messages from below, which with those from above are the evidence of a row, and the rows.
 fn up(
     frame: &Frame<'_>,
     costs: &Costs,
@@ -123,7 +124,7 @@ fn up(
     let mut support = vec![Support::NONE; width * frame.height];
     let mut carried = Carried::new(frame);
     let arch = Arch::new();
-    // As many rows as can be worked on at once wait for their columns.
+    // Rows wait for their columns, as many as can be processed at once.
     let together = rayon::current_num_threads();
     let mut evidence = vec![0f32; together * width * stride];
     let mut rows: Vec<ReadOut> = (0..together).map(|_| ReadOut::new(frame)).collect();
@@ -172,7 +173,7 @@ fn up(
     map
 }
 
-/// What is kept of a pixel when its column has passed it: the message that reached it, and its likelihood.
+/// The stored data of a pixel after its column has passed: the message that reached it, and its likelihood.
 trait Keep {
     fn keep(&mut self, at: usize, message: &[f32], likelihood: &[f32]);
 }
@@ -192,7 +193,7 @@ impl Keep for Messages<'_> {
     }
 }
 
-/// All that a column says of a pixel, to the power γ.
+/// The posterior of a pixel given its column, to the power γ.
 struct Evidence<'k> {
     evidence: &'k mut [f32],
     down: &'k [u8],

@@ -1,4 +1,4 @@
-//! A row: its exact posterior given its columns, and what is read from it.
+//! The posterior of a row given its columns, and its estimates.
 //!
 //! In: the evidence of each pixel. Out: a [`Claim`] for each pixel whose match in the right image agrees. With
 //! p(d) the posterior and w its maximum,
@@ -8,12 +8,11 @@
 //! claim = w + ½ (ln p(w+1) − ln p(w−1)) / (ln p(w) − min(ln p(w−1), ln p(w+1)))
 //! ```
 //!
-//! ln p falls nearly linearly from its peak, as the costs of shifted windows rise, so the claim is the corner of the
-//! V upside down through three values. The power ¼ makes up for the dependence of overlapping windows, which makes the
-//! posterior too sure of itself; `bvm calibrate vision` shows how λ compares with the part that is right.
-//! Consistency: of all left pixels that a right pixel may be, by p(d) each, the likeliest must name a disparity within
-//! one pixel of the claim.
-//! Invariant: λ lies in ]0, 1]; there are at most 2^16 disparities.
+//! ln p falls nearly linearly from its peak, as the costs of shifted windows rise, so the estimate is the corner of an
+//! inverted V through three values. The power ¼ corrects the overconfidence from overlapping windows;
+//! `bvm calibrate vision` measures the reliability of λ. Consistency: of all left pixels that may match a right pixel,
+//! the one with the largest p(d) must have a disparity within one pixel of the estimate. Invariant: λ lies in ]0, 1];
+//! there are at most 2^16 disparities.
 
 use super::super::lanes::{LANES, across, both};
 use super::super::{Claim, LEAST_CONFIDENCE, Support};
@@ -21,11 +20,11 @@ use super::{Frame, Tables, short};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
 
-/// Most disparities, in pixels, by which left and right view may differ.
+/// Largest difference of disparity, in pixels, between left and right view.
 const MOST_DISAGREEMENT: u32 = 1;
-/// Difference of matching costs that is no accident.
+/// Least significant difference of matching costs.
 const CLEARLY: u8 = 5;
-/// Low bits of a number that hold a disparity.
+/// Number of low bits that hold a disparity.
 const INDEX: u32 = 0xffff;
 
 /// Buffers of a row.
@@ -53,7 +52,7 @@ impl ReadOut {
     }
 }
 
-/// Where the claims of a row are told.
+/// The output of a row.
 pub(super) struct Said<'s> {
     pub(super) disparity: &'s mut [f32],
     pub(super) confidence: &'s mut [f32],
@@ -61,7 +60,7 @@ pub(super) struct Said<'s> {
     pub(super) support: &'s mut [Support],
 }
 
-/// A row to be read.
+/// The input of a row.
 pub(super) struct Row<'f> {
     pub(super) read_out: &'f mut ReadOut,
     pub(super) frame: &'f Frame<'f>,
@@ -70,7 +69,7 @@ pub(super) struct Row<'f> {
     pub(super) evidence: &'f [f32],
     pub(super) costs: &'f [u8],
     pub(super) said: Said<'f>,
-    /// Where the posterior of each pixel is kept, `levels` each, if it is.
+    /// The output of the posteriors of pixels, `levels` each, if they are kept.
     pub(super) kept: Option<&'f mut [u8]>,
 }
 
@@ -117,7 +116,7 @@ impl WithSimd for Row<'_> {
 }
 
 impl Row<'_> {
-    /// The messages from the left and from the right. Both at once: neither waits for the other's sums.
+    /// The messages from the left and from the right, computed together so that neither waits for the other's sums.
     #[inline(always)]
     fn pass(&mut self) {
         let Frame { width, step, .. } = *self.frame;
@@ -150,7 +149,7 @@ impl Row<'_> {
     }
 }
 
-/// The posterior of a pixel, times its sum; that sum, and the first disparity that is believed most.
+/// The unnormalised posterior of a pixel, its sum, and the first most probable disparity.
 #[inline(always)]
 fn believe(evidence: &[f32], forward: &[f32], backward: &[f32], posterior: &mut [f32]) -> (f32, usize) {
     let larger = |one: f32, other: f32| if one > other { one } else { other };
@@ -173,7 +172,7 @@ fn believe(evidence: &[f32], forward: &[f32], backward: &[f32], posterior: &mut 
     (across(total), chunk * LANES + inside)
 }
 
-/// Tells the right pixels, from right to left, which left pixel they may be.
+/// Updates the right pixels, from right to left, with their possible left pixel.
 #[inline(always)]
 fn name(posterior: &[f32], scale: f32, named: &mut [u32]) {
     for (d, (named, belief)) in named.iter_mut().zip(posterior).enumerate() {
@@ -181,7 +180,7 @@ fn name(posterior: &[f32], scale: f32, named: &mut [u32]) {
     }
 }
 
-/// The claim of a pixel, with the costs of the disparities that the right image shows.
+/// The estimate of a pixel, with the costs of the disparities in the right image.
 #[inline(always)]
 fn claim(posterior: &[f32], total: f32, winner: usize, costs: &[u8]) -> Claim {
     let disparity = winner as f32 + finer(posterior, winner);
@@ -189,7 +188,7 @@ fn claim(posterior: &[f32], total: f32, winner: usize, costs: &[u8]) -> Claim {
     let mut from_winner: [f32; LANES] = std::array::from_fn(|lane| lane as f32 - winner as f32);
     let claimed = disparity - winner as f32;
     for chunk in posterior.as_chunks::<LANES>().0 {
-        // Summed by itself: as the difference from one it would be lost in rounding.
+        // Summed separately: the difference from one would be lost in rounding.
         let far = both(chunk, &from_winner, |belief, from| if from.abs() > 1.5 { belief } else { 0.0 });
         rest = both(&rest, &far, |rest, belief| rest + belief);
         let square = |belief: f32, from: f32| belief * (from - claimed) * (from - claimed);
@@ -223,7 +222,7 @@ fn logarithm(value: f32) -> f32 {
     exponent + part
 }
 
-/// Where the peak of ln p lies between its neighbours, −½..½.
+/// The position of the peak of ln p between its neighbours, −½..½.
 #[inline(always)]
 fn finer(posterior: &[f32], winner: usize) -> f32 {
     if winner == 0 || winner + 1 >= posterior.len() {
