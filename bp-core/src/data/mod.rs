@@ -1,9 +1,9 @@
-//! Tables of data: the one reader that every command uses.
+//! Tables of data: the reader that every command uses.
 //!
 //! In: a file of rows, separated by commas, semicolons or tabs. Out: a [`Table`], and each of its cells as a value of a
-//! variable. Invariant: every row has a cell for each column; an error names file, row, column and what stands there.
+//! variable. Invariant: every row has a cell for each column; an error names file, row, column and cell.
 //!
-//! `docs/formats.md`, section "Data files", says what is read.
+//! `docs/formats.md`, section "Data files", describes the format.
 
 mod read;
 #[cfg(test)]
@@ -21,43 +21,43 @@ use std::path::{Path, PathBuf};
 /// A table of cells.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Table {
-    /// Where it comes from.
+    /// The source of the data.
     pub path: PathBuf,
     /// The names of the columns, each once.
     pub columns: Vec<String>,
-    /// What the reader decided and a user should know: another separator, a column left out.
+    /// Notes for the user on the reader's decisions: another separator, an ignored column.
     pub notes: Vec<String>,
-    /// The cells as they stand in the file, one behind the other.
+    /// The text of all cells, concatenated.
     cells: String,
-    /// Where each cell ends.
+    /// The end of each cell.
     ends: Vec<u32>,
-    /// How many cells a row of the file has.
+    /// Number of cells in a row of the file.
     width: usize,
-    /// Which of them each column is.
+    /// The cell of each column.
     positions: Vec<usize>,
     /// The line of the file in which each row begins, from 1.
     lines: Vec<u32>,
-    /// Where decimal commas are written: a number with one, as an example.
+    /// An example of a number with a decimal comma, if there are any.
     decimal_comma: Option<String>,
 }
 
 impl Table {
-    /// How many rows there are, without the names of the columns.
+    /// Number of rows, without the header.
     pub fn len(&self) -> usize {
         self.lines.len()
     }
 
-    /// Whether there are only names of columns.
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
 
-    /// The line of the file in which a row begins: messages call it the row. The names of the columns are in row 1.
+    /// The line of the file in which a row begins: messages call it the row. The header is row 1.
     pub fn line(&self, row: usize) -> usize {
         self.lines[row] as usize
     }
 
-    /// What stands in a cell, as it is written.
+    /// The text of a cell.
     pub fn text(&self, row: usize, column: usize) -> &str {
         self.cell_text(row * self.width + self.positions[column])
     }
@@ -67,10 +67,10 @@ impl Table {
         &self.cells[begin as usize..self.ends[cell] as usize]
     }
 
-    /// What a cell says; `None` where it is missing.
+    /// The value of a cell; `None` if it is missing.
     ///
     /// # Errors
-    /// What stands there is not a value of the variable.
+    /// The cell is not a value of the variable.
     pub fn cell(&self, row: usize, column: usize, values: &Values<'_>) -> Result<Option<Value>, Error> {
         let text = self.text(row, column);
         values
@@ -99,10 +99,10 @@ impl Table {
         self.columns.iter().position(|column| column == name)
     }
 
-    /// The column of this name, which there must be.
+    /// The column of this name, which must exist.
     ///
     /// # Errors
-    /// There is none; the error guesses which one was meant.
+    /// There is none; the error suggests a similar name.
     pub fn needed(&self, name: &str) -> Result<usize, Error> {
         self.column(name).ok_or_else(|| {
             let columns = self.columns.iter().map(String::as_str);
@@ -114,7 +114,7 @@ impl Table {
         })
     }
 
-    /// An error about a column whose name none of these names is.
+    /// An error about a column that matches none of these names.
     pub fn unknown<'n>(&self, column: usize, names: impl IntoIterator<Item = &'n str> + Clone) -> Error {
         let help = match near(&self.columns[column], names.clone()) {
             Some(name) => format!("did you mean `{name}`?"),
@@ -130,7 +130,7 @@ fn wrong(path: &Path, message: String) -> Error {
     Error::file(path, Wrong::new(ErrorKind::InvalidData, message))
 }
 
-/// What stands in a cell, for a message: on one line, and not too long.
+/// The text of a cell for a message: on one line, and shortened.
 fn shown(text: &str) -> String {
     const MOST: usize = 60;
     let mut shown: String = text.chars().take(MOST).flat_map(printable).collect();

@@ -1,7 +1,7 @@
-//! A file as a table of cells.
+//! Reads a table from a file.
 //!
-//! In: bytes. Out: a [`Table`]. Invariant: what is not a table as RFC 4180 has it is refused with its row: text that is
-//! not UTF-8, a quotation mark that is never closed, a row too short or too long, a name of a column twice.
+//! In: bytes. Out: a [`Table`]. Invariant: violations of RFC 4180 are errors with their row: text that is not UTF-8, an
+//! unclosed quotation mark, a row too short or too long, a duplicate column name.
 
 use super::values::{is_missing, with_point};
 use super::{Table, shown, wrong};
@@ -13,16 +13,16 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// What separates columns where nothing is said, the likeliest first.
+/// Possible separators, the most likely first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
-/// Rows that are looked at to tell what separates columns.
+/// Number of rows used to detect the separator.
 const LOOKED_AT: usize = 50;
 
-/// Stands behind the text while it is read, to tell whether the last quotation mark was closed.
+/// Appended to the text while it is read, to detect an unclosed quotation mark.
 const END: &str = "\u{1}";
 
-/// Reads a table from a file. `separator` is what separates its columns, where that is said.
+/// Reads a table from a file; `separator` overrides the detection.
 ///
 /// # Errors
 /// See [`read_table`].
@@ -31,11 +31,12 @@ pub fn open(path: &Path, separator: Option<u8>) -> Result<Table, Error> {
     read(path, file, separator)
 }
 
-/// Reads a table whose columns are separated by commas, semicolons or tabs: whichever divides the first row best.
+/// Reads a table whose columns are separated by commas, semicolons or tabs, whichever divides the first row into the
+/// most columns.
 ///
 /// # Errors
-/// The file cannot be read, is too long, is not UTF-8, names no column or one twice, has a row that is too short or too
-/// long, or a quotation mark that is not closed.
+/// The file cannot be read, is too long, is not UTF-8, has no header or a duplicate column name, a row that is too
+/// short or too long, or an unclosed quotation mark.
 pub fn read_table(path: &Path, from: impl Read) -> Result<Table, Error> {
     read(path, from, None)
 }
@@ -80,7 +81,7 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
     let width = names.len();
     let mut table = Table { path: path.to_owned(), width, ..Table::default() };
     while let Some(row) = rows.next(path)? {
-        // A row without anything is an instant where there is one column, and no row where there are several.
+        // An empty row is an unobserved instant if there is one column, and is ignored if there are several.
         let blank_rows = if width == 1 { row.blanks } else { 0 };
         for blank in 0..blank_rows {
             table.push(row.line - row.blanks + blank, [""]);
@@ -100,7 +101,7 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
     name_columns(&mut table, &names)?;
     find_decimal_commas(&mut table, found);
     if table.is_empty() {
-        table.notes.push("it names columns, but holds no row".to_owned());
+        table.notes.push("it has column names, but no rows".to_owned());
     }
     if let (None, b';' | b'\t') = (separator, found) {
         let what = if found == b';' { "semicolons" } else { "tabs" };
@@ -109,14 +110,14 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
     Ok(table)
 }
 
-/// The text that bytes are, without a byte order mark.
+/// Decodes the text, without a byte order mark.
 fn text(bytes: Vec<u8>) -> Result<String, String> {
     if files::is_utf16(&bytes) {
         return Err("UTF-16 text; save it as UTF-8".to_owned());
     }
     if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
         let row = row_of(&bytes[..at]);
-        return Err(format!("row {row} holds a zero byte: this is no text, or not UTF-8"));
+        return Err(format!("row {row} contains a zero byte: the file is not text, or not UTF-8"));
     }
     let mut text = String::from_utf8(bytes).map_err(|error| {
         let row = row_of(&error.as_bytes()[..error.utf8_error().valid_up_to()]);
@@ -132,7 +133,8 @@ fn row_of(before: &[u8]) -> usize {
     before.iter().filter(|byte| **byte == b'\n').count() + 1
 }
 
-/// What separates the columns: what divides the first row into most, and then what divides the next rows alike.
+/// Detects the separator: it divides the first row into the most columns and, among equals, the next rows into the same
+/// number.
 fn separator_of(text: &str) -> u8 {
     let score = |separator: u8| {
         let mut rows = ReaderBuilder::new()
@@ -145,28 +147,28 @@ fn separator_of(text: &str) -> u8 {
         (width, widths.filter(|found| *found == width).count())
     };
     let scored = SEPARATORS.into_iter().rev().map(|separator| (score(separator), separator));
-    // The first of the best; with one column there is nothing to tell.
+    // The first of the best; with one column there is no separator.
     let best = scored.filter(|((width, _), _)| *width > 1).max_by_key(|(score, _)| *score);
     best.map_or(SEPARATORS[0], |(_, separator)| separator)
 }
 
-/// Where a row stands.
+/// The position of a row.
 struct Row {
     /// Its first byte.
     begin: usize,
     /// Its first line, from 1.
     line: usize,
-    /// The lines in which it stands.
+    /// The number of its lines.
     lines: usize,
     /// The empty lines before it.
     blanks: usize,
 }
 
-/// The rows of a text, with their places; the last one is [`END`].
+/// The rows of a text, with their positions; the last one is [`END`].
 struct Rows<'t> {
     text: &'t str,
     reader: csv::Reader<&'t [u8]>,
-    /// The cells of the row that was read last.
+    /// The cells of the last row read.
     record: StringRecord,
     line: usize,
 }
@@ -186,7 +188,7 @@ impl<'t> Rows<'t> {
         }
         let end = self.reader.position().byte() as usize;
         let text = self.text.as_bytes();
-        // The reader stops between `\r` and `\n`.
+        // The reader may stop between `\r` and `\n`.
         if begin > 0 && text[begin - 1] == b'\r' && text[begin] == b'\n' {
             begin += 1;
         }
@@ -202,7 +204,7 @@ impl<'t> Rows<'t> {
     }
 }
 
-/// How many lines end in a text: at `\n`, `\r\n` or `\r`.
+/// Number of line ends in a text: `\n`, `\r\n` or `\r`.
 fn line_ends(text: &[u8]) -> usize {
     let ends = |(at, byte): (usize, &u8)| match byte {
         b'\n' => true,
@@ -218,20 +220,20 @@ fn ragged(row: &Row, found: usize, width: usize) -> String {
     let mut message = format!("row {} has {}, but there {columns}", row.line, cells(found));
     if row.lines > 1 {
         let last = row.line + row.lines - 1;
-        message.push_str(&format!("; a quotation mark that it opens is closed in row {last} only"));
+        message.push_str(&format!("; a quotation mark opened there is closed only in row {last} only"));
     }
     message
 }
 
-/// Names the columns. A first column without a name counts the rows, as pandas and R write it; others without a name must be
-/// empty.
+/// Names the columns. A first column without a name numbers the rows, as pandas and R write it; others without a name
+/// must be empty.
 fn name_columns(table: &mut Table, names: &StringRecord) -> Result<(), Error> {
     let mut known: HashMap<&str, usize> = HashMap::with_capacity(names.len());
     for (position, name) in names.iter().enumerate() {
         let name = name.trim();
         let counts = position == 0 && names.len() > 1 && (name.is_empty() || name == "Unnamed: 0");
         if counts {
-            table.notes.push("its first column has no name and was left out".to_owned());
+            table.notes.push("its first column has no name and was ignored".to_owned());
             continue;
         }
         if name.is_empty() {
@@ -262,7 +264,7 @@ fn name_columns(table: &mut Table, names: &StringRecord) -> Result<(), Error> {
     }
 }
 
-/// Decimal commas are those of a column in which all cells are numbers, and one has a comma.
+/// A column has decimal commas if all its cells are numbers, and one has a comma.
 fn find_decimal_commas(table: &mut Table, separator: u8) {
     if separator == b',' {
         return;

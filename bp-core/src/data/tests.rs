@@ -1,6 +1,6 @@
-//! What the reader reads and refuses, by examples.
+//! Tests of the reader by examples.
 //!
-//! In: tables as pandas, R, spreadsheets and people write them. Out: values worked out by hand. Invariant: none.
+//! In: tables as pandas, R, spreadsheets and people write them. Out: values determined by hand. Invariant: none.
 
 use super::*;
 use crate::model::{Bins, Bound, Domain, Model, ModelBuilder, Range};
@@ -31,7 +31,7 @@ fn table(text: &str) -> Result<Table, String> {
     read_table(Path::new("d.csv"), text.as_bytes()).map_err(|error| error.to_string())
 }
 
-/// What a table says of its variables: ordinals, reals, `None` where missing.
+/// The values of a table: ordinals, reals, `None` if missing.
 fn read(text: &str) -> Result<Vec<Vec<Option<f64>>>, String> {
     let model = model();
     let table = table(text)?;
@@ -82,20 +82,20 @@ fn pandas_r_and_spreadsheets_write_the_same_table() {
 fn what_the_reader_decided_is_noted() {
     let notes = |text: &str| table(text).unwrap().notes;
     assert!(notes("A,R\n1,0.5\n").is_empty());
-    assert_eq!(notes("A,R\n"), ["it names columns, but holds no row"]);
+    assert_eq!(notes("A,R\n"), ["it has column names, but no rows"]);
     assert_eq!(
         notes("A;R\n1;0,5\n2;-1,25e1\n"),
         ["its columns are separated by semicolons", "its numbers have decimal commas, such as `0,5`"]
     );
     assert_eq!(notes("A\tR\n1\t0.5\n"), ["its columns are separated by tabs"]);
-    assert_eq!(notes(",R\n0,0.5\n"), ["its first column has no name and was left out"]);
+    assert_eq!(notes(",R\n0,0.5\n"), ["its first column has no name and was ignored"]);
     assert_eq!(read("A;R\n1;0,5\n2;-1,25e1\n").unwrap(), [some(&[1.0, 0.5]), some(&[2.0, -12.5])]);
-    // One column has no separator; where it is given, its decimal commas are read.
+    // A single column has no separator; if a separator is given, its decimal commas are read.
     let message = read("R\n0,5\n").unwrap_err();
     assert_eq!(message, "`d.csv`: row 2 has 2 cells, but there is 1 column");
     let one = super::read::read(Path::new("d.csv"), "R\n0,5\n".as_bytes(), Some(b';')).unwrap();
     assert_eq!(one.notes, ["its numbers have decimal commas, such as `0,5`"]);
-    // A point beside decimal commas may divide thousands.
+    // A point beside decimal commas may separate thousands.
     let message = read("R;S\n0,5;1\n1.234;2\n").unwrap_err();
     assert!(message.starts_with("`d.csv`, row 3, column `R`: `1.234` is written with a point"), "{message}");
 }
@@ -159,7 +159,7 @@ fn wrong_cells_name_row_column_and_domain() {
         ("\"B\ntrue\n", "`d.csv`: row 1 opens a quotation mark that is never closed"),
         (
             "A,B\n\"1,true\n2\",false\n3,true,\"x\ny\"\n",
-            "row 4 has 3 cells, but there are 2 columns; a quotation mark that it opens is closed in row 5 only",
+            "row 4 has 3 cells, but there are 2 columns; a quotation mark opened there is closed only in row 5 only",
         ),
         ("A,B\n1,\"true\n2,\"false\"\n", "row 2, column `B`: `true\\n2,false\"` is not a value of `B`"),
     ] {
@@ -169,7 +169,7 @@ fn wrong_cells_name_row_column_and_domain() {
     let wrong = |bytes: &[u8]| read_table(Path::new("d.csv"), bytes).unwrap_err().to_string();
     assert_eq!(wrong(b"A\n1\n\xe4\n"), "`d.csv`: row 3 is not UTF-8 text; save the file as UTF-8");
     assert_eq!(wrong(b"\xff\xfeA\0\n\0"), "`d.csv`: UTF-16 text; save it as UTF-8");
-    assert_eq!(wrong(b"A\n\0"), "`d.csv`: row 2 holds a zero byte: this is no text, or not UTF-8");
+    assert_eq!(wrong(b"A\n\0"), "`d.csv`: row 2 contains a zero byte: the file is not text, or not UTF-8");
     let endless = read_table(Path::new("d.csv"), std::io::repeat(b'1')).unwrap_err().to_string();
     assert_eq!(endless, "`d.csv`: it holds more than 256 MiB: too long to be read, or without an end");
     let missing = table("fever,Rain\n").unwrap();
@@ -188,7 +188,7 @@ fn wrong_cells_name_row_column_and_domain() {
 }
 
 proptest! {
-    /// What is written as RFC 4180 has it is read as it was, whatever the separator and the ends of lines.
+    /// Tables written by RFC 4180 are read back unchanged, with any separator and any line endings.
     #[test]
     fn tables_come_back(
         rows in proptest::collection::vec(proptest::collection::vec("[a-c\"; ,\t\n]{0,4}", 3), 0..6),
@@ -210,7 +210,7 @@ proptest! {
         }
     }
 
-    /// Whatever the bytes, a table with as many cells as it has columns comes back, or an error on one line.
+    /// For any bytes the result is a table with as many cells as columns in each row, or an error on one line.
     #[test]
     fn any_bytes_are_read_or_refused(text in "[\"A-C0-9.,;\t\r\n ?\u{feff}\u{0}é-]{0,40}", noise in proptest::collection::vec(any::<u8>(), 0..6)) {
         let bytes: Vec<u8> = text.bytes().chain(noise).collect();

@@ -1,19 +1,19 @@
-//! What is written in a cell, as a value of a variable.
+//! The value of a variable in a cell.
 //!
-//! In: a text, and the variable that it is a value of. Out: a [`Value`], or that it is missing, or why it is neither.
-//! Invariant: a label of the program is read first, so that a label `NA` or `?` is a value; nothing is rounded.
+//! In: a text, and the variable that it is a value of. Out: a [`Value`], a missing value, or an error. Invariant: a
+//! label of the program is read first, so that a label `NA` or `?` is a value; nothing is rounded.
 
 use crate::guess::near;
 use crate::ids::VariableId;
 use crate::model::{Domain, Model};
 
-/// What is written where nothing was observed, besides nothing at all: as pandas, R, spreadsheets and UCI data write it.
+/// The notations of a missing value, besides an empty cell, as in pandas, R, spreadsheets and UCI data.
 pub const MISSING: [&str; 17] = [
     "?", "NA", "N/A", "n/a", "#N/A", "#N/A N/A", "#NA", "<NA>", "NaN", "nan", "NAN", "-NaN", "-nan", "NULL",
     "null", "None", "Null",
 ];
 
-/// Whether a text says that nothing was observed.
+/// Whether a text means a missing value.
 pub fn is_missing(text: &str) -> bool {
     let text = text.trim();
     text.is_empty() || MISSING.contains(&text)
@@ -22,34 +22,35 @@ pub fn is_missing(text: &str) -> bool {
 /// A value of a variable.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Value {
-    /// Which value of a finite domain it is, from 0; `None` for reals.
+    /// The ordinal in a finite domain, from 0; `None` for reals.
     pub ordinal: Option<usize>,
-    /// The number that it is in an expression; of a real in bins the number that was written, not the centre of its bin.
+    /// The number in an expression; for a real in bins the number in the data, not the centre of its bin.
     pub number: f64,
 }
 
-/// The values of a variable, and how they are written.
+/// The domain of a variable, for reading its values.
 #[derive(Clone, Debug)]
 pub struct Values<'m> {
     domain: &'m Domain,
     name: String,
-    /// The domain as the language writes it, with the size that it depends on.
+    /// The domain in the notation of the language, with the size that it depends on.
     text: String,
-    /// How many values there are, where that is known.
+    /// The number of values, if it is known.
     count: Option<usize>,
 }
 
 static REAL: Domain = Domain::Real;
 
 impl Values<'static> {
-    /// Real numbers that are no variable's, such as weights.
+    /// Real numbers that belong to no variable, such as weights.
     pub fn reals(name: &str) -> Self {
         Self { domain: &REAL, name: name.to_owned(), text: "`real`".to_owned(), count: None }
     }
 }
 
 impl<'m> Values<'m> {
-    /// The values of a variable. `size` gives sizes and the numbers of elements of sets by name, as far as they are known.
+    /// The domain of a variable. `size` gives sizes and the numbers of elements of sets by name, as far as they are
+    /// known.
     pub fn new(model: &'m Model, variable: VariableId, size: &dyn Fn(&str) -> Option<usize>) -> Self {
         let domain = &model.variables[variable].domain;
         let named = match domain {
@@ -73,15 +74,15 @@ impl<'m> Values<'m> {
         Self { domain, name: model.variable_name(variable), text, count }
     }
 
-    /// The value that a text is; `None` where it says that nothing was observed.
+    /// The value of a text; `None` if it means a missing value.
     ///
     /// # Errors
-    /// It is not a value of the variable: "not a value of `X`, which is `0..=2`", to be put behind "`7` is ".
+    /// It is not a value of the variable: "not a value of `X`, which is `0..=2`", to follow "`7` is ".
     pub fn read(&self, text: &str) -> Result<Option<Value>, String> {
         self.read_written(text, None)
     }
 
-    /// The same, in a table where numbers have decimal commas, such as this one.
+    /// The same, in a table with decimal commas, such as this one.
     pub(super) fn read_written(&self, text: &str, comma: Option<&str>) -> Result<Option<Value>, String> {
         let bare = bare(text);
         let label = || [text, text.trim(), bare].into_iter().find_map(|text| self.label(text));
@@ -113,7 +114,7 @@ impl<'m> Values<'m> {
         Value { ordinal: Some(ordinal), number: self.domain.number(ordinal) }
     }
 
-    /// The value that is written so, but labels.
+    /// The value of a text that is not a label.
     fn value(&self, text: &str) -> Option<Value> {
         // −0 is 0.
         let real = || text.parse().ok().filter(|number: &f64| number.is_finite()).map(|number| number + 0.0);
@@ -141,7 +142,7 @@ impl<'m> Values<'m> {
         }
     }
 
-    /// Why a text is not a value.
+    /// The error for a text that is not a value.
     fn refusal(&self, text: &str) -> String {
         let help = match self.domain {
             Domain::Boolean => ": write `true` or `false`, `1` or `0`".to_owned(),
@@ -168,7 +169,7 @@ fn bare(text: &str) -> &str {
     inside('"').or_else(|| inside('\'')).unwrap_or(text)
 }
 
-/// A truth value as programs, pandas, R and spreadsheets write it.
+/// A boolean as programs, pandas, R and spreadsheets write it.
 fn boolean(text: &str) -> Option<bool> {
     match text.to_ascii_lowercase().as_str() {
         "true" | "t" => Some(true),
@@ -183,7 +184,7 @@ fn boolean(text: &str) -> Option<bool> {
 
 /// A whole number, also as `1.0` or `1e3`.
 fn integer(text: &str) -> Option<i64> {
-    // Whole numbers of f64 beyond this are not known to the last digit.
+    // Larger whole numbers are not exact in f64.
     const MOST: f64 = 9_007_199_254_740_992.0;
     text.parse().ok().or_else(|| {
         let number: f64 = text.parse().ok()?;

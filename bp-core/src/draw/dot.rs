@@ -1,6 +1,6 @@
 //! A network for Graphviz.
 //!
-//! In: a graph. Out: text in the DOT language. Invariant: names are quoted, whatever is in them.
+//! In: a graph. Out: text in the DOT language. Invariant: names are quoted.
 
 use super::{Graph, Mark, Node};
 use std::fmt::Write;

@@ -1,28 +1,28 @@
-//! Places: where each node, bend and box stands.
+//! Coordinates of nodes, bends and boxes.
 //!
 //! In: a graph. Out: a [`Layout`] in pixels, y downwards. Invariant: no two nodes overlap, nor a box and a node that is
 //! not in it, nor two boxes.
 //!
-//! Vertices keep the order of their layers. What must stand left of what, and how far, are differences x_b − x_a ≥ d; all
-//! are met at the start (everything as far left as it can), and kept while each vertex moves towards its neighbours.
+//! Vertices keep the order of their layers. The order and the gaps are constraints x_b − x_a ≥ d; all hold at the start
+//! (everything as far left as possible), and are kept while each vertex moves towards its neighbours.
 
 use super::order::{Layers, layered};
 use super::{Graph, Node};
 
 /// Half the height of an ellipse.
 pub(super) const HALF_HEIGHT: f64 = 19.0;
-/// From layer to layer.
+/// Distance between layers.
 const LAYER: f64 = 92.0;
-/// Between neighbours.
+/// Gap between neighbours.
 const GAP: f64 = 26.0;
-/// Between what is in a box and its edge; below there is room for the label.
+/// Gap between the content of a box and its edge; below there is room for the label.
 const INSIDE: f64 = 13.0;
 const LABEL: f64 = 18.0;
-/// Between a node and a line that passes it.
+/// Gap between a node and a line that passes it.
 const ROOM: f64 = 7.0;
-/// Around everything.
+/// Margin.
 const MARGIN: f64 = 12.0;
-/// How often vertices move.
+/// Number of iterations of the vertex positions.
 const SWEEPS: usize = 60;
 /// The width of a letter.
 const LETTER: f64 = 7.6;
@@ -36,7 +36,7 @@ pub(super) struct Rectangle {
     pub(super) bottom: f64,
 }
 
-/// Where everything stands.
+/// The coordinates of a network.
 pub(super) struct Layout {
     /// The centre of each node.
     pub(super) centres: Vec<(f64, f64)>,
@@ -62,7 +62,7 @@ fn half_width(node: &Node) -> f64 {
     if node.deterministic { (text * 1.35 + 16.0).max(30.0) } else { (text + 13.0).max(25.0) }
 }
 
-/// Places a graph.
+/// Computes the layout of a graph.
 pub(super) fn place(graph: &Graph) -> Layout {
     let layers = layered(graph);
     let mut half_widths: Vec<f64> = graph.nodes.iter().map(half_width).collect();
@@ -76,7 +76,7 @@ pub(super) fn place(graph: &Graph) -> Layout {
         }
     }
     for (plate, label) in plates.iter_mut().zip(&graph.plates) {
-        // A label that is wider than the box makes it wider; the gaps were made for it.
+        // A label that is wider than the box widens it; the gaps allow for it.
         let missing = label_width(label) - (plate.right - plate.left);
         plate.left -= missing.max(0.0) / 2.0;
         plate.right += missing.max(0.0) / 2.0;
@@ -121,10 +121,10 @@ pub(super) fn place(graph: &Graph) -> Layout {
 }
 
 impl Layout {
-    /// Whether a straight line between two nodes keeps clear of all others, and of the boxes of others.
+    /// Whether a straight line between two nodes avoids all others, and the boxes of others.
     pub(super) fn is_clear(&self, nodes: &[Node], from: usize, to: usize) -> bool {
         let meets = |node: usize| {
-            // In units in which the node, with some room around it, is the unit circle.
+            // In units in which the node with its margin is the unit circle.
             let (a, b) = (self.half_widths[node] + ROOM, HALF_HEIGHT + ROOM);
             let relative = |end: usize| {
                 let (centre, end) = (self.centres[node], self.centres[end]);
@@ -194,7 +194,7 @@ fn columns(layers: &Layers, half_widths: &[f64], plates: &[String]) -> Vec<f64> 
         before[right].push((left, distance));
         after[left].push((right, distance));
     }
-    // Differences lead from left to right: in this order, all that stands left of a vertex comes before it.
+    // Constraints lead from left to right: in this order, everything left of a vertex comes before it.
     let mut order: Vec<usize> = (0..count).collect();
     let rank = |vertex: &usize| layers.layers[layers.layer_of[*vertex]].iter().position(|v| v == vertex);
     order.sort_by(|one, other| match (layers.is_left(*one, *other), layers.is_left(*other, *one)) {
@@ -229,7 +229,7 @@ fn columns(layers: &Layers, half_widths: &[f64], plates: &[String]) -> Vec<f64> 
     x
 }
 
-/// (left, right, distance): what must stand how far left of what.
+/// (left, right, distance): constraints on the order and the gaps.
 fn differences(layers: &Layers, half_widths: &[f64], plates: &[String]) -> Vec<(usize, usize, f64)> {
     let mut apart = Vec::new();
     for layer in &layers.layers {
@@ -246,7 +246,7 @@ fn differences(layers: &Layers, half_widths: &[f64], plates: &[String]) -> Vec<(
     for (plate, label) in plates.iter().enumerate() {
         let members: Vec<usize> =
             (0..half_widths.len()).filter(|vertex| layers.plate_of[*vertex] == Some(plate)).collect();
-        // What stands beside the box: vertices in its layers, and whole boxes that reach into them.
+        // The neighbours of the box: vertices in its layers, and whole boxes that reach into them.
         let beside = |vertex: &usize| match layers.plate_of[*vertex] {
             Some(other) if other == plate => false,
             Some(other) => {

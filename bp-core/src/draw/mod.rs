@@ -1,15 +1,16 @@
-//! Drawing: the network of a program, as people draw it.
+//! Pictures of the network of a program.
 //!
-//! In: a model, and perhaps a question. Out: a [`Graph`], which prints as SVG or as text for Graphviz. Invariant: a node
-//! for each variable of the decomposition, and an edge for each pair of a variable and one that it is distributed given,
-//! once.
+//! In: a model, and optionally a question. Out: a [`Graph`], which prints as SVG or as text for Graphviz. Invariant: a
+//! node for each variable of the decomposition, and an edge for each pair of a variable and one that it is distributed
+//! given, once.
 //!
-//! An ellipse is a variable; a diamond one that is what its Dirac says; dashed is the previous instant; shaded is known,
-//! and a double edge searched. A rounded box repeats what is in it for each value of its index. Where a factor
-//! distributes several variables at once, each is drawn as a parent of those after it: P(X Y) = P(X) P(Y | X).
+//! An ellipse is a variable; a diamond is a variable with a Dirac form; a dashed outline marks the previous instant; a
+//! shaded node is known, a double outline marks a searched variable. A rounded box is repeated for each value of its
+//! index. If a factor distributes several variables at once, each is drawn as a parent of those after it: P(X Y) = P(X)
+//! P(Y | X).
 //!
-//! No crate that was looked at draws boxes around repeated nodes and routes long edges around others (layout-rs,
-//! rust-sugiyama), so the layers of Sugiyama, Tagawa and Toda (1981) are laid out here.
+//! No available crate (layout-rs, rust-sugiyama) draws boxes around repeated nodes and routes long edges around others,
+//! so the layered layout of Sugiyama, Tagawa and Toda (1981) is implemented here.
 
 mod dot;
 mod layout;
@@ -20,10 +21,10 @@ use crate::ids::{Id, VariableId};
 use crate::model::{Evidence, Family, Form, IndexSpace, Model, Question};
 use std::collections::BTreeSet;
 
-/// What a question has to do with a variable.
+/// The role of a variable in a question.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Mark {
-    /// Nothing: it is summed out, or nothing is asked.
+    /// Hidden, or there is no question.
     None,
     /// It is searched.
     Searched,
@@ -36,15 +37,15 @@ pub enum Mark {
 pub struct Node {
     /// Its name.
     pub name: String,
-    /// The index behind it, where it is a family.
+    /// The index of a family.
     pub index: Option<String>,
     /// Whether it is of the previous instant.
     pub previous: bool,
-    /// Whether it is what others say that it is.
+    /// Whether its form is a Dirac.
     pub deterministic: bool,
-    /// What the question says of it.
+    /// Its role in the question.
     pub mark: Mark,
-    /// The box that it stands in.
+    /// The box that contains it.
     pub plate: Option<usize>,
 }
 
@@ -53,17 +54,17 @@ pub struct Node {
 pub struct Graph {
     /// The name of the program.
     pub name: String,
-    /// What the whole program is repeated over.
+    /// The plate of the whole program.
     pub over: Option<String>,
     /// Variables.
     pub nodes: Vec<Node>,
     /// From parent to child, by position.
     pub edges: Vec<(usize, usize)>,
-    /// What each box is repeated over.
+    /// The range of each box.
     pub plates: Vec<String>,
 }
 
-/// The network of a program; with a question, what it searches and knows is marked.
+/// The network of a program; with a question, searched and known variables are marked.
 pub fn graph(model: &Model, question: Option<&Question>) -> Graph {
     let uses = |left: bool| {
         model.factors.values().flat_map(move |factor| if left { &factor.left } else { &factor.right })
@@ -142,7 +143,7 @@ fn mark(model: &Model, question: &Question, id: VariableId) -> Mark {
     let known = question.asks.iter().flat_map(|ask| &ask.known);
     let known = known.filter(|known| known.variable == id).any(|known| match known.evidence {
         Evidence::Hard(_) | Evidence::Each => true,
-        // What is known by likelihoods alone may be searched too.
+        // A variable with only a likelihood may be searched too.
         _ => !searched,
     });
     match (known, searched) {

@@ -1,15 +1,15 @@
-//! Layers, and the order in each: parents above children, few crossings.
+//! Layers and the order in each: parents above children, few crossings.
 //!
-//! In: a graph. Out: [`Layers`] of vertices, which are the nodes, and a bend wherever an edge passes a layer. Invariant:
-//! every edge between vertices leads from one layer to the next; the vertices of a box stand side by side, and any two
-//! boxes stand in the same order in every layer.
+//! In: a graph. Out: [`Layers`] of vertices, which are the nodes, and a bend wherever an edge passes a layer.
+//! Invariant: every edge between vertices leads from one layer to the next; the vertices of a box are adjacent, and any
+//! two boxes have the same order in every layer.
 //!
 //! Layers by longest paths; order by barycentres, down and up in turn (Sugiyama, Tagawa and Toda, IEEE Transactions on
-//! Systems, Man, and Cybernetics 11:109–125, 1981). Of all orders met, that with the fewest crossings is kept.
+//! Systems, Man, and Cybernetics 11:109–125, 1981). The order with the fewest crossings is kept.
 
 use super::Graph;
 
-/// How often the order is mended.
+/// Number of sweeps.
 const SWEEPS: usize = 24;
 
 /// A graph in layers.
@@ -28,7 +28,7 @@ pub(super) struct Layers {
     neighbours: Vec<Vec<usize>>,
 }
 
-/// The layer of each node: below all its parents; what has none stands just above its first child.
+/// The layer of each node: below all its parents; a node without parents is just above its first child.
 pub(super) fn layers_of(graph: &Graph) -> Vec<usize> {
     let count = graph.nodes.len();
     let (mut children, mut waiting) = (vec![Vec::new(); count], vec![0usize; count]);
@@ -108,7 +108,7 @@ impl Layers {
         (_, self.layers, self.keys) = best;
     }
 
-    /// Where each vertex would like to stand: amid its neighbours above or below.
+    /// The desired position of each vertex: the mean of its neighbours above or below.
     fn barycentres(&self, down: bool) -> Vec<f64> {
         let mut place = vec![0.0; self.layer_of.len()];
         for layer in &self.layers {
@@ -131,7 +131,7 @@ impl Layers {
         place
     }
 
-    /// Orders each layer by these wishes; boxes by the mean of all that is in them.
+    /// Orders each layer by these positions; boxes by the mean of their content.
     fn sort(&mut self, wanted: &[f64]) {
         let mut members = vec![0.0f64; self.keys.len()];
         self.keys.iter_mut().for_each(|key| *key = 0.0);
@@ -141,7 +141,7 @@ impl Layers {
             members[unit] += 1.0;
         }
         self.keys.iter_mut().zip(&members).for_each(|(key, count)| *key /= count.max(1.0));
-        // Ranks instead of means, so that no two are the same and any two can be swapped.
+        // Ranks instead of means, so that they are distinct and any two can be swapped.
         let mut units: Vec<usize> = (0..self.keys.len()).collect();
         units.sort_by(|one, other| self.keys[*one].total_cmp(&self.keys[*other]).then(one.cmp(other)));
         units.iter().enumerate().for_each(|(rank, unit)| self.keys[*unit] = rank as f64);
@@ -158,7 +158,7 @@ impl Layers {
         self.layers = layers;
     }
 
-    /// Swaps neighbours that stand in no box while fewer of their edges cross for it.
+    /// Swaps neighbours that are in no box while this reduces the crossings of their edges.
     fn swap(&mut self) {
         let mut place = vec![0; self.layer_of.len()];
         for layer in &self.layers {
@@ -207,7 +207,7 @@ impl Layers {
         between.iter().map(crossed).sum()
     }
 
-    /// Whether a unit stands left of another, wherever both stand.
+    /// Whether a unit is left of another, in all layers of both.
     pub(super) fn is_left(&self, one: usize, other: usize) -> bool {
         let (a, b) = (self.unit(one), self.unit(other));
         self.keys[a].total_cmp(&self.keys[b]).then(a.cmp(&b)).is_lt()

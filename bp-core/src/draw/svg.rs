@@ -1,6 +1,6 @@
 //! A network as SVG.
 //!
-//! In: a graph. Out: one `svg` element that needs nothing else and can stand in a page of HTML. Invariant: it is
+//! In: a graph. Out: one self-contained `svg` element that can be embedded in an HTML page. Invariant: it is
 //! well-formed XML; names are text, never markup; each edge is one path with one arrowhead.
 
 use super::layout::{HALF_HEIGHT, Layout, Rectangle, place};
@@ -157,7 +157,7 @@ fn node(svg: &mut String, node: &Node, (x, y): (f64, f64), half_width: f64) {
     let small =
         |shift: &str, text: &str| format!("<tspan dy=\"{shift}\" font-size=\"11\">{}</tspan>", escaped(text));
     let previous = if node.previous { small("-6", "−1") } else { String::new() };
-    // Below the line, whatever stands above it.
+    // Below the line, for any superscript.
     let shift = if node.previous { "10" } else { "4" };
     let index = node.index.as_ref().map_or_else(String::new, |index| small(shift, index));
     let _ = writeln!(

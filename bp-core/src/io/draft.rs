@@ -1,8 +1,8 @@
-//! A network on its way to a model, whatever the format that it is read from.
+//! A network under construction, for the readers of all formats.
 //!
-//! In: variables with the names of their values, and tables with the place of each row. Out: a [`Model`] whose factors
-//! stand in the order of their variables. Invariant: every row of the model is divided by its own sum, and the file is
-//! told so where that was not rounding; linear in the size of the file.
+//! In: variables with the names of their values, and tables with the span of each row. Out: a [`Model`] whose factors
+//! are in the order of their variables. Invariant: every row of the model is divided by its sum, with a warning if the
+//! deviation is more than rounding; linear in the size of the file.
 
 use super::Warning;
 use super::lexer::shortened;
@@ -16,16 +16,16 @@ use std::collections::HashMap;
 /// The most numbers that all tables together may have.
 const MOST_NUMBERS: usize = 1 << 26;
 
-/// How far the sum of a row may be from one before the row is refused.
+/// Deviation of the sum of a row from one above which the row is refused.
 const MOST_OFF: f64 = 0.01;
 
-/// How far it may be before the division is worth telling.
+/// Deviation above which the division is reported.
 const TOLD_OFF: f64 = 1e-9;
 
-/// Which variable of a flat table changes fastest.
+/// The fastest variable of a flat table.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Fastest {
-    /// The one that it distributes: its rows stand one after the other.
+    /// The variable that it distributes: its rows are consecutive.
     Child,
     /// The last parent.
     Parents,
@@ -34,7 +34,7 @@ pub(super) enum Fastest {
 /// The numbers of a table, rows in the order of [`Form::Table`].
 pub(super) struct Table {
     pub(super) numbers: Vec<f64>,
-    /// Where each row is written, or one place for all.
+    /// The span of each row, or one span for all.
     pub(super) places: Vec<Span>,
 }
 
@@ -48,18 +48,18 @@ pub(super) struct Node {
     distribution: Option<(Vec<usize>, Table, Span)>,
 }
 
-/// A network in the making.
+/// A network under construction.
 #[derive(Default)]
 pub(super) struct Draft {
     pub(super) name: String,
     pub(super) nodes: Vec<Node>,
     names: HashMap<String, usize>,
     pub(super) warnings: Vec<Warning>,
-    /// Rows that were divided by their sums: how many, and the farthest: how far, where, and whose.
+    /// Rows that were divided by their sums: the number, and the largest deviation with its span and variable.
     divided: usize,
-    /// Whether a row may be zero everywhere: its context is impossible.
+    /// Whether rows of zeros are allowed: their contexts are impossible.
     zero_rows: bool,
-    /// How many are: the first one's place, and whose it is.
+    /// Number of rows of zeros, with the span and variable of the first.
     impossible: Option<(usize, Span, usize)>,
     /// The numbers of all tables so far.
     numbers: usize,
@@ -67,7 +67,7 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// A network in a format in which a row may be zero everywhere.
+    /// A network in a format that allows rows of zeros.
     pub(super) fn with_zero_rows() -> Self {
         Self { zero_rows: true, ..Self::default() }
     }
@@ -106,7 +106,7 @@ impl Draft {
         self.names.get(name).copied()
     }
 
-    /// The variable of this name, which there must be.
+    /// The variable of this name, which must exist.
     pub(super) fn known(&self, name: &str, span: Span) -> Result<usize, Diagnostic> {
         self.find(name)
             .ok_or_else(|| Diagnostic::new(span, format!("unknown variable `{}`", shortened(name))))
@@ -124,7 +124,7 @@ impl Draft {
         })
     }
 
-    /// How many rows and entries the table of a variable with these parents has.
+    /// Number of rows and entries of the table of a variable with these parents.
     pub(super) fn shape(
         &self,
         node: usize,
@@ -153,7 +153,7 @@ impl Draft {
         }
     }
 
-    /// The values of the parents in a row, as messages name it.
+    /// The values of the parents in a row, for messages.
     pub(super) fn row_name(&self, parents: &[usize], row: usize) -> String {
         let mut rest = row;
         let mut words = Vec::new();
@@ -170,7 +170,7 @@ impl Draft {
         words.join(", ")
     }
 
-    /// A flat table row by row. Where rows only sum to one in the other order than the format's, it is that one.
+    /// A flat table row by row. If the rows sum to one only in the other order than the format's, that order is used.
     pub(super) fn by_rows(&mut self, numbers: Vec<f64>, node: usize, order: Fastest, at: Span) -> Vec<f64> {
         let entries = self.nodes[node].states.len();
         let rows = numbers.len() / entries;
@@ -187,10 +187,10 @@ impl Draft {
             let name = shortened(&self.nodes[node].name);
             let message = match found {
                 Fastest::Child => format!(
-                    "the table of `{name}` was read with its values changing fastest: only so do its rows sum to 1"
+                    "the table of `{name}` was read with its values changing fastest, because only then its rows sum to 1"
                 ),
                 Fastest::Parents => format!(
-                    "the table of `{name}` was read with its values changing slowest: only so do its rows sum to 1"
+                    "the table of `{name}` was read with its values changing slowest, because only then its rows sum to 1"
                 ),
             };
             self.warnings.push(Warning::new(at, message));
@@ -219,7 +219,7 @@ impl Draft {
         for (row, numbers) in table.numbers.chunks_exact_mut(entries).enumerate() {
             let sum: f64 = numbers.iter().sum();
             let off = (sum - 1.0).abs();
-            // Rounding alone: dividing again would not bring it nearer, and reading a second time changes nothing.
+            // Only rounding: dividing again would not be more exact, and a second reading changes nothing.
             if off <= entries as f64 * f64::EPSILON {
                 continue;
             }
@@ -254,7 +254,7 @@ impl Draft {
         Ok(())
     }
 
-    /// The model. `whole` is where something is told that has no place of its own.
+    /// The model. `whole` is the span for reports without a span of their own.
     pub(super) fn model(mut self, whole: Span) -> Result<(Model, Vec<Warning>), Diagnostics> {
         if self.nodes.is_empty() {
             return Err(Diagnostic::new(whole, "this file declares no variable").into());
@@ -314,7 +314,7 @@ impl Draft {
     }
 }
 
-/// A domain with these names: whole numbers that follow each other are a range, `false, true` is `bool`.
+/// A domain with these names: consecutive whole numbers are a range, `false, true` is `bool`.
 fn domain(states: Vec<String>) -> Domain {
     if states == ["false", "true"] {
         return Domain::Boolean;

@@ -1,8 +1,8 @@
-//! A model as the network formats see it: finite variables, each with one table given its parents.
+//! Evaluates a model as a network: finite variables, each with one table given its parents.
 //!
 //! In: a [`Model`]. Out: a [`Node`] for each variable, in their order. Invariant: tables are row-major, the parents in
-//! their order, the variable itself fastest. A form that is not made of numbers is worked out in each context; several variables
-//! on a left side become P(A | R) P(B | A R).
+//! their order, the variable itself fastest. A form with expressions is evaluated in each context; several left-hand
+//! variables become P(A | R) P(B | A R).
 
 use crate::answer::link;
 use crate::distribution::{Distribution, Setting};
@@ -21,7 +21,7 @@ pub(super) struct Node<'m> {
     pub(super) numbers: Cow<'m, [f64]>,
 }
 
-/// The most numbers that a table is worked out for.
+/// Limit of the numbers of an evaluated table.
 const MOST_NUMBERS: usize = 1 << 24;
 
 /// The variables of a model with their tables.
@@ -37,7 +37,7 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
             let name = model.variable_name(id);
             let text = model.domain_text(&variable.domain);
             return Err(refuse(format!(
-                "`{name}` is `{text}`: a file holds single finite variables of one instant"
+                "`{name}` is `{text}`: a network file can only contain finite variables of one instant"
             )));
         };
         let states = (0..count).map(|ordinal| variable.domain.value_name(ordinal)).collect();
@@ -80,14 +80,14 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
 }
 
 impl Node<'_> {
-    /// The first row that is zero everywhere.
+    /// The first row of zeros.
     pub(super) fn zero_row(&self) -> Option<usize> {
         let mut rows = self.numbers.chunks_exact(self.states.len().max(1));
         rows.position(|row| row.iter().all(|number| *number == 0.0))
     }
 }
 
-/// The first row that is zero everywhere: "`Y` at X = 1".
+/// The first row of zeros: "`Y` at X = 1".
 pub(super) fn zero_row(nodes: &[Node<'_>]) -> Option<String> {
     let (node, mut row) = nodes.iter().find_map(|node| Some((node, node.zero_row()?)))?;
     let mut context = Vec::new();
@@ -102,7 +102,7 @@ pub(super) fn zero_row(nodes: &[Node<'_>]) -> Option<String> {
     Some(format!("`{}` at {}", node.name, context.join(", ")))
 }
 
-/// The table of a factor that is made of numbers.
+/// The table of a factor that consists of numbers.
 fn known<'m>(model: &'m Model, factor: &'m Factor) -> Option<Cow<'m, [f64]>> {
     let [left] = factor.left.as_slice() else { return None };
     let constants = |entries: &mut dyn Iterator<Item = &crate::ids::ExpressionId>| {
@@ -124,8 +124,8 @@ fn known<'m>(model: &'m Model, factor: &'m Factor) -> Option<Cow<'m, [f64]>> {
     }
 }
 
-/// The table of one variable of a factor that has to be worked out, given what stands before it: the factor's numbers in each
-/// context, summed over the variables behind it.
+/// The table of one variable of a factor that has to be evaluated, given the variables before it: the factor's numbers
+/// in each context, summed over the variables after it.
 fn worked_out(
     setting: &Setting<'_>,
     id: FactorId,
@@ -159,8 +159,8 @@ fn worked_out(
         if total > 0.0 {
             row.iter_mut().for_each(|number| *number /= total);
         } else if position > 0 {
-            // The model does not say what follows from something impossible; any law would do. But a row of the first
-            // variable is a whole context: it is impossible.
+            // After an impossible value any distribution would do. But a row of the first variable is a whole context:
+            // it is impossible.
             row.fill(1.0 / entries as f64);
         }
     }

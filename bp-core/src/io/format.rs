@@ -1,7 +1,7 @@
 //! The formats of network files.
 //!
-//! In: the end of a file's name, or what a user calls a format. Out: a [`Format`]. Invariant: every ending belongs to one
-//! format at most.
+//! In: the extension of a file, or the name of a format. Out: a [`Format`]. Invariant: an extension belongs to one
+//! format.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ impl Format {
     /// All of them.
     pub const ALL: [Format; 5] = [Format::Program, Format::Bif, Format::Xmlbif, Format::Uai, Format::Hugin];
 
-    /// How a file of this format ends; the first is also its name.
+    /// The extensions of this format; the first is also its name.
     pub fn endings(self) -> &'static [&'static str] {
         match self {
             Format::Program => &["bp"],
@@ -40,18 +40,17 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.endings().iter().any(|end| end.eq_ignore_ascii_case(name)))
     }
 
-    /// The format of a file, by its name; `.gz` behind it changes nothing.
+    /// The format of a file by its name, with or without `.gz`.
     pub fn of(path: &Path) -> Option<Self> {
         Self::named(&ending(path)?)
     }
 
-    /// Whether a name says that the file is compressed.
+    /// Whether a name has the extension of a compressed file.
     pub fn is_packed(path: &Path) -> bool {
         path.extension().is_some_and(|end| end.eq_ignore_ascii_case("gz"))
     }
 
-    /// Why a file of another tool cannot be read, and what can be read in its place; `None` where its name says nothing
-    /// of the kind.
+    /// The reason why a file of another tool cannot be read, and the alternative; `None` for other names.
     pub fn refused(path: &Path) -> Option<String> {
         let end = ending(path)?.to_ascii_lowercase();
         let (_, what, help) = FOREIGN.iter().find(|(ends, ..)| ends.contains(&end.as_str()))?;
@@ -59,7 +58,7 @@ impl Format {
     }
 }
 
-/// Files of other tools that are not read: how they end, what they are, the way out.
+/// Unsupported formats of other tools: extensions, name, alternative.
 const FOREIGN: [(&[&str], &str, &str); 6] = [
     (&["xdsl", "dsl"], "a network of GeNIe or SMILE", "in GeNIe, save it as Hugin NET (`.net`)"),
     (
@@ -81,7 +80,7 @@ const FOREIGN: [(&[&str], &str, &str); 6] = [
     (&["rds", "rda", "rdata"], "a file of R", "write it from bnlearn with `write.bif` or `write.net`"),
 ];
 
-/// How the name of a file ends, without `.gz`.
+/// The extension of a file, without `.gz`.
 fn ending(path: &Path) -> Option<String> {
     let stem = path.file_stem().filter(|_| Format::is_packed(path));
     let end = stem.map_or(path, Path::new).extension()?;

@@ -1,16 +1,16 @@
-//! Words, quoted strings and signs: what BIF, Hugin NET and UAI are written in.
+//! The lexer of BIF, Hugin NET and UAI: words, quoted strings and punctuation.
 //!
 //! In: a text, and the signs of its format. Out: [`Token`]s with their spans. Invariant: blanks, byte order marks and
-//! comments never come out; every token moves the place forward, so reading ends.
+//! comments are skipped; every token moves the position forward, so reading terminates.
 //!
-//! Comments: `// …`, `/* … */` and `# …`, `% …`, which only begin where a token would: `Asy//Patch` and `12%` are words.
-//! `#` and `%` also begin labels (`#1`): they are comments at the start of a line, after `;` or `}`, or before a blank,
-//! and `%` always where the format says so.
+//! Comments: `// …`, `/* … */` and `# …`, `% …`, which only begin where a token would: `Asy//Patch` and `12%` are
+//! words. `#` and `%` also begin labels (`#1`): they are comments at the start of a line, after `;` or `}`, or before a
+//! blank, and `%` always in some formats.
 
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// What a format writes its own way.
+/// The lexical rules of a format.
 pub(super) struct Dialect {
     /// Characters that are tokens of their own.
     pub(super) signs: &'static [u8],
@@ -38,9 +38,9 @@ pub(super) enum Token<'s> {
 pub(super) struct Lexer<'s> {
     text: &'s str,
     dialect: &'static Dialect,
-    /// Where the next token is looked for.
+    /// The position of the next token.
     at: usize,
-    /// Whether `#` and `%` begin a comment here whatever follows.
+    /// Whether `#` and `%` always begin a comment here.
     fresh: bool,
     peeked: Option<(Token<'s>, Span)>,
 }
@@ -51,7 +51,7 @@ impl<'s> Lexer<'s> {
         Self { text, dialect, at, fresh: true, peeked: None }
     }
 
-    /// The next token, which stays.
+    /// The next token, without consuming it.
     pub(super) fn peek(&mut self) -> Result<(Token<'s>, Span), Diagnostic> {
         if let Some(peeked) = self.peeked {
             return Ok(peeked);
@@ -69,7 +69,7 @@ impl<'s> Lexer<'s> {
         }
     }
 
-    /// Takes a sign, if it is next.
+    /// Consumes a sign, if it is next.
     pub(super) fn takes(&mut self, sign: u8) -> Result<bool, Diagnostic> {
         let here = self.peek()?.0 == Token::Sign(sign);
         if here {
@@ -78,7 +78,7 @@ impl<'s> Lexer<'s> {
         Ok(here)
     }
 
-    /// Takes a sign that must be next.
+    /// Consumes a required sign.
     pub(super) fn sign(&mut self, sign: u8, after: &str) -> Result<Span, Diagnostic> {
         match self.next()? {
             (Token::Sign(found), span) if found == sign => Ok(span),
@@ -86,7 +86,7 @@ impl<'s> Lexer<'s> {
         }
     }
 
-    /// Takes a name, quoted or not.
+    /// Consumes a name, quoted or not.
     pub(super) fn name(&mut self, what: &str) -> Result<(&'s str, Span), Diagnostic> {
         match self.next()? {
             (Token::Word(name) | Token::Quoted(name), span) => Ok((name, span)),
@@ -94,8 +94,8 @@ impl<'s> Lexer<'s> {
         }
     }
 
-    /// Skips what is left of a property: up to `;`, or where there is none to the end of the line, or up to the `}` that
-    /// closes the block in which it stands.
+    /// Skips the rest of a property: up to `;`, or without it to the end of the line, or up to the `}` that closes its
+    /// block.
     pub(super) fn skip_property(&mut self) {
         let start = self.peeked.take().map_or(self.at, |(_, span)| span.start);
         let bytes = self.text.as_bytes();
@@ -169,7 +169,7 @@ impl<'s> Lexer<'s> {
     }
 }
 
-/// Where a property ends; `None` where a quotation mark that counts is never closed.
+/// The end of a property; `None` if a quotation mark is never closed.
 fn property_end(bytes: &[u8], start: usize, quotes: bool) -> Option<usize> {
     let (mut quoted, mut depth) = (false, 0usize);
     for (at, byte) in bytes.iter().enumerate().skip(start) {
@@ -186,7 +186,7 @@ fn property_end(bytes: &[u8], start: usize, quotes: bool) -> Option<usize> {
     (!quoted).then_some(bytes.len())
 }
 
-/// How far away the `"` is that closes; with escapes, those behind a `\` left aside.
+/// Distance to the closing `"`; with escapes, those after a `\` are ignored.
 fn closing(bytes: &[u8], escapes: bool) -> Option<usize> {
     let mut escaped = false;
     bytes.iter().position(|byte| {
@@ -196,7 +196,7 @@ fn closing(bytes: &[u8], escapes: bool) -> Option<usize> {
     })
 }
 
-/// What was found where something else was expected.
+/// The token that was found instead of the expected one.
 pub(super) fn unexpected(span: Span, found: Token<'_>, expected: &str) -> Diagnostic {
     let found = match found {
         Token::Word(word) | Token::Quoted(word) => format!("`{}`", shortened(word)),
@@ -214,7 +214,7 @@ pub(super) fn shortened(word: &str) -> String {
     }
 }
 
-/// A number, as Rust reads it: `1e-3`, `.5` and `1.` are numbers, `nan` and `inf` are none.
+/// A number, as Rust reads it: `1e-3`, `.5` and `1.` are numbers, `nan` and `inf` are not.
 pub(super) fn number(word: &str) -> Option<f64> {
     let first = *word.as_bytes().first()?;
     let begins = first.is_ascii_digit() || matches!(first, b'.' | b'-' | b'+');
@@ -224,10 +224,10 @@ pub(super) fn number(word: &str) -> Option<f64> {
     word.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// A probability at a place.
+/// A probability at a span.
 pub(super) fn probability(word: &str, span: Span) -> Result<f64, Diagnostic> {
     let read = number(word).ok_or_else(|| unexpected(span, Token::Word(word), "a probability"))?;
-    // Beyond one by rounding; its row is divided by its sum.
+    // Above one by rounding; its row is divided by its sum.
     match (0.0..=1.01).contains(&read) {
         true => Ok(read),
         false => {

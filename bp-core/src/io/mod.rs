@@ -1,8 +1,8 @@
 //! Files of other tools: network formats.
 //!
-//! In: a [`Source`]. Out: a [`Network`]: a [`Model`] and what was mended on the way; or what is wrong, under the text. And
-//! back: a model of finite variables as the text of a format. Invariant: whatever the bytes, an answer comes back;
-//! numbers are read and written as f64, exactly.
+//! In: a [`Source`]. Out: a [`Network`]: a [`Model`] and warnings about corrections; or diagnostics. And the reverse: a
+//! model of finite variables as the text of a format. Invariant: no bytes cause a panic; numbers are read and written
+//! as f64 without loss.
 
 pub mod bif;
 pub mod hugin;
@@ -26,17 +26,17 @@ use crate::error::Error;
 use crate::model::{Known, Model};
 use crate::source::Source;
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Network {
     /// Its variables and distributions.
     pub model: Model,
-    /// What is always known with it: the potentials of a Markov network, which are variables of the model, are true.
+    /// Evidence that always holds: the potentials of a Markov network, which are variables of the model, are true.
     pub known: Vec<Known>,
-    /// ln of what the product of its numbers was divided by, so that each table is a distribution: 0, but for a Markov network,
-    /// whose ln Z is this and ln P(known).
+    /// ln of the factor by which the product of its tables was divided to make each a distribution: 0, except for a
+    /// Markov network, whose ln Z is this plus ln P(known).
     pub ln_scale: f64,
-    /// What was mended.
+    /// Corrections made while reading.
     pub warnings: Vec<Warning>,
 }
 
@@ -79,7 +79,7 @@ pub fn write(network: &Network, format: Format) -> Result<String, Error> {
     }
 }
 
-/// The text of a network as a program, to be looked at: also with rows of zeros, which no program may have.
+/// The text of a network as a program, for display: also with rows of zeros, which a program cannot have.
 ///
 /// # Errors
 /// See [`write()`].
@@ -87,7 +87,7 @@ pub fn shown(model: &Model) -> Result<String, Error> {
     program::write(model, &finite::nodes(model)?)
 }
 
-/// What a format does not hold of a network as everyone reads it.
+/// Warnings about the parts of a network that a format cannot express.
 ///
 /// # Errors
 /// See [`write()`].

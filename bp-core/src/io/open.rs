@@ -1,7 +1,7 @@
-//! Files with programs and networks, opened.
+//! Opens files with programs and networks.
 //!
-//! In: a path (`-` is standard input). Out: the text, or a network with its text. Invariant: what is wrong comes with the text
-//! that it is wrong in; what was mended is said in a line each.
+//! In: a path (`-` is standard input). Out: the text, or a network with its text. Invariant: errors come with their
+//! source text; each correction is reported in one line.
 
 use super::{Format, Network, read};
 use crate::error::Error;
@@ -10,14 +10,14 @@ use crate::source::Source;
 use std::io::{Error as Wrong, ErrorKind, stdin};
 use std::path::Path;
 
-/// A network, the text that it was read from, and what was mended, line by line.
+/// A network, its text, and the corrections, one line each.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Opened {
     /// The network.
     pub network: Network,
     /// The text.
     pub source: Source,
-    /// What was mended: `alarm.bif:12:3: warning: …`.
+    /// The corrections: `alarm.bif:12:3: warning: …`.
     pub warnings: Vec<String>,
 }
 
@@ -44,10 +44,10 @@ pub fn open_as(path: &Path, format: Format) -> Result<Opened, Error> {
     Ok(Opened { network, source, warnings })
 }
 
-/// The format of a file by its name: a program where the name has no known ending.
+/// The format of a file by its name: a program if the extension is unknown.
 ///
 /// # Errors
-/// It is a file of a tool that is not read.
+/// The format of the tool is not supported.
 pub fn format_of(path: &Path) -> Result<Format, Error> {
     match Format::refused(path) {
         Some(reason) => Err(wrong(path, format!("it {reason}"))),
@@ -73,13 +73,13 @@ pub fn text(path: &Path) -> Result<Source, Error> {
 fn text_of_any(path: &Path, warnings: &mut Vec<String>) -> Result<Source, Error> {
     let (name, bytes) = bytes(path)?;
     let text = String::from_utf8(bytes).unwrap_or_else(|error| {
-        warnings.push(format!("{name}: warning: not UTF-8; it was read as Latin-1"));
+        warnings.push(format!("{name}: warning: not UTF-8; read as Latin-1"));
         error.as_bytes().iter().copied().map(char::from).collect()
     });
     Ok(Source::new(name, text))
 }
 
-/// What messages call a file, and what it holds.
+/// The name of a file for messages, and its content.
 fn bytes(path: &Path) -> Result<(String, Vec<u8>), Error> {
     let fail = |source| Error::file(path, source);
     let (name, bytes) = match path.as_os_str() == "-" {

@@ -1,7 +1,7 @@
 //! A network as a Bayesian Program.
 //!
 //! In: a model of finite variables. Out: its text. Invariant: it reads back as the same variables, values and numbers;
-//! names that are not words of the language stand in quotes.
+//! names that are not words of the language are quoted.
 
 use super::finite::Node;
 use crate::error::Error;

@@ -1,21 +1,21 @@
-//! What was mended while a file was read.
+//! Warnings about corrections made while a file was read.
 //!
-//! In: a span and words. Out: one line for stderr. Invariant: a warning says what was done; the model that comes with it
-//! can be used.
+//! In: a span and a message. Out: one line for stderr. Invariant: a warning describes the correction; the model is
+//! usable.
 
 use crate::source::{Source, Span};
 
-/// Something in a file that was not as it should be, and what was made of it.
+/// A correction of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Where.
+    /// The span.
     pub span: Span,
-    /// What was found and what was done.
+    /// The problem and the correction.
     pub message: String,
 }
 
 impl Warning {
-    /// A warning at a place.
+    /// A warning at a span.
     pub fn new(span: Span, message: impl Into<String>) -> Self {
         Self { span, message: message.into() }
     }

@@ -1,7 +1,7 @@
-//! The one way to make a [`Model`], for the checker and for Rust users alike.
+//! The builder of a [`Model`], for the checker and for Rust users.
 //!
-//! In: calls, in an order in which ids exist before they are used. Out: [`ModelBuilder::build`] gives the model
-//! or every fault that it has. Invariant: nothing but the builder makes a model.
+//! In: calls, in an order in which ids exist before they are used. Out: [`ModelBuilder::build`] returns the model or
+//! all its faults. Invariant: every model is made by the builder.
 //!
 //! ```
 //! use bp_core::model::{Ask, Domain, Form, ModelBuilder, Question, Statistic, Searched, When};
@@ -21,7 +21,7 @@ use super::{
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
 use crate::operators::{Binary, Unary};
 
-/// A model in the making.
+/// A model under construction.
 #[derive(Clone, Debug)]
 pub struct ModelBuilder {
     model: Model,
@@ -33,27 +33,27 @@ impl ModelBuilder {
         Self { model: Model { name: name.to_owned(), ..Model::default() } }
     }
 
-    /// What there is so far.
+    /// The model so far.
     pub fn so_far(&self) -> &Model {
         &self.model
     }
 
-    /// What the author says of the program.
+    /// The documentation of the program.
     pub fn documentation(&mut self, text: &str) {
         self.model.documentation = text.to_owned();
     }
 
-    /// A set bound from outside.
+    /// A set given at run time.
     pub fn set(&mut self, name: &str, kind: SetKind) -> SetId {
         self.model.sets.push(Set { name: name.to_owned(), kind })
     }
 
-    /// Says what has been found out of a set's elements.
+    /// Sets the kind of a set's elements.
     pub fn set_kind(&mut self, set: SetId, kind: SetKind) {
         self.model.sets[set].kind = kind;
     }
 
-    /// Repeats the program over a set; gives the index.
+    /// Repeats the program over a set; returns the index.
     pub fn plate(&mut self, index: &str, set: SetId) -> VariableId {
         let index = self.variable(index, Domain::Set(set));
         self.model.plate = Some(Plate { index, set });
@@ -87,7 +87,7 @@ impl ModelBuilder {
         self.model.variables.push(Variable { name: name.to_owned(), previous_of: None, domain, family })
     }
 
-    /// A variable at the previous instant; the same one each time that it is asked for.
+    /// A variable at the previous instant; repeated calls return the same one.
     pub fn previous(&mut self, of: VariableId) -> VariableId {
         if let Some(id) = self.model.variables.find(|variable| variable.previous_of == Some(of)) {
             return id;
@@ -137,12 +137,12 @@ impl ModelBuilder {
         self.model.factors.push(factor)
     }
 
-    /// Replaces the form of a factor that was made before its form was known.
+    /// Replaces the form of a factor.
     pub fn set_form(&mut self, factor: FactorId, form: Form) {
         self.model.factors[factor].form = form;
     }
 
-    /// Says that a variable has no data of its own: it is learned from what depends on it.
+    /// Declares that the data have no column for a variable: it is hidden.
     pub fn hidden(&mut self, variable: VariableId) {
         self.model.hidden.push(variable);
     }
@@ -152,7 +152,7 @@ impl ModelBuilder {
         self.model.identifications.push(identification);
     }
 
-    /// A question to another program; the same one is asked once, however many forms ask it.
+    /// A question to another program; equal ones are shared between forms.
     pub fn subroutine(&mut self, subroutine: Subroutine) {
         if self.model.subroutine(&subroutine.path).is_none() {
             self.model.subroutines.push(subroutine);
@@ -164,7 +164,7 @@ impl ModelBuilder {
         self.model.questions.push(question)
     }
 
-    /// The model, or every fault that it has.
+    /// The model, or all its faults.
     pub fn build(self) -> Result<Model, Vec<Fault>> {
         let faults = validate::faults(&self.model);
         if faults.is_empty() { Ok(self.model) } else { Err(faults) }
@@ -172,7 +172,7 @@ impl ModelBuilder {
 }
 
 impl Model {
-    /// What is wrong with a question to this model; nothing where it can be asked.
+    /// The faults of a question to this model; none if it can be asked.
     pub fn question_faults(&self, question: &Question) -> Vec<Fault> {
         validate::question_faults(self, question, None)
     }

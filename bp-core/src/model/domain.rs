@@ -1,4 +1,4 @@
-//! Domains: what values a variable can take.
+//! Domains: the values of a variable.
 //!
 //! In: labels, bounds. Out: a [`Domain`]. Invariant: the values of a finite domain are numbered from 0 (their
 //! *ordinal*); as a number in an expression a value is `ordinal + base`, so an integer is itself, `true` is 1,
@@ -9,17 +9,17 @@ use crate::ids::{ParameterId, SetId};
 use crate::spelling::quoted;
 use serde::{Deserialize, Serialize};
 
-/// An integer bound, perhaps known only at run time: `offset`, or `size + offset`.
+/// An integer bound, possibly known only at run time: `offset`, or `size + offset`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Bound {
     /// A parameter of kind size, if the bound depends on one.
     pub size: Option<ParameterId>,
-    /// What is added to it.
+    /// The offset.
     pub offset: i64,
 }
 
 impl Bound {
-    /// A bound that is known.
+    /// A constant bound.
     pub fn constant(offset: i64) -> Self {
         Self { size: None, offset }
     }
@@ -39,7 +39,7 @@ pub struct Range {
     pub high: Bound,
 }
 
-/// What values a variable can take.
+/// The values of a variable.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Domain {
     /// `bool`: false (ordinal 0), true (ordinal 1).
@@ -51,9 +51,9 @@ pub enum Domain {
         /// The integers that follow.
         range: Option<Range>,
     },
-    /// A real in bins, each known by its centre.
+    /// A real in bins, each represented by its centre.
     Bins(Bins),
-    /// The elements of a set that is bound from outside.
+    /// The elements of a set that is given at run time.
     Set(SetId),
     /// A real number.
     Real,
@@ -72,7 +72,7 @@ impl Domain {
         Domain::Finite { labels: Vec::new(), range: Some(Range { low, high: Bound::constant(high) }) }
     }
 
-    /// The number that a value of a finite domain is in an expression.
+    /// The number of a value of a finite domain in an expression.
     pub fn number(&self, ordinal: usize) -> f64 {
         match self {
             Domain::Bins(bins) => bins.centre(ordinal),
@@ -80,8 +80,8 @@ impl Domain {
         }
     }
 
-    /// The ordinal of the value of a finite domain that is this number, where its bounds are known: the whole number
-    /// itself, or the bin that holds it.
+    /// The ordinal of the value with this number, for a finite domain with known bounds: the number itself, or the bin
+    /// that contains it.
     pub fn ordinal_at(&self, number: f64) -> Option<usize> {
         match self {
             Domain::Bins(bins) => bins.holding(number),
@@ -89,7 +89,7 @@ impl Domain {
         }
     }
 
-    /// The ordinal of the value that is this number, among as many values as are known to be there.
+    /// The ordinal of the value with this number, for a given number of values.
     pub fn ordinal_among(&self, number: f64, count: Option<usize>) -> Option<usize> {
         if let Domain::Bins(bins) = self {
             return bins.holding(number);
@@ -100,7 +100,7 @@ impl Domain {
         inside.then_some(ordinal as usize)
     }
 
-    /// What is added to a value's ordinal to give the number that it is in an expression; bins have none.
+    /// The difference between a value's number in an expression and its ordinal; bins have none.
     pub fn base(&self) -> i64 {
         match self {
             Domain::Finite { labels, range: Some(range) } => range.low.saturating_sub(labels.len() as i64),
@@ -108,7 +108,7 @@ impl Domain {
         }
     }
 
-    /// How many values there are, where that is known without any size: `None` for sizes, sets and reals.
+    /// The number of values, if it is known without any size: `None` for sizes, sets and reals.
     pub fn count(&self) -> Option<usize> {
         match self {
             Domain::Boolean => Some(2),
@@ -122,7 +122,7 @@ impl Domain {
         }
     }
 
-    /// Whether the values can be listed, once sizes and sets are known.
+    /// Whether the domain is finite, once sizes and sets are known.
     pub fn is_finite(&self) -> bool {
         !matches!(self, Domain::Real | Domain::Vector(_))
     }
@@ -137,7 +137,7 @@ impl Domain {
         }
     }
 
-    /// The value with this ordinal as the language writes it: `Rain`, `"<5"`, `-3`.
+    /// The value with this ordinal in the notation of the language: `Rain`, `"<5"`, `-3`.
     pub fn value_spelled(&self, ordinal: usize) -> String {
         match self {
             Domain::Finite { labels, .. } if ordinal < labels.len() => quoted(&labels[ordinal]).into_owned(),

@@ -1,18 +1,17 @@
-//! What expressions are worth where nothing, or only variables, need to be known.
+//! Evaluates constant expressions, or expressions of given variables.
 //!
-//! In: an expression, and values of variables. Out: a number. Invariant: `None` where it depends on more; nothing is
-//! guessed.
+//! In: an expression, and values of variables. Out: a number. Invariant: `None` if it depends on anything else.
 
 use super::{Domain, Expression, Folded, IndexSpace, Model};
 use crate::ids::{ExpressionId, Id, QuestionId, VariableId};
 
 impl Model {
-    /// The number that an expression is, whatever the variables and parameters are; `None` if it depends on them.
+    /// The value of a constant expression; `None` if it depends on variables or parameters.
     pub fn constant(&self, id: ExpressionId) -> Option<f64> {
         self.evaluate(id, &|_| None)
     }
 
-    /// The number that an expression is where variables have these values; `None` if it depends on more.
+    /// The value of an expression for given variables; `None` if it depends on more.
     pub fn evaluate(&self, id: ExpressionId, value: &impl Fn(VariableId) -> Option<f64>) -> Option<f64> {
         if let Expression::Number(number) = &self.expressions[id] {
             return Some(*number);
@@ -32,7 +31,7 @@ impl Model {
         self.fold(id, of).root()
     }
 
-    /// How many elements an index space has, where that is known without any size.
+    /// The number of elements of an index space, if it is known without any size.
     pub fn index_count(&self, over: &IndexSpace) -> Option<usize> {
         match over {
             IndexSpace::Range(range) => Domain::Finite { labels: Vec::new(), range: Some(*range) }.count(),

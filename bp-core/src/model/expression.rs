@@ -1,8 +1,7 @@
 //! Expressions: the arithmetic in the forms of a model, over its variables and parameters.
 //!
-//! In: ids of variables, parameters and other expressions. Out: one node of the model's expression arena.
-//! Invariant: a node only refers to nodes made before it; a `let` leaves no trace, since its name stood for a
-//! node that is now shared.
+//! In: ids of variables, parameters and other expressions. Out: one node of the model's expression arena. Invariant: a
+//! node only refers to nodes made before it; a `let` is replaced by a shared node.
 
 use crate::ids::{ExpressionId, ParameterId, VariableId};
 use crate::operators::{Binary, Unary};
@@ -30,14 +29,14 @@ pub enum Expression {
     Number(f64),
     /// A parameter, with one index for each set that it ranges over.
     Parameter {
-        /// Which.
+        /// The parameter.
         parameter: ParameterId,
-        /// At which elements.
+        /// Its indices.
         indices: Vec<ExpressionId>,
     },
     /// The value of a variable as a number (see [`super::Domain`]), or as an element of its set, or as a vector.
     Variable(VariableUse),
-    /// The index of the `depth`-th enclosing `prod`, outermost first, of the factor in which this stands.
+    /// The index of the `depth`-th enclosing `prod` of the factor, outermost first.
     Index(usize),
     /// An operator on one operand.
     Unary(Unary, ExpressionId),
@@ -52,19 +51,19 @@ pub enum Expression {
         /// Where it is false.
         otherwise: ExpressionId,
     },
-    /// `first(G with O at C)`: the index of the first true element of the family, in which `value` stands at
-    /// index `at`; one past the last index where none is true.
+    /// `first(G with O at C)`: the index of the first true element of the family, with `value` in place of the element
+    /// at index `at`; one past the last index if none is true.
     First {
         /// A family of booleans along a range.
         family: VariableId,
-        /// What replaces one element: (value, index).
+        /// The replacement of one element: (value, index).
         with: Option<(ExpressionId, ExpressionId)>,
     },
-    /// The answer of another program at a cell: `map.P(O | C)`, `map.H`. Bound from outside, by its text.
+    /// The answer of another program at a cell: `map.P(O | C)`, `map.H`. Given at run time under its text.
     Foreign {
-        /// What was written, in normal spacing: the name under which it is bound.
+        /// Its text, in normal spacing: the name under which it is given.
         path: String,
-        /// At which cell; `None` where the answer is one number.
+        /// The cell; `None` if the answer is one number.
         at: Option<ExpressionId>,
     },
     /// Length of the backward differences of a foreign field along the three axes of its grid (paper, Eq. 6).
@@ -73,18 +72,18 @@ pub enum Expression {
         field: ExpressionId,
         /// The cell.
         at: ExpressionId,
-        /// What the field is before the first cell of a line; without it there is no difference there.
+        /// The value of the field before the first cell of a line; without it the difference there is 0.
         before: Option<ExpressionId>,
     },
-    /// `frontier(condition, C)`: whether C is the last cell, walking outwards from the first, before the first
-    /// one at which the condition fails (paper, section 3, step 1). The condition is written of the same C.
+    /// `frontier(condition, C)`: whether C is the last cell, going outwards from the first, before the first one at
+    /// which the condition fails (paper, section 3, step 1). The condition uses the same C.
     Frontier {
         /// A truth value at each cell.
         condition: ExpressionId,
         /// The cell.
         at: ExpressionId,
     },
-    /// `innermost(C)`: whether C is the first cell, walking outwards.
+    /// `innermost(C)`: whether C is the first cell, going outwards.
     Innermost {
         /// The cell.
         at: ExpressionId,

@@ -1,7 +1,7 @@
 //! Forms: the distribution that a factor of the decomposition has.
 //!
-//! In: expressions over the factor's right-hand variables. Out: a [`Form`]. Invariant: a form says what was
-//! meant, not how it is computed; its density is written in one place, `lower/density.rs`.
+//! In: expressions over the factor's right-hand variables. Out: a [`Form`]. Invariant: a form describes a distribution,
+//! not how it is computed.
 
 mod noisy;
 mod regression;
@@ -12,7 +12,7 @@ use crate::ids::{ExpressionId, VariableId};
 use crate::law::{Dirichlet, Law};
 use serde::{Deserialize, Serialize};
 
-/// How far the probabilities of a row may sum from one, and how far a computed one may lie beyond 0 or 1: rounding, also
+/// Tolerance of the sum of the probabilities of a row, and of a computed probability outside [0, 1]: rounding, also
 /// that of f32.
 pub fn row_tolerance(entries: usize) -> f64 {
     1e-6 + 1e-7 * entries as f64
@@ -21,7 +21,7 @@ pub fn row_tolerance(entries: usize) -> f64 {
 /// The distribution of a factor's left-hand variable, given its right-hand ones.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Form {
-    /// Every value alike.
+    /// All values with equal probability.
     Uniform,
     /// True with this probability.
     Bernoulli(ExpressionId),
@@ -30,22 +30,22 @@ pub enum Form {
     /// Probabilities in rows: one row for each combination of right-hand values (in the factor's order, last
     /// one fastest), one entry for each left-hand value.
     Table(Vec<Vec<ExpressionId>>),
-    /// A table whose entries are all known numbers, row after row in the order of `Table`: what network files hold, a
-    /// million entries without a node for each.
+    /// A table of constants, row after row in the order of `Table`: for network files, with a million entries without a
+    /// node for each.
     Constants(Vec<f64>),
-    /// A law of one number. Of a real, its density. Over integers, its density at each, normalised over them. Over
-    /// bins, its mass in each, normalised over the domain; on a circle it goes round.
+    /// A distribution of one number. For a real, its density. Over integers, its density at each, normalised over them.
+    /// Over bins, its probability in each, normalised over the domain; on a circle it is periodic.
     Law {
         /// Which.
         law: Law,
         /// Its parameters, in its order.
         arguments: Vec<ExpressionId>,
     },
-    /// Proportions that sum to one, a Dirichlet law of a vector: one parameter for each component.
+    /// Proportions that sum to one, a Dirichlet distribution of a vector: one parameter for each component.
     Dirichlet(Vec<ExpressionId>),
-    /// One of several forms, by chance: Σ wᵢ fᵢ. The weights sum to one.
+    /// A mixture of several forms: Σ wᵢ fᵢ. The weights sum to one.
     Mixture(Vec<(ExpressionId, Form)>),
-    /// A form between two bounds, normalised over what is left; both bounds are inside.
+    /// A form truncated to two bounds and renormalised; both bounds are inside.
     Truncated {
         /// The form.
         form: Box<Form>,
@@ -54,39 +54,39 @@ pub enum Form {
         /// Upper bound.
         high: ExpressionId,
     },
-    /// To be learned from data. It answers nothing until then.
+    /// To be learned from data; no answer until then.
     Unknown(Fit),
-    /// A normal law read on an axis of unit bins ]j−1; j], j = 1..=N, the first of which takes all that lies
-    /// below it, preceded by one label that takes all that lies beyond N (paper, Eq. 4). A mean beyond N + ½
-    /// stands for "nothing there" and gives the label for sure.
+    /// A normal distribution on an axis of unit bins ]j−1; j], j = 1..=N, the first of which includes everything below
+    /// it, preceded by a label with the probability beyond N (paper, Eq. 4). A mean beyond N + ½ means "no occupied
+    /// cell" and gives the label with certainty.
     NormalBins {
         /// Mean, in bins from the inner edge.
         mean: ExpressionId,
         /// Standard deviation, in bins, > 0.
         deviation: ExpressionId,
     },
-    /// This value, for sure. A value outside the domain has probability 0.
+    /// This value, with probability 1. A value outside the domain has probability 0.
     Dirac(ExpressionId),
-    /// What the last step's answer said of `of` (at cell `at`): its marginal. `otherwise` holds before the
-    /// first step and outside the grid; without it, uniform.
+    /// The marginal of `of` (at cell `at`) in the answer of the previous step. `otherwise` holds before the first step
+    /// and outside the grid; without it, uniform.
     Previous {
-        /// The variable, now; its marginal of a step ago is meant.
+        /// The variable at this instant; its marginal one step ago is meant.
         of: VariableId,
-        /// The cell at which it was kept.
+        /// The cell of the marginal.
         at: Option<VariableId>,
-        /// What holds where nothing was kept.
+        /// The form if there is no marginal.
         otherwise: Box<Form>,
     },
-    /// The answer of another program, bound from outside under `path`: for an observed variable, its
-    /// likelihood; it depends on the right-hand variables `given` (and on the plate).
+    /// The answer of another program, given at run time under `path`: for an observed variable, its likelihood; it
+    /// depends on the right-hand variables `given` (and on the plate).
     Ask {
-        /// What was written, in normal spacing.
+        /// Its text, in normal spacing.
         path: String,
         /// The right-hand variables on which the answer depends.
         given: Vec<VariableId>,
     },
-    /// Proportional to this, over the values of the left variable, of which it may speak. An index of the plate in it,
-    /// where the plate runs over that same set, means the left variable's value.
+    /// Proportional to this, over the values of the left variable, which it may use. An index of the plate in it, if
+    /// the plate runs over that same set, means the left variable's value.
     Weights(ExpressionId),
     /// One form or the other; a `match` is a chain of these.
     If {
@@ -99,47 +99,47 @@ pub enum Form {
     },
 }
 
-/// How a form that is to be learned is fitted, once for each combination of right-hand values.
+/// The estimator of a form to be learned, fitted once for each combination of right-hand values.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Fit {
     /// Laplace's law of succession: (nᵢ + 1) / (N + k).
     LaplaceSuccession,
     /// Relative frequencies: nᵢ / N.
     Histogram,
-    /// Frequencies with a prior count for each value, a Dirichlet law: (nᵢ + a) / (N + k a).
+    /// Frequencies with a prior count for each value, a Dirichlet prior: (nᵢ + a) / (N + k a).
     Dirichlet(f64),
-    /// The chance of `true`, with a beta law before: (n₁ + a) / (N + a + b).
+    /// The probability of `true`, with a beta prior: (n₁ + a) / (N + a + b).
     Beta(f64, f64),
-    /// The parameters of a law, of maximum likelihood.
+    /// The parameters of a distribution, by maximum likelihood.
     Law {
         /// Which.
         law: Law,
         /// Parameters that are known: the number of trials of a `binomial`.
         known: Vec<f64>,
     },
-    /// A normal law whose variance is the sum of squares divided by N − 1.
+    /// A normal distribution whose variance is the sum of squares divided by N − 1.
     UnbiasedNormal,
-    /// A law with a conjugate law before; the mean of what is believed after is put in.
+    /// A distribution with a conjugate prior; the estimate is the posterior mean.
     Conjugate {
         /// Which.
         law: Law,
         /// Parameters that are known: the number of trials of a `binomial`, the deviation of a `normal`.
         known: Vec<f64>,
-        /// The parameters of the law before: of a gamma law for a rate, a beta law for a probability, a normal law
-        /// for a mean.
+        /// The parameters of the prior: a gamma distribution for a rate, a beta distribution for a probability, a
+        /// normal distribution for a mean.
         prior: [f64; 2],
     },
-    /// Intercept, slopes and deviation of a linear regression on all variables of the right: least squares.
+    /// Intercept, slopes and deviation of a linear regression on all right-hand variables: least squares.
     LinearRegression,
 }
 
 impl Fit {
-    /// A law fitted by maximum likelihood.
+    /// A distribution fitted by maximum likelihood.
     pub fn law(law: Law) -> Self {
         Fit::Law { law, known: Vec::new() }
     }
 
-    /// The law to which a law's conjugate prior belongs.
+    /// The distribution of the conjugate prior.
     pub fn prior_of(law: Law) -> Option<Law> {
         match law {
             Law::Poisson | Law::Exponential => Some(Law::Gamma),
@@ -156,7 +156,7 @@ impl Form {
         Form::Law { law: Law::Normal, arguments: vec![mean, deviation] }
     }
 
-    /// Mean and standard deviation, where the form is a normal law.
+    /// Mean and standard deviation, if the form is a normal distribution.
     pub fn as_normal(&self) -> Option<(ExpressionId, ExpressionId)> {
         match self {
             Form::Law { law: Law::Normal, arguments } => Some((arguments[0], arguments[1])),
@@ -164,7 +164,7 @@ impl Form {
         }
     }
 
-    /// Calls `visit` with each form that stands directly in this one.
+    /// Calls `visit` with each direct subform.
     pub fn each_part(&self, visit: &mut impl FnMut(&Form)) {
         match self {
             Form::Previous { otherwise, .. } => visit(otherwise),
@@ -178,7 +178,7 @@ impl Form {
         }
     }
 
-    /// The name under which the language knows the form.
+    /// The name of the form in the language.
     pub fn name(&self) -> &'static str {
         match self {
             Form::Uniform => "uniform",
@@ -199,7 +199,7 @@ impl Form {
         }
     }
 
-    /// Calls `visit` with each expression that stands directly in the form, those of its branches included.
+    /// Calls `visit` with each direct expression of the form, including those of its branches.
     pub fn each_expression(&self, visit: &mut impl FnMut(ExpressionId)) {
         match self {
             Form::Uniform | Form::Constants(_) | Form::Ask { .. } | Form::Unknown(_) => {}

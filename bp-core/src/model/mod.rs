@@ -1,8 +1,8 @@
-//! A model: what a Bayesian Program means.
+//! The model: the meaning of a Bayesian Program.
 //!
-//! In: the checker's reading of a program, or a Rust user's calls of [`ModelBuilder`]. Out: plain data, ids
-//! instead of names. Invariant: a `Model` has passed `validate`: its factors give each variable exactly one
-//! distribution, in an order without cycles, and its forms have the shape of their factors.
+//! In: a checked program, or calls of [`ModelBuilder`]. Out: plain data, ids instead of names. Invariant: a `Model` has
+//! passed `validate`: its factors give each variable exactly one distribution, in an order without cycles, and its
+//! forms have the shape of their factors.
 //!
 //! Bessière, Mazer, Ahuactzin and Mekhnacha, *Bayesian Programming*, CRC 2013:
 //! Program = { Description = { Specification = { Variables, Decomposition, Forms }, Identification }, Question }.
@@ -32,19 +32,19 @@ use crate::ids::{Arena, ExpressionId, FactorId, Id, ParameterId, QuestionId, Set
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// A set bound from outside: its elements are numbered, its size is known at run time.
+/// A set given at run time: its elements are numbered, its size is known at run time.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Set {
     /// Its name.
     pub name: String,
-    /// What is known of its elements.
+    /// The kind of its elements.
     pub kind: SetKind,
 }
 
-/// What is known of a set's elements.
+/// The kind of a set's elements.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum SetKind {
-    /// Nothing: they are numbered.
+    /// Unknown: they are numbered.
     Plain,
     /// They are the cells of a grid of three axes (unused ones have extent 1), see `space::Space`.
     Grid,
@@ -52,7 +52,7 @@ pub enum SetKind {
     Displacements(SetId),
 }
 
-/// Over what an array ranges.
+/// The range of an array.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum IndexSpace {
     /// The elements of a set.
@@ -71,21 +71,21 @@ impl IndexSpace {
     }
 }
 
-/// A number, or a field of numbers, that a question is given when it is asked.
+/// A number, or a field of numbers, that is given when a question is asked.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Parameter {
     /// Its name.
     pub name: String,
-    /// What numbers it may be.
+    /// Its kind.
     pub kind: ParameterKind,
-    /// Its value where none is given: empty for none, one number for all places, or one for each.
+    /// Its default: empty for none, one number for all elements, or one for each.
     pub default: Vec<f64>,
-    /// Over what it ranges; empty for one number.
+    /// Its range; empty for one number.
     pub over: Vec<IndexSpace>,
 }
 
 impl Parameter {
-    /// The number that it is where none is given, if it is the same everywhere.
+    /// Its default, if it is the same everywhere.
     pub fn default_number(&self) -> Option<f64> {
         match self.default.as_slice() {
             [number] => Some(*number),
@@ -94,7 +94,7 @@ impl Parameter {
     }
 }
 
-/// What numbers a parameter may be.
+/// The kind of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum ParameterKind {
     /// In [0, 1].
@@ -125,29 +125,29 @@ pub struct Variable {
     pub previous_of: Option<VariableId>,
     /// Its values.
     pub domain: Domain,
-    /// For a family: what it is indexed by.
+    /// For a family: its index.
     pub family: Option<Family>,
 }
 
-/// What a family of variables is indexed by: `G[1..=N except C]`, `Z[i in Sensors]`.
+/// The index of a family of variables: `G[1..=N except C]`, `Z[i in Sensors]`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Family {
-    /// Over what it ranges.
+    /// Its range.
     pub over: IndexSpace,
-    /// A variable whose value is left out: there is no element there.
+    /// A variable whose value is excluded from the range.
     pub except: Option<VariableId>,
 }
 
-/// One factor of the decomposition: `P(left | right)`, perhaps under `prod`.
+/// One factor of the decomposition: `P(left | right)`, possibly under `prod`.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Factor {
-    /// The variables that it distributes: at least one.
+    /// The left-hand variables: at least one.
     pub left: Vec<VariableUse>,
-    /// Those that it depends on.
+    /// The right-hand variables.
     pub right: Vec<VariableUse>,
     /// The distribution.
     pub form: Form,
-    /// The enclosing `prod`s, outermost first: name of the index, and what it runs over.
+    /// The enclosing `prod`s, outermost first: name and range of the index.
     pub products: Vec<(String, IndexSpace)>,
 }
 
@@ -156,16 +156,16 @@ pub struct Factor {
 pub struct Identification {
     /// What is learned.
     pub parameters: Vec<ParameterId>,
-    /// The name under which the data come.
+    /// The name of the data set.
     pub data: String,
     /// One fit for each value of this variable.
     pub by: Option<VariableId>,
 }
 
-/// A question to another program, which a form of this one asks: `ask(Paris.rain)`.
+/// A question to another program, used as a form: `ask(Paris.rain)`.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Subroutine {
-    /// How the form names it: `Paris.rain`.
+    /// Its name in the form: `Paris.rain`.
     pub path: String,
     /// The program that is asked.
     pub program: Model,
@@ -176,16 +176,16 @@ pub struct Subroutine {
     pub table: Vec<f64>,
 }
 
-/// What a Bayesian Program means. Made by [`ModelBuilder::build`].
+/// The meaning of a Bayesian Program. Made by [`ModelBuilder::build`].
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Model {
     /// Its name.
     pub name: String,
-    /// What its author says of it.
+    /// Its documentation.
     pub documentation: String,
     /// Sets bound from outside.
     pub sets: Arena<SetId, Set>,
-    /// What the whole is repeated over.
+    /// The plate of the program.
     pub plate: Option<Plate>,
     /// Parameters.
     pub parameters: Arena<ParameterId, Parameter>,
@@ -195,9 +195,9 @@ pub struct Model {
     pub expressions: Arena<ExpressionId, Expression>,
     /// The decomposition, with its forms.
     pub factors: Arena<FactorId, Factor>,
-    /// What is to be learned.
+    /// The parameters to be learned.
     pub identifications: Vec<Identification>,
-    /// Variables of which there are no data, by the program's own word.
+    /// Variables declared as hidden.
     #[serde(default)]
     pub hidden: Vec<VariableId>,
     /// The questions.
@@ -212,7 +212,7 @@ impl Model {
         self.questions.values().find(|question| question.name == name)
     }
 
-    /// The question to another program that a form names.
+    /// The question to another program in a form.
     pub fn subroutine(&self, path: &str) -> Option<&Subroutine> {
         self.subroutines.iter().find(|subroutine| subroutine.path == path)
     }
@@ -238,7 +238,7 @@ impl Model {
         found
     }
 
-    /// The variables by their names, as written: for many look-ups.
+    /// The variables by their names, as written, for repeated look-ups.
     pub fn variables_by_name(&self) -> HashMap<String, VariableId> {
         let mut found = HashMap::with_capacity(self.variables.len());
         for id in self.variables.ids() {

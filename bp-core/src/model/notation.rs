@@ -1,7 +1,6 @@
-//! How a model's parts are written: names, heads of factors, expressions, questions.
+//! Notation of a model's parts: names, heads of factors, expressions, questions.
 //!
-//! In: ids. Out: text in the language's own spelling. Invariant: what is written here parses back to the same
-//! part of the model.
+//! In: ids. Out: text in the language's own spelling. Invariant: the text parses back to the same part of the model.
 
 use super::{
     Ask, Domain, Evidence, Expression, Factor, Folded, Form, IndexSpace, Known, Model, Statistic, Value,
@@ -11,13 +10,13 @@ use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
 use crate::spelling::{exact, quoted};
 
-/// The longest arguments of a form that a message repeats, in characters.
+/// Limit of the length of a form's arguments in a message, in characters.
 const LONGEST: usize = 48;
 
-/// Bytes of the longest expression that is written out: what a `let` shares may be exponentially longer than its program.
+/// Limit of the length of an expression in bytes: with shared nodes, it may be exponentially longer than its program.
 const LONGEST_EXPRESSION: usize = 4000;
 
-/// How a function of one number is written.
+/// The notation of a function of one number.
 fn function(operator: Unary) -> &'static str {
     match operator {
         Unary::Absolute => "abs",
@@ -49,7 +48,7 @@ impl Model {
         }
     }
 
-    /// A variable as the language writes it: `O`, `O^-1`, `"two words"`.
+    /// A variable in the notation of the language: `O`, `O^-1`, `"two words"`.
     pub fn spelled(&self, id: VariableId) -> String {
         let variable = &self.variables[id];
         let before = if variable.previous_of.is_some() { "^-1" } else { "" };
@@ -76,7 +75,7 @@ impl Model {
         }
     }
 
-    /// A factor and a form that stands in it, for a message: `P(Y | X) = bernoulli(X / 2)`. Long parts are left out.
+    /// A factor with a form in it, for a message: `P(Y | X) = bernoulli(X / 2)`. Long parts are omitted.
     pub fn form_text(&self, factor: &Factor, form: &Form) -> String {
         let list = |ids: &[ExpressionId]| {
             let words: Vec<String> =
@@ -98,12 +97,12 @@ impl Model {
             Form::Previous { of, .. } => self.spelled(*of),
             Form::Mixture(_) | Form::Unknown(_) | Form::Ask { .. } | Form::If { .. } => "…".to_owned(),
         };
-        // Of a form within another, what stands around it is left out.
+        // For a subform, the surrounding form is omitted.
         let inner = if std::ptr::eq(&factor.form, form) { "" } else { "… " };
         format!("{} = {inner}{}({arguments})", self.head(factor), form.name())
     }
 
-    /// One thing asked, as a user would type it.
+    /// One ask, as a user would type it.
     pub fn ask_text(&self, ask: &Ask) -> String {
         let value = |variable: VariableId, value: &Value| match value {
             Value::Ordinal(ordinal) => self.variables[variable].domain.value_spelled(*ordinal),
@@ -126,7 +125,7 @@ impl Model {
             let searched: Vec<_> = ask.searched.iter().map(|s| item(s.variable, s.at.as_ref())).collect();
             let known: Vec<_> = (known.iter())
                 .map(|known| match &known.evidence {
-                    // What is given under the variable's own name is typed as that name alone.
+                    // A value given under the variable's own name is typed as that name alone.
                     Evidence::Hard(Value::Given(name)) if *name == self.variable_name(known.variable) => {
                         self.spelled(known.variable)
                     }
@@ -150,12 +149,12 @@ impl Model {
         }
     }
 
-    /// An expression, as written in a form under these `prod`s; `…` stands for parts that are very long.
+    /// An expression, as written in a form under these `prod`s; `…` replaces very long parts.
     pub fn expression_text(&self, id: ExpressionId, products: &[(String, IndexSpace)]) -> String {
         self.fold(id, |expression, below| self.node_text(expression, below, products)).root().0
     }
 
-    /// A node as written, and how tightly it binds.
+    /// A node as written, and its precedence.
     fn node_text(
         &self,
         expression: &Expression,

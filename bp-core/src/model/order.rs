@@ -1,14 +1,14 @@
-//! Orders in which each thing comes after those that it needs.
+//! Topological orders.
 //!
-//! In: what each thing needs and what it gives. Out: an order. Invariant: linear but for a heap; of several things that are
-//! ready the first comes first; what nobody gives is there from the beginning.
+//! In: the inputs and outputs of each item. Out: an order. Invariant: linear except for a heap; among items that are
+//! ready the first comes first; inputs that no item provides are available from the start.
 
 use super::Model;
 use crate::ids::{FactorId, VariableId};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
-/// The positions of things in order; `None` where they wait for each other.
+/// The positions of the items in order; `None` if there is a cycle.
 pub(crate) fn in_order(needs: &[Vec<VariableId>], gives: &[Vec<VariableId>]) -> Option<Vec<usize>> {
     let mut giver: HashMap<VariableId, usize> = HashMap::new();
     for (position, given) in gives.iter().enumerate() {
@@ -39,7 +39,7 @@ pub(crate) fn in_order(needs: &[Vec<VariableId>], gives: &[Vec<VariableId>]) -> 
 }
 
 impl Model {
-    /// Factors, parents first; as they stand where that is free.
+    /// Factors, parents first, otherwise in their own order.
     pub fn parents_first(&self, factors: &[FactorId]) -> Vec<FactorId> {
         let uses = |uses: &[super::VariableUse]| uses.iter().map(|use_| use_.variable).collect::<Vec<_>>();
         let needs: Vec<_> = factors.iter().map(|id| uses(&self.factors[*id].right)).collect();
@@ -57,7 +57,7 @@ mod tests {
     #[test]
     fn the_first_that_is_ready_comes_first() {
         let [a, b, c] = [0, 1, 2].map(VariableId::new);
-        // c needs a and b; b needs a; a needs what nobody gives.
+        // c needs a and b; b needs a; a needs an input that no item provides.
         let needs = [vec![a, b], vec![a], vec![VariableId::new(9)]];
         assert_eq!(in_order(&needs, &[vec![c], vec![b], vec![a]]), Some(vec![2, 1, 0]));
         assert_eq!(in_order(&[vec![b], vec![a]], &[vec![a], vec![b]]), None);

@@ -1,26 +1,26 @@
-//! Questions: what is searched, what is known, and what is made of the answer.
+//! Questions: searched variables, known variables, and statistics.
 //!
-//! In: ids of variables. Out: a [`Question`]. Invariant: variables that are neither searched nor known are
-//! free, and are summed out; the plate's index is always known.
+//! In: ids of variables. Out: a [`Question`]. Invariant: variables that are neither searched nor known are hidden, and
+//! are summed out; the plate's index is always known.
 
 use crate::ids::VariableId;
 use serde::{Deserialize, Serialize};
 
-/// One or more things asked at once; they share one pass over the data.
+/// One or more asks that share one pass over the data.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Question {
-    /// Its name; a question that a user typed has none.
+    /// Its name; empty for a question typed by a user.
     pub name: String,
-    /// What is asked, in order.
+    /// The asks, in order.
     pub asks: Vec<Ask>,
 }
 
-/// One thing asked: a statistic of a distribution.
+/// One ask: a statistic of a distribution.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Ask {
-    /// What is made of the distribution.
+    /// The statistic.
     pub statistic: Statistic,
-    /// Of which instant it is the distribution, and given the evidence of which.
+    /// The instant of the distribution, and the instants of its evidence.
     pub when: When,
     /// The searched variables: at least one.
     pub searched: Vec<Searched>,
@@ -28,7 +28,7 @@ pub struct Ask {
     pub known: Vec<Known>,
 }
 
-/// Of which instant a distribution is, and given the evidence of which instants.
+/// The instant of a distribution, and the instants of its evidence.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub enum When {
     /// One instant alone: `P(S | K)`.
@@ -44,15 +44,15 @@ pub enum When {
     Sequence,
 }
 
-/// What is made of the distribution that answers.
+/// A statistic of the answer.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Statistic {
     /// The distribution itself: `P(S | K)`.
     Distribution,
     /// Its largest value: `max P(S | K)`.
     Maximum,
-    /// The values at which it is largest: `argmax P(S | K)`. Among equals, the one with the smallest value of
-    /// the field `nearest`, bound from outside; then the first. Of a sequence it is the most likely one (Viterbi 1967).
+    /// The values at which it is largest: `argmax P(S | K)`. Among equals, the one with the smallest value of the field
+    /// `nearest`, given at run time; then the first. For a sequence it is the most likely one (Viterbi 1967).
     Argmax {
         /// Name of the field that breaks ties.
         nearest: Option<String>,
@@ -71,15 +71,15 @@ pub enum Statistic {
     Information,
     /// Σ p ln (p / q), in nats: `divergence P(S | K) from P(S | K′)` (Kullback and Leibler 1951).
     Divergence {
-        /// Of which instant q is; over time if and only if p is.
+        /// The instant of q; over time if and only if p is.
         when: When,
-        /// What is known in the second distribution, q; it searches what the first does.
+        /// The known variables of the second distribution, q; its searched variables are those of the first.
         from: Vec<Known>,
     },
 }
 
 impl Ask {
-    /// What is written before the distribution, with a blank behind it; nothing for a distribution of now.
+    /// The words before the distribution, with a blank after them; empty for a distribution of now.
     pub fn words(&self) -> String {
         let words = match (self.when, &self.statistic) {
             (When::Sequence, Statistic::Argmax { .. }) => [self.when.word(), String::new()],
@@ -90,7 +90,7 @@ impl Ask {
 }
 
 impl When {
-    /// How it is written before the distribution; nothing for now.
+    /// Its notation before the distribution; empty for now.
     pub fn word(&self) -> String {
         match self {
             When::Now => String::new(),
@@ -101,24 +101,24 @@ impl When {
         }
     }
 
-    /// Whether it speaks of instants that follow each other.
+    /// Whether it is over time.
     pub fn is_over_time(&self) -> bool {
         *self != When::Now
     }
 
-    /// Whether every instant is answered.
+    /// Whether it answers every instant.
     pub fn is_every_instant(&self) -> bool {
         matches!(self, When::Smooth | When::Sequence)
     }
 
-    /// How many instants after the last evidence are answered.
+    /// The number of instants after the last evidence.
     pub fn ahead(&self) -> usize {
         if let When::Predict(steps) = self { *steps } else { 0 }
     }
 }
 
 impl Statistic {
-    /// How it is written before the distribution; nothing for the distribution itself.
+    /// Its notation before the distribution; empty for the distribution itself.
     pub fn word(&self) -> String {
         match self {
             Statistic::Distribution => String::new(),
@@ -134,7 +134,7 @@ impl Statistic {
         }
     }
 
-    /// What the second distribution knows; nothing where there is none.
+    /// The known variables of the second distribution; none if there is none.
     pub fn from(&self) -> &[Known] {
         if let Statistic::Divergence { from, .. } = self { from } else { &[] }
     }
@@ -145,7 +145,7 @@ impl Statistic {
 pub struct Searched {
     /// Which; a family means all of its elements.
     pub variable: VariableId,
-    /// Where the probability of one value is wanted, that value.
+    /// The value, if the probability of one value is asked.
     pub at: Option<Value>,
 }
 
@@ -154,23 +154,23 @@ pub struct Searched {
 pub struct Known {
     /// Which; a family means all of its elements.
     pub variable: VariableId,
-    /// What is known of it.
+    /// Its evidence.
     pub evidence: Evidence,
 }
 
-/// What is known of a known variable.
+/// The evidence of a known variable.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Evidence {
     /// Its value.
     Hard(Value),
-    /// Nothing yet: the answer is a table with a row for each value. (Real numbers, which have no table, and
-    /// variables whose form is a question to another program, are given when asked.)
+    /// None: the answer is a table with a row for each value. (Real numbers, which have no table, and variables whose
+    /// form is a question to another program, are given when asked.)
     Each,
-    /// A likelihood for each of its values, in the domain's order: virtual evidence in Pearl's sense. It
-    /// multiplies the joint distribution and needs not sum to one.
+    /// A likelihood for each of its values, in the domain's order: virtual evidence in Pearl's sense. It multiplies the
+    /// joint distribution and need not sum to one.
     Virtual(Vec<f64>),
-    /// A probability for each of its values, in the domain's order: soft evidence in Jeffrey's sense. It replaces
-    /// what was believed of the variable, after hard and virtual evidence, in the order in which it is written.
+    /// A probability for each of its values, in the domain's order: soft evidence in Jeffrey's sense. It replaces the
+    /// posterior of the variable, after hard and virtual evidence, in the order in which it is written.
     Soft(Vec<f64>),
 }
 

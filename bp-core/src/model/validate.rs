@@ -1,8 +1,8 @@
-//! What a model must be before anything is asked of it.
+//! Validation of a model.
 //!
-//! In: the parts that the builder was given. Out: every [`Fault`], each with the [`Place`] where it is, so that
-//! the front end can point at the words and a Rust user can read the message. Invariant: the one place where a
-//! model is judged as a whole; the front end only judges words (names, types).
+//! In: the parts that the builder was given. Out: every [`Fault`], each with its [`Place`], so that the front end can
+//! report it at the source and a Rust user can read the message. Invariant: a model is validated as a whole only here;
+//! the front end only checks names and types.
 
 mod constants;
 mod form;
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 
 pub(super) use question::question_faults;
 
-/// Where a fault is.
+/// The location of a fault.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Place {
     /// A parameter's declaration.
@@ -30,19 +30,19 @@ pub enum Place {
     Expression(FactorId, ExpressionId),
     /// A row of numbers in a factor's form, from its first entry to its last.
     Row(FactorId, ExpressionId, ExpressionId),
-    /// The n-th thing asked by a question; `None`: by one that is not declared in the model.
+    /// The n-th ask of a question; `None`: of one that is not declared in the model.
     Ask(Option<QuestionId>, usize),
 }
 
-/// One thing that is wrong with a model.
+/// A fault of a model.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("{message}{}", .help.as_ref().map(|help| format!(" ({help})")).unwrap_or_default())]
 pub struct Fault {
-    /// Where.
+    /// Its location.
     pub place: Place,
-    /// What was found and what was expected.
+    /// The message: what was found and what was expected.
     pub message: String,
-    /// The way out, where there is an evident one.
+    /// The suggested correction, if there is an obvious one.
     pub help: Option<String>,
 }
 
@@ -80,7 +80,7 @@ fn parameter_faults(model: &Model) -> Vec<Fault> {
             let (found, counts) =
                 (parameter.default.len(), parameter.over.iter().map(|over| model.index_count(over)));
             let expected = counts.product::<Option<usize>>();
-            // Where the number of places is not known yet, it is checked when a question is asked.
+            // If the number of elements is not known yet, it is checked when a question is asked.
             (found > 1 && expected.is_some_and(|expected| expected != found)).then(|| {
                 let expected = match expected {
                     Some(1) | None => "is one number".to_owned(),
@@ -93,7 +93,7 @@ fn parameter_faults(model: &Model) -> Vec<Fault> {
 }
 
 impl ParameterKind {
-    /// What a parameter of this kind must be, if `value` is not that.
+    /// The requirement on a parameter of this kind, if `value` violates it.
     pub fn refuses(self, value: f64) -> Option<&'static str> {
         let (holds, expected) = match self {
             ParameterKind::Probability => ((0.0..=1.0).contains(&value), "a probability, between 0 and 1"),
@@ -120,7 +120,8 @@ fn decomposition_faults(model: &Model) -> Vec<Fault> {
         let name = model.variable_name(id);
         match places.get(&id).map_or(&[][..], Vec::as_slice) {
             [] if Some(id) == model.plate_index() => {}
-            // What a real was a step ago is carried by the closed form; of other variables a form has to say it.
+            // The value of a real at the previous instant is carried by the closed form; other variables need a form
+            // for it.
             [] if variable.previous_of.is_some() && !variable.domain.is_finite() => {}
             [] if variable.previous_of.is_some() => faults.push(fault_with_help(
                 Place::Variable(id),
@@ -145,7 +146,7 @@ fn decomposition_faults(model: &Model) -> Vec<Fault> {
     faults
 }
 
-/// A chain of factors each of which needs the next, back to the first. Linear: each variable is entered once.
+/// A cycle of factors, each of which depends on the next. Linear: each variable is visited once.
 fn cycle(model: &Model) -> Option<Fault> {
     let distributions = model.distributions();
     let (mut entered, mut left) = (vec![false; model.variables.len()], vec![false; model.variables.len()]);
@@ -166,7 +167,7 @@ fn cycle(model: &Model) -> Option<Fault> {
             if !std::mem::replace(&mut entered[parent.position()], true) {
                 path.push((parent, 0));
             } else if !left[parent.position()] {
-                // Entered and not left: it stands on the path.
+                // Entered and not left: it is on the path.
                 let position = path.iter().position(|(seen, _)| *seen == parent)?;
                 let mut names: Vec<_> =
                     path[position..].iter().map(|(seen, _)| model.variable_name(*seen)).collect();

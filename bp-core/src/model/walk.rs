@@ -1,7 +1,8 @@
-//! Walks through expressions that recurse neither along their depth nor along what a `let` shares.
+//! Traversal of expressions without recursion along their depth or repetition of shared nodes.
 //!
-//! In: the root of an expression. Out: its nodes, or a value worked out for each of them. Invariant: each node is visited
-//! once, after its operands: in the arena a node refers to earlier nodes only, so the order of the ids is such an order.
+//! In: the root of an expression. Out: its nodes, or a computed value for each of them. Invariant: each node is visited
+//! once, after its operands: in the arena a node refers to earlier nodes only, so the order of the ids is such an
+//! order.
 
 use super::{Expression, Model};
 use crate::ids::ExpressionId;
@@ -44,7 +45,7 @@ impl<T> Folded<T> {
     /// The value of a node.
     ///
     /// # Panics
-    /// Where the node is not part of the expression, or comes after what it is an operand of.
+    /// If the node is not part of the expression, or comes after the node that uses it.
     pub fn of(&self, id: ExpressionId) -> &T {
         let position = self.values.binary_search_by_key(&id, |(node, _)| *node);
         &self.values[position.expect("internal: an operand comes before what is made of it")].1
@@ -57,11 +58,11 @@ impl<T> Folded<T> {
 }
 
 impl Model {
-    /// The nodes of an expression, each once, operands before what is made of them.
+    /// The nodes of an expression, each once, operands before their users.
     pub fn nodes_below(&self, root: ExpressionId) -> Vec<ExpressionId> {
         let mut found = vec![root];
         let mut next = 0;
-        // Few nodes are looked through; of many, what was met is marked.
+        // Few nodes are searched; for many, visited nodes are marked.
         let mut met: Option<Vec<u64>> = None;
         while let Some(id) = found.get(next).copied() {
             next += 1;
@@ -86,7 +87,7 @@ impl Model {
         found
     }
 
-    /// Works out a value for each node from those of its operands.
+    /// Computes a value for each node from those of its operands.
     pub fn fold<T>(&self, root: ExpressionId, mut of: impl FnMut(&Expression, &Folded<T>) -> T) -> Folded<T> {
         let nodes = self.nodes_below(root);
         let mut folded = Folded { values: Vec::with_capacity(nodes.len()) };
@@ -98,7 +99,7 @@ impl Model {
     }
 }
 
-/// Up to so many nodes a list is searched faster than marks are made.
+/// Number of nodes up to which a list is searched faster than marks are made.
 const FEW: usize = 16;
 
 /// Words of marks for a root and everything before it.
@@ -107,7 +108,7 @@ fn root_words(root: ExpressionId) -> usize {
     root.position() / 64 + 1
 }
 
-/// Marks a node; whether it is met for the first time.
+/// Marks a node; returns whether it is new.
 fn mark(marks: &mut [u64], id: ExpressionId) -> bool {
     use crate::ids::Id;
     let (word, bit) = (id.position() / 64, 1 << (id.position() % 64));

@@ -1,12 +1,12 @@
-//! Grafting: what was learned takes its place in the author's text.
+//! Inserts learned forms and parameters into the author's text.
 //!
-//! In: a file, and a program that holds parameters and forms only. Out: the file, in whose last program each `unknown` has
-//! become the form of the same head, in the order written, and each parameter has the value given. Invariant: nothing else
-//! changes, comments included.
+//! In: a file, and a program with only parameters and forms. Out: the file, in whose last program each `unknown` is
+//! replaced by the form with the same head, in the order written, and each parameter has the given value. Invariant:
+//! nothing else changes, comments included.
 
 use super::ast::*;
 
-/// Puts parameters and forms of one program into the last program of a file.
+/// Inserts parameters and forms of one program into the last program of a file.
 pub fn graft(file: &mut File, learned: &Program) {
     let Some(program) = file.programs.last_mut() else { return };
     for section in &learned.sections {
@@ -18,7 +18,7 @@ pub fn graft(file: &mut File, learned: &Program) {
     }
 }
 
-/// The next `unknown` of a factor becomes a form.
+/// Replaces the next `unknown` of a factor by a form.
 fn replace(program: &mut Program, learned: &Definition) {
     let Some(left) = learned.head.left.first().map(Occurrence::to_string) else { return };
     for section in &mut program.sections {
@@ -27,7 +27,7 @@ fn replace(program: &mut Program, learned: &Definition) {
             if definition.head.left.iter().any(|known| known.to_string() == left)
                 && let Some(place) = unknown(&mut definition.form)
             {
-                // A table that is known by its own factor has its rows in the order of that factor.
+                // A table of its own factor has its rows in the order of that factor.
                 *place = learned.form.clone();
                 return;
             }
@@ -52,7 +52,7 @@ fn unknown(form: &mut Form) -> Option<&mut Form> {
     }
 }
 
-/// A parameter gets its value; one that is not declared is declared.
+/// Sets the value of a parameter, and declares it if necessary.
 fn give(program: &mut Program, learned: &Parameter) {
     let Some((name, _)) = learned.names.first() else { return };
     let mut place = None;
@@ -66,7 +66,7 @@ fn give(program: &mut Program, learned: &Parameter) {
                 list[position].default.clone_from(&learned.default);
                 return;
             }
-            // It was declared with others, which keep what they had.
+            // It was declared together with others, which keep their values.
             let mut own = learned.clone();
             list[position].names.retain(|(known, spaces)| {
                 let same = known.text == name.text;

@@ -1,7 +1,7 @@
 //! The front end: text to tree, tree to text, tree to [`Model`](crate::model::Model).
 //!
-//! In: a [`Source`](crate::source::Source). Out: a model, or every mistake of the program at once. Invariant: nothing to
-//! the right of the model knows this folder.
+//! In: a [`Source`](crate::source::Source). Out: a model, or all errors of the program. Invariant: the later stages do
+//! not import this folder.
 
 pub mod ast;
 mod check;

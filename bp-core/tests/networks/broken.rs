@@ -115,7 +115,7 @@ fn broken_files_get_a_line_a_column_and_a_reason() {
             Format::Bif,
             "variable a {\n type discrete [3] { x, y };\n}".into(),
             (2, 2),
-            "variable `a` is said to have 3 values, but 2 are named",
+            "variable `a` is declared with 3 values, but 2 are named",
         ),
         (
             Format::Bif,
@@ -218,7 +218,7 @@ fn broken_files_get_a_line_a_column_and_a_reason() {
             Format::Hugin,
             NET.replace("(b | a)", "(b a)"),
             (5, 11),
-            "expected one node before the `|`: a potential of several is no conditional distribution",
+            "expected one node before the `|`: a potential of several nodes is not a conditional distribution",
         ),
         (Format::Hugin, NET.replace("potential (a)", "potential (c)"), (7, 12), "unknown node `c`"),
         (Format::Uai, "GRAPH".into(), (1, 1), "expected `BAYES` or `MARKOV`, found `GRAPH`"),

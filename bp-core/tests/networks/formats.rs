@@ -251,9 +251,9 @@ fn evidence_files_of_both_ages_are_read() {
     assert_eq!(cases(&uai::evidence_text(&two)), Ok(two));
     for (text, message) in [
         ("1 2 0", "unknown variable 2: there are 2"),
-        ("1 0 2", "variable 0 has 2 values, and 2 is none of them"),
-        ("1 5 0 0", "5 variables are announced, but the file holds fewer"),
-        ("3 0", "3 cases are announced, but 1 are there"),
+        ("1 0 2", "variable 0 has 2 values, and 2 is not one of them"),
+        ("1 5 0 0", "5 variables are declared, but there are fewer"),
+        ("3 0", "3 cases are declared, but there are 1"),
         ("1 x", "expected a whole number, found `x`"),
     ] {
         assert_eq!(cases(text), Err(message.to_owned()), "{text}");
@@ -367,6 +367,6 @@ potential (Fail | Size) {
     assert_eq!(all[2].3, [0.9, 0.1, 0.5, 0.5, 0.2, 0.8]);
     let source = Source::new("a.net", noisy.replace("data = (( 1 0 ) ( 0.4 0.6 ));", ""));
     let wrong = io::read(&source, Format::Hugin).unwrap_err();
-    let expected = "the potential of `C` holds no table, only expressions: `NoisyOR (A, 0.2)` is not read";
+    let expected = "the potential of `C` has no table, only expressions: `NoisyOR (A, 0.2)` is not read";
     assert_eq!(wrong.0[0].message, expected);
 }

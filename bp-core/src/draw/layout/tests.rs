@@ -1,4 +1,4 @@
-//! Layouts of networks by hand and at random: what must never overlap does not.
+//! Tests of layouts, by hand and at random: nothing overlaps.
 //!
 //! In: graphs. Out: nothing where all is well. Invariant: random graphs are seeded.
 

@@ -1,7 +1,7 @@
 //! The reader of BIF.
 //!
-//! In: a text. Out: a model and warnings, or the first mistake. Invariant: one pass; a distribution that stands before
-//! the variables it speaks of is read again at the end.
+//! In: a text. Out: a model and warnings, or the first mistake. Invariant: one pass; a distribution that precedes the
+//! declaration of its variables is read again at the end.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::io::Warning;
@@ -12,7 +12,7 @@ use crate::source::{Source, Span};
 
 const BIF: Dialect = Dialect { signs: b"{}()[];,|", percent: false, escapes: false };
 
-/// Reads a network. The warnings say what was mended.
+/// Reads a network, with warnings about corrections.
 pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
     let mut reader = Reader { lexer: Lexer::new(&source.text, &BIF), network: Draft::default() };
     reader.file()?;
@@ -120,7 +120,7 @@ impl<'s> Reader<'s> {
             self.lexer.sign(b']', "the number of values")?;
         }
         self.lexer.sign(b'{', "the type")?;
-        // Words without a comma between them are several names, or one name with blanks: the count tells.
+        // Words without a comma between them are several names, or one name with blanks: the count decides.
         let (mut groups, mut words): (Vec<Vec<&str>>, usize) = (vec![Vec::new()], 0);
         let end = loop {
             match self.lexer.next()? {
@@ -139,7 +139,7 @@ impl<'s> Reader<'s> {
             Some(count) if count != found => Err(Diagnostic::new(
                 at.to(end),
                 format!(
-                    "variable `{}` is said to have {count} values, but {found} are named",
+                    "variable `{}` is declared with {count} values, but {found} are named",
                     shortened(name)
                 ),
             )),
@@ -148,7 +148,7 @@ impl<'s> Reader<'s> {
         }
     }
 
-    /// `( X | Y, Z )`; nothing where a name is not known (yet).
+    /// `( X | Y, Z )`; nothing if a name is not declared (yet).
     fn head(&mut self) -> Result<Option<(usize, Vec<usize>, Span)>, Diagnostic> {
         let mut span = self.lexer.sign(b'(', "`probability`")?;
         let (mut nodes, mut known) = (Vec::new(), true);
@@ -176,7 +176,7 @@ impl<'s> Reader<'s> {
         Ok(Some((node, nodes, span)))
     }
 
-    /// Tells the first name of a head that no variable has.
+    /// Reports the first unknown name of a head.
     fn unknown_name(&mut self) -> Result<(), Diagnostic> {
         loop {
             match self.lexer.next()? {
@@ -227,7 +227,7 @@ impl<'s> Reader<'s> {
                 }
                 (Token::Sign(b'('), at) if !whole => {
                     let row = self.key(parents, at)?;
-                    // Most files list the rows in order: nothing is filled in beforehand.
+                    // Most files list the rows in order: the table is not initialised.
                     let next = numbers.len() / entries;
                     let mut written = Vec::new();
                     let target = if row == next { &mut numbers } else { &mut written };
@@ -273,7 +273,7 @@ impl<'s> Reader<'s> {
         self.network.distribution(node, parents.to_vec(), Table { numbers, places }, span)
     }
 
-    /// `a, b)`: which row.
+    /// `a, b)`: the index of a row.
     fn key(&mut self, parents: &[usize], at: Span) -> Result<usize, Diagnostic> {
         let (mut row, mut found) = (0, 0);
         loop {
@@ -302,7 +302,7 @@ impl<'s> Reader<'s> {
         Self::numbers_of(&mut self.lexer, numbers, most)
     }
 
-    /// Numbers up to `;`, or up to what is none where that is missing. Gives where the last one stands.
+    /// Numbers up to `;`, or up to the next token that is not a number. Returns the span of the last one.
     fn numbers_of(lexer: &mut Lexer<'s>, numbers: &mut Vec<f64>, most: usize) -> Result<Span, Diagnostic> {
         let (before, mut end) = (numbers.len(), Span::default());
         loop {
@@ -315,7 +315,7 @@ impl<'s> Reader<'s> {
                     return Ok(end);
                 }
                 (Token::Word(word) | Token::Quoted(word), span) => {
-                    // A row without `;` ends where it is complete.
+                    // A row without `;` ends when it is complete.
                     if numbers.len() - before >= most && number(word).is_none() {
                         return Ok(end);
                     }
@@ -338,7 +338,7 @@ impl<'s> Reader<'s> {
         Err(Diagnostic::new(span, format!("expected {expected} {what} here, found {found}")))
     }
 
-    /// Fills the rows that were not written, or names them.
+    /// Fills missing rows with the default, or reports them.
     fn complete(
         &self,
         numbers: &mut [f64],

@@ -1,7 +1,7 @@
 //! The writer of BIF.
 //!
-//! In: a model of finite variables. Out: a text, one row to a line. Invariant: names that are not words stand in quotes;
-//! a quotation mark in a name, which BIF cannot hold, is an error.
+//! In: a model of finite variables. Out: a text, one row to a line. Invariant: names that are not words are quoted; a
+//! quotation mark in a name, which BIF cannot hold, is an error.
 
 use crate::error::Error;
 use crate::io::finite::Node;
@@ -61,8 +61,7 @@ fn distribution(text: &mut String, node: &Node<'_>, nodes: &[Node<'_>]) -> Resul
 
 fn name(name: &str) -> Result<Cow<'_, str>, Error> {
     if name.contains(['"', '\n', '\r']) {
-        let message =
-            "a name in BIF holds no quotation mark and no line break; write another format, or rename it";
+        let message = "a name in BIF cannot contain a quotation mark or a line break; write another format, or rename it";
         return Err(Error::input(name, message));
     }
     let sign = |letter: char| letter.is_whitespace() || letter.is_control() || "{}()[];,|".contains(letter);

@@ -1,12 +1,13 @@
-//! Potentials that Hugin gives by expressions instead of a table.
+//! Hugin potentials given by expressions instead of a table.
 //!
-//! In: the text of `model_data`: an expression for each combination of the model's nodes. Out: the rows that they mean, where
-//! they are numbers: `Distribution (0.9, 0.1)`, and `Normal (mean, variance)` over intervals. Invariant: an expression that
-//! is not read is reported, never guessed.
+//! In: the text of `model_data`: an expression for each combination of the model's nodes. Out: their rows, if they
+//! consist of numbers: `Distribution (0.9, 0.1)`, and `Normal (mean, variance)` over intervals. Invariant: an
+//! expression that is not read is reported, never guessed.
 
 use crate::law::Law;
 
-/// The row of each expression, for a variable of so many values; of intervals, with these bounds. Else what is not read.
+/// The row of each expression, for a variable with this number of values; for intervals, with these bounds. Otherwise
+/// the text that is not supported.
 pub(super) fn rows(text: &str, entries: usize, bounds: Option<&[f64]>) -> Result<Vec<Vec<f64>>, String> {
     let inside = text.trim().strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
     let inside = inside.ok_or_else(|| "expected `(…)`".to_owned())?;
@@ -42,7 +43,7 @@ fn row(expression: &str, entries: usize, bounds: Option<&[f64]>) -> Result<Vec<f
     }
 }
 
-/// What stands between the commas that no bracket holds.
+/// The parts between the commas outside brackets.
 fn parts(text: &str) -> Vec<&str> {
     let (mut depth, mut start, mut parts) = (0i32, 0, Vec::new());
     for (at, letter) in text.char_indices() {

@@ -1,7 +1,7 @@
 //! The reader of Hugin NET.
 //!
-//! In: a text. Out: a model and warnings, or the first mistake. Invariant: attributes that say nothing of the
-//! distribution are passed over; a potential without data is uniform, and told.
+//! In: a text. Out: a model and warnings, or the first mistake. Invariant: attributes that do not concern the
+//! distribution are ignored; a potential without data is uniform, with a warning.
 
 use super::expressions;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -14,7 +14,7 @@ use std::collections::HashMap;
 
 const NET: Dialect = Dialect { signs: b"{}()=;|", percent: true, escapes: true };
 
-/// Reads a network. The warnings say what was mended.
+/// Reads a network, with warnings about corrections.
 pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
     let mut reader = Reader {
         text: &source.text,
@@ -37,7 +37,7 @@ struct Reader<'s> {
     bounds: HashMap<usize, Vec<f64>>,
 }
 
-/// A potential that is given by expressions: their nodes, and the place of their text.
+/// A potential given by expressions: their nodes, and the span of their text.
 #[derive(Default)]
 struct Expressions {
     nodes: Vec<usize>,
@@ -113,7 +113,7 @@ impl<'s> Reader<'s> {
             let message = format!("node `{}` has no `states`", shortened(identifier));
             return Err(Diagnostic::new(span, message).with_help("write `states = (\"yes\" \"no\");`"));
         }
-        // Values without names are called by their numbers, or by the bounds of their intervals.
+        // Values without names are named by their numbers, or by the bounds of their intervals.
         let bounds = values.len() == states.len() + 1;
         for (place, state) in states.iter_mut().enumerate().filter(|(_, state)| state.is_empty()) {
             *state = match (bounds, values.get(place)) {
@@ -131,7 +131,7 @@ impl<'s> Reader<'s> {
         Ok(())
     }
 
-    /// Attributes up to `}`; those that `take` leaves are passed over.
+    /// Attributes up to `}`; those that `take` does not use are ignored.
     fn attributes(
         &mut self,
         mut take: impl FnMut(&mut Self, &str) -> Result<(), Diagnostic>,
@@ -150,7 +150,7 @@ impl<'s> Reader<'s> {
         }
     }
 
-    /// What is left of an attribute's value.
+    /// The rest of an attribute's value.
     fn skip_value(&mut self) -> Result<(), Diagnostic> {
         loop {
             match self.lexer.peek()? {
@@ -181,7 +181,7 @@ impl<'s> Reader<'s> {
         }
     }
 
-    /// Passes over `( … ) { … }`.
+    /// Skips `( … ) { … }`.
     fn skip_block(&mut self) -> Result<(), Diagnostic> {
         loop {
             match self.lexer.next()? {
@@ -214,8 +214,7 @@ impl<'s> Reader<'s> {
             }
         }
         if left.unwrap_or(variables.len()) != 1 {
-            let message =
-                "expected one node before the `|`: a potential of several is no conditional distribution";
+            let message = "expected one node before the `|`: a potential of several nodes is not a conditional distribution";
             return Err(Diagnostic::new(head, message));
         }
         let (node, parents) = (variables[0], variables[1..].to_vec());
@@ -240,7 +239,7 @@ impl<'s> Reader<'s> {
         if let (None, Some(expressions)) = (&data, expressions) {
             let numbers = self.evaluated(node, &parents, rows, &expressions).map_err(|reason| {
                 let name = shortened(&self.draft.nodes[node].name);
-                let message = format!("the potential of `{name}` holds no table, only expressions: {reason}");
+                let message = format!("the potential of `{name}` has no table, only expressions: {reason}");
                 let help =
                     "in Hugin, switch the table of the node to manual values, and save the network again";
                 Diagnostic::new(expressions.text, message).with_help(help)
@@ -249,7 +248,7 @@ impl<'s> Reader<'s> {
         }
         let (numbers, at) = data.unwrap_or_else(|| {
             let name = shortened(&self.draft.nodes[node].name);
-            let message = format!("the potential of `{name}` has no data; it was made uniform");
+            let message = format!("the potential of `{name}` has no data; it is taken as uniform");
             self.draft.warnings.push(Warning::new(head, message));
             (vec![1.0 / entries as f64; rows * entries], head)
         });
@@ -263,7 +262,7 @@ impl<'s> Reader<'s> {
         self.draft.distribution(node, parents, Table { numbers, places: vec![at] }, head)
     }
 
-    /// The place of a value, which is left as it is written.
+    /// The span of a value, which stays as it is written.
     fn raw(&mut self) -> Result<Span, Diagnostic> {
         let (_, mut span) = self.lexer.peek()?;
         loop {
@@ -275,7 +274,7 @@ impl<'s> Reader<'s> {
         }
     }
 
-    /// The table that expressions mean, or why there is none.
+    /// The table of expressions, or the reason why there is none.
     fn evaluated(
         &self,
         node: usize,
@@ -289,7 +288,7 @@ impl<'s> Reader<'s> {
         let given = expressions::rows(text, size(&node), bounds)?;
         let places = model.nodes.iter().map(|one| parents.iter().position(|parent| parent == one));
         let places: Option<Vec<usize>> = places.collect();
-        let places = places.ok_or_else(|| "its model has nodes that are no parents".to_owned())?;
+        let places = places.ok_or_else(|| "its model has nodes that are not parents".to_owned())?;
         let expected: usize = model.nodes.iter().map(size).product();
         if given.len() != expected {
             return Err(format!("expected {expected} expressions, found {}", given.len()));
@@ -307,7 +306,7 @@ impl<'s> Reader<'s> {
         Ok(numbers)
     }
 
-    /// `((0.1 0.9)(0.5 0.5))`: how the brackets nest says nothing that the order does not.
+    /// `((0.1 0.9)(0.5 0.5))`: the nesting of the brackets is implied by the order.
     fn data(&mut self) -> Result<(Vec<f64>, Span), Diagnostic> {
         let (_, mut at) = self.lexer.peek()?;
         let mut numbers = Vec::new();

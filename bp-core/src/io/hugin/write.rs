@@ -27,7 +27,7 @@ pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>]) -> Result<String, 
         let parents: Vec<&str> = node.parents.iter().map(|parent| identifiers[*parent].as_str()).collect();
         let bar = if parents.is_empty() { "" } else { " | " };
         let _ = write!(text, "potential ({identifier}{bar}{})\n{{\n    data = (", parents.join(" "));
-        // A bracket opens before a row for each parent that is at its first value, and closes after it.
+        // A bracket is opened before a row for each parent that is at its first value, and closed after it.
         let sizes: Vec<usize> = node.parents.iter().map(|parent| nodes[*parent].states.len()).collect();
         for (row, numbers) in node.numbers.chunks_exact(node.states.len()).enumerate() {
             let (mut block, mut opens, mut closes) = (1, 0, 0);
@@ -45,7 +45,7 @@ pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>]) -> Result<String, 
     Ok(text)
 }
 
-/// An identifier for each name: itself where it is one.
+/// An identifier for each name: the name itself if it is one.
 fn identifiers<'n>(names: impl Iterator<Item = &'n str> + Clone) -> Vec<String> {
     const KEPT: [&str; 9] =
         ["net", "node", "potential", "class", "discrete", "continuous", "decision", "utility", "function"];

@@ -1,6 +1,6 @@
 //! Evidence files of UAI.
 //!
-//! In: a text of indices. Out: what is known, case by case. Invariant: every index is one of the model.
+//! In: a text of indices. Out: the evidence, case by case. Invariant: every index exists in the model.
 //!
 //! `2 0 1 3 0`: two variables are known, 0 has value 1, 3 has value 0. Newer files begin with the number of cases.
 
@@ -29,7 +29,7 @@ pub fn evidence(source: &Source, model: &Model) -> Result<Vec<Vec<Known>>, Diagn
         }
     }
     let Some(((first, _), rest)) = numbers.split_first() else { return Ok(Vec::new()) };
-    // One case without the number of cases is as long as it says.
+    // A file without the number of cases has one case.
     let alone = first.checked_mul(2) == Some(rest.len());
     let (cases, mut rest) = if alone { (1, numbers.as_slice()) } else { (*first, rest) };
     let mut read = Vec::new();
@@ -38,12 +38,12 @@ pub fn evidence(source: &Source, model: &Model) -> Result<Vec<Vec<Known>>, Diagn
         let Some(((count, span), after)) = rest.split_first() else {
             return Err(Diagnostic::new(
                 end,
-                format!("{cases} cases are announced, but {} are there", read.len()),
+                format!("{cases} cases are declared, but there are {}", read.len()),
             )
             .into());
         };
         let Some(pairs) = count.checked_mul(2).and_then(|length| after.get(..length)) else {
-            let message = format!("{count} variables are announced, but the file holds fewer");
+            let message = format!("{count} variables are declared, but there are fewer");
             return Err(Diagnostic::new(*span, message).into());
         };
         rest = &after[pairs.len()..];
@@ -81,7 +81,7 @@ fn known(model: &Model, pair: &[(usize, Span)]) -> Result<Known, Diagnostic> {
         }
         count => {
             let message = format!(
-                "variable {variable} has {} values, and {ordinal} is none of them",
+                "variable {variable} has {} values, and {ordinal} is not one of them",
                 count.unwrap_or(0)
             );
             Err(Diagnostic::new(*there, message))
@@ -89,7 +89,7 @@ fn known(model: &Model, pair: &[(usize, Span)]) -> Result<Known, Diagnostic> {
     }
 }
 
-/// The text of cases; what is not the value of a variable is left out.
+/// The text of cases; entries that are not values of a variable are omitted.
 pub fn evidence_text(cases: &[Vec<Known>]) -> String {
     let mut text = format!("{}\n", cases.len());
     for case in cases {

@@ -1,6 +1,6 @@
 //! The reader of UAI networks.
 //!
-//! In: a text. Out: a network, or the first mistake. Invariant: nothing is allocated that the text does not hold.
+//! In: a text. Out: a network, or the first mistake. Invariant: allocations are bounded by the length of the text.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::Id;
@@ -36,14 +36,14 @@ pub fn read(source: &Source) -> Result<Network, Diagnostics> {
 struct Reader<'s> {
     lexer: Lexer<'s>,
     draft: Draft,
-    /// How many values all variables together may have: as many as the text has bytes.
+    /// Limit of the number of values of all variables together: the length of the text.
     most: usize,
-    /// ln of the largest numbers of the potentials, and of how many values the variables have, which are uniform.
+    /// ln of the maxima of the potentials, and of the numbers of values of the variables, which are uniform.
     ln_scale: f64,
 }
 
 impl Reader<'_> {
-    /// Gives the number of variables; potentials come after them.
+    /// Returns the number of variables; the potentials follow them.
     fn file(&mut self) -> Result<usize, Diagnostic> {
         let (word, kind) = self.lexer.name("`BAYES` or `MARKOV`")?;
         let markov = match word.to_ascii_uppercase().as_str() {
@@ -71,7 +71,7 @@ impl Reader<'_> {
         let (tables, span) = self.whole("the number of tables")?;
         if !markov && tables != count {
             let message = format!(
-                "a Bayesian network of {count} variables has {count} tables, but {tables} are announced"
+                "a Bayesian network of {count} variables has {count} tables, but {tables} are declared"
             );
             return Err(Diagnostic::new(span, message));
         }
@@ -111,7 +111,7 @@ impl Reader<'_> {
             (Token::End, _) if !markov || tables == 0 => {}
             (Token::End, _) => {
                 let message = format!(
-                    "a Markov network: its {tables} potentials were made variables that are known to be true"
+                    "a Markov network: its {tables} potentials became variables that are observed to be true"
                 );
                 self.draft.warnings.push(Warning::new(kind, message));
             }
@@ -163,14 +163,14 @@ impl Reader<'_> {
         self.draft.distribution(node, scope, Table { numbers: entries, places: vec![span] }, span)
     }
 
-    /// The announced length of a table.
+    /// The declared length of a table.
     fn length(&mut self, expected: usize) -> Result<(), Diagnostic> {
         let (found, span) = self.whole("how many numbers the table has")?;
         match found == expected {
             true => Ok(()),
             false => Err(Diagnostic::new(
                 span,
-                format!("a table of {found} numbers is announced, but its variables have {expected}"),
+                format!("a table of {found} numbers is declared, but its variables have {expected}"),
             )),
         }
     }

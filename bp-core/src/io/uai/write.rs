@@ -1,7 +1,7 @@
 //! The writer of UAI networks.
 //!
-//! In: a model of finite variables, and what is always known with it. Out: a text: `BAYES`, or `MARKOV` where something is
-//! known. Invariant: variables keep their order; a variable that is known is left out, and its table becomes a potential
+//! In: a model of finite variables, and evidence that always holds. Out: a text: `BAYES`, or `MARKOV` if there is
+//! evidence. Invariant: variables keep their order; an observed variable is omitted, and its table becomes a potential
 //! of its parents.
 
 use crate::error::Error;
@@ -20,7 +20,7 @@ pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>], known: &[Known]) -
         let Evidence::Hard(Value::Ordinal(ordinal)) = known.evidence else {
             return Err(Error::input(
                 model.variable_name(known.variable),
-                "UAI holds values that are known, nothing else",
+                "UAI evidence can only contain known values",
             ));
         };
         values[known.variable.position()] = Some(ordinal);
@@ -32,7 +32,7 @@ pub(in crate::io) fn write(model: &Model, nodes: &[Node<'_>], known: &[Known]) -
             sizes.push(node.states.len().to_string());
         }
     }
-    // For each table: the places of its variables, and its numbers.
+    // For each table: the positions of its variables, and its numbers.
     let mut tables: Vec<(Vec<String>, Vec<f64>)> = Vec::new();
     for (position, node) in nodes.iter().enumerate() {
         let variables: Vec<usize> = node.parents.iter().copied().chain([position]).collect();

@@ -1,7 +1,7 @@
 //! The reader of XMLBIF.
 //!
-//! In: a text. Out: a model and warnings, or the first mistake. Invariant: the names of elements may be in any case;
-//! what is not part of the format is passed over.
+//! In: a text. Out: a model and warnings, or the first mistake. Invariant: names of elements are case-insensitive;
+//! unknown elements are ignored.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::io::Warning;
@@ -11,18 +11,18 @@ use crate::model::Model;
 use crate::source::{Source, Span};
 use roxmltree::{Document, Node, NodeType, ParsingOptions};
 
-/// Reads a network. The warnings say what was mended.
+/// Reads a network, with warnings about corrections.
 pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
     let text = source.text.trim_start_matches('\u{feff}');
     let shift = source.text.len() - text.len();
-    // Blank lines before the declaration are no XML, but circulate.
+    // Blank lines before the declaration are not valid XML, but occur in practice.
     let trimmed = text.trim_start();
     let shift = shift + text.len() - trimmed.len();
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     let document = Document::parse_with_options(trimmed, options).map_err(|error| {
         let place = shift + offset(trimmed, error.pos());
         let message = error.to_string();
-        // Its last words say where, which is shown.
+        // The end of the message contains the position, which is shown anyway.
         let message = message.rsplit_once(" at ").map_or(message.as_str(), |(what, _)| what);
         Diagnostic::new(
             Span::new(place, (place + 1).min(source.text.len())),
@@ -42,7 +42,7 @@ pub fn read(source: &Source) -> Result<(Model, Vec<Warning>), Diagnostics> {
     reader.draft.model(Span::new(0, 0))
 }
 
-/// Where a line and a column are.
+/// The offset of a line and a column.
 fn offset(text: &str, place: roxmltree::TextPos) -> usize {
     let line = (place.row as usize).saturating_sub(1);
     let start: usize = text.split_inclusive('\n').take(line).map(str::len).sum();
@@ -57,7 +57,7 @@ fn is(node: Node<'_, '_>, name: &str) -> bool {
 
 struct Reader {
     draft: Draft,
-    /// How many bytes were left out before the XML.
+    /// Number of bytes skipped before the XML.
     shift: usize,
 }
 
@@ -131,7 +131,7 @@ impl Reader {
         let mut numbers = Vec::new();
         for part in table.children().filter(|part| part.node_type() == NodeType::Text) {
             let (text, range) = (part.text().unwrap_or(""), part.range());
-            // Where the text has no entities, words stand where they stand in the file.
+            // If the text has no entities, offsets in it are offsets in the file.
             let exact = range.len() == text.len();
             for word in text
                 .split(|letter: char| letter.is_whitespace() || letter == ',')
@@ -161,7 +161,7 @@ impl Reader {
         self.draft.distribution(left, parents, Table { numbers, places: vec![at] }, head)
     }
 
-    /// What an element says, without the blanks around it.
+    /// The text of an element, without surrounding blanks.
     fn words(&self, node: Node<'_, '_>) -> (String, Span) {
         let said: String =
             node.children().filter_map(|child| child.text().filter(|_| child.is_text())).collect();

@@ -46,7 +46,7 @@ fn name(name: &str) -> Result<String, Error> {
     match name.contains(odd) || name.trim() != name {
         true => Err(Error::input(
             name,
-            "a name in XML holds no control characters and no blanks around it; rename it",
+            "a name in XML cannot contain control characters or surrounding blanks; rename it",
         )),
         false => Ok(escaped(name)),
     }

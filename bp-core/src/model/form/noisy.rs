@@ -1,11 +1,11 @@
-//! Noisy or, noisy and: many causes of one effect, each with a chance of its own.
+//! Noisy or and noisy and: many causes of one effect, each with its own probability.
 //!
-//! In: causes (truth values), the chance pᵢ that each works, and a leak. Out: a [`Form`]. Invariant: with k causes the
-//! table of 2ᵏ rows has k + 1 free parameters.
+//! In: causes (booleans), the probability pᵢ that each is effective, and a leak. Out: a [`Form`]. Invariant: with k
+//! causes the table of 2ᵏ rows has k + 1 free parameters.
 //!
-//! noisy or:  P(X) = 1 − (1 − leak) Π (1 − pᵢ)^xᵢ: each cause that is there may produce the effect.
-//! noisy and: P(X) = (1 − leak) Π (1 − pᵢ)^(1 − xᵢ): each condition that is missing may prevent it
-//! (Pearl, *Probabilistic Reasoning in Intelligent Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006).
+//! noisy or: P(X) = 1 − (1 − leak) Π (1 − pᵢ)^xᵢ: each present cause may produce the effect. noisy and: P(X) = (1 −
+//! leak) Π (1 − pᵢ)^(1 − xᵢ): each absent condition may prevent it (Pearl, *Probabilistic Reasoning in Intelligent
+//! Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006).
 
 use super::Form;
 use crate::ids::ExpressionId;
@@ -13,7 +13,7 @@ use crate::model::{Expression, ModelBuilder, ParameterKind};
 use crate::operators::Binary;
 
 impl ModelBuilder {
-    /// A noisy or of (cause, chance that it works).
+    /// A noisy or of (cause, probability that it is effective).
     pub fn noisy_or(&mut self, causes: &[(ExpressionId, ExpressionId)], leak: ExpressionId) -> Form {
         let one = self.number(1.0);
         let mut silent = self.binary(Binary::Subtract, one, leak);
@@ -26,7 +26,7 @@ impl ModelBuilder {
         Form::Bernoulli(self.with_chances(probability, causes, leak))
     }
 
-    /// A noisy and of (condition, chance that its absence prevents the effect).
+    /// A noisy and of (condition, probability that its absence prevents the effect).
     pub fn noisy_and(&mut self, conditions: &[(ExpressionId, ExpressionId)], leak: ExpressionId) -> Form {
         let one = self.number(1.0);
         let mut holds = self.binary(Binary::Subtract, one, leak);
@@ -39,8 +39,8 @@ impl ModelBuilder {
         Form::Bernoulli(self.with_chances(holds, conditions, leak))
     }
 
-    /// A probability; where one of its chances lies outside [0, 1], that chance, which is then refused as a probability.
-    /// (Two such chances can multiply to a number inside.)
+    /// A probability; if one of its factors lies outside [0, 1], that factor, which is then refused as a probability.
+    /// (Two such factors can multiply to a number inside.)
     fn with_chances(
         &mut self,
         probability: ExpressionId,

@@ -1,4 +1,4 @@
-//! Linear regression: a normal law whose mean is linear in other variables.
+//! Linear regression: a normal distribution whose mean is linear in other variables.
 //!
 //! In: an intercept, (variable, slope) pairs and a standard deviation. Out: a [`Form`].
 //!
@@ -10,7 +10,7 @@ use crate::model::ModelBuilder;
 use crate::operators::Binary;
 
 impl ModelBuilder {
-    /// A normal law around intercept + Σ slope · value.
+    /// A normal distribution with mean intercept + Σ slope · value.
     pub fn linear_regression(
         &mut self,
         intercept: ExpressionId,

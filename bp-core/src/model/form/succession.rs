@@ -1,7 +1,7 @@
 //! From counts to probabilities: histogram, and Laplace's law of succession.
 //!
-//! In: how often each value of the left-hand variable was seen. Out: a [`Form`]. Invariant: by Laplace's law nothing is
-//! impossible, and before anything was seen all values are alike.
+//! In: the count of each value of the left-hand variable. Out: a [`Form`]. Invariant: by Laplace's law no value has
+//! probability 0, and without observations all values have equal probability.
 //!
 //! histogram: P(X = i) = nᵢ / N.    Laplace: P(X = i) = (nᵢ + 1) / (N + k)  (k values, N observations).
 

@@ -1,4 +1,4 @@
-//! What a table of known numbers must be.
+//! Validation of tables of constants.
 //!
 //! In: a factor and its numbers. Out: its first fault. Invariant: one pass over the numbers; a row is named by the values
 //! of the right-hand variables.
@@ -41,7 +41,7 @@ pub(super) fn constants_fault(model: &Model, id: FactorId, numbers: &[f64]) -> O
             return Some(fault(Place::Form(id), message));
         }
         let sum: f64 = numbers.iter().sum();
-        // A context that is impossible has a row of zeros.
+        // An impossible context has a row of zeros.
         if sum == 0.0 && !factor.right.is_empty() {
             continue;
         }

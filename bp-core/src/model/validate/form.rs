@@ -1,7 +1,7 @@
-//! What a form must be: shapes of tables, probabilities that are, Diracs that have a solution.
+//! Validation of forms: shapes of tables, valid probabilities, Diracs with a solution.
 //!
-//! In: a factor and its form. Out: its faults. Invariant: one mistake is told once: of a row that has the wrong
-//! length or an impossible entry, nothing is said about its sum.
+//! In: a factor and its form. Out: its faults. Invariant: an error is reported once: for a row with the wrong length or
+//! an invalid entry, its sum is not checked.
 
 use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
@@ -9,10 +9,10 @@ use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Expression, Form, Model};
 use std::collections::{HashMap, HashSet};
 
-/// How far constant probabilities may sum from one.
+/// Tolerance of the sum of constant probabilities.
 pub(super) const SUM_TOLERANCE: f64 = 1e-6;
 
-/// How many combinations of parents are tried when looking for a value that a Dirac can take.
+/// Number of combinations of parents tried in the search for a possible value of a Dirac.
 const MOST_COMBINATIONS: usize = 4096;
 
 pub(super) fn form_faults(model: &Model, id: FactorId) -> Vec<Fault> {
@@ -100,7 +100,7 @@ fn branch_faults(
             }
             if parts.iter().any(|(_, part)| matches!(part, Form::Dirichlet(_))) {
                 let message =
-                    "a `mixture` takes each component of a vector by itself, but `dirichlet` ties them";
+                    "a `mixture` treats the components of a vector separately, but `dirichlet` couples them";
                 faults.push(fault_with_help(
                     place,
                     message,
@@ -118,8 +118,10 @@ fn branch_faults(
             match (form.as_ref(), domain) {
                 (Form::Law { .. }, _) => branch_faults(model, id, form, domain, name, faults),
                 (other, _) => {
-                    let message =
-                        format!("`truncated` cuts a law such as `normal`, but this is `{}`", other.name());
+                    let message = format!(
+                        "`truncated` takes a distribution such as `normal`, but this is `{}`",
+                        other.name()
+                    );
                     faults.push(fault(place, message));
                 }
             }
@@ -147,7 +149,7 @@ fn branch_faults(
     }
 }
 
-/// A sum without the digits that rounding makes.
+/// A sum without the digits of rounding.
 fn rounded(sum: f64) -> f64 {
     (sum * 1e9).round() / 1e9
 }
@@ -193,7 +195,7 @@ fn row_faults(
         }
         None => faults.push(fault(
             Place::Form(id),
-            format!("`{}` cannot be written in rows: its values are not known here", values()),
+            format!("`{}` cannot have a table: its values are not known here", values()),
         )),
         _ => {}
     }

@@ -1,7 +1,7 @@
-//! What a law must be: of a variable that has such numbers, with parameters that it can have.
+//! Validation of distributions: the kind of their variable, and the domain of their parameters.
 //!
-//! In: a law and its arguments. Out: faults. Invariant: only arguments that are known are judged; the others are judged
-//! when they are.
+//! In: a law and its arguments. Out: faults. Invariant: only constant arguments are checked here; the others are
+//! checked when they are computed.
 
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{ExpressionId, FactorId};
@@ -30,7 +30,7 @@ pub(super) fn law_faults(
     }
 }
 
-/// What is wrong with one argument of a law.
+/// The fault of one argument of a distribution.
 pub(super) fn argument_fault(
     model: &Model,
     id: FactorId,
@@ -126,7 +126,7 @@ pub(super) fn fit_faults(
     }
 }
 
-/// What is wrong with numbers that are some of a law's parameters, the first of which is at `from`.
+/// The fault of some parameters of a distribution, the first of which is at `from`.
 fn numbers_fault(place: Place, law: Law, numbers: &[f64], from: usize) -> Option<Fault> {
     let parameters = &law.parameters()[from..];
     parameters.iter().zip(numbers).find_map(|((what, constraint), number)| {

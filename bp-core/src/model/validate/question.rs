@@ -1,14 +1,14 @@
-//! What a question must be.
+//! Validation of questions.
 //!
 //! In: a question, declared or asked later. Out: its faults. Invariant: a variable is searched or known, not both, and
-//! once; every value lies in its domain; what is made of the distribution can be made of it.
+//! once; every value lies in its domain; the statistic is defined for the distribution.
 
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{QuestionId, VariableId};
 use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Statistic, Value, When};
 use std::collections::HashSet;
 
-/// How far from one the probabilities of soft evidence may sum.
+/// Tolerance of the sum of soft evidence.
 const SUM_TOLERANCE: f64 = 1e-9;
 
 pub(in crate::model) fn question_faults(
@@ -68,7 +68,7 @@ fn known_faults(model: &Model, place: Place, searched: &HashSet<VariableId>, kno
     faults
 }
 
-/// Not one number for each value.
+/// The number of entries is not the number of values.
 fn count_fault(
     model: &Model,
     place: Place,
@@ -97,15 +97,13 @@ fn soft_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
     if let Some(bad) = weights.iter().find(|weight| !(0.0..=1.0).contains(*weight)) {
         return Some(fault(place, format!("a probability is between 0 and 1, but this is {bad}")));
     }
-    // Without the last digits, which only say how the sum was made.
+    // Without the last digits, which come from rounding.
     let total = (weights.iter().sum::<f64>() * 1e12).round() / 1e12;
     ((total - 1.0).abs() > SUM_TOLERANCE).then(|| {
         let written: Vec<_> = weights.iter().map(f64::to_string).collect();
         fault_with_help(
             place,
-            format!(
-                "soft evidence is what `{name}` is believed to be: it must sum to 1, but this sums to {total}"
-            ),
+            format!("soft evidence is the posterior of `{name}`: it must sum to 1, but this sums to {total}"),
             format!(
                 "likelihoods need not sum to 1: they are written `{name} virtual [{}]`",
                 written.join(", ")
@@ -114,7 +112,7 @@ fn soft_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
     })
 }
 
-/// What cannot be made of a distribution.
+/// Statistics that are not defined for a distribution.
 fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
     let words = [ask.statistic.word(), ask.when.word()];
     if let Some(word) = words.iter().find(|word| word.contains("(0)")) {
@@ -142,8 +140,7 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
     let wanted = ask.searched.iter().find(|searched| searched.at.is_some());
     if let (Some(wanted), false) = (wanted, slices || ask.statistic == Statistic::Entropy) {
         let name = model.variable_name(wanted.variable);
-        let message =
-            format!("`{word}` is made of a whole distribution, but of `{name}` one value is wanted");
+        let message = format!("`{word}` needs a whole distribution, but `{name}` has a given value");
         return Some(fault_with_help(place, message, "move it behind the bar, if it is known"));
     }
     match ask.statistic {
@@ -169,20 +166,19 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
                 1 => "1 is".to_owned(),
                 several => format!("{several} are"),
             };
-            let message =
-                format!("`information` is what two variables say of each other, but {found} searched");
+            let message = format!("`information` is between two searched variables, but {found} searched");
             Some(fault_with_help(place, message, "write `information P(X, Y | …)`"))
         }
         _ => None,
     }
 }
 
-/// A statistic that has no meaning for the instants of which it is asked.
+/// A statistic that is not defined for its instants.
 fn when_fault(place: Place, ask: &Ask) -> Option<Fault> {
     let (statistic, when) = (ask.statistic.word(), ask.when.word());
     match (ask.when, &ask.statistic) {
         (When::Sequence, Statistic::Argmax { nearest: Some(_) }) => {
-            let message = "`nearest` breaks the ties of one instant, but a sequence is of all";
+            let message = "`nearest` breaks the ties of one instant, but a sequence covers all";
             Some(fault_with_help(place, message, "leave it out, or ask for `argmax smooth P(…) nearest …`"))
         }
         (
@@ -190,8 +186,7 @@ fn when_fault(place: Place, ask: &Ask) -> Option<Fault> {
             Statistic::Argmax { .. } | Statistic::Maximum | Statistic::Best(_) | Statistic::Draw(_),
         ) => None,
         (When::Sequence, _) => {
-            let message =
-                format!("`{statistic}` is asked of the values of an instant, but a sequence is of all");
+            let message = format!("`{statistic}` is defined for one instant, but a sequence covers all");
             Some(fault_with_help(place, message, format!("write `{statistic} smooth P(…)`")))
         }
         (_, Statistic::Divergence { when: second, .. }) => {

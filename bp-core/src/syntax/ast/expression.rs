@@ -1,8 +1,7 @@
 //! Expressions as written.
 //!
-//! In: the flat expressions of the grammar, given their precedence. Out: a tree that keeps brackets as nodes, so that
-//! it prints as it was written. Invariant: an operand that binds less tightly than its operator stands in a
-//! [`ExprKind::Group`].
+//! In: the flat expressions of the grammar. Out: a tree by precedence that keeps brackets as nodes, so that it prints
+//! as it was written. Invariant: an operand that binds less tightly than its operator is in a [`ExprKind::Group`].
 
 use super::{At, Name, Occurrence, Value};
 use crate::source::Span;

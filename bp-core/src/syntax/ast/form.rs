@@ -1,7 +1,7 @@
-//! Forms as written: what stands on the right of `P(…) =`.
+//! Forms as written, on the right of `P(…) =`.
 //!
-//! In: pairs from the grammar. Out: a tree for the printer and the checker. Invariant: a named form keeps whatever name
-//! was written; whether it is known is for the checker to say.
+//! In: pairs from the grammar. Out: a tree for the printer and the checker. Invariant: a named form keeps the name as
+//! written; the checker decides whether it is known.
 
 use super::{At, Comments, Expr, Factor, If, Match, Name, Occurrence, Value};
 use crate::source::Span;

@@ -1,8 +1,8 @@
-//! A program exactly as it was written: sections, declarations and lists, each node with its place.
+//! The syntax tree of a program: sections, declarations and lists, each node with its span.
 //!
-//! In: pairs from the grammar. Out: the tree that the printer prints and the checker reads; nothing else may know it.
-//! Invariant: printing a tree and parsing the text gives an equal tree. Two trees are equal when they say the same,
-//! wherever they stand: [`At`] never tells two nodes apart.
+//! In: pairs from the grammar. Out: the tree that only the printer and the checker use. Invariant: printing a tree and
+//! parsing the text gives an equal tree. Two trees are equal if their content is equal, whatever their spans: all
+//! [`At`] are equal.
 
 mod expression;
 mod form;
@@ -14,7 +14,7 @@ pub use question::*;
 
 use crate::source::Span;
 
-/// Where a node stands. All places compare equal, so that trees compare by what they say.
+/// The span of a node. All spans compare equal, so that trees compare by their content.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct At(pub Span);
 
@@ -304,11 +304,11 @@ pub struct Learnt {
     pub at: At,
     /// Comments before and behind it.
     pub comments: Comments,
-    /// The parameters that are learnt, or the variables that are hidden.
+    /// The parameters to be learned, or the hidden variables.
     pub names: Vec<Name>,
-    /// The data they are learnt from; none for hidden variables.
+    /// The data set; none for hidden variables.
     pub from: Option<Name>,
-    /// What they are learnt separately for.
+    /// The index for whose values they are learned separately.
     pub by: Vec<Name>,
 }
 

@@ -1,7 +1,7 @@
 //! Questions as written.
 //!
-//! In: text. Out: what is asked, word by word. Invariant: the words before a distribution stand in the order in which
-//! they were written; what they mean is the checker's matter.
+//! In: text. Out: the words of a question. Invariant: the words before a distribution are in the order in which they
+//! were written; the checker interprets them.
 
 use super::{At, Comments, Expr, Name, Occurrence, Value};
 
@@ -12,11 +12,11 @@ pub struct Ask {
     pub at: At,
     /// Comments before and behind it.
     pub comments: Comments,
-    /// What is made of the distribution, and of which instant it is; none for the whole distribution now.
+    /// The statistic and the kind of question over time; empty for the plain distribution.
     pub words: Vec<Word>,
     /// The distribution.
     pub distribution: Distribution,
-    /// The one that it is compared with.
+    /// The distribution that it is compared with.
     pub from: Option<Second>,
     /// What breaks a tie.
     pub nearest: Option<Name>,
@@ -53,18 +53,18 @@ pub struct Distribution {
     pub known: Vec<Item>,
 }
 
-/// A variable in a question, perhaps with what is known of it.
+/// A variable in a question, with its evidence if there is any.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
     /// Where it stands.
     pub at: At,
     /// The variable.
     pub variable: Occurrence,
-    /// What is known of it.
+    /// Its evidence.
     pub evidence: Option<Evidence>,
 }
 
-/// What is known of a variable in a question.
+/// The evidence of a variable in a question.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Evidence {
     /// `= value`

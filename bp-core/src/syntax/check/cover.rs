@@ -1,16 +1,16 @@
-//! Which values the arms of a `match` leave out.
+//! The values that the arms of a `match` do not cover.
 //!
-//! In: a domain, then one interval after another. Out: whether all of its values are covered; the first that is not. Invariant:
-//! an arm takes as long as the values that it covers, not as the arms before it.
+//! In: a domain, then one interval after another. Out: whether all of its values are covered; the first that is not.
+//! Invariant: the time of an arm depends on the number of values that it covers, not on the earlier arms.
 
 use crate::model::Domain;
 
-/// The most values of a domain of which a `match` may do without `_`.
+/// The largest domain for which a `match` needs no `_`.
 const MOST_COVERED: usize = 1 << 16;
 
-/// The values of a domain that the arms so far leave out.
+/// The values of a domain that are not yet covered.
 pub(super) struct LeftOut {
-    /// Which of them, and the number of the first; nothing where the domain has no list of values, or a very long one.
+    /// The uncovered values, and the number of the first; none if the domain has no list of values, or a very long one.
     values: Option<(Vec<bool>, f64)>,
     count: usize,
 }
@@ -23,7 +23,7 @@ impl LeftOut {
         Self { values, count }
     }
 
-    /// Takes the values of an interval out; whether none is left.
+    /// Covers the values of an interval; returns whether none is left.
     pub(super) fn cover(&mut self, low: f64, high: f64) -> bool {
         let Some((values, base)) = &mut self.values else { return false };
         let end = values.len() as f64;

@@ -1,8 +1,8 @@
 //! Plate, parameters, variables and their domains.
 //!
 //! In: the first sections of a program. Out: sets, parameters and variables of the model, and the meaning of their
-//! names. Invariant: a capitalised name that nothing declares, used where a set is wanted, is a set bound from outside;
-//! any other name that nothing declares is a mistake.
+//! names. Invariant: an undeclared capitalised name, used as a set, is a set given at run time; any other undeclared
+//! name is an error.
 
 use super::names::{did_you_mean, listed};
 use super::{Checker, Meaning, constant, integer};
@@ -21,12 +21,12 @@ impl Checker<'_> {
         self.declare(&plate.index, Meaning::Variable(index));
     }
 
-    /// The set of this name: known, or open.
+    /// The set of this name: declared, or given at run time.
     pub(super) fn set(&mut self, name: &Name) -> Option<SetId> {
         match self.meaning(&name.text) {
             Some(Meaning::Set(set)) => return Some(set),
             Some(_) => {
-                let message = format!("a set was expected, but `{}` is something else", name.text);
+                let message = format!("expected a set, but `{}` is something else", name.text);
                 let first = self.names[&name.text].1;
                 self.wrong.push(Diagnostic::new(name.span(), message).with_label(first, "declared here"));
                 return None;
@@ -66,7 +66,7 @@ impl Checker<'_> {
                 let mut wrong = Diagnostic::new(parameter.kind.span(), message);
                 wrong.help = did_you_mean(other, KINDS);
                 self.wrong.push(wrong);
-                // The name is known all the same, so that its uses are not mistakes too.
+                // The name is declared anyway, so that its uses are not errors too.
                 ParameterKind::Real
             }
         };
@@ -80,7 +80,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The value of a parameter: a number, or a list of them, one for each place that it ranges over.
+    /// The value of a parameter: a number, or a list with one for each element of its range.
     fn numbers_known(&mut self, written: &ast::Expr) -> Vec<f64> {
         let entries = match &written.kind {
             ExprKind::Vector(entries) => entries.iter().collect(),
@@ -188,7 +188,7 @@ impl Checker<'_> {
             None => self.model.variable(&name.text, domain),
             Some(Some(family)) => self.model.family(&name.text, domain, family),
             Some(None) => {
-                // A family of who knows what: known by name, and not spoken of again.
+                // A family with an unknown range: its name is declared, and no further errors are reported for it.
                 let over = IndexSpace::Range(Range { low: 1, high: Bound::constant(1) });
                 let id = self.model.family(&name.text, domain, Family { over, except: None });
                 self.broken_variables.insert(id);
@@ -251,7 +251,7 @@ impl Checker<'_> {
                 }
                 _ => {
                     let message =
-                        format!("`except` needs a variable declared before, and `{}` is none", name.text);
+                        format!("`except` needs a variable declared before, but `{}` is not one", name.text);
                     self.complain(name.span(), message);
                     return None;
                 }

@@ -1,7 +1,7 @@
 //! The decomposition: factors, and the products that repeat them.
 //!
 //! In: terms as written. Out: factors of the model, still without their forms, and the key by which a form's head finds
-//! its factor. Invariant: a factor that is wrong is left out, and neither its variables nor its form are spoken of again.
+//! its factor. Invariant: a wrong factor is omitted, and no further errors are reported for its variables and its form.
 
 use super::expressions::Scope;
 use super::names::{did_you_mean, nearest};
@@ -12,7 +12,7 @@ use crate::model::{Expression, Factor, Form, IndexSpace, VariableUse};
 use crate::source::Span;
 use crate::syntax::ast::{self, Occurrence, Term};
 
-/// What makes two heads the same: their variables, in whatever order on each side.
+/// The key of a head: its variables, in any order on each side.
 pub(super) fn key(factor: &ast::Factor) -> String {
     let side = |side: &[Occurrence]| {
         let mut names: Vec<String> = side.iter().map(Occurrence::to_string).collect();
@@ -51,14 +51,12 @@ impl Checker<'_> {
         }
     }
 
-    /// What `prod(j)` runs over: the index of the first family that it indexes.
+    /// The range of `prod(j)`: the index of the first family that it indexes.
     fn range_of_index(&mut self, product: &ast::Product) -> Option<IndexSpace> {
         let found = self.indexed_by(&product.index.text, &product.terms);
         if found.is_none() {
-            let message = format!(
-                "nothing tells what `{0}` runs over: no family is indexed by `{0}` here",
-                product.index
-            );
+            let message =
+                format!("the range of `{0}` is unknown: no family is indexed by `{0}` here", product.index);
             let help = format!("write `prod({} in Set) {{ … }}`", product.index);
             self.complain_and_help(product.index.span(), message, help);
         }
@@ -78,7 +76,7 @@ impl Checker<'_> {
         })
     }
 
-    /// Speaks no more of the factors under a product that is wrong.
+    /// Suppresses further errors for the factors under a wrong product.
     fn forget(&mut self, terms: &[Term]) {
         for term in terms {
             match term {
@@ -118,11 +116,11 @@ impl Checker<'_> {
         let products = products.to_vec();
         let id = self.model.push_factor(Factor { left, right, form: Form::Uniform, products });
         self.factor_spans.insert(id, written.at.0);
-        // A second factor of the same head is the model's to find: its variable has two distributions.
+        // A second factor with the same head is reported by the model: its variable has two distributions.
         self.factors.entry(key(written)).or_insert(id);
     }
 
-    /// Every variable stands in a factor once.
+    /// Every variable occurs in a factor once.
     fn apart(&mut self, factor: &ast::Factor) -> bool {
         let mut seen: Vec<(String, Span, bool)> = Vec::new();
         for (is_left, occurrence) in
@@ -182,8 +180,7 @@ impl Checker<'_> {
                 let element = self.index(index, &family.over, &scope)?;
                 let is_product = matches!(self.model.so_far().expressions[element], Expression::Index(_));
                 if is_left && !is_product {
-                    let message =
-                        format!("the elements of `{name}` are distributed all alike, under a product");
+                    let message = format!("the elements of `{name}` are distributed under a product");
                     self.complain_and_help(span, message, format!("write `prod(j) {{ P({name}[j] | …) }}`"));
                     return None;
                 }
@@ -196,7 +193,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The variable that an occurrence names, at the instant that it names.
+    /// The variable of an occurrence, at its instant.
     pub(super) fn variable_of(&mut self, occurrence: &Occurrence) -> Option<VariableId> {
         let name = &occurrence.name;
         match self.meaning(&name.text) {

@@ -1,6 +1,6 @@
 //! Domains: the values that a variable may take.
 //!
-//! In: a domain as written. Out: a [`Domain`], or a mistake that has been told. Invariant: the numbers in a domain are
+//! In: a domain as written. Out: a [`Domain`], or `None` after a reported error. Invariant: the numbers in a domain are
 //! known where it is written; only the last value of a range may be a parameter.
 
 use super::names::did_you_mean;

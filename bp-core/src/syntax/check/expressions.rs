@@ -1,7 +1,7 @@
-//! Expressions: names get their meaning, operators their types.
+//! Name resolution and types of expressions.
 //!
-//! In: an expression as written, and the [`Scope`] that it stands in. Out: a node of the model and its type. Invariant:
-//! an expression is wrong once: `None` means that the mistake has been told.
+//! In: an expression as written, and its [`Scope`]. Out: a node of the model and its type. Invariant: an error is
+//! reported once: `None` means that it has been reported.
 
 use super::names::{did_you_mean, listed};
 use super::types::Type;
@@ -15,15 +15,15 @@ use crate::syntax::ast::{self, Expr, ExprKind};
 /// A node and its type.
 pub(super) type Typed = (ExpressionId, Type);
 
-/// What an expression may speak of.
+/// The names that an expression may use.
 pub(super) struct Scope {
-    /// The head of the factor whose form it stands in, as written.
+    /// The head of the factor of its form, as written.
     pub(super) head: String,
     /// The variables on the right of the factor, and the plate's index.
     pub(super) visible: Vec<VariableId>,
     /// The enclosing products.
     pub(super) products: Vec<(String, IndexSpace)>,
-    /// What `let` has bound, innermost last.
+    /// Names bound by `let`, innermost last.
     pub(super) bound: Vec<(String, Typed)>,
 }
 
@@ -35,14 +35,14 @@ impl Scope {
 }
 
 impl Checker<'_> {
-    /// Adds a node that stands for the words at a span.
+    /// Adds a node with its span.
     pub(super) fn node(&mut self, span: Span, expression: Expression) -> ExpressionId {
         let id = self.model.expression(expression);
         self.expression_spans.insert(id, span);
         id
     }
 
-    /// An expression; `hint` is the domain that a label in it would belong to.
+    /// An expression; `hint` is the domain of labels in it.
     pub(super) fn expression(&mut self, expr: &Expr, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {
         let span = expr.span();
         match &expr.kind {
@@ -116,7 +116,7 @@ impl Checker<'_> {
                 let (found, last) = (found.words(self.model.so_far()), kind.words(self.model.so_far()));
                 self.complain(
                     place,
-                    format!("all branches must be alike, but this is {found} and the last is {last}"),
+                    format!("all branches must have one type, but this is {found} and the last is {last}"),
                 );
                 right = false;
             }
@@ -161,7 +161,7 @@ impl Checker<'_> {
         let (id, found) = self.expression(expr, scope, None)?;
         let expected = match over {
             IndexSpace::Set(set) => Type::Element(*set),
-            // A truth value or a label is the number that its domain gives it, from 0 on.
+            // A boolean or a label is the number in its domain, from 0.
             IndexSpace::Range(_) if matches!(found, Type::Boolean | Type::Label(_)) => return Some(id),
             IndexSpace::Range(_) => Type::Number,
         };
@@ -211,7 +211,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A label, of the domain that is wanted here or else of the only one that has it.
+    /// A label of the expected domain, or else of the only domain that has it.
     fn label(&mut self, name: &ast::Name, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {
         let (text, span) = (&name.text, name.span());
         let has = |domain: &&Domain| matches!(domain, Domain::Finite { labels, .. } if labels.contains(text));
@@ -246,7 +246,7 @@ impl Checker<'_> {
         None
     }
 
-    /// The value of a variable, or of an element of a family, where it may be spoken of.
+    /// The value of a variable or of an element of a family, if it is in scope.
     pub(super) fn value_of(
         &mut self,
         id: VariableId,
@@ -265,9 +265,8 @@ impl Checker<'_> {
         }
         if !scope.visible.contains(&id) {
             let message = format!("`{name}` is not on the right of `{}`", scope.head);
-            let help = format!(
-                "a form may only speak of the variables that its factor depends on: add `{name}` there"
-            );
+            let help =
+                format!("a form may only use the variables that its factor depends on: add `{name}` there");
             self.complain_and_help(span, message, help);
             return None;
         }
@@ -309,7 +308,7 @@ impl Checker<'_> {
         self.value_of(before, element, span, scope)
     }
 
-    /// The domain of an expression that is just a variable.
+    /// The domain of an expression that is a variable.
     pub(super) fn domain_of(&self, expr: &Expr) -> Option<Domain> {
         let occurrence = match &expr.kind {
             ExprKind::Group(inner) | ExprKind::Before(inner) | ExprKind::Index(inner, _) => {

@@ -1,7 +1,7 @@
-//! The model's own faults, under the words that they come from.
+//! Reports faults of the model at their source.
 //!
-//! In: [`Fault`]s with places in the model. Out: diagnostics with spans. Invariant: what was already found wrong with a
-//! declaration, a factor or a form is not told a second time in other words.
+//! In: [`Fault`]s with places in the model. Out: diagnostics with spans. Invariant: an error of a declaration, a factor
+//! or a form is not reported a second time in other words.
 
 use super::Checker;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -14,7 +14,7 @@ pub(super) fn diagnostic(fault: &Fault, span: Span) -> Diagnostic {
 }
 
 impl Checker<'_> {
-    /// The model, or everything that is wrong with it.
+    /// The model, or all its errors.
     pub(super) fn finish(mut self) -> Result<Model, Diagnostics> {
         let model = std::mem::replace(&mut self.model, crate::model::ModelBuilder::new(""));
         let before = model.so_far().clone();

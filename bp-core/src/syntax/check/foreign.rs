@@ -1,8 +1,8 @@
-//! Values that come from elsewhere: elements of fields and families, and the answers of other programs.
+//! Values from elsewhere: elements of fields and families, and the answers of other programs.
 //!
-//! In: `sigma[ray]`, `Z[i]`, `map.P(O | C)`, `first(G with O at C)`. Out: nodes of the model. Invariant: a lower-case
-//! name that nothing declares and that is indexed is a field of real numbers over the sets of its indices, the same
-//! ones at each use.
+//! In: `sigma[ray]`, `Z[i]`, `map.P(O | C)`, `first(G with O at C)`. Out: nodes of the model. Invariant: an undeclared
+//! lower-case name with indices is a field of real numbers over the sets of its indices, which must be the same at each
+//! use.
 
 use super::expressions::{Scope, Typed, plural};
 use super::types::Type;
@@ -58,7 +58,7 @@ impl Checker<'_> {
             }
             meaning => {
                 if meaning.is_none() && name.text.starts_with(char::is_uppercase) {
-                    // Its own mistake, with a suggestion.
+                    // A separate error, with a suggestion.
                     return self.expression(of, scope, None);
                 }
                 let spaces: Vec<_> = indices.iter().map(|index| self.space_of(index, scope)).collect();
@@ -94,7 +94,7 @@ impl Checker<'_> {
         Some((self.node(span, Expression::Parameter { parameter, indices }), Type::Number))
     }
 
-    /// A real parameter that its use declares.
+    /// A real parameter declared by its use.
     pub(super) fn implicit(&mut self, name: &ast::Name, over: Vec<IndexSpace>) -> ParameterId {
         let parameter = self.model.parameter_over(&name.text, ParameterKind::Real, Vec::new(), over);
         self.parameter_spans.insert(parameter, name.span());
@@ -102,7 +102,7 @@ impl Checker<'_> {
         parameter
     }
 
-    /// What an index of an undeclared field runs over.
+    /// The range of an index of an undeclared field.
     fn space_of(&mut self, index: &Expr, scope: &Scope) -> Option<IndexSpace> {
         if let ExprKind::Name(name) = &index.kind {
             if let Some((_, over)) = scope.products.iter().rev().find(|(product, _)| *product == name.text) {
@@ -123,7 +123,7 @@ impl Checker<'_> {
         match self.expression(index, scope, None)? {
             (_, Type::Element(set)) => Some(IndexSpace::Set(set)),
             _ => {
-                let message = format!("`{index}` does not tell over what this field runs");
+                let message = format!("the range of `{index}` is unknown");
                 self.complain_and_help(
                     index.span(),
                     message,
@@ -217,7 +217,7 @@ impl Checker<'_> {
         right.then(|| (self.node(span, Expression::First { family, with: Some((value, at)) }), Type::Number))
     }
 
-    /// The family of truth values that `first` looks along.
+    /// The family of booleans that `first` searches.
     pub(super) fn family_along_a_range(&mut self, family: &Occurrence, scope: &Scope) -> Option<VariableId> {
         let id = self.variable_of(family)?;
         if self.broken_variables.contains(&id) {
@@ -227,7 +227,7 @@ impl Checker<'_> {
         let along = variable.family.is_some_and(|family| matches!(family.over, IndexSpace::Range(_)));
         if !along || variable.domain != Domain::Boolean || !family.index.is_empty() {
             let message =
-                format!("`first` looks along a family of truth values over a range, and `{family}` is none");
+                format!("`first` needs a family of truth values over a range, but `{family}` is not one");
             self.complain_and_help(family.at.0, message, "as `G[1..=N] : bool`");
             return None;
         }

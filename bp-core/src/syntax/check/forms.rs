@@ -1,7 +1,7 @@
-//! Forms: each factor is given its own.
+//! Checks forms, one for each factor.
 //!
 //! In: definitions as written. Out: the forms of the model's factors, and the parameters that `identification` learns.
-//! Invariant: a factor without a form, and a form without a factor, are both mistakes; a form may only speak of what its
+//! Invariant: a factor without a form and a form without a factor are errors; a form uses only the variables that its
 //! factor depends on.
 
 use super::decomposition::key;
@@ -15,7 +15,7 @@ use crate::source::Span;
 use crate::syntax::ast::{self, Definition, Expr, FormKind, Learnt};
 use std::collections::HashMap;
 
-/// What a form is written for.
+/// The factor of a form.
 pub(super) struct Target {
     /// The left-hand variable.
     pub(super) left: VariableId,
@@ -55,7 +55,7 @@ impl Checker<'_> {
         for factor in missing {
             self.broken_forms.insert(factor);
             let model = self.model.so_far();
-            // A second factor of a variable is already told as its second distribution.
+            // A second factor of a variable is already reported as its second distribution.
             let is_second =
                 model.factors[factor].left.iter().any(|use_| model.factor_of(use_.variable) != Some(factor));
             if !is_second && self.factors.values().any(|known| *known == factor) {
@@ -87,7 +87,7 @@ impl Checker<'_> {
             let model = self.model.so_far();
             let text = model.head(&model.factors[*id]);
             wrong = wrong.with_label(self.factor_spans[id], format!("here it is `{text}`"));
-            // The factor's form is this one, under a wrong head: it is not missing too.
+            // This is the factor's form with a wrong head: it is not missing too.
             self.factors.retain(|_, known| known != id);
         }
         if same.is_empty() {
@@ -192,7 +192,7 @@ impl Checker<'_> {
         ids.into_iter().collect()
     }
 
-    /// Lets forms speak of what will be learnt.
+    /// Declares the parameters to be learned.
     pub(super) fn announce(&mut self, learnt: &Learnt) {
         if learnt.from.is_none() {
             return;
@@ -207,7 +207,7 @@ impl Checker<'_> {
         }
     }
 
-    /// What is to be learnt, once the forms have shown its shape.
+    /// The parameters to be learned, with the shape found in the forms.
     pub(super) fn identification(&mut self, learnt: &Learnt) {
         let Some(from) = &learnt.from else {
             for name in &learnt.names {
@@ -222,7 +222,7 @@ impl Checker<'_> {
             match self.meaning(&name.text) {
                 Some(Meaning::Parameter(id)) => parameters.push(id),
                 Some(Meaning::Learnt) => {
-                    self.complain(name.span(), format!("`{name}` is to be learnt, but no form speaks of it"));
+                    self.complain(name.span(), format!("`{name}` is to be learned, but no form uses it"));
                 }
                 _ => {}
             }

@@ -1,7 +1,7 @@
 //! Functions, and the patterns of `match`.
 //!
 //! In: `min(a, b)`, `frontier(C)`, the arms of a match. Out: nodes of the model. Invariant: a match covers every value;
-//! its last arm is what is left when the others do not hold.
+//! its last arm applies if no other does.
 
 use super::cover::LeftOut;
 use super::expressions::{Scope, Typed, plural};
@@ -106,7 +106,7 @@ impl Checker<'_> {
                 let ExprKind::Name(of) = &family.kind else {
                     self.complain(
                         family.span(),
-                        format!("`first` looks along a family, and `{family}` is none"),
+                        format!("`first` needs a family, but `{family}` is not one"),
                     );
                     return None;
                 };
@@ -173,7 +173,8 @@ impl Checker<'_> {
         Some((self.node(span, node), Type::Number))
     }
 
-    /// `norm(gradient(map.H, C))`, perhaps with what the field is before the first cell, or the length of a vector.
+    /// `norm(gradient(map.H, C))`, optionally with the value of the field before the first cell, or the length of a
+    /// vector.
     fn norm(&mut self, span: Span, name: &Name, arguments: &[Expr], scope: &Scope) -> Option<Typed> {
         let [argument] = self.arguments(span, name, arguments)?;
         if let ExprKind::Call(inner, parts) = &argument.kind
@@ -227,7 +228,7 @@ impl Checker<'_> {
         Some((self.node(span, Expression::Frontier { condition, at }), Type::Boolean))
     }
 
-    /// Learns that a set is a grid.
+    /// Marks a set as a grid.
     fn grid(&mut self, set: crate::ids::SetId, span: Span) -> Option<()> {
         let known = &self.model.so_far().sets[set];
         if matches!(known.kind, SetKind::Displacements(_)) {
@@ -239,7 +240,7 @@ impl Checker<'_> {
         Some(())
     }
 
-    /// The conditions of all arms but the last, which is what is left.
+    /// The conditions of all arms but the last.
     pub(super) fn conditions(
         &mut self,
         span: Span,
@@ -359,7 +360,7 @@ pub(super) fn ordinal_of(value: &Value, domain: &Domain) -> Option<usize> {
     }
 }
 
-/// An expression that is just a name, for forms that take one.
+/// An expression that is a name, for forms that take one.
 pub(super) fn as_name(expr: &Expr) -> Option<&Name> {
     match &expr.kind {
         ExprKind::Name(name) => Some(name),
@@ -368,7 +369,7 @@ pub(super) fn as_name(expr: &Expr) -> Option<&Name> {
     }
 }
 
-/// The occurrence that a name is.
+/// The occurrence of a name.
 pub(super) fn occurrence(name: &Name) -> Occurrence {
     Occurrence { at: At(name.span()), name: name.clone(), index: Vec::new(), before: false }
 }

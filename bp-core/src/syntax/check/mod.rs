@@ -1,8 +1,8 @@
 //! Tree to model: every name is given its meaning, every expression its type.
 //!
-//! In: an [`ast::File`]. Out: a [`Model`] for each program, or every mistake at once. The checker judges words (names, types, shapes
-//! that the model cannot even hold); the model judges itself, and its faults are put under the words they come from.
-//! Invariant: a mistake is told once: what depends on something wrong is not told again.
+//! In: an [`ast::File`]. Out: a [`Model`] for each program, or all errors. The checker checks names, types, and shapes
+//! that the model cannot represent; the model validates itself, and its faults are reported at their source. Invariant:
+//! an error is reported once: its consequences are not reported.
 
 mod cover;
 mod declarations;
@@ -32,7 +32,7 @@ use crate::model::{Model, ModelBuilder, Question};
 use crate::source::{Source, Span};
 use std::collections::{HashMap, HashSet};
 
-/// Checks the programs of a file, and gives the meaning of each. A program may ask questions of those before it.
+/// Checks the programs of a file, and returns their models. A program may ask questions of earlier programs.
 pub fn check(file: &File) -> Result<Vec<Model>, Diagnostics> {
     let (mut models, mut wrong): (Vec<Model>, _) = (Vec::new(), Diagnostics::default());
     for (position, program) in file.programs.iter().enumerate() {
@@ -53,7 +53,7 @@ pub fn check(file: &File) -> Result<Vec<Model>, Diagnostics> {
     wrong.or(models)
 }
 
-/// Parses and checks a text; gives the last of its programs, which those before it serve.
+/// Parses and checks a text; returns the last program, to which the earlier ones are subroutines.
 pub fn compile(source: &Source) -> Result<Model, Diagnostics> {
     let mut models = check(&parse::parse(source)?)?;
     Ok(models.pop().expect("internal: the grammar promises a program"))
@@ -94,25 +94,25 @@ fn question_of(source: &Source, model: &Model) -> Result<Question, Diagnostics> 
     wrong.or(question)
 }
 
-/// What a name stands for in the whole program.
+/// The meaning of a name in the whole program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Meaning {
     Set(SetId),
     Parameter(ParameterId),
     Variable(VariableId),
-    /// A parameter that `identification` names, whose shape its first use will tell.
+    /// A parameter in `identification`, whose shape is determined by its first use.
     Learnt,
 }
 
-/// A program on its way to a model.
+/// The state of the checker for one program.
 struct Checker<'p> {
     program: &'p Program,
-    /// The programs that stand before it.
+    /// The earlier programs.
     earlier: &'p [Model],
     model: ModelBuilder,
     wrong: Diagnostics,
     names: HashMap<String, (Meaning, Span)>,
-    /// Where everything stands that the model may find fault with.
+    /// The spans of everything in which the model may find a fault.
     parameter_spans: HashMap<ParameterId, Span>,
     variable_spans: HashMap<VariableId, Span>,
     factor_spans: HashMap<FactorId, Span>,
@@ -121,13 +121,13 @@ struct Checker<'p> {
     ask_spans: HashMap<(QuestionId, usize), Span>,
     /// Factors by their heads, as `decomposition::key` writes them.
     factors: HashMap<String, FactorId>,
-    /// Heads of factors that were wrong, and whose forms are therefore not looked at.
+    /// Heads of wrong factors, whose forms are not checked.
     broken_heads: HashSet<String>,
-    /// Variables whose declaration or factor is wrong: nothing more is said of them.
+    /// Variables with a wrong declaration or factor: no further errors are reported for them.
     broken_variables: HashSet<VariableId>,
-    /// Factors whose form is wrong or missing: nothing more is said of them.
+    /// Factors with a wrong or missing form: no further errors are reported for them.
     broken_forms: HashSet<FactorId>,
-    /// Names that nothing answers to, and that have been told.
+    /// Unknown names that have been reported.
     unknown: HashSet<String>,
 }
 
@@ -153,7 +153,7 @@ impl<'p> Checker<'p> {
         }
     }
 
-    /// The stages, in the order in which they need one another, whatever the order of the text.
+    /// The stages in the order of their dependencies, whatever the order of the text.
     fn sections(&mut self) {
         self.model.documentation(&self.program.comments.documentation());
         self.once_each();
@@ -203,7 +203,7 @@ impl<'p> Checker<'p> {
         });
     }
 
-    /// Every section but questions stands once at most.
+    /// Every section except questions occurs at most once.
     fn once_each(&mut self) {
         let mut seen: HashMap<&str, Span> = HashMap::new();
         let mut has_variables = false;
@@ -233,7 +233,7 @@ impl<'p> Checker<'p> {
         }
     }
 
-    /// Gives a name its meaning, unless it has one already.
+    /// Defines a name, unless it is already defined.
     fn declare(&mut self, name: &Name, meaning: Meaning) -> bool {
         if let Some((_, first)) = self.names.get(&name.text) {
             let twice = Diagnostic::new(name.span(), format!("`{}` is declared twice", name.text))
@@ -258,7 +258,7 @@ impl<'p> Checker<'p> {
     }
 }
 
-/// The number that an expression is, if it is one whatever the names in it mean.
+/// The number of a constant expression.
 fn constant(expr: &ast::Expr) -> Option<f64> {
     use ast::{BinaryOp, ExprKind, UnaryOp};
     Some(match &expr.kind {
@@ -287,7 +287,7 @@ fn number(text: &str) -> Option<f64> {
 /// A whole number with its sign.
 fn integer(sign: ast::Sign, text: &str) -> Option<i64> {
     let magnitude: i64 = text.replace('_', "").parse().ok()?;
-    // Far beyond any domain that could be listed, and safe to add to.
+    // Far larger than any domain, and safe to add to.
     let most = 1 << 40;
     let value = if sign == ast::Sign::Minus { -magnitude } else { magnitude };
     (-most..=most).contains(&value).then_some(value)

@@ -1,7 +1,7 @@
 //! Forms that have a name and arguments: `normal(0, 1)`, `mixture(0.3, …)`.
 //!
-//! In: a name and its arguments. Out: a [`Form`]. Invariant: an argument that is a form itself is one of these too; the
-//! laws are known by the names of [`Law`], the others are listed here.
+//! In: a name and its arguments. Out: a [`Form`]. Invariant: arguments that are forms are of the same kinds;
+//! distributions have the names of [`Law`], the others are listed here.
 
 use super::Checker;
 use super::expressions::{Scope, plural};
@@ -15,7 +15,7 @@ use crate::model::{Domain, Expression, Form, VariableUse};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 
-/// The forms that are no laws.
+/// The forms that are not in [`Law`].
 const OTHERS: [&str; 18] = [
     "bernoulli",
     "categorical",
@@ -103,7 +103,7 @@ impl Checker<'_> {
                 (is_zero || self.expect(argument.span(), &found, &expected)).then_some(Form::Dirac(id))
             }
             "weights" => {
-                // Weights are over the left-hand variable, and so may speak of it.
+                // Weights are over the left-hand variable, and so may use it.
                 let [argument] = self.arguments(span, name, given)?;
                 scope.visible.push(target.left);
                 let weight = self.number_of(argument, scope);
@@ -172,7 +172,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Arguments of which there is one for each value of the left-hand variable.
+    /// Arguments, one for each value of the left-hand variable.
     fn one_for_each(
         &mut self,
         span: Span,
@@ -201,7 +201,7 @@ impl Checker<'_> {
         self.numbers(given, scope)
     }
 
-    /// One chance for each variable on the right, and perhaps a leak.
+    /// One probability for each variable on the right, and optionally a leak.
     fn noisy(
         &mut self,
         span: Span,
@@ -214,7 +214,7 @@ impl Checker<'_> {
         if causes.is_empty() || !(causes.len()..=causes.len() + 1).contains(&given.len()) {
             let count = causes.len();
             let message = format!(
-                "`{name}` takes a probability for each of the {count} variables on the right, and perhaps a leak, found {}",
+                "`{name}` takes a probability for each of the {count} variables on the right, and optionally a leak, found {}",
                 given.len()
             );
             self.complain(span, message);

@@ -1,7 +1,7 @@
-//! Operators: what they take, and what they make of it.
+//! Types of operators.
 //!
-//! In: an operator and its operands as written. Out: a node of the model and its type. Invariant: a cell moves only by a
-//! displacement, and an addition of two sets is what tells which is which.
+//! In: an operator and its operands as written. Out: a node of the model and its type. Invariant: a cell can only be
+//! added to a displacement; an addition of two sets determines which is which.
 
 use super::Checker;
 use super::expressions::{Scope, Typed};
@@ -37,7 +37,7 @@ impl Checker<'_> {
         scope: &Scope,
         hint: Option<&Domain>,
     ) -> Option<Typed> {
-        // A label is of the domain of what it is compared with.
+        // A label belongs to the domain of the other operand.
         let domains = (self.domain_of(left), self.domain_of(right));
         let first = self.expression(left, scope, domains.1.as_ref());
         let second = self.expression(right, scope, domains.0.as_ref());
@@ -74,7 +74,7 @@ impl Checker<'_> {
         Some((self.node(span, Expression::Binary(operator, left_id, right_id)), kind))
     }
 
-    /// `A + V`: a cell moved by a displacement. It tells that one set is a grid, and the other its displacements.
+    /// `A + V`: a cell plus a displacement. It determines that one set is a grid, and the other its displacements.
     fn displaced(
         &mut self,
         span: Span,

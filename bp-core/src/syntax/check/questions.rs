@@ -1,8 +1,8 @@
-//! Questions: what is searched, what is known, and of which value.
+//! Checks questions: searched and known variables, and their values.
 //!
-//! In: asks as written, in a program or typed by a user. Out: the model's questions. Invariant: a name that is no value
-//! of the variable, nor a slip for one, and that starts with a small letter, stands for a value given when the question is asked; the
-//! plate's index is known without being written.
+//! In: asks as written, in a program or typed by a user. Out: the model's questions. Invariant: a lower-case name that
+//! is neither a value of the variable nor similar to one stands for a value given when the question is asked; the
+//! plate's index is always known.
 
 use super::functions::ordinal_of;
 use super::names::{did_you_mean, listed, near};
@@ -22,7 +22,7 @@ impl Checker<'_> {
         for written in asks {
             let told = self.wrong.0.len();
             let ask = ask(self.model.so_far(), written, &mut self.wrong);
-            // One that is already wrong would only be found wrong again.
+            // Do not report a second error for a wrong one.
             if self.wrong.0.len() == told {
                 read.push((ask, written.at.0));
             }
@@ -35,7 +35,7 @@ impl Checker<'_> {
     }
 }
 
-/// One ask, as far as it can be read; what cannot is told.
+/// One ask; errors are reported.
 pub(super) fn ask(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) -> Ask {
     let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
         distribution.known.iter().filter_map(|item| known(model, item, wrong)).collect()
@@ -80,7 +80,8 @@ fn searched(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Searc
         Some(ast::Evidence::Hard(written)) => Some(value(model, variable, written, wrong)?),
         Some(evidence) => {
             let kind = if let ast::Evidence::Soft(_) = evidence { "soft" } else { "virtual" };
-            let message = format!("{kind} evidence says what is known, but `{}` is searched", item.variable);
+            let message =
+                format!("{kind} evidence belongs to a known variable, but `{}` is searched", item.variable);
             wrong.push(Diagnostic::new(item.at.0, message).with_help("move it behind the bar"));
             return None;
         }
@@ -179,7 +180,7 @@ fn value(
     let array = is_family || matches!(domain, Domain::Vector(_));
     let mut diagnostic = if array {
         let what = if is_family { "a family of" } else { "a" };
-        let message = format!("`{name}` is {what} `{text}`: one value cannot say what it is");
+        let message = format!("`{name}` is {what} `{text}`: a single value is not enough");
         Diagnostic::new(written.at.0, message)
             .with_help(format!("write `{name}`, and give its values when asking"))
     } else {
@@ -192,13 +193,13 @@ fn value(
     None
 }
 
-/// Whether a name is that of the variable itself in small letters, with or without `_` between its words.
+/// Whether a name is the variable's name in lower case, with or without `_` between its words.
 fn is_own_name(name: &str, variable: &str) -> bool {
     let plain = |text: &str| text.replace('_', "").to_lowercase();
     name != variable && plain(name) == plain(variable)
 }
 
-/// The value that a name was probably meant to be. A name such as `w` is none: it stands for a value that is given.
+/// The value that a name was probably meant to be. A name such as `w` resembles none: it stands for a given value.
 fn slip<'d>(name: &str, domain: &'d Domain) -> Option<&'d str> {
     match domain {
         Domain::Boolean => near(name, ["false", "true"]),

@@ -1,8 +1,8 @@
 //! Questions to other programs: subroutines, and answers bound from outside.
 //!
-//! In: `ask(Paris.rain)`, `ask(Sensors[i].reading | O)`. Out: a form, and the [`Subroutine`] where the program stands
-//! earlier in the same file. Invariant: a subroutine is told the value of each variable that its question knows, by a
-//! variable of the same domain, and distributes the left-hand variable over its own domain.
+//! In: `ask(Paris.rain)`, `ask(Sensors[i].reading | O)`. Out: a form, and the [`Subroutine`] if the program is earlier
+//! in the same file. Invariant: each known variable of the subroutine's question gets its value from a variable of the
+//! same domain; the searched variable has the domain of the left-hand variable.
 
 use super::Checker;
 use super::expressions::Scope;
@@ -26,8 +26,10 @@ impl Checker<'_> {
             right &= self.expression(index, scope, None).is_some();
         }
         if let [only] = path {
-            let message =
-                format!("`ask` takes a question of another program, and `{}` names no question", only.name);
+            let message = format!(
+                "`ask` takes a question of another program, and `{}` does not name a question",
+                only.name
+            );
             self.complain_and_help(only.name.span(), message, format!("write `ask({}.question)`", only.name));
             return None;
         }
@@ -45,7 +47,7 @@ impl Checker<'_> {
         right.then(|| Form::Ask { path: path.join("."), given })
     }
 
-    /// The variables whose values another program is told.
+    /// The variables whose values are given to another program.
     fn told(&mut self, written: &[ast::Occurrence], scope: &Scope) -> Option<Vec<VariableId>> {
         let mut ids = Vec::new();
         let mut right = true;
@@ -91,7 +93,8 @@ impl Checker<'_> {
                         true => "nothing".to_owned(),
                         false => listed(names.iter().map(String::as_str), "and"),
                     };
-                    let message = format!("`{path}` must be told {expected}, found {} variables", told.len());
+                    let message =
+                        format!("`{path}` must be given {expected}, found {} variables", told.len());
                     self.complain(question.span(), message);
                     return None;
                 }
@@ -104,10 +107,10 @@ impl Checker<'_> {
                     let same = target.right.iter().find(|id| model.variable_name(**id) == *name);
                     let Some(id) = same else {
                         let message = format!(
-                            "`{path}` must be told `{name}`, which is not on the right of `{}`",
+                            "`{path}` must be given `{name}`, which is not on the right of `{}`",
                             scope.head
                         );
-                        let help = format!("name what it is told: `ask({path} | …)`");
+                        let help = format!("name what it is given: `ask({path} | …)`");
                         self.complain_and_help(question.span(), message, help);
                         return None;
                     };
@@ -130,7 +133,7 @@ impl Checker<'_> {
         Some(Form::Ask { path, given })
     }
 
-    /// The one thing that a question asks, if it may be a form.
+    /// The single ask of a question, if it can be a form.
     fn one_ask(&mut self, program: &Model, question: &Name) -> Option<Ask> {
         let Some(asked) = program.question(&question.text) else {
             let known: Vec<&str> =

@@ -27,7 +27,7 @@ impl Checker<'_> {
             return entries.map(Form::Table);
         }
         if let Some(row) = rows.iter().find(|row| row.keys.is_empty()) {
-            let message = "this row says nothing of the values on the right, but others do";
+            let message = "this row has no keys, but other rows do";
             self.complain_and_help(row.at.0, message, "write them before each row, or before none");
             return None;
         }
@@ -94,7 +94,7 @@ impl Checker<'_> {
             let last = row.keys.last().map_or(row.at.0, |key| key.at.0);
             let at = row.keys.first().map_or(row.at.0, |key| key.at.0).to(last);
             let message = match right.len() {
-                0 => "nothing is on the right of this factor: a row has no keys".to_owned(),
+                0 => "this factor has no right-hand variables: a row has no keys".to_owned(),
                 count => format!(
                     "expected {count} keys, one for each variable on the right, found {}",
                     row.keys.len()
@@ -113,7 +113,7 @@ impl Checker<'_> {
     }
 }
 
-/// A combination of values, in words: `Rain = true, Sprinkler = false`.
+/// A combination of values as text: `Rain = true, Sprinkler = false`.
 fn combination(mut place: usize, right: &[(String, Domain)]) -> String {
     let mut words = Vec::new();
     for (name, domain) in right.iter().rev() {

@@ -1,7 +1,7 @@
-//! What an expression is: a truth value, a number, a label, an element of a set, a vector.
+//! Types of expressions: boolean, number, label, element of a set, vector.
 //!
-//! In: domains. Out: types, and the words for them. Invariant: an integer and a real are both numbers; nothing else
-//! turns into anything else by itself.
+//! In: domains. Out: types and their names. Invariant: integers and reals are both numbers; there are no other implicit
+//! conversions.
 
 use crate::ids::SetId;
 use crate::model::{Domain, Model};
@@ -29,7 +29,7 @@ impl Type {
         }
     }
 
-    /// What to call a value of the type.
+    /// The name of a value of the type.
     pub(super) fn words(&self, model: &Model) -> String {
         match self {
             Type::Boolean => "a truth value".to_owned(),

@@ -1,9 +1,9 @@
-//! `unknown`: forms that are to be learned, and how.
+//! `unknown`: forms to be learned.
 //!
-//! In: the arguments of `unknown`. Out: a [`Fit`]. Invariant: what is learned is told by names and numbers that are known
-//! here; whether it fits the domain is for the model to judge.
+//! In: the arguments of `unknown`. Out: a [`Fit`]. Invariant: the estimator is given by names and numbers known here;
+//! the model checks that it fits the domain.
 //!
-//! `unknown` is Laplace's law of succession of a finite variable, a normal law of a real one.
+//! `unknown` is Laplace's law of succession for a finite variable, a normal distribution for a real one.
 
 use super::Checker;
 use super::forms::Target;
@@ -13,13 +13,13 @@ use crate::model::{Fit, Form};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind};
 
-/// The ways to learn that are no laws.
+/// The estimators that are not in [`Law`].
 const WAYS: [&str; 4] = ["laplace_succession", "histogram", "dirichlet", "linear_regression"];
 
 /// A name with numbers: `dirichlet(2)`, `normal`.
 struct Way<'e> {
     name: &'e str,
-    /// What it is given, where all of that is known.
+    /// Its arguments, if all of them are known.
     numbers: Option<Vec<f64>>,
 }
 
@@ -44,7 +44,7 @@ impl Checker<'_> {
             [how, prior] => self.fit_with_prior(how, prior)?,
             more => {
                 let message = format!(
-                    "`unknown` takes how it is learned, and perhaps a prior, found {} arguments",
+                    "`unknown` takes an estimator and an optional prior, found {} arguments",
                     more.len()
                 );
                 self.complain_and_help(span, message, "write `unknown`, or `unknown(normal)`");
@@ -84,10 +84,10 @@ impl Checker<'_> {
                     "beta" => "the prior counts of `true` and `false`: `beta(1, 1)`",
                     _ => "one number, the number of trials: `binomial(10)`",
                 };
-                (format!("`{how}` is no way to learn a form: `{name}` takes {expected}"), None)
+                (format!("`{how}` cannot be learned in this way: `{name}` takes {expected}"), None)
             }
             law if Law::named(law).is_some() => (
-                format!("`{how}` is known already: what is learned has no arguments"),
+                format!("`{how}` has arguments, but its parameters are learned"),
                 Some(format!("write `unknown({law})`, or the form `{how}` itself")),
             ),
             _ => {
@@ -95,7 +95,7 @@ impl Checker<'_> {
                     WAYS.into_iter().chain(Law::ALL.iter().map(|law| law.name())).collect();
                 let shown = known.iter().copied().filter(|way| *way != "dirichlet");
                 let message = format!(
-                    "`{how}` is no way to learn a form; the ways are `dirichlet(1)` (with a prior count) and {}",
+                    "`{how}` does not name an estimator; the estimators are `dirichlet(1)` (with a prior count) and {}",
                     listed(shown, "and")
                 );
                 (message, did_you_mean(name, known))

@@ -1,4 +1,4 @@
-//! The words before a distribution: which statistic, of which instant.
+//! The words before a distribution: the statistic, and the kind of question over time.
 //!
 //! In: an ask as written. Out: its [`Statistic`] and its [`When`]. Invariant: at most one of each, the statistic first;
 //! `sequence` alone is the most likely sequence.
@@ -14,13 +14,13 @@ const STATISTICS: [&str; 9] =
     ["argmax", "max", "best", "draw", "entropy", "expectation", "variance", "information", "divergence"];
 const WHEN: [&str; 4] = ["filter", "predict", "smooth", "sequence"];
 
-/// What one word means.
+/// The meaning of one word.
 enum Meaning {
     Statistic(Statistic),
     When(When),
 }
 
-/// Reads the words of an ask; reports those that are wrong, and reads the rest.
+/// Interprets the words of an ask; reports the wrong ones, and interprets the rest.
 pub(super) fn read(written: &Ask, wrong: &mut Diagnostics) -> (Statistic, When) {
     let (mut statistic, when) = of(written, &written.words, wrong);
     let divergence = statistic.as_ref().is_some_and(|it| matches!(it, Statistic::Divergence { .. }));
@@ -42,7 +42,7 @@ pub(super) fn read(written: &Ask, wrong: &mut Diagnostics) -> (Statistic, When) 
         };
         let (other, second_when) = of(written, &second.words, wrong);
         if let (Some(_), Some(word)) = (other, second.words.first()) {
-            let message = format!("`{}` cannot stand here: a divergence compares distributions", word.name);
+            let message = format!("`{}` cannot be used here: a divergence compares distributions", word.name);
             wrong.push(Diagnostic::new(word.at.0, message).with_help("leave it out"));
         }
         statistic = Some(Statistic::Divergence { when: second_when, from: Vec::new() });
@@ -52,7 +52,7 @@ pub(super) fn read(written: &Ask, wrong: &mut Diagnostics) -> (Statistic, When) 
     (statistic.unwrap_or(alone), when)
 }
 
-/// The statistic and the instant that some words name.
+/// The statistic and the kind of question over time that some words name.
 fn of(ask: &Ask, words: &[Word], wrong: &mut Diagnostics) -> (Option<Statistic>, When) {
     let (mut statistic, mut when): (Option<Statistic>, Option<When>) = (None, None);
     for (position, word) in words.iter().enumerate() {
@@ -69,7 +69,7 @@ fn of(ask: &Ask, words: &[Word], wrong: &mut Diagnostics) -> (Option<Statistic>,
             Some(Meaning::Statistic(read)) => {
                 if let Some(before) = &when {
                     let before = before.word();
-                    let message = format!("the statistic `{word}` stands before `{before}`");
+                    let message = format!("the statistic `{word}` must precede `{before}`");
                     let help = format!("write `{word} {before} P(…)`");
                     wrong.push(Diagnostic::new(span, message).with_help(help));
                 }
@@ -77,8 +77,10 @@ fn of(ask: &Ask, words: &[Word], wrong: &mut Diagnostics) -> (Option<Statistic>,
             }
             Some(Meaning::When(read)) => match when {
                 Some(before) => {
-                    let message =
-                        format!("`{}` and `{word}` are of different instants: ask for one", before.word());
+                    let message = format!(
+                        "`{}` and `{word}` are different questions over time: ask for one",
+                        before.word()
+                    );
                     wrong.push(Diagnostic::new(span, message));
                 }
                 None => when = Some(read),
@@ -124,7 +126,7 @@ fn known(name: &str) -> bool {
 
 fn unknown(word: &str, span: Span, wrong: &mut Diagnostics) {
     let message = format!(
-        "`{word}` is not a statistic: those are {}; nor does it say of which instant, as {} do",
+        "`{word}` is neither a statistic ({}) nor a question over time ({})",
         listed(STATISTICS, "and"),
         listed(WHEN, "and")
     );

@@ -1,7 +1,7 @@
-//! The pairs of the grammar, read in order, without their punctuation.
+//! Iteration over the pairs of the grammar.
 //!
-//! In: a pair. Out: its children by rule, and places without the blanks that the grammar lets a pair end in.
-//! Invariant: a child that the grammar promises and that is missing is our own mistake, and panics with `internal`.
+//! In: a pair. Out: its children by rule, and spans without trailing blanks. Invariant: a missing child that the
+//! grammar guarantees is an internal error, and panics with `internal`.
 
 use super::grammar::Rule;
 use crate::source::Span;
@@ -9,7 +9,7 @@ use crate::spelling::unquoted;
 use crate::syntax::ast::{At, Name};
 use pest::iterators::{Pair, Pairs};
 
-/// The children of a pair that mean something.
+/// The children of a pair, without punctuation.
 pub(super) struct Children<'s> {
     pairs: Pairs<'s, Rule>,
 }
@@ -40,12 +40,12 @@ impl<'s> Children<'s> {
         self.pairs.next()
     }
 
-    /// The next child, which the grammar promises.
+    /// The next child, which the grammar guarantees.
     pub(super) fn one(&mut self) -> Pair<'s, Rule> {
         self.any().expect("internal: the grammar promises a child here")
     }
 
-    /// The next child, which the grammar promises to be of this rule.
+    /// The next child, which the grammar guarantees to be of this rule.
     pub(super) fn need(&mut self, rule: Rule) -> Pair<'s, Rule> {
         self.take(rule).unwrap_or_else(|| panic!("internal: the grammar promises {rule:?} here"))
     }
@@ -66,12 +66,12 @@ impl<'s> Children<'s> {
     }
 }
 
-/// The name that a pair is.
+/// The name in a pair.
 pub(super) fn name(pair: &Pair<'_, Rule>) -> Name {
     Name { at: at(pair), text: unquoted(pair.as_str()).into_owned() }
 }
 
-/// Where a pair stands, up to the end of its last token.
+/// The span of a pair, up to the end of its last token.
 pub(super) fn at(pair: &Pair<'_, Rule>) -> At {
     At(Span::new(pair.as_span().start(), end(pair)))
 }

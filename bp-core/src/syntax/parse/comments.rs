@@ -1,19 +1,19 @@
-//! Comments: found in the text, and given to the items that they speak of.
+//! Attaches comments to the items that they describe.
 //!
-//! In: the text, and the tree without comments. Out: the tree with them. Invariant: no comment is lost; one that
-//! follows an item on its line goes with that item, any other with the next item in the same braces, and what is left
-//! closes the section, the program or the file.
+//! In: the text, and the tree without comments. Out: the tree with them. Invariant: no comment is lost; a comment after
+//! an item on the same line belongs to that item, any other to the next item in the same braces; the remaining ones are
+//! at the end of the section, the program or the file.
 
 use crate::source::Span;
 use crate::spelling::quoted_length;
 use crate::syntax::ast::*;
 
-/// The places of all comments of a text, in order.
+/// The spans of all comments of a text, in order.
 pub(super) fn find(text: &str) -> Vec<Span> {
     hidden(text).filter(|span| text[span.start..].starts_with('/')).collect()
 }
 
-/// The places of all comments and quoted names: signs in them are none.
+/// The spans of all comments and quoted names, which are not scanned for punctuation.
 pub(super) fn hidden(text: &str) -> impl Iterator<Item = Span> {
     let mut position = 0;
     std::iter::from_fn(move || {
@@ -35,7 +35,7 @@ pub(super) fn hidden(text: &str) -> impl Iterator<Item = Span> {
     })
 }
 
-/// Gives every comment of the text to an item of the file.
+/// Attaches every comment of the text to an item of the file.
 pub(super) fn attach(text: &str, file: &mut File) {
     let mut closing = Vec::new();
     let mut items: Vec<(Span, &mut Comments)> = Vec::new();

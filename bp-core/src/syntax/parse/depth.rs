@@ -1,6 +1,6 @@
-//! A bound on nesting, checked before anything recurses.
+//! A limit on nesting, checked before any recursion.
 //!
-//! In: the text. Out: nothing, or the place where it nests too deeply. Invariant: a text that passes parses, prints,
+//! In: the text. Out: nothing, or the span where it nests too deeply. Invariant: a text that passes parses, prints,
 //! checks and drops within a thread's usual stack, because every recursion of the grammar goes through a bracket and
 //! every chain that makes a tree deep is counted with the brackets around it.
 
@@ -8,12 +8,12 @@ use super::comments;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// How many brackets may be open at once.
+/// Limit of open brackets.
 const BRACKETS: usize = 48;
-/// How many operators may follow one another, those around the open brackets included.
+/// Limit of operators in a chain, including those around the open brackets.
 const OPERATORS: usize = 512;
 
-/// Refuses a text that nests too deeply.
+/// Rejects a text that nests too deeply.
 pub(super) fn check(text: &str) -> Result<(), Diagnostic> {
     let mut hidden = comments::hidden(text).peekable();
     // For each open bracket, how many operators came before it in its expression.

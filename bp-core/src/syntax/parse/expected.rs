@@ -1,7 +1,7 @@
-//! What was expected and what was found, in words.
+//! Messages of syntax errors.
 //!
-//! In: the parser's error. Out: one diagnostic under the token that was not expected. Invariant: no rule's name is ever
-//! shown; where the end of a statement or of a list would do, only that is asked for.
+//! In: the parser's error. Out: one diagnostic at the unexpected token. Invariant: names of rules are never shown; if
+//! the end of a statement or of a list is possible, only that is suggested.
 
 use super::comments;
 use super::grammar::Rule;
@@ -25,7 +25,7 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
     let before = token_before(text, position);
     let is_end = ["`;`", "`)`", "`]`", "`}`", "`,` or `)`", "`,` or `]`"].contains(&expected.as_str());
     let mut diagnostic = if is_end && text[before.end..position].contains('\n') {
-        // What is missing is missing at the end of that line, not at the start of this one.
+        // A missing token is reported at the end of the previous line, not at the start of this one.
         let after = &text[before.start..before.end];
         Diagnostic::new(before, format!("expected {expected} after `{after}`, found {shown}"))
     } else {
@@ -115,8 +115,8 @@ fn expected(rules: &[Rule]) -> String {
     let has = |rule| rules.contains(&rule);
     let mut words: Vec<&str> = Vec::new();
     let ends = [Rule::semicolon, Rule::close_paren, Rule::close_bracket, Rule::close_brace];
-    // After an element of a list or an expression, an operator or another element would do as well; what is missing is
-    // the end.
+    // After an element of a list or an expression, an operator or another element is possible too, but the end is the
+    // likely omission.
     let follows = [Rule::comma, Rule::infix, Rule::bar, Rule::semicolon].into_iter().any(has);
     if let Some(end) = ends.into_iter().find(|end| has(*end)).filter(|_| follows) {
         if has(Rule::comma) && !has(Rule::name) && end != Rule::semicolon {
@@ -134,7 +134,7 @@ fn expected(rules: &[Rule]) -> String {
             let parts = ["a name", "a number", "`true` or `false`", "`-`", "`if`", "`match`", "`(`", "`[`"];
             words.retain(|word| !parts.contains(word));
         }
-        // An index or an argument could follow nearly anything.
+        // An index or an argument is possible almost everywhere.
         let suffixes = ["`(`", "`[`", "`.`", "`^`"];
         if words.iter().any(|word| !suffixes.contains(word)) {
             words.retain(|word| !suffixes.contains(word));
@@ -185,7 +185,7 @@ fn describe(rule: Rule) -> &'static str {
         keys | value => "a value",
         path | segment | name | quoted | reserved => "a name",
         arguments | open_paren => "`(`",
-        learnt | hidden | kw_hidden => "the names that are learnt",
+        learnt | hidden | kw_hidden => "the names that are learned",
         by | kw_by => "`by`",
         from | kw_from => "`from`",
         word => "a statistic such as `argmax`",

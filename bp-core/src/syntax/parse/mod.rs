@@ -1,7 +1,7 @@
 //! Text to tree.
 //!
-//! In: a [`Source`]. Out: the [`ast`](super::ast) of its programs, or the first place where the grammar is not obeyed.
-//! Invariant: whatever the text, an answer comes back: no panic and no stack overflow.
+//! In: a [`Source`]. Out: the [`ast`](super::ast) of its programs, or the first syntax error. Invariant: for any text
+//! there is no panic and no stack overflow.
 
 mod children;
 mod comments;

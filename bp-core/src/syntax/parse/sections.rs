@@ -1,7 +1,7 @@
 //! Programs and their sections, from pairs to the tree.
 //!
-//! In: pair `program` and what it holds. Out: [`Program`]. Invariant: nothing written is dropped but blanks, commas
-//! between variables, and comments, which are attached afterwards.
+//! In: pair `program` and what it holds. Out: [`Program`]. Invariant: only blanks, commas between variables, and
+//! comments are dropped; comments are attached afterwards.
 
 use super::children::{Children, at};
 use super::expressions::{expression, expressions};

@@ -1,4 +1,4 @@
-//! Forms: on one line where they fit, else one row, branch or arm to a line.
+//! Prints forms: on one line if they fit, else one row, branch or arm per line.
 //!
 //! In: a definition or a form. Out: lines on a [`Page`]. Invariant: a table whose rows carry comments is never put on
 //! one line.
@@ -14,7 +14,7 @@ impl Page {
         self.form(&opening, &definition.form, &format!(";{}", after(&definition.comments)));
     }
 
-    /// A form between what opens its first line and what closes its last.
+    /// A form between the opening of its first line and the closing of its last.
     fn form(&mut self, opening: &str, form: &Form, closing: &str) {
         if let Some(words) = inline(form) {
             let line = format!("{opening}{words}{closing}");

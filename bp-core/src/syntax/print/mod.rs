@@ -1,4 +1,4 @@
-//! Tree to text: what `bp fmt` writes.
+//! Tree to text, for `bp fmt`.
 //!
 //! In: a tree. Out: its text, four blanks to a level, one item to a line unless all fit. Invariant: the text parses to
 //! an equal tree, comments included, and prints to itself.
@@ -10,10 +10,10 @@ use crate::syntax::ast::*;
 use std::fmt::{Display, Formatter, Result};
 use words::list;
 
-/// The width that a line may reach before it is broken.
+/// The maximum width of a line.
 const WIDTH: usize = 100;
 
-/// Text in the making.
+/// The output text.
 #[derive(Default)]
 struct Page {
     text: String,
@@ -166,7 +166,7 @@ impl Page {
     }
 }
 
-/// What ends a block: the comments before its brace, and those behind it.
+/// The end of a block: the comments before its brace, and those after it.
 struct End<'t> {
     closing: &'t [String],
     behind: String,

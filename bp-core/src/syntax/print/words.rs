@@ -1,7 +1,7 @@
 //! The parts that fit on a line: names, domains, factors, asks, expressions.
 //!
 //! In: nodes of the tree. Out: `Display` for each, in normal spacing. Invariant: what is printed parses to an equal
-//! node; a comma stands between two variables only where one of them carries a value or an index.
+//! node; two variables are separated by a comma only if one of them has a value or an index.
 
 use crate::spelling::quoted;
 use crate::syntax::ast::*;
