@@ -1,12 +1,13 @@
-//! All posteriors of the classic networks: how long, and how much room.
+//! Time and memory of all posteriors of the classic networks.
 //!
 //! In: the networks of a folder (`NETWORKS=folder`, or the recordings beside the project; each with a reference that names
 //! its evidence; `ONLY=asia,alarm` takes these). Out: a table, least of several runs, in milliseconds. `peers.py` beside this file times another engine on
 //! the same networks and the same evidence.
 //!
-//! *load*: from the text to the tables. *plan*: triangulation, and what does not depend on the evidence. *ask*: one
-//! question on a plan that is there. *whole*: plan and ask. *batch*: a case among a thousand, all threads. *of read*: the
-//! time to read once what is kept, at the bandwidth of memory, over that of asking; above 1 where caches hold it.
+//! *load*: from the text to the tables. *plan*: triangulation, and tables that do not depend on the evidence. *ask*:
+//! one question with an existing plan. *whole*: plan and ask. *batch*: a case among a thousand, all threads. *of read*:
+//! the time to read the stored tables once, at the bandwidth of memory, divided by the time of an answer; above 1 if
+//! they fit in a cache.
 
 use bp_core::io::bif;
 use bp_core::source::Source;

@@ -1,8 +1,7 @@
-//! Bayesian Programs, declared as the formalism prints them, and answered by compiled kernels.
+//! Bayesian Programs in the notation of the formalism, answered by compiled kernels.
 //!
-//! A [`Program`](program::Program) is opened, given numbers, and asked. Its answer is a
-//! [`Posterior`](program::Posterior): a distribution that prints as a table and is read by variable and value. The files stand
-//! in `examples/door`.
+//! A [`Program`](program::Program) is opened, configured and asked. Its answer is a [`Posterior`](program::Posterior):
+//! a distribution that prints as a table and is read by variable and value. The files are in `examples/door`.
 //!
 //! ```standalone_crate
 //! use bp_core::prelude::*;
@@ -38,9 +37,9 @@
 //! }
 //! ```
 //!
-//! An [`Error`] prints as a user reads it: a wrong program with its lines, data with file, row and column.
+//! An [`Error`] prints for users: a wrong program with its lines, data with file, row and column.
 //!
-//! Everything else stands in [`compiler`]: the stages, for those who build on them.
+//! The stages of the compiler are in [`compiler`].
 
 pub mod prelude;
 pub mod program;

@@ -1,7 +1,7 @@
-//! Kernels on a graphics processor beside the interpreter. Needs the feature `gpu`; says so where there is no adapter.
+//! Kernels on a graphics processor, compared with the interpreter. Needs the feature `gpu`; skipped without an adapter.
 //!
-//! In: the map's programs and a few of the gallery, on small inputs. Out: nothing where all is well. Invariant: f32
-//! tolerance, since a shader computes in f32 throughout.
+//! In: the map's programs and a few of the gallery, on small inputs. Out: pass or fail. Invariant: f32 tolerance, since
+//! a shader computes in f32 throughout.
 #![cfg(feature = "gpu")]
 
 use bp_core::answer::link;

@@ -1,8 +1,8 @@
 //! The kernels of an answer, by every back end.
 //!
-//! In: a question to a random program. Out: the verdict on its kernels. Invariant: the kernel that printed code is made of,
-//! which has no second run, gives by the interpreter and by the lanes what the guarded kernel gives that `ask` runs, and that
-//! one is held to enumeration; its shader is one that WebGPU takes.
+//! In: a question to a random program. Out: pass or fail. Invariant: the kernel of emitted code, which has no second
+//! run, gives by the interpreter and by the lanes the result of the guarded kernel of `ask`, which is compared with
+//! enumeration; its shader is valid WebGPU.
 
 use crate::enumerate::{Ask, Evidence};
 use crate::question::near;

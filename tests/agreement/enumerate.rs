@@ -1,8 +1,8 @@
 //! Answers by enumeration of all assignments.
 //!
-//! In: a [`Program`] and an [`Ask`]. Out: the rows that its answer must have, and ln P(evidence). Invariant: sums and
-//! maxima over all assignments, in the order of the definitions; nothing is eliminated, cancelled or substituted. Weights
-//! are logarithms.
+//! In: a [`Program`] and an [`Ask`]. Out: the expected rows of its answer, and ln P(evidence). Invariant: sums and
+//! maxima over all assignments, in the order of the definitions; nothing is eliminated, cancelled or substituted.
+//! Weights are logarithms.
 
 use crate::program::{Assignment, Domain, Program, ln_sum};
 use std::collections::BTreeMap;
@@ -45,7 +45,7 @@ pub(crate) struct Ask {
 /// Names of variables and of their values.
 pub(crate) type Names = BTreeMap<String, String>;
 
-/// What an answer must be.
+/// The expected answer.
 #[derive(Debug)]
 pub(crate) enum Expected {
     /// The evidence has probability zero.

@@ -1,8 +1,8 @@
-//! Estimates, held to quadrature.
+//! Estimates, compared with quadrature.
 //!
-//! In: random programs in which a hidden real stands between finite variables. Out: the verdict on what draws estimate, by
-//! weighting and by Gibbs sampling. Invariant: the real is integrated by Simpson's rule; an estimate may be off by six of
-//! its standard errors.
+//! In: random programs with a hidden real between finite variables. Out: pass or fail of estimates by weighting and by
+//! Gibbs sampling. Invariant: the real is integrated by Simpson's rule; an estimate may be off by six of its standard
+//! errors.
 
 use crate::random::Random;
 use bp_core::answer::{Figure, compile_by};

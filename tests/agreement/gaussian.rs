@@ -1,8 +1,8 @@
-//! Linear Gaussian programs, held to the conditioning of a joint normal law.
+//! Linear Gaussian programs, compared with the conditioning of a joint normal distribution.
 //!
-//! In: random programs of reals that depend on each other linearly. Out: the verdict on means, deviations and the density
-//! of the evidence. Invariant: the covariance is that of X = b + A X + noise, conditioned by solving linear equations here,
-//! in 32 digits: a variance of 1e16 beside one of 0.01 leaves none of f64's.
+//! In: random programs of reals that depend on each other linearly. Out: pass or fail of means, deviations and the
+//! density of the evidence. Invariant: the covariance is that of X = b + A X + noise, conditioned by solving linear
+//! equations here, in 32 digits: a variance of 1e16 beside one of 0.01 leaves none of f64's.
 
 use crate::random::Random;
 use crate::twofold::Twofold;

@@ -1,7 +1,7 @@
-//! The join tree, held to enumeration.
+//! The join tree, compared with enumeration.
 //!
-//! In: a finite program and the hard and virtual evidence of an ask. Out: the verdict on the posteriors of all variables,
-//! on ln P(evidence), and on the most probable assignment. Invariant: sums and maxima over all assignments.
+//! In: a finite program and the hard and virtual evidence of an ask. Out: pass or fail of the posteriors of all
+//! variables, ln P(evidence), and the most probable assignment. Invariant: sums and maxima over all assignments.
 
 use crate::enumerate::{Ask, Evidence, is_possible, ln_sum_of};
 use crate::program::{Assignment, Program};

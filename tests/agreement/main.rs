@@ -1,9 +1,9 @@
-//! Random programs, every strategy held to enumeration.
+//! Random programs: every strategy, compared with enumeration.
 //!
-//! In: seeds. Out: for each a program, questions to it, and what the engines answer. Invariant: what is expected shares no
-//! code with what is checked: it is summed over all assignments, and over all histories, from types of this test.
+//! In: seeds. Out: for each a program, questions to it, and the answers of the strategies. Invariant: expected values
+//! share no code with the library: they are sums over all assignments, and over all histories, from types of this test.
 //!
-//! The environment variable `PROGRAMS` sets how many programs are drawn, `FIRST_SEED` where their seeds begin.
+//! The environment variable `PROGRAMS` sets how many programs are drawn, `FIRST_SEED` the first seed.
 
 mod back_ends;
 mod enumerate;

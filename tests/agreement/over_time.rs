@@ -1,8 +1,8 @@
-//! Questions over time, held to the sum over all histories.
+//! Questions over time, compared with the sum over all histories.
 //!
-//! In: a program with carried variables and families, what is observed at each instant, a likelihood that holds at all of
-//! them. Out: the verdict on what is filtered, predicted, smoothed and decoded. Invariant: a history is a state before the
-//! first instant and an outcome at each; its weight is a product of factors, read one by one, and added as logarithms.
+//! In: a program with carried variables and families, observations at each instant, a likelihood at all of them. Out:
+//! pass or fail of filter, predict, smooth and sequence. Invariant: a history is a state before the first instant and
+//! an outcome at each; its weight is a product of factors, read one by one, and added as logarithms.
 
 use crate::enumerate::{Names, is_possible, values};
 use crate::program::{Domain, Program, ln_sum};

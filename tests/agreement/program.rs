@@ -1,8 +1,9 @@
-//! Programs as this test means them: their text, and what each factor says, written from the language's pages.
+//! The programs of this test: their text, and the density of each factor, written from the documentation of the
+//! language.
 //!
-//! In: a [`Program`]. Out: its text for the compiler, and the logarithm of each factor at an assignment. Invariant: nothing
-//! here knows the library; every number is computed from these types alone. Products are sums of logarithms, which neither
-//! underflow nor overflow.
+//! In: a [`Program`]. Out: its text for the compiler, and the logarithm of each factor at an assignment. Invariant:
+//! nothing here uses the library; every number is computed from these types alone. Products are sums of logarithms,
+//! which neither underflow nor overflow.
 
 use std::fmt::Write;
 

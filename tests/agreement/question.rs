@@ -1,7 +1,7 @@
-//! Random questions, and answers held to what they must be.
+//! Random questions, and the comparison of answers with expected ones.
 //!
-//! In: a program. Out: a question as text, its meaning, and the verdict on an answer. Invariant: rows are compared by the
-//! names of their values, not by their order.
+//! In: a program. Out: a question as text, its meaning, and the comparison with an answer. Invariant: rows are compared
+//! by the names of their values, not by their order.
 
 use crate::enumerate::{Ask, Evidence, Expected, Known, Names, Statistic};
 use crate::program::{Domain, Program};

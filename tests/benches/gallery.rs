@@ -1,7 +1,7 @@
-//! The gallery's answers, timed: `cargo bench --bench gallery`.
+//! Time of the gallery's answers: `cargo bench --bench gallery`.
 //!
-//! In: programs of `examples/`. Out: seconds for each answer. Invariant: a question asked again allocates nothing, and
-//! that is asserted before it is timed.
+//! In: programs of `examples/`. Out: seconds for each answer. Invariant: a repeated question does not allocate, which
+//! is asserted before it is timed.
 
 use bp_core::answer::ask;
 use bp_core::exec::Inputs;

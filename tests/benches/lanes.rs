@@ -1,7 +1,7 @@
-//! The gallery loaded at run time beside the same programs compiled: `cargo bench --bench lanes`.
+//! The gallery loaded at run time, compared with the compiled programs: `cargo bench --bench lanes`.
 //!
 //! In: programs of `examples/`. Out: the least time of each question by emitted Rust and by lanes, and their ratio.
-//! Invariant: both give the same numbers, and take turns, so that what disturbs one disturbs the other.
+//! Invariant: both give the same numbers, and alternate, so that disturbances affect both.
 
 use bp_core::answer::link;
 use bp_core::exec::compiled::Value;

@@ -1,8 +1,8 @@
-//! The door for Rust programs, from the outside: what `bayesian_program!` makes, and what it says of mistakes.
+//! The macro `bayesian_program!`: its output, and its error messages.
 //!
-//! In: programs written here and in files, and the wrong ones of `tests/macros`. Out: models equal to those
-//! that the text gives, and the compiler's words kept beside each wrong program. Invariant: a mistake stands
-//! under its own tokens; the module sets off no lint of the code around it.
+//! In: programs written here and in files, and the wrong ones of `tests/macros`. Out: models equal to those of the
+//! text, and the compiler's messages, stored beside each wrong program. Invariant: an error is reported at its own
+//! tokens; the module causes no lint in the surrounding code.
 #![deny(warnings, missing_docs, unused, unreachable_pub, clippy::all, clippy::pedantic)]
 
 use bp_core::source::Source;

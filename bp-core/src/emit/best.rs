@@ -1,7 +1,7 @@
-//! The most probable values in emitted code: what `argmax` and `max` answer.
+//! The most probable values in emitted code: `argmax` and `max`.
 //!
-//! In: an output that holds a distribution. Out: fields for the values at which it is largest and for its number there, and
-//! the text that fills them. Invariant: ties are broken as `answer::argmax` breaks them; one value is given, the first.
+//! In: an output with a distribution. Out: fields for its most probable values and for the probability there, and the
+//! code that fills them. Invariant: ties are broken as in `answer::argmax`; the first value is returned.
 
 use super::documentation as told;
 use super::names::{Names, local, snake};
@@ -20,12 +20,12 @@ struct Value {
     told: Vec<String>,
     /// Its axes, three for a cell of a grid.
     axes: Vec<AxisId>,
-    /// What its number is: the first value and a step of 1, or the centres of bins.
+    /// Its number: the first value and a step of 1, or the centres of bins.
     first: i64,
     centres: Option<Vec<f64>>,
 }
 
-/// What is answered to one `argmax` or `max`.
+/// The answer to one `argmax` or `max`.
 pub(super) struct Best {
     /// The field that breaks ties, of the inputs.
     nearest: Option<String>,
@@ -37,7 +37,7 @@ pub(super) struct Best {
     inner: Vec<AxisId>,
 }
 
-/// Whether an output is a score of each element of the plate, among which the host chooses by a field.
+/// Whether an output is a score of each element of the plate, among which the calling code chooses by a field.
 pub(super) fn is_scores(model: &Model, output: &Output) -> bool {
     let nearest =
         matches!(output.ask.as_ref().map(|ask| &ask.statistic), Some(Statistic::Argmax { nearest: Some(_) }));
@@ -50,7 +50,7 @@ pub(super) fn is_over_plate(model: &Model, variable: VariableId) -> bool {
 }
 
 impl Best {
-    /// What an output answers, if it is asked for its most probable values.
+    /// The answer of an output, if its most probable values are asked.
     pub(super) fn of(
         model: &Model,
         kernel: &Kernel,
@@ -233,7 +233,7 @@ fn grid_axes(model: &Model, variable: VariableId) -> bool {
     matches!(model.variables[variable].domain, Domain::Set(set) if model.sets[set].kind == SetKind::Grid)
 }
 
-/// How many axes the values of a variable have.
+/// The number of axes of the values of a variable.
 pub(super) fn axis_count(model: &Model, variable: VariableId) -> usize {
     let each = if grid_axes(model, variable) { 3 } else { 1 };
     let family = model.variables[variable].family.and_then(|family| model.index_count(&family.over));

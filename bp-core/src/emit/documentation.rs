@@ -1,14 +1,14 @@
-//! The documentation of the arrays of a question: indices, lengths, and which index a value has.
+//! The documentation of the arrays of a question: indices, lengths, and the index of each value.
 //!
-//! In: a buffer, and what it means. Out: lines of documentation. Invariant: indices are named in the order of the memory, the
-//! last one fastest; a domain is described as the program declares it.
+//! In: a buffer and its meaning. Out: lines of documentation. Invariant: indices are named in the order of the memory,
+//! the last one fastest; a domain is described as the program declares it.
 
 use crate::ids::{AxisId, BufferId, VariableId};
 use crate::kernel::{Extent, Kernel, Role};
 use crate::lower::Output;
 use crate::model::{Domain, Model, Statistic};
 
-/// Labels of which the indices are listed, at most.
+/// Limit of labels whose indices are listed.
 const MOST_LABELS: usize = 12;
 
 /// An input.
@@ -52,7 +52,7 @@ fn unit(output: &Output) -> &'static str {
     }
 }
 
-/// The indices of an array and how many numbers it has.
+/// The indices of an array and its length.
 pub(super) fn shape(kernel: &Kernel, axes: &[AxisId]) -> String {
     let names: Vec<&str> = axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();
     match names.as_slice() {
@@ -68,7 +68,7 @@ pub(super) fn shape(kernel: &Kernel, axes: &[AxisId]) -> String {
     }
 }
 
-/// How many cells some axes span, in words.
+/// The number of cells of some axes, as text.
 fn length(kernel: &Kernel, axes: &[AxisId]) -> String {
     if let Some(cells) = kernel.known_cells(axes) {
         return cells.to_string();
@@ -84,7 +84,7 @@ fn length(kernel: &Kernel, axes: &[AxisId]) -> String {
     axes.iter().map(factor).collect::<Vec<_>>().join(" · ")
 }
 
-/// Which index each value of a variable has.
+/// The index of each value of a variable.
 pub(super) fn index(model: &Model, variable: VariableId) -> Option<String> {
     let (name, domain) = (model.variable_name(variable), &model.variables[variable].domain);
     let words = match domain {

@@ -1,8 +1,8 @@
-//! The door of a question: a builder that is given what the question needs, by name and by value.
+//! The builder of a question, which takes its inputs by name and by value.
 //!
-//! In: the interface of a question. Out: `Question` with a method for each input, `ask` and `run_into`, and the function
-//! that makes it. Invariant: grids and displacements are arguments, so that none is missing; what the program has a default
-//! for may be left out; what is missing otherwise is an error that names it; nothing allocates before the answer.
+//! In: the interface of a question. Out: `Question` with a method for each input, `ask` and `run_into`, and the
+//! function that makes it. Invariant: grids and displacements are arguments, so that none is missing; inputs with a
+//! default are optional; any other missing input is an error that names it; nothing allocates before the answer.
 
 use super::interface::{Given, Interface, SizeField, SizeOf};
 use super::text::Text;
@@ -12,18 +12,18 @@ use crate::ids::ParameterId;
 use crate::kernel::{InputKey, SizeKey};
 use crate::model::{Model, ParameterKind};
 
-/// The methods of a builder that are no inputs.
+/// The methods of a builder that are not inputs.
 pub(super) const METHODS: [&str; 3] = ["new", "ask", "run_into"];
 
 /// One input of a builder.
 struct Setter<'i> {
     field: &'i str,
     told: String,
-    /// Its type in the builder, and what the method takes.
+    /// Its type in the builder, and the argument type of its method.
     kind: String,
     taken: String,
     default: Option<String>,
-    /// How the kernel takes it: `VALUE` stands for the value.
+    /// The expression that the kernel takes: `VALUE` is replaced by the value.
     into: &'static str,
 }
 
@@ -64,7 +64,7 @@ impl Interface<'_> {
                     let (kind, taken, default) = match buffer.role.input() {
                         Some(InputKey::Value(variable, _)) => {
                             let own = enums.of(model, *variable);
-                            // A cell of a grid is given by its place in memory.
+                            // A cell of a grid is given by its index in memory.
                             match own.name.as_str() {
                                 "[usize; 3]" => ("usize".to_owned(), "usize".to_owned(), None),
                                 _ => (own.name, own.taken, None),
@@ -93,12 +93,12 @@ impl Interface<'_> {
         spaces.map(|size| (size.field.as_str(), size.of.kind())).collect()
     }
 
-    /// The function of the program that makes a question.
+    /// The function of the program that returns a question.
     pub(super) fn function(&self, model: &Model, name: &str, documentation: &[String], text: &mut Text) {
         let spaces = self.spaces();
         let arguments: Vec<String> = spaces.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
         let names: Vec<&str> = spaces.iter().map(|(name, _)| *name).collect();
-        // Over a plate arrays tell the precision; one answer is computed in f64.
+        // Over a plate the arrays determine the precision; a single answer is computed in f64.
         let (scalar, number) = match model.plate {
             Some(_) => (", T: ::bp_core::exec::scalar::Scalar", "T"),
             None => ("", "::core::primitive::f64"),

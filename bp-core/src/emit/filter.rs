@@ -1,7 +1,7 @@
-//! A question that is answered in closed form.
+//! Questions answered in closed form.
 //!
-//! In: a question of a linear Gaussian program. Out: a builder that is given the parameters and makes the filter. Invariant:
-//! the filter is planned from the program's own model when it is made.
+//! In: a question of a linear Gaussian program. Out: a builder that takes the parameters and returns the filter.
+//! Invariant: the filter is planned from the program's own model at run time.
 
 use super::names::{Names, snake};
 use super::text::Text;
@@ -33,7 +33,7 @@ pub(super) fn emit_filter(
         let told = std::iter::once(format!("The parameter `{}`.", parameter.name));
         text.documented(&told.chain(default).collect::<Vec<_>>());
         text.open(format!("pub fn {}(mut self, value: f64) -> Self", names.unique(&snake(&parameter.name))));
-        // The last of several is the first that is found.
+        // The last of several is found first.
         text.line(format!("self.parameters.insert(0, ({:?}, value));", parameter.name));
         text.line("self");
         text.close();

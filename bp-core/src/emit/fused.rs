@@ -1,8 +1,8 @@
-//! Nests that share a loop, as one loop: what one makes the next one reads while it is in registers.
+//! Fusion of nests into one loop, so that a nest reads the results of the previous one from registers.
 //!
-//! In: the nests of a parallel group. Out: [`Item`]s in an order in which everything is made before it is read.
-//! Invariant: axes of few values are written out; nests of an item have the same other loop, or none, and read
-//! what is made in their item only at the running values.
+//! In: the nests of a parallel group. Out: [`Item`]s in an order in which everything is computed before it is read.
+//! Invariant: short axes are unrolled; nests of an item have the same other loop, or none, and read the results of
+//! their item only at the current indices.
 
 use super::nest::Nests;
 use crate::ids::{AxisId, BufferId, ValueId};
@@ -10,13 +10,13 @@ use crate::kernel::schedule::{Loops, roots};
 use crate::kernel::{Index, Kernel, Node, Reduce};
 use std::collections::{BTreeSet, HashMap};
 
-/// The longest axis that is written out.
+/// The longest axis that is unrolled.
 const WRITTEN_OUT: usize = 4;
 
 /// The most copies of a nest.
 const MOST_COPIES: usize = 16;
 
-/// What is done in one go.
+/// A unit of execution.
 pub(super) enum Item<'k> {
     /// One nest, loop by loop.
     Alone(&'k Loops),
@@ -24,7 +24,7 @@ pub(super) enum Item<'k> {
     Run(Run<'k>),
 }
 
-/// Items that go through the same tiles: what one makes, the next reads while it is in registers.
+/// Items that process the same tiles: each reads the results of the previous ones from registers.
 #[derive(Default)]
 pub(super) struct Run<'k> {
     pub(super) items: Vec<Fused<'k>>,
@@ -49,7 +49,7 @@ pub(super) fn written_out(kernel: &Kernel, loops: &Loops) -> Vec<AxisId> {
 }
 
 impl<'k> Nests<'k> {
-    /// The group's nests in the order in which they are done.
+    /// The group's nests in the order of execution.
     pub(super) fn items(&self) -> Vec<Item<'k>> {
         let mut rest: Vec<&'k Loops> = self.group.nests.iter().collect();
         let mut items: Vec<Item<'k>> = Vec::new();
@@ -80,7 +80,7 @@ impl<'k> Nests<'k> {
         items
     }
 
-    /// Whether an item reads what a run has made only at running values: then it finds it in the same tile.
+    /// Whether an item reads the results of a run only at the current indices: then they are in the same tile.
     fn may_follow(&self, run: &Run<'k>, fused: &Fused<'k>) -> bool {
         let values = fused.nests.iter().flat_map(|nest| nest.levels.iter().flatten());
         values.into_iter().all(|value| match &self.kernel.nodes[*value] {
@@ -91,7 +91,7 @@ impl<'k> Nests<'k> {
         })
     }
 
-    /// Whether a nest of a run makes a buffer.
+    /// Whether a nest of a run computes a buffer.
     pub(super) fn is_made_in(&self, run: &Run<'k>, buffer: BufferId) -> bool {
         let mut nests = run.items.iter().flat_map(|item| &item.nests);
         nests.any(|nest| self.kernel.nests[nest.nest].out == buffer)
@@ -104,7 +104,7 @@ impl<'k> Nests<'k> {
             .any(|value| matches!(&self.kernel.nodes[*value], Node::Load { buffer: of, .. } if *of == buffer))
     }
 
-    /// The only loop of a nest that is not written out, if its shape is one that can share it.
+    /// The only loop of a nest that is not unrolled, if its shape allows sharing.
     fn shared_loop(&self, loops: &Loops) -> Option<Option<AxisId>> {
         let nest = &self.kernel.nests[loops.nest];
         if matches!(nest.reduce, Reduce::Scan { .. }) {
@@ -118,8 +118,8 @@ impl<'k> Nests<'k> {
             Node::Load { .. } if self.varies(*value) => self.is_fetched(*value) && !self.is_merged(*value),
             _ => true,
         });
-        // A value that varies along the lanes but not along the loop is kept, if it costs more than a few
-        // operations: that is done loop by loop.
+        // A value that varies along the lanes but not along the loop is stored, if it costs more than a few operations:
+        // such a nest is executed loop by loop.
         let kept = loops.levels.iter().take(loops.levels.len() - 1).flatten().any(|value| {
             self.varies(*value)
                 && !matches!(self.kernel.nodes[*value], Node::Load { .. })
@@ -133,7 +133,7 @@ impl<'k> Nests<'k> {
         }
     }
 
-    /// Whether a nest reads only what is finished, or what is made by these nests at the running values.
+    /// Whether a nest reads only finished arrays, or results of these nests at the current indices.
     fn may_join(&self, fused: &Fused<'k>, loops: &Loops, done: &BTreeSet<BufferId>) -> bool {
         let own: BTreeSet<BufferId> =
             self.group.nests.iter().map(|nest| self.kernel.nests[nest.nest].out).collect();
@@ -163,7 +163,7 @@ impl<'k> Nests<'k> {
     }
 }
 
-/// Every way to choose a value for each of some axes of known extent.
+/// Every combination of values of some axes of known extent.
 pub(super) fn choices(kernel: &Kernel, axes: &[AxisId]) -> Vec<HashMap<AxisId, usize>> {
     let mut choices = vec![HashMap::new()];
     for axis in axes {

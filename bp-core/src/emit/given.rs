@@ -1,7 +1,7 @@
-//! What emitted code knows: that every array is given.
+//! Emitted code can assume that every array is given.
 //!
-//! In: a kernel. Out: the same without the questions whether the host gave an array. Invariant: where the host may leave
-//! an input out, a negative number stands for it, which no probability is; emitted code always has the array.
+//! In: a kernel. Out: the same without the checks whether the host gave an array. Invariant: a missing optional input
+//! is a negative number, which is not a probability; emitted code always has the array.
 
 use crate::kernel::{Kernel, Node, Role, rewritten};
 use crate::operators::Binary;

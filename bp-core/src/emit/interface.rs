@@ -1,7 +1,7 @@
 //! The interface of a question: the fields of its inputs and outputs, their names and their documentation.
 //!
-//! In: a lowered question. Out: an [`Interface`], which knows the field of each buffer and size. Invariant: names within a
-//! structure are unique; the documentation of an array tells its indices, slowest first, and how long it is.
+//! In: a lowered question. Out: an [`Interface`] with the field of each buffer and size. Invariant: names within a
+//! structure are unique; the documentation of an array lists its indices, slowest first, and its length.
 
 use super::best::{Best, is_scores};
 use super::documentation as told;
@@ -26,7 +26,7 @@ pub(super) enum Given {
     Derived(String),
 }
 
-/// What a field of the inputs gives sizes of.
+/// The source of sizes in a field of the inputs.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SizeOf {
     Grid(SetId),
@@ -66,11 +66,11 @@ pub(super) struct SizeField {
     pub(super) field: String,
 }
 
-/// The field where an output is made.
+/// The field of an output's buffer.
 struct OutputField {
     field: String,
     told: Vec<String>,
-    /// What is answered instead, where the most probable values are asked.
+    /// The answer, if the most probable values are asked.
     best: Option<Best>,
 }
 
@@ -87,7 +87,7 @@ pub(super) struct Interface<'k> {
 }
 
 impl<'k> Interface<'k> {
-    /// The fields of a kernel whose outputs mean these things.
+    /// The fields of a kernel with these outputs.
     pub(super) fn new(model: &Model, kernel: &'k Kernel, meant: &[Output]) -> Self {
         let mut names = Names::default();
         METHODS.iter().for_each(|method| drop(names.unique(method)));
@@ -161,7 +161,7 @@ impl<'k> Interface<'k> {
         &self.outputs[&id].field
     }
 
-    /// What is answered instead of an output, where its most probable values are asked.
+    /// The answer of an output, if its most probable values are asked.
     pub(super) fn best(&self, id: BufferId) -> Option<&Best> {
         self.outputs[&id].best.as_ref()
     }
@@ -202,7 +202,7 @@ impl<'k> Interface<'k> {
         }
     }
 
-    /// Gives the inputs by name, in f64, to the `named` of the text.
+    /// Passes the inputs by name, in f64, to `named` in the text.
     pub(super) fn named(&self, text: &mut Text) {
         for SizeField { of, name, field } in &self.sizes {
             text.line(match of {
@@ -232,7 +232,7 @@ impl<'k> Interface<'k> {
         }
     }
 
-    /// The size that an input is read as a number of, if it is one.
+    /// The size that an input is read as, if it is one.
     fn as_size(&self, role: &Role) -> Option<&SizeField> {
         let InputKey::Parameter(parameter) = role.input()? else { return None };
         self.sizes.iter().find(|known| known.of == SizeOf::Number(SizeKey::Parameter(*parameter)))
@@ -243,7 +243,7 @@ impl<'k> Interface<'k> {
         &found.expect("internal: every size has a field").field
     }
 
-    /// Writes `Inputs` and `Outputs`; gives the generics of the inputs: those that a field needs.
+    /// Writes `Inputs` and `Outputs`; returns the generics of the inputs: those that a field needs.
     pub(super) fn structures(&self, text: &mut Text) -> &'static str {
         let mut fields = Text::default();
         let (mut borrows, mut numbers) = (false, false);
@@ -305,7 +305,7 @@ impl<'k> Interface<'k> {
     }
 }
 
-/// The field of an input: its name without the values that a question in it fixes.
+/// The field of an input: its name without the fixed values of a question in it.
 fn input_name(name: &str) -> String {
     let mut plain = String::new();
     let mut parts = name.split(" = ");
@@ -317,7 +317,7 @@ fn input_name(name: &str) -> String {
     snake(&plain)
 }
 
-/// The field of an output: what is made of the distribution, and the variables that are searched.
+/// The field of an output: the statistic, and the searched variables.
 fn output_name(model: &Model, output: &Output) -> String {
     let Some(ask) = &output.ask else { return "ln_evidence".to_owned() };
     let word = match ask.statistic {

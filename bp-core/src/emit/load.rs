@@ -1,7 +1,7 @@
-//! Reading arrays in emitted code: offsets, stretches of lanes, and gathers.
+//! Loads in emitted code: offsets, contiguous lanes, and gathers.
 //!
-//! In: a load. Out: its text. Invariant: indices that may lie outside are checked before they are used; what is
-//! contiguous along the lanes is a slice of the array itself.
+//! In: a load. Out: its text. Invariant: indices that may be out of range are checked before use; loads that are
+//! contiguous along the lanes are slices of the array.
 
 use super::names::local;
 use super::nest::Nests;
@@ -16,7 +16,7 @@ impl Nests<'_> {
         if self.is_whole(value) { format!("z{id}") } else { format!("u{id} as isize") }
     }
 
-    /// Whether all uniform indices are inside, and the offset that they give.
+    /// Whether all uniform indices are in range, and their offset.
     pub(super) fn offset(&self, buffer: BufferId, indices: &[Index], skip_lane: bool) -> (String, String) {
         let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == buffer);
         let axes = &self.kernel.buffers[buffer].axes;
@@ -73,7 +73,7 @@ impl Nests<'_> {
         (join(inside, "true", " && "), offset)
     }
 
-    /// The array of which lanes are read, as a slice of numbers.
+    /// The array of the lanes, as a slice of numbers.
     pub(super) fn source(&self, buffer: BufferId) -> String {
         match self.kernel.buffers[buffer].role {
             // One cell for all lanes: it is copied.
@@ -82,7 +82,7 @@ impl Nests<'_> {
         }
     }
 
-    /// Where the lanes of a load stand; grains that are not in one piece are copied, from `slot` of its copies on.
+    /// The location of the lanes of a load; loads that are not contiguous are copied, from `slot` of its copies on.
     pub(super) fn fetch(&self, value: ValueId, slot: &str, grain: &str, text: &mut Text) {
         let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[value] else {
             unreachable!("internal: only loads are fetched")
@@ -138,7 +138,7 @@ impl Nests<'_> {
         }
     }
 
-    /// Fetched lanes that are replaced, where they lie outside, by lanes that have to be computed.
+    /// Fetched lanes that are replaced, where they are out of range, by computed lanes.
     pub(super) fn is_merged(&self, value: ValueId) -> bool {
         match &self.kernel.nodes[value] {
             Node::Load { otherwise: Some(otherwise), .. } => {
@@ -148,13 +148,13 @@ impl Nests<'_> {
         }
     }
 
-    /// The lanes by which fetched lanes are replaced where they lie outside, if these are fetched themselves.
+    /// The lanes that replace fetched lanes out of range, if these are fetched too.
     pub(super) fn other_lanes(&self, value: ValueId) -> Option<(ValueId, BufferId)> {
         let Node::Load { otherwise: Some(otherwise), .. } = &self.kernel.nodes[value] else { return None };
         match &self.kernel.nodes[*otherwise] {
             Node::Load { buffer, otherwise: None, indices } if self.is_fetched(*otherwise) => {
                 let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
-                // Lanes that are turned may stand in more than one piece.
+                // Lanes that wrap around may be in more than one piece.
                 let whole = !indices.iter().any(|index| matches!(index, Index::Turned { .. }));
                 (!own && whole).then_some((*otherwise, *buffer))
             }

@@ -1,8 +1,8 @@
-//! Emitting: programs as Rust text.
+//! Emits programs as Rust text.
 //!
-//! In: a checked model and the text that it came from. Out: the body of a Rust module: the text, the model, and a
-//! compiled function for each question. Invariant: what is emitted needs only `std`, slices and
-//! [`crate::exec::compiled`]; it reads the same schedule as the lanes.
+//! In: a checked model and its source text. Out: the body of a Rust module: the text, the model, and a compiled
+//! function for each question. Invariant: emitted code needs only `std`, slices and [`crate::exec::compiled`]; it has
+//! the same schedule as the lanes.
 
 mod best;
 mod documentation;
@@ -35,15 +35,15 @@ use values::Enums;
 
 pub use names::snake;
 
-/// What is made of a program.
+/// The emitted module of a program.
 pub struct Emitted {
     /// The body of the module: the text, the model, and a module for each question.
     pub text: String,
-    /// The questions that are not compiled, each with the reason. Their modules say so to whoever calls them.
+    /// The questions that are not compiled, each with the reason, which their modules report to callers.
     pub refused: Vec<(String, Error)>,
 }
 
-/// The body of the module of a program. `unlinked` is why the programs that it asks have no answer, if that is so.
+/// The body of the module of a program. `unlinked` is the reason why its subroutines have no answer, if there is one.
 pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Emitted {
     let mut text = Text::default();
     let name = text::in_a_comment(&model.name);
@@ -64,7 +64,7 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
         }
     }
     let mut modules = Names::default();
-    // The function that gives the model has its name already.
+    // The name of the function that returns the model is taken.
     modules.unique("model");
     // First the names that the program gives, then those of further parts.
     let named: Vec<(String, &Question)> = (model.questions.values())

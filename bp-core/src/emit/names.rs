@@ -1,15 +1,16 @@
-//! Names of emitted things.
+//! Identifiers of emitted code.
 //!
-//! In: any names that a program may have. Out: Rust identifiers, unique in their place. Invariant: `WetGrass` is `wet_grass`;
-//! what no identifier may hold becomes `_` (`P(O | Z)` is `p_o_z`) or what it stands for (`m²` is `m2`); words that Rust
-//! keeps get a `_`. Of names that would be one identifier, all but the first get a number: `rain`, `rain_2`.
+//! In: any names that a program may have. Out: Rust identifiers, unique in their place. Invariant: `WetGrass` is
+//! `wet_grass`; characters not allowed in identifiers become `_` (`P(O | Z)` is `p_o_z`) or their equivalent (`m²` is
+//! `m2`); keywords of Rust get a `_`. If several names give one identifier, all but the first get a number: `rain`,
+//! `rain_2`.
 
 use crate::ids::Id;
 use pest::unicode::{XID_CONTINUE, XID_START};
 use std::collections::HashSet;
 use unicode_normalization::UnicodeNormalization;
 
-/// The keywords of Rust 2024, those that it only keeps for later included; `Self` is `self` in snake case.
+/// The keywords of Rust 2024, reserved ones included; `Self` is `self` in snake case.
 const KEPT: [&str; 51] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do", "dyn",
     "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop",
@@ -18,12 +19,12 @@ const KEPT: [&str; 51] = [
     "where", "while", "yield",
 ];
 
-/// The identifiers of one place: fields of a structure, modules of a program.
+/// The identifiers of one scope: fields of a structure, modules of a program.
 #[derive(Default)]
 pub(super) struct Names(HashSet<String>);
 
 impl Names {
-    /// An identifier that nothing else has here: the wanted one, or that with a number behind it.
+    /// An unused identifier: the given one, or that with a number after it.
     pub(super) fn unique(&mut self, wanted: &str) -> String {
         let numbered = (2..).map(|number| format!("{}_{number}", wanted.trim_end_matches('_')));
         let mut candidates = std::iter::once(wanted.to_owned()).chain(numbered);
@@ -36,7 +37,8 @@ impl Names {
 
 /// A name in snake case, as an identifier of Rust.
 ///
-/// Rust compares identifiers in Unicode's normal form C; the compatible one taken first turns `²` into `2` and `①` into `1`.
+/// Rust compares identifiers in Unicode's normal form C; compatibility decomposition first turns `²` into `2` and `①`
+/// into `1`.
 pub fn snake(name: &str) -> String {
     let mut snake = String::new();
     let mut previous_lower = false;
@@ -55,12 +57,12 @@ pub fn snake(name: &str) -> String {
         }
     }
     let mut snake: String = snake.trim_end_matches('_').nfc().collect();
-    // What an author wrote at the end stays; what stands for a bracket goes.
+    // An underscore that the author wrote at the end stays; one from a bracket is removed.
     let underscores = name.len() - name.trim_end_matches('_').len();
     snake.push_str(&"_".repeat(underscores));
     match snake.chars().next() {
         None => "nameless".to_owned(),
-        // `_` alone is no name.
+        // `_` alone is not a name.
         Some('_') if snake == "_" => "__".to_owned(),
         Some(first) if first != '_' && !XID_START(first) => format!("_{snake}"),
         _ if KEPT.contains(&snake.as_str()) => format!("{snake}_"),

@@ -1,7 +1,8 @@
 //! The loops of one group of nests: blocks of lanes, all nests fused in one pass.
 //!
-//! In: a schedule's group. Out: its loops as text. Invariant: `u` are uniform numbers (f64), `z` those that are whole (isize), `t` the same as lanes
-//! see them, `r` lanes that were fetched, `a` lanes that were computed at an outer depth, `x` one lane.
+//! In: a schedule's group. Out: its loops as text. Invariant: `u` are uniform numbers (f64), `z` uniform integers
+//! (isize), `t` uniform numbers in the type of the lanes, `r` fetched lanes, `a` lanes computed at an outer depth, `x`
+//! one lane.
 
 use super::fused::Item;
 use super::names::local;
@@ -21,7 +22,7 @@ pub(super) struct Nests<'k> {
     pub(super) group: &'k Group,
     /// Depth at which each value of the nest at hand is computed.
     pub(super) depth: Vec<usize>,
-    /// Whether products are computed as they stand ([`crate::equation::Mark::Linear`]).
+    /// Whether products are plain multiplications ([`crate::equation::Mark::Linear`]).
     pub(super) is_linear: bool,
 }
 
@@ -30,7 +31,7 @@ impl<'k> Nests<'k> {
         Self { kernel, schedule, group, depth: vec![0; kernel.nodes.len()], is_linear }
     }
 
-    /// A group that is done once.
+    /// A group that is executed once.
     pub(super) fn serial(&mut self, text: &mut Text) {
         let group = self.group;
         for nest in &group.nests {
@@ -52,7 +53,7 @@ impl<'k> Nests<'k> {
         let mut items = Text::default();
         let mut outside: BTreeMap<String, Room> = BTreeMap::new();
         let found = self.items();
-        // What nests leave for each other block by block has to stay in the first cache.
+        // Arrays passed between nests block by block must stay in the first cache.
         let is_kept = found.iter().any(|item| matches!(item, Item::Alone(_)));
         if is_kept && self.kernel.parallel.len() == 1 {
             text.line(format!("const LANES: usize = {SHORT_BLOCK};"));
@@ -114,7 +115,7 @@ impl<'k> Nests<'k> {
         text.line("suspects");
     }
 
-    /// How many cells of a buffer stand beside each other in one lane.
+    /// The number of contiguous cells of a buffer in one lane.
     pub(super) fn cells(&self, buffer: BufferId) -> String {
         let cells: Vec<String> = self.serial_axes(buffer).iter().map(|axis| local("e", *axis)).collect();
         if cells.is_empty() { "1".to_owned() } else { cells.join(" * ") }
@@ -129,7 +130,7 @@ impl<'k> Nests<'k> {
         self.group.parallel && self.schedule.is_varying(value)
     }
 
-    /// Loads whose lanes are contiguous, or the same: fetched before the loop over lanes.
+    /// Loads whose lanes are contiguous or equal: fetched before the loop over lanes.
     pub(super) fn is_fetched(&self, value: ValueId) -> bool {
         let Node::Load { buffer, indices, .. } = &self.kernel.nodes[value] else { return false };
         let Buffer { role, axes, .. } = &self.kernel.buffers[*buffer];
@@ -139,7 +140,7 @@ impl<'k> Nests<'k> {
             Index::At(_) => false,
         };
         let is_found = indices.iter().any(|index| matches!(index, Index::At(at) if self.varies(*at)));
-        // Side by side, and numbers as the lanes are: tables and positions are not.
+        // Contiguous, and of the type of the lanes: tables and positions are not.
         let own = self.group.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer);
         let stand = match indices.iter().position(is_lane) {
             Some(position) => {
@@ -259,7 +260,7 @@ impl<'k> Nests<'k> {
         }
     }
 
-    /// Where the running cell of a buffer is written, and what has to be done afterwards.
+    /// The target of the current cell of a buffer, and the statements after it.
     fn target(&self, out: BufferId, shared: &[BufferId]) -> (String, Vec<String>) {
         if !self.group.parallel {
             return (format!("{}[{}]", local("m", out), self.plane(out)), Vec::new());
@@ -270,7 +271,7 @@ impl<'k> Nests<'k> {
         }
     }
 
-    /// What keeps lanes that were made on the stack, where nothing else can be.
+    /// Stores lanes computed on the stack, where nothing aliases.
     fn kept_lanes(&self, out: BufferId, shared: &[BufferId], made: &str) -> Vec<String> {
         let (plane, made) = (self.plane(out), format!("&{made}[..width]"));
         let mut kept: Vec<String> = self.looked_at(out, &made).into_iter().collect();
@@ -282,21 +283,21 @@ impl<'k> Nests<'k> {
         kept
     }
 
-    /// Lanes of a buffer of this pass are made where they stay: it has memory of its own.
+    /// Lanes of a buffer of this pass are computed in place: it has its own memory.
     fn begun(&self, out: BufferId, shared: &[BufferId]) -> Option<String> {
         let (array, plane) = (local("m", out), self.plane(out));
         (!shared.contains(&out))
             .then(|| format!("let own: &mut [T] = &mut {array}[({plane}) * LANES..][..LANES];"))
     }
 
-    /// Which plane of a buffer the running cell is in.
+    /// The plane of a buffer that contains the current cell.
     pub(super) fn plane(&self, out: BufferId) -> String {
         let running: Vec<Index> =
             self.kernel.buffers[out].axes.iter().map(|axis| Index::Axis(*axis)).collect();
         self.planes(out, &running)
     }
 
-    /// Which plane of a buffer is read, where all is read at running values.
+    /// The plane of a buffer that is read at the current indices.
     pub(super) fn planes(&self, buffer: BufferId, indices: &[Index]) -> String {
         let serial = self.serial_axes(buffer);
         let mut plane: Vec<String> = Vec::new();
@@ -310,7 +311,7 @@ impl<'k> Nests<'k> {
         if plane.is_empty() { "0".to_owned() } else { plane.join(" + ") }
     }
 
-    /// The values of one depth, and what is done with them lane by lane.
+    /// The values of one depth, and their use lane by lane.
     fn level(&self, loops: &Loops, depth: usize, actions: &[String], text: &mut Text) {
         let values = &loops.levels[depth];
         for value in values.iter().filter(|value| !self.varies(**value)) {
@@ -355,7 +356,7 @@ impl<'k> Nests<'k> {
             }
         }
         lines.extend_from_slice(actions);
-        // Whole lines, where nothing is read that ends with the block: no lanes are left to be done one by one.
+        // Whole lines, if nothing is read that ends with the block: no lanes remain for scalar code.
         let is_fetched =
             |word: &str| LocalName::of(word).is_some_and(|name| name.kind == "r" && name.rest.is_empty());
         let fetched = lines.iter().any(|line| words(line).any(is_fetched));

@@ -32,7 +32,7 @@ pub(super) fn emit(
     interface.function(model, name, &[equation.to_owned()], text);
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
-    // Named, because the code around the program may have no prelude.
+    // Named, because the surrounding code may have no prelude.
     text.line("use ::std::prelude::v1::*;");
     text.line("use ::bp_core::exec::compiled::*;");
     text.line("use ::bp_core::exec::scalar::Scalar;");
@@ -82,7 +82,7 @@ pub(super) fn emit(
     text.close();
 }
 
-/// What is reported: nothing, unless something is suspect.
+/// The report: empty, unless a cell is suspect.
 fn conclusion(alone: bool, kernel: &Kernel, text: &mut Text) {
     let total = kernel.checks.iter().find(|(_, check)| *check == Check::Total);
     let contexts = match (alone, total) {
@@ -97,7 +97,7 @@ fn conclusion(alone: bool, kernel: &Kernel, text: &mut Text) {
     text.close_with("};");
 }
 
-/// The function that is called where something is suspect: it computes again, or reports what is wrong.
+/// The function for suspect cells: it computes again, or reports the error.
 fn again(
     kernel: &Kernel,
     interface: &Interface<'_>,
@@ -147,7 +147,8 @@ fn again(
     text.close();
 }
 
-/// A question that is not compiled: a module that says why, to its reader and to the compiler of a caller.
+/// A question that is not compiled: a module that states the reason, in its documentation and as a compile-time error
+/// of a caller.
 pub(super) fn emit_refused(model: &Model, question: &Question, name: &str, reason: &str, text: &mut Text) {
     let asked: Vec<String> = question.asks.iter().map(|ask| format!("`{}`", model.ask_text(ask))).collect();
     text.documented(&[
@@ -169,11 +170,11 @@ pub(super) fn emit_refused(model: &Model, question: &Question, name: &str, reaso
     text.close();
 }
 
-/// Binds inputs, makes room for what is made, and gives strides.
+/// Binds inputs, allocates results, and computes strides.
 fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
     for (id, buffer) in kernel.buffers.iter() {
         let product = |axes: &mut dyn Iterator<Item = crate::ids::AxisId>| {
-            // More than can be counted is refused where room is made.
+            // An overflow is refused at the allocation.
             let product = axes
                 .map(|axis| local("e", axis))
                 .reduce(|some, more| format!("{some}.saturating_mul({more})"));
@@ -231,7 +232,7 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
             }
             Role::Scratch => {}
         }
-        // A parallel axis of an input that was given once for the plate has stride 0.
+        // A parallel axis of an input that is given once for the plate has stride 0.
         if broadcast {
             text.line(format!(
                 "let g{}: usize = usize::from({name}.len() == {len} && {len} != {once} || {len} == 1);",
@@ -258,7 +259,7 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
     }
 }
 
-/// The domain of the values that an input holds, as an expression.
+/// The domain of an input, as an expression.
 fn domain(interface: &Interface<'_>, id: BufferId, buffer: &Buffer, text: &mut Text) -> Option<String> {
     let Values { variable, domain, numbers } = buffer.values.as_ref()?;
     let numbers = match numbers {
@@ -281,7 +282,7 @@ fn domain(interface: &Interface<'_>, id: BufferId, buffer: &Buffer, text: &mut T
     ))
 }
 
-/// Room for a buffer that a serial group makes, or that a parallel one makes for another.
+/// Allocates a buffer that a serial group computes, or that a parallel one computes for another.
 pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     let buffer = &kernel.buffers[id];
     let (len, name) = (local("n", id), local("m", id));
@@ -295,7 +296,7 @@ pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     }
 }
 
-/// A pass over a plate. One that is computed once, along axes of its own, is so in f64 as all that is computed once.
+/// A pass over a plate. A pass over its own axes, which is computed once, is in f64 as all that is computed once.
 fn parallel(
     kernel: &Kernel,
     schedule: &Schedule,
@@ -359,7 +360,7 @@ fn parallel(
     text.close();
 }
 
-/// The names of a pass that come from outside it, and their types.
+/// The outer names used in a pass, and their types.
 fn captured(kernel: &Kernel, made: &[BufferId], body: &str) -> Vec<(String, &'static str)> {
     let mut fields: Vec<(String, &'static str)> = Vec::new();
     for word in words(body) {

@@ -1,8 +1,8 @@
 //! The answer of a question: read by the values of its variables, never by an index.
 //!
-//! In: the interface of a question. Out: `Answer` with a method for each thing asked: `p`, `entropy`, `argmax` and `max`,
-//! `scores`. Invariant: arguments are what is searched, in the order of the ask, and then the known variables that were
-//! given no value; over a plate a method gives the numbers of all elements, or takes the element last.
+//! In: the interface of a question. Out: `Answer` with a method for each ask: `p`, `entropy`, `argmax` and `max`,
+//! `scores`. Invariant: the arguments are the searched variables, in the order of the ask, and then the known variables
+//! without a value; over a plate a method returns the numbers of all elements, or takes the element last.
 
 use super::best::{axis_count, is_over_plate, is_scores};
 use super::interface::Interface;
@@ -15,13 +15,13 @@ use crate::lower::Output;
 use crate::model::{Ask, Domain, Model, Statistic};
 use std::collections::HashMap;
 
-/// What is read, with its arguments.
+/// An answer with its arguments.
 struct Reading {
     /// `, rain: bool`
     arguments: String,
-    /// What arguments are converted to.
+    /// The conversion of arguments.
     conversions: String,
-    /// Where the values of the array stand: `(whole(rain, 0, 2), 2), `
+    /// The positions in the array: `(whole(rain, 0, 2), 2), `
     places: String,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn searched_by(model: &Model, ask: &Ask) -> String {
 }
 
 impl Interface<'_> {
-    /// The extents of answers that are known only when they are asked.
+    /// The extents of answers that are known only at run time.
     pub(super) fn open_extents(&self) -> Vec<Extent> {
         let mut open: Vec<Extent> = Vec::new();
         for axis in self.outputs().iter().flat_map(|id| &self.kernel.buffers[*id].axes) {
@@ -64,7 +64,7 @@ impl Interface<'_> {
         open
     }
 
-    /// How many values an axis of an answer has.
+    /// The number of values of an axis of an answer.
     fn count(&self, axis: AxisId) -> String {
         let extent = self.kernel.axes[axis].extent;
         match extent.known() {
@@ -76,7 +76,7 @@ impl Interface<'_> {
         }
     }
 
-    /// Where the values of a variable stand; its axes are `axes`.
+    /// The positions of the values of a variable; its axes are `axes`.
     fn places(&self, model: &Model, variable: VariableId, name: &str, axes: &[AxisId]) -> String {
         let declared = &model.variables[variable];
         let several = declared.family.is_some();
@@ -97,7 +97,7 @@ impl Interface<'_> {
         places
     }
 
-    /// The arguments by which an answer is read: of these variables, with their axes in the order of the array.
+    /// The arguments of an answer: these variables, with their axes in the order of the array.
     fn reading(
         &self,
         model: &Model,
@@ -106,7 +106,7 @@ impl Interface<'_> {
         order: &[VariableId],
     ) -> Reading {
         let mut names = Names::default();
-        // What the methods call, and their own arguments.
+        // The names that the methods use.
         let taken = ["self", "element", "places", "place", "cell", "cells", "bin", "whole"];
         taken.iter().for_each(|taken| drop(names.unique(taken)));
         let (mut arguments, mut known, mut conversions) = (String::new(), HashMap::new(), String::new());
@@ -214,7 +214,7 @@ impl Interface<'_> {
             (own, ..) => own,
         };
         let over_plate = model.plate.is_some();
-        // One number is read by its method; an array of them also whole.
+        // One number is read by its method; an array of them also as a whole.
         if own == "p" || whole || (over_plate && rows.is_empty()) || !rows.is_empty() {
             let name = names.unique(&format!("{whole_name}{suffix}"));
             text.documented(&told);

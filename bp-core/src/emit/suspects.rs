@@ -1,7 +1,7 @@
-//! Looking for what is suspect in emitted code: totals that are too small, numbers that are NaN.
+//! Detection of suspect cells in emitted code: totals that are too small, and NaN.
 //!
-//! In: a buffer that is made. Out: the lines that look at its cells. Invariant: totals are counted; numbers are only added up
-//! while they are made, and counted where the sum is NaN.
+//! In: a computed buffer. Out: the lines that check its cells. Invariant: totals are counted; numbers are only summed
+//! as they are computed, and counted if the sum is NaN.
 
 use super::names::local;
 use super::nest::Nests;
@@ -9,18 +9,18 @@ use crate::ids::BufferId;
 use crate::kernel::Check;
 
 impl Nests<'_> {
-    /// How suspect cells of a buffer are found, if it is checked.
+    /// The check of a buffer's cells, if there is one.
     pub(super) fn checked(&self, buffer: BufferId) -> Option<Check> {
         let check = self.kernel.checks.iter().find(|(checked, _)| *checked == buffer);
         check.map(|(_, check)| *check)
     }
 
-    /// The total above which nothing is suspect: 0 where no product can underflow, or there is a plate.
+    /// The total above which a cell is not suspect: 0 if no product can underflow, or if there is a plate.
     pub(super) fn least(&self) -> &'static str {
         if self.is_linear { "T::ZERO" } else { "T::LEAST_TOTAL" }
     }
 
-    /// Looks at cells of a buffer that is made once.
+    /// Checks the cells of a buffer that is computed once.
     pub(super) fn looked_at_once(&self, buffer: BufferId, cells: &str) -> Option<String> {
         self.checked(buffer).map(|check| match check {
             Check::Total => format!("suspects += suspect_totals({cells}, {});", self.least()),
@@ -28,7 +28,7 @@ impl Nests<'_> {
         })
     }
 
-    /// Looks at cells of a buffer that a pass makes.
+    /// Checks the cells of a buffer that a pass computes.
     pub(super) fn looked_at(&self, buffer: BufferId, cells: &str) -> Option<String> {
         match self.checked(buffer) {
             Some(Check::Number) => Some(format!("doubt_numbers(&mut doubt, {cells});")),
@@ -36,7 +36,7 @@ impl Nests<'_> {
         }
     }
 
-    /// What stands before a pass, and after it.
+    /// The lines before and after a pass.
     pub(super) fn around(&self, made: &[BufferId]) -> [String; 2] {
         let numbers = made.iter().filter(|out| self.checked(**out) == Some(Check::Number));
         let counted: Vec<String> =

@@ -1,4 +1,4 @@
-//! Rust text in the making.
+//! A writer of Rust text.
 //!
 //! In: lines. Out: indented text. Invariant: every block that is opened is closed.
 
@@ -19,7 +19,7 @@ impl Text {
         }
     }
 
-    /// Documentation of what follows.
+    /// The documentation of the next item.
     pub(super) fn documented(&mut self, lines: &[String]) {
         for (number, line) in lines.iter().enumerate() {
             if number > 0 {
@@ -52,13 +52,13 @@ impl Text {
     }
 }
 
-/// What is made once, outside the loops of a pass.
+/// Allocations outside the loops of a pass.
 pub(super) enum Room {
     /// A block of lanes.
     Block,
-    /// So many blocks, one after the other, that begin with a line of the cache.
+    /// This number of contiguous blocks, aligned to a cache line.
     Blocks(String),
-    /// An array of so many of these.
+    /// An array of this length.
     Array { of: &'static str, count: String },
 }
 
@@ -75,7 +75,7 @@ impl Room {
     }
 }
 
-/// Text that may stand in a comment: names may hold line ends, and signs that turn the direction of writing.
+/// Text for a comment: names may contain line ends, and characters that change the direction of text.
 pub(super) fn in_a_comment(text: &str) -> String {
     let is_unsafe = |letter: char| {
         letter.is_control()
@@ -84,12 +84,12 @@ pub(super) fn in_a_comment(text: &str) -> String {
     text.chars().map(|letter| if is_unsafe(letter) { ' ' } else { letter }).collect()
 }
 
-/// A local name of emitted code: what it is, and the position of what it is of.
+/// A local name of emitted code: its kind, and the position of its object.
 pub(super) struct LocalName<'t> {
     /// `e` for an extent, `m` for an array, …
     pub(super) kind: &'t str,
     pub(super) position: usize,
-    /// What comes after the position.
+    /// The suffix.
     pub(super) rest: &'t str,
 }
 

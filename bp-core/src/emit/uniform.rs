@@ -1,4 +1,4 @@
-//! Conditions that are the same in all lanes, taken out of them.
+//! Moves conditions that are the same in all lanes out of the lanes.
 //!
 //! In: a kernel. Out: the same, where `u and x < y` is `x < (u ? y : NaN)` if u and y are the same in all lanes. Invariant:
 //! nothing compares with NaN, so one comparison a lane is both conditions.
@@ -70,7 +70,8 @@ mod tests {
         let is_and =
             |nest: usize| matches!(after.nodes[after.nests[nest].value], Node::Binary(Binary::And, ..));
         assert_eq!([0, 1, 2].map(is_and), [false, false, true], "≠ holds of NaN");
-        // Nothing holds in the first row; in the second 0.25 is below, and 0.25, 0.75 and NaN are not equal to 0.5.
+        // In the first row no condition holds; in the second 0.25 is below, and 0.25, 0.75 and NaN are not equal to
+        // 0.5.
         let made = interpret(&after, &Inputs::new()).expect("it fits");
         let expected =
             [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]];

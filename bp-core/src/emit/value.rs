@@ -9,13 +9,13 @@ use crate::kernel::{Index, Node, Role};
 use crate::operators::{Binary, Unary};
 
 impl Nests<'_> {
-    /// The running value of an axis, as usize; for the lanes' axis, of the first lane.
+    /// The current index of an axis, as usize; for the lanes' axis, that of the first lane.
     pub(super) fn running(&self, axis: AxisId) -> String {
         let lane = self.group.parallel && self.kernel.parallel.last() == Some(&axis);
         if lane { "start".to_owned() } else { format!("i{}", axis.position()) }
     }
 
-    /// Whether a value is a whole number from the host: then `z` is it, as isize.
+    /// Whether a value is an integer from the host: then `z` is that value, as isize.
     pub(super) fn is_whole(&self, value: ValueId) -> bool {
         match &self.kernel.nodes[value] {
             Node::Load { buffer, otherwise: None, .. } => {
@@ -29,7 +29,7 @@ impl Nests<'_> {
         matches!(self.kernel.nodes[value], Node::Constant(bits) if f64::from_bits(bits) == f64::INFINITY)
     }
 
-    /// Makes a number that is uniform over a block, in f64.
+    /// Computes a number that is uniform over a block, in f64.
     pub(super) fn settled(&self, value: ValueId) -> Vec<String> {
         let id = value.position();
         match &self.kernel.nodes[value] {
@@ -52,7 +52,7 @@ impl Nests<'_> {
             Node::Unary(operator, operand) => match operator {
                 Unary::Not => format!("1.0 - {}", u(operand)),
                 Unary::Negate => format!("-{}", u(operand)),
-                // The functions that are alike on every processor are slow where nothing chooses its instructions.
+                // The functions with identical results on every processor are slow without instruction selection.
                 operator => format!("Unary::{operator:?}.apply({})", u(operand)),
             },
             Node::Binary(operator, left, right) => arithmetic(*operator, &u(left), &u(right), "f64", "0.0"),

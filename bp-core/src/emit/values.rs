@@ -1,7 +1,7 @@
 //! The values of variables in Rust: `bool`, integers, reals, and an enum for each variable with labels.
 //!
-//! In: a model. Out: the enums, and the type of each variable's values. Invariant: a label keeps its own name where that is
-//! one of Rust; a variable and what it was an instant ago share their type.
+//! In: a model. Out: the enums, and the type of each variable's values. Invariant: a label keeps its name if that is a
+//! Rust identifier; a variable and its previous instant share their type.
 
 use super::names::{Names, camel, is_identifier};
 use super::text::Text;
@@ -13,11 +13,11 @@ use std::collections::HashMap;
 #[derive(Default)]
 pub(super) struct Enums(HashMap<VariableId, String>);
 
-/// How a variable's values are written.
+/// The representation of a variable's values.
 pub(super) struct ValueType {
     /// The type of a value.
     pub(super) name: String,
-    /// What a value is converted from: also integers, where there are labels before them.
+    /// The type that a value is converted from: also integers, if there are labels before them.
     pub(super) taken: String,
 }
 
@@ -25,7 +25,7 @@ impl Enums {
     /// Writes an enum for each variable with labels.
     pub(super) fn write(model: &Model, names: &mut Names, text: &mut Text) -> Self {
         let mut enums = Self::default();
-        // The present first: what was an instant ago has its type.
+        // The present first: the previous instant has its type.
         let (now, before): (Vec<_>, Vec<_>) =
             model.variables.iter().partition(|(_, variable)| variable.previous_of.is_none());
         for (id, variable) in now.into_iter().chain(before) {

@@ -1,7 +1,7 @@
-//! Where the steps of an iteration point to.
+//! Acceleration of a fixed-point iteration.
 //!
-//! In: points θ, and the points G(θ) to which a plain step takes them. Out: a point that is nearer to where θ = G(θ).
-//! Invariant: it is an affine combination of points that were met, so that what sums to one there sums to one here.
+//! In: points θ, and their images G(θ) under a plain step. Out: a point nearer to the fixed point θ = G(θ). Invariant:
+//! it is an affine combination of earlier points, so that sums of one are preserved.
 //!
 //! With r = G(θ) − θ and the differences Δθ and Δr of the last points, θ⁺ = θ + r − (ΔΘ + ΔR) γ, where γ minimises
 //! |r − ΔR γ|² (Anderson, *Journal of the ACM* 12:547-560, 1965; for EM Henderson and Varadhan, *Journal of Computational
@@ -9,10 +9,10 @@
 
 use std::collections::VecDeque;
 
-/// The most differences that are looked at.
+/// Number of differences used.
 const MOST: usize = 8;
 
-/// A difference that the newer ones explain but for this part says nothing that is not rounding.
+/// Relative residual of a difference, given the newer ones, below which it is rounding.
 const DEPENDENT: f64 = 1e-7;
 
 /// The last points of an iteration.
@@ -25,12 +25,12 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Forgets all but the last point.
+    /// Removes all but the last point.
     pub(super) fn forget(&mut self) {
         self.differences.clear();
     }
 
-    /// Where the steps point to, now that a plain step goes from one point to another.
+    /// The accelerated point, after a plain step from one point to another.
     pub(super) fn further(&mut self, from: &[f64], to: &[f64], scales: &[f64]) -> Option<Vec<f64>> {
         let minus = |one: &[f64], other: &[f64]| -> Vec<f64> {
             one.iter().zip(other).map(|(one, other)| one - other).collect()
@@ -59,7 +59,8 @@ impl History {
     }
 }
 
-/// The weights of columns whose sum comes nearest to a vector; 0 for those that depend on the ones before.
+/// The weights of columns whose sum is the least-squares approximation of a vector; 0 for those that depend on the
+/// earlier ones.
 fn least_squares(columns: &[Vec<f64>], vector: Vec<f64>) -> Vec<f64> {
     let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
     // Gram and Schmidt: each column is a combination of orthonormal ones.

@@ -1,15 +1,15 @@
-//! Cases: what each variable was, once.
+//! Cases: one observation of each variable.
 //!
-//! In: numbers, or values by their names. Out: a [`Case`]. Invariant: every number in it is one that its variable's domain
-//! has; what is not said is missing.
+//! In: numbers, or values by their names. Out: a [`Case`]. Invariant: every number is in the domain of its variable;
+//! values that are not given are missing.
 
 use crate::data::Values;
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::Model;
 
-/// What each variable was: the number that the value is in an expression, or nothing where it is missing. A real in bins
-/// may keep the number that was read.
+/// The values of variables: the number of the value in an expression, or nothing if it is missing. A real in bins may
+/// keep the number in the data.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
     numbers: Vec<Option<f64>>,
@@ -18,7 +18,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Nothing is known yet.
+    /// An empty case.
     pub fn new(model: &Model) -> Self {
         Self { numbers: vec![None; model.variables.len()], elements: Vec::new() }
     }
@@ -36,7 +36,7 @@ impl Case {
         self
     }
 
-    /// With the value that is written so, as in a table: an empty text, `NA` and `?` are missing.
+    /// With a value as text, as in a table: an empty text, `NA` and `?` are missing.
     ///
     /// # Errors
     /// The model has no such variable, or the variable no such value.
@@ -57,7 +57,7 @@ impl Case {
         self.numbers.get(variable.position()).copied().flatten()
     }
 
-    /// Every number that is known: of which variable, of which element of it.
+    /// Every known number, with its variable and element.
     pub(super) fn numbers(&self) -> impl Iterator<Item = (VariableId, Option<i64>, f64)> {
         let plain = self.numbers.iter().enumerate();
         let plain = plain.filter_map(|(id, number)| Some((VariableId::new(id), None, (*number)?)));
@@ -65,7 +65,7 @@ impl Case {
     }
 }
 
-/// What is said of something that is no value of a variable.
+/// The message for something that is not a value of a variable.
 pub(super) fn no_value(model: &Model, variable: VariableId) -> String {
     let domain = &model.variables[variable].domain;
     let (name, domain) = (model.variable_name(variable), model.domain_text(domain));

@@ -1,8 +1,8 @@
 //! Sums over hidden values: a tree of cliques, in logarithms.
 //!
-//! In: the hidden slots of each family of a case, then ln of what each family gives to their values. Out: ln Σ Π, and for
-//! each family the probabilities of its hidden values given the case. Invariant: only logarithms are added, so nothing
-//! that is not zero underflows, however many families there are.
+//! In: the hidden slots of each family of a case, and the ln density of each family at their values. Out: ln Σ Π, and
+//! for each family the posterior of its hidden values given the case. Invariant: only logarithms are added, so nonzero
+//! numbers do not underflow, for any number of families.
 //!
 //! Variables are eliminated one by one, next the one whose clique is smallest; messages go to the root and back (Lauritzen
 //! and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990).
@@ -13,7 +13,8 @@ use std::collections::BTreeSet;
 #[derive(Clone, Debug)]
 struct Clique {
     cells: usize,
-    /// The clique to which its message goes, the place in the message of each own cell, and of each of that clique's.
+    /// The clique that receives its message, the position in the message of each own cell, and of each of that
+    /// clique's.
     parent: Option<(usize, Vec<u32>, Vec<u32>)>,
     /// How many cells its message has.
     message: usize,
@@ -24,13 +25,13 @@ struct Clique {
 pub(super) struct Cliques {
     /// Children first.
     cliques: Vec<Clique>,
-    /// For each family its clique, and the place in its table of each cell of the clique.
+    /// For each family its clique, and the position in its table of each cell of the clique.
     homes: Vec<(usize, Vec<u32>)>,
 }
 
 impl Cliques {
-    /// For families with these hidden slots, each of which has as many values as `count` says. The last slot of a family
-    /// runs fastest in its table.
+    /// For families with these hidden slots; `count` gives the number of values of each. The last slot of a family is
+    /// the fastest in its table.
     ///
     /// # Errors
     /// The slots of a clique with more than `most` cells.
@@ -106,7 +107,7 @@ impl Cliques {
             let Some((parent, own_places, theirs)) = &clique.parent else { continue };
             let mut back = summed(&beliefs[*parent], theirs, clique.message);
             for (back, message) in back.iter_mut().zip(&messages[own]) {
-                // What the clique itself excludes stays excluded: −∞ − −∞ is not a number.
+                // A state excluded by the clique stays excluded: −∞ − −∞ is NaN.
                 *back = if *message == f64::NEG_INFINITY { *message } else { *back - message };
             }
             add(&mut beliefs[own], &back, own_places);
@@ -126,12 +127,12 @@ impl Cliques {
     }
 }
 
-/// Adds to each cell what stands at its place.
+/// Adds to each cell the entry at its position.
 pub(super) fn add(cells: &mut [f64], table: &[f64], places: &[u32]) {
     cells.iter_mut().zip(places).for_each(|(cell, place)| *cell += table[*place as usize]);
 }
 
-/// ln Σ exp of the cells that share a place.
+/// ln Σ exp of the cells with the same position.
 pub(super) fn summed(cells: &[f64], places: &[u32], count: usize) -> Vec<f64> {
     let mut most = vec![f64::NEG_INFINITY; count];
     for (cell, place) in cells.iter().zip(places) {
@@ -178,7 +179,7 @@ mod tests {
         let tables: Vec<Vec<f64>> = (families.iter().enumerate())
             .map(|(number, family)| {
                 let cells = family.iter().map(|slot| counts[*slot]).product::<usize>();
-                // Far below what exp() reaches, and zeros.
+                // Far below the range of exp(), and zeros.
                 let cell = |cell: usize| match (7 * number + 5 * cell) % 11 {
                     0 => f64::NEG_INFINITY,
                     rest => -900.0 + 0.37 * rest as f64,

@@ -1,8 +1,8 @@
-//! Cases from a table: which column is what.
+//! Reads cases from a table: the roles of its columns.
 //!
-//! In: a table whose first row names the columns, and what is said of them ([`Columns`]). Out: cases. Invariant: every
-//! column is a variable, the weight, or ignored; every variable has a column, or is declared hidden; so a slip in a name
-//! is an error and never a variable that is learned from nothing.
+//! In: a table with a header, and the roles of its columns ([`Columns`]). Out: cases. Invariant: every column is a
+//! variable, the weight, or ignored; every variable has a column, or is declared hidden; so a misspelled name is an
+//! error, and never a variable learned without data.
 
 use super::expect::MISSING;
 use super::learner::{Learner, NO_WEIGHT, is_weight};
@@ -19,17 +19,17 @@ use std::collections::HashMap;
 /// The roles of the columns of a table, besides their names.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Columns {
-    /// Variables, or elements of families, that have no column.
+    /// Hidden variables, or elements of families.
     pub hidden: Vec<String>,
-    /// Columns that are left out.
+    /// Ignored columns.
     pub ignore: Vec<String>,
-    /// The column that says how often each row came.
+    /// The column of weights.
     pub weight: Option<String>,
-    /// The column that tells sequences apart, of a program over time: rows with the same text follow each other.
+    /// Over time: the column that identifies the sequence of a row; rows with the same text follow each other.
     pub sequence: Option<String>,
 }
 
-/// What a column is.
+/// The role of a column.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Slot(usize),
@@ -39,11 +39,11 @@ enum Role {
 }
 
 impl Learner {
-    /// All rows of a table were seen.
+    /// Observes all rows of a table.
     ///
     /// # Errors
-    /// A column that no variable has, or a variable that has no column and is not declared hidden: the error guesses what
-    /// was meant. A cell is no value of its variable: the error names file, row, column and value.
+    /// A column that no variable has, or a variable that has no column and is not declared hidden: the error suggests a
+    /// name. A cell is not a value of its variable: the error names file, row, column and value.
     pub fn observe_table(&mut self, table: &Table, columns: &Columns) -> Result<(), Error> {
         let program = &self.learnable.program;
         let roles = roles(program, table, columns)?;
@@ -90,7 +90,7 @@ impl Learner {
 }
 
 impl Learner {
-    /// Takes rows in, those of each sequence together, in the order in which the sequences begin.
+    /// Observes rows, those of each sequence together, in the order in which the sequences begin.
     fn sequences_of(
         &mut self,
         table: &Table,
@@ -118,7 +118,7 @@ impl Learner {
     }
 }
 
-/// What each column is.
+/// The role of each column.
 fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role>, Error> {
     let wrong = |message: String| Error::input(table.path.display().to_string(), message);
     let known = || table.columns.iter().map(String::as_str);
@@ -145,11 +145,11 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
                 let name = argument(column);
                 let over_time = !carried(&program.model).is_empty() && columns.sequence.is_none();
                 let help = match near {
-                    Some(near) => format!("did you mean `{near}`? Otherwise leave the column out: `--ignore {name}`"),
+                    Some(near) => format!("did you mean `{near}`? Otherwise ignore the column: `--ignore {name}`"),
                     None if over_time => format!(
-                        "if it tells sequences apart, add `--sequence {name}`; otherwise leave it out: `--ignore {name}`"
+                        "if it identifies sequences, add `--sequence {name}`; otherwise ignore it: `--ignore {name}`"
                     ),
-                    None => format!("leave the column out: `--ignore {name}`"),
+                    None => format!("ignore the column: `--ignore {name}`"),
                 };
                 return Err(wrong(format!("`{}` has no variable named `{column}`; {help}", program.model.name)));
             }
@@ -170,7 +170,7 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
         let mut shown = slots.enumerate().filter(|(_, slot)| is_named(program, slot, name));
         if let Some((_, slot)) = shown.find(|(slot, _)| roles.contains(&Role::Slot(*slot))) {
             let message = format!(
-                "it is said to be hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
+                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
                 slot.name,
                 argument(&slot.name)
             );
@@ -185,7 +185,8 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
             continue;
         }
         let near = near(&slot.name, known().filter(|column| program.slot(column).is_none()));
-        // Over time, what is carried is a hidden state where no column is called like it; the plate's index counts rows.
+        // Over time, a carried variable without a similarly named column is a hidden state; the plate's index counts
+        // rows.
         let over_time = carried(&program.model);
         let is_state = over_time.iter().any(|(now, _)| *now == slot.variable)
             || (!over_time.is_empty() && program.plate_slot() == Some(position));
@@ -195,7 +196,7 @@ fn roles(program: &Program, table: &Table, columns: &Columns) -> Result<Vec<Role
         let help = match near {
             Some(near) => format!("did you mean the column `{near}`?"),
             None => format!(
-                "if it is hidden, say so: `--hidden {}`, or `hidden {};` in `identification`",
+                "if it is hidden, declare it: `--hidden {}`, or `hidden {};` in `identification`",
                 argument(&slot.name),
                 quoted(&program.model.variable_name(slot.variable)),
             ),
@@ -209,7 +210,7 @@ fn wrong_name(program: &Program, name: &str, help: &str) -> Error {
     Error::input(name, format!("`{}` has no variable of this name{help}", program.model.name))
 }
 
-/// Whether a name is that of a slot, or of the family that it belongs to.
+/// Whether a name is that of a slot, or of its family.
 fn is_named(program: &Program, slot: &super::program::Slot, name: &str) -> bool {
     slot.name == name || program.model.variable_name(slot.variable) == name
 }
@@ -230,11 +231,11 @@ fn argument(name: &str) -> String {
     if name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
 }
 
-/// What is given, with the sizes that the columns of a table tell: of a family `L[k in Channels]` the largest index that a
-/// column has, of the set that the program is repeated over the largest value of its index.
+/// The inputs, with the sizes found in the columns of a table: for a family `L[k in Channels]` the largest index of a
+/// column, for the set of the plate the largest value of its index.
 ///
 /// # Errors
-/// A cell of the index is no element of the set.
+/// A cell of the index is not an element of the set.
 pub fn sizes<'g>(model: &Model, table: &Table, given: Inputs<'g, f64>) -> Result<Inputs<'g, f64>, Error> {
     let mut given = given;
     let at_least = |name: &str, size: i64, given: Inputs<'g, f64>| {

@@ -1,38 +1,38 @@
-//! ln of what each family gives to its values.
+//! The ln density of each family.
 //!
-//! In: a program with its numbers. Out: ln densities of a case's families. Invariant: a family over finite slots is looked
-//! up in a table, each row of which is computed once at most.
+//! In: a program with its numbers. Out: ln densities of a case's families. Invariant: a family over finite slots is
+//! read from a table, each row of which is computed at most once.
 
 use super::program::{Family, Program};
 use crate::distribution::Setting;
 use crate::error::Error;
 use std::sync::OnceLock;
 
-/// The most cells of a table that is kept.
+/// Limit of the cells of a stored table.
 const MOST_CELLS: usize = 1 << 16;
 
-/// The densities of a program at its present numbers.
+/// The densities of a program for its current numbers.
 pub(super) struct Densities<'p> {
     program: &'p Program,
     setting: Setting<'p>,
     tables: Vec<Option<Table>>,
 }
 
-/// The rows of a family: one for each combination of what it reads.
+/// The rows of a family: one for each combination of the values that it reads.
 struct Table {
-    /// The slots that tell the row, with their strides.
+    /// The slots that determine the row, with their strides.
     right: Vec<(usize, usize)>,
     rows: Vec<OnceLock<Vec<f64>>>,
 }
 
 impl<'p> Densities<'p> {
-    /// At the numbers that the program has now, for about as many cases.
+    /// For the current numbers of the program, and about this number of cases.
     pub(super) fn new(program: &'p Program, cases: usize) -> Result<Self, Error> {
         let tables = program.families.iter().map(|family| Table::of(program, family, cases));
         Ok(Self { program, setting: program.setting()?, tables: tables.collect() })
     }
 
-    /// ln of what a family gives where slots have these values.
+    /// The ln density of a family at values of its slots.
     pub(super) fn ln(&self, number: usize, values: &[f64]) -> Result<f64, Error> {
         let family = &self.program.families[number];
         let instance = &family.instance;

@@ -1,8 +1,8 @@
-//! Distributions to be fitted, and the one to which a case belongs.
+//! The distributions to be fitted, and the assignment of cases to them.
 //!
-//! In: a program. Out: for a family and a case, the [`Distribution`] and what of it was seen. Invariant: distributions
-//! that share all their numbers are one, whatever family they are met in: so elements of a family of variables and of a
-//! plate pool their cases; a number that is learned is a distribution's own, or one of a normal law.
+//! In: a program. Out: for a family and a case, the [`Distribution`] and its observation. Invariant: distributions that
+//! share all their numbers are the same, in any family: so elements of a family of variables and of a plate share their
+//! cases; a learned number belongs to one distribution, except those of normal distributions.
 
 use super::kind::At;
 use super::parametric::MOST_CONTEXTS;
@@ -16,59 +16,59 @@ use crate::law::Law;
 use crate::model::{Domain, Expression, Fit, Model};
 use std::collections::HashMap;
 
-/// A number of the model that is learned.
+/// A learned number of the model.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(super) enum Cell {
     /// An entry of a table.
     Entry(ExpressionId),
-    /// A place of a parameter.
+    /// An element of a parameter.
     Place(ParameterId, usize),
 }
 
 /// A probability of a row.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Share {
-    /// One that is learned.
+    /// A learned probability.
     Learned(Cell),
-    /// What the others leave.
+    /// One minus the others.
     Rest,
 }
 
-/// An argument of a law: learned, or the bits of a number that is known.
+/// An argument of a distribution: learned, or the bits of a known number.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Argument {
     Learned(Cell),
     Known(u64),
 }
 
-/// What is fitted at once.
+/// The parameters that are fitted together.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Kind {
     /// A probability for each value.
     Row(Vec<Share>),
-    /// A law.
+    /// A parametric distribution.
     Law(Law, Vec<Argument>),
     /// Intercept, slopes, deviation.
     Regression(Vec<Cell>),
 }
 
-/// One distribution that is fitted.
+/// One fitted distribution.
 #[derive(Clone, Debug)]
 pub(super) struct Distribution {
     pub(super) kind: Kind,
-    /// The factor in which it was met first.
+    /// The factor in which it occurs first.
     pub(super) factor: FactorId,
-    /// How it is fitted; parameters of `identification` by maximum likelihood.
+    /// The estimator; parameters of `identification` by maximum likelihood.
     pub(super) fit: Option<Fit>,
 }
 
-/// What was seen of a distribution.
+/// An observation of a distribution.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Seen {
-    /// A value, by its position in the row.
+    /// A value, as its position in the row.
     Value(usize),
     Number(f64),
-    /// The numbers regressed on, then the one on the left.
+    /// The regressors, then the left-hand number.
     Numbers(Vec<f64>),
 }
 
@@ -79,7 +79,7 @@ pub(super) struct Learnable {
     catalogue: Catalogue,
 }
 
-/// The distributions that have been met.
+/// The distributions found so far.
 #[derive(Clone, Debug, Default)]
 struct Catalogue {
     distributions: Vec<Distribution>,
@@ -99,23 +99,23 @@ impl Learnable {
         Ok(Self { program, catalogue })
     }
 
-    /// What finds the distribution of a family in a case.
+    /// Finds the distribution of a family in a case.
     pub(super) fn finder(&mut self) -> Result<Finder<'_>, Error> {
         let Self { program, catalogue } = self;
         Ok(Finder { setting: program.setting()?, program, catalogue })
     }
 
-    /// All distributions, in the order in which they were met.
+    /// All distributions, in the order in which they were found.
     pub(super) fn distributions(&self) -> &[Distribution] {
         &self.catalogue.distributions
     }
 
-    /// Where a distribution holds: its factor, and the values on the right.
+    /// The context of a distribution: its factor, and the right-hand values.
     pub(super) fn place(&self, position: usize) -> String {
         let distribution = &self.catalogue.distributions[position];
         let head = self.program.head(distribution.factor);
         let mut place = None;
-        // What is learned may be no number yet, and does not tell the context.
+        // A learned number may be unset, and does not identify the context.
         let mut program = self.program.clone();
         for id in self.program.unknowns.parameters.keys() {
             program.model.parameters[*id].default.fill(1.0);
@@ -148,13 +148,13 @@ impl Learnable {
         shown.collect::<Vec<_>>().join(", ")
     }
 
-    /// The domain of what a distribution distributes.
+    /// The domain of the left-hand variable of a distribution.
     pub(super) fn domain(&self, distribution: &Distribution) -> &Domain {
         let left = self.program.model.factors[distribution.factor].left[0].variable;
         &self.program.model.variables[left].domain
     }
 
-    /// How many values that has; `None` for reals.
+    /// Its number of values; `None` for reals.
     pub(super) fn count(&self, distribution: &Distribution) -> Option<usize> {
         let left = self.program.model.factors[distribution.factor].left[0].variable;
         self.program.slots.iter().find(|slot| slot.variable == left).and_then(|slot| slot.count)
@@ -168,12 +168,12 @@ impl Learnable {
         }
     }
 
-    /// Whether a cell had a number before anything was learned.
+    /// Whether a cell had a number before learning.
     pub(super) fn is_declared(&self, cell: Cell) -> bool {
         matches!(cell, Cell::Place(parameter, _) if self.program.declared.contains(&parameter))
     }
 
-    /// Puts a number into a cell.
+    /// Sets the number in a cell.
     pub(super) fn set(&mut self, cell: Cell, number: f64) {
         match cell {
             Cell::Entry(id) => self.program.model.expressions[id] = Expression::Number(number),
@@ -181,7 +181,7 @@ impl Learnable {
         }
     }
 
-    /// The parameters of a law as they are now.
+    /// The current parameters of a distribution.
     pub(super) fn arguments(&self, arguments: &[Argument]) -> Vec<f64> {
         (arguments.iter())
             .map(|argument| match argument {
@@ -191,14 +191,14 @@ impl Learnable {
             .collect()
     }
 
-    /// The position of a factor among those in which something is learned.
+    /// The position of a factor among those with learned numbers.
     pub(super) fn rank(&self, factor: FactorId) -> usize {
         let factors = &self.program.factors;
         factors.iter().position(|known| *known == factor).unwrap_or_default()
     }
 }
 
-/// Finds distributions, and keeps them.
+/// Finds and stores distributions.
 pub(super) struct Finder<'p> {
     pub(super) setting: Setting<'p>,
     pub(super) program: &'p Program,
@@ -206,7 +206,7 @@ pub(super) struct Finder<'p> {
 }
 
 impl Finder<'_> {
-    /// Finds the distributions of a family for all values of what is on the right, where these can be listed.
+    /// Finds the distributions of a family for all right-hand values, if these are finite.
     fn contexts(&mut self, family: &Family, visit: &mut dyn FnMut(&Kind, &[f64])) -> Result<(), Error> {
         let right = family.slots.iter().filter(|slot| !family.instance.left.contains(slot)).copied();
         let right: Vec<usize> = right.collect();
@@ -228,8 +228,8 @@ impl Finder<'_> {
         Ok(())
     }
 
-    /// The distribution of a family where slots have these values, and what was seen of it; nothing where what holds is
-    /// known. `numbers` are those that were read: of a bin not its centre.
+    /// The distribution of a family for values of its slots, with the observation; nothing if it is known. `numbers`
+    /// are those in the data: for a bin not its centre.
     pub(super) fn locate(
         &mut self,
         family: &Family,
@@ -250,7 +250,7 @@ impl Finder<'_> {
         Ok(Some((position, seen)))
     }
 
-    /// Gives each distribution that was met a statistic.
+    /// Adds an empty statistic for each distribution found.
     pub(super) fn grow(&self, statistics: &mut Vec<Statistic>) {
         let new = self.catalogue.distributions.iter().skip(statistics.len());
         statistics.extend(new.map(|it| Statistic::of(&it.kind)));
@@ -271,7 +271,7 @@ impl Finder<'_> {
         Ok(Some(position))
     }
 
-    /// Refuses distributions whose maximum has no form here.
+    /// Refuses distributions whose maximum cannot be computed here.
     fn is_sound(&mut self, factor: FactorId, kind: &Kind) -> Result<(), Error> {
         let cells = cells_of(kind);
         let Catalogue { distributions, owner, .. } = &mut *self.catalogue;
@@ -279,7 +279,7 @@ impl Finder<'_> {
         let shared = cells.iter().any(|cell| *owner.entry(*cell).or_insert(position) != position);
         let wrong = |message: String| Err(self.program.wrong(factor, message));
         match kind {
-            // Means and deviations of normal laws may be shared or known: each has its own equation.
+            // Means and deviations of normal distributions may be shared or known: each has its own equation.
             Kind::Law(Law::Normal, _) => Ok(()),
             Kind::Law(Law::Binomial, arguments) if matches!(arguments[0], Argument::Learned(_)) => {
                 wrong("the number of trials of `binomial` is not learned; write it".to_owned())
@@ -288,17 +288,15 @@ impl Finder<'_> {
                 if *law != Law::Binomial
                     && arguments.iter().any(|argument| matches!(argument, Argument::Known(_))) =>
             {
-                wrong(format!("`{}` is learned whole: all its arguments or none", law.name()))
+                wrong(format!("the arguments of `{}` are learned together: all or none", law.name()))
             }
-            _ if shared => {
-                wrong("a parameter that is learned stands in two different distributions".to_owned())
-            }
+            _ if shared => wrong("a learned parameter is used in two different distributions".to_owned()),
             _ => Ok(()),
         }
     }
 }
 
-/// The numbers that a distribution learns.
+/// The learned numbers of a distribution.
 pub(super) fn cells_of(kind: &Kind) -> Vec<Cell> {
     match kind {
         Kind::Row(row) => row

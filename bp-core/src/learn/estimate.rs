@@ -1,13 +1,13 @@
-//! The M step: from what was seen to the numbers of the program.
+//! The M step: from statistics to the numbers of the program.
 //!
-//! In: statistics of all distributions. Out: the program with its numbers put in, and what was done for each distribution.
-//! Invariant: probabilities of a row sum to one; a law's numbers are ones that it can have, or there is an error that
-//! names form, context and number.
+//! In: statistics of all distributions. Out: the program with its estimates, and the origin of the estimate of each
+//! distribution. Invariant: probabilities of a row sum to one; the parameters of a distribution are valid, or there is
+//! an error that names form, context and number.
 //!
-//! Rows: (nᵢ + aᵢ) / (N + Σ a).  Laws: maximum likelihood, or the mean of what is believed after a conjugate prior
-//! (Gelman and others, *Bayesian Data Analysis*, 3rd ed., chapter 2):
-//! rate of `poisson` (a + Σx) / (b + N), of `exponential` (a + N) / (b + Σx), chance of `binomial` (a + Σx) / (a + b + nN),
-//! mean of `normal` (m/t² + Σx/s²) / (1/t² + N/s²).
+//! Rows: (nᵢ + aᵢ) / (N + Σ a). Other distributions: maximum likelihood, or the posterior mean with a conjugate prior
+//! (Gelman and others, *Bayesian Data Analysis*, 3rd ed., chapter 2): rate of `poisson` (a + Σx) / (b + N), of
+//! `exponential` (a + N) / (b + Σx), probability of `binomial` (a + Σx) / (a + b + nN), mean of `normal` (m/t² + Σx/s²)
+//! / (1/t² + N/s²).
 
 use super::distribution::{Argument, Cell, Distribution, Kind, Learnable, Share, cells_of};
 use super::floor::{collapsed, held, is_narrowest, spread};
@@ -19,25 +19,25 @@ use crate::law::{Law, Refusal, Sample};
 use crate::model::{Bins, Domain, Fit, ParameterKind};
 use std::collections::HashMap;
 
-/// How a distribution came by its numbers.
+/// The origin of the estimate of a distribution.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Outcome {
-    /// From the cases that belong to it.
+    /// Its own cases.
     Fitted,
-    /// No case belongs to it: what the prior says, or uniform, or the law of all cases of its factor.
+    /// No cases: the prior, or uniform, or the distribution of all cases of its factor.
     Empty,
-    /// From the cases that belong to it, but no narrower than the floor.
+    /// Its own cases, with the floor.
     Floored,
 }
 
-/// How numbers are put in.
+/// Options of the M step.
 #[derive(Clone, Debug)]
 pub(super) struct Step<'s> {
-    /// Distributions that keep the numbers that they have.
+    /// Distributions that keep their numbers.
     pub(super) keep: &'s [bool],
-    /// For each distribution, how far all values of its form lie apart.
+    /// For each distribution, the spread of all values of its form.
     pub(super) spreads: &'s [f64],
-    /// Whether this is a step of many: then floors hold always, and equations that depend on each other are solved once.
+    /// Whether this is a step of an iteration: then floors always hold, and coupled equations are solved once.
     pub(super) iterating: bool,
 }
 
@@ -51,7 +51,7 @@ pub(super) fn prior_counts(fit: Option<&Fit>, values: usize) -> Vec<f64> {
     }
 }
 
-/// All values of the forms, law by law: those of each distribution are those of all that are fitted alike.
+/// All values of the forms: for each distribution those of all distributions with the same estimator.
 pub(super) fn pooled(learnable: &Learnable, statistics: &[Statistic]) -> Vec<Sample> {
     let mut groups: Vec<(usize, Sample)> = Vec::new();
     let all = learnable.distributions();
@@ -77,7 +77,7 @@ pub(super) fn pooled(learnable: &Learnable, statistics: &[Statistic]) -> Vec<Sam
     of.into_iter().map(|group| group.map_or_else(Sample::default, |group| groups[group].1.clone())).collect()
 }
 
-/// How far all values of each distribution's form lie apart, each value once: how often it is expected changes from step
+/// The spread of all values of each distribution's form, each value counted once: the expected counts change from step
 /// to step, but the floor must not.
 pub(super) fn spreads(learnable: &Learnable, statistics: &[Statistic]) -> Vec<f64> {
     let all = learnable.distributions().iter().zip(pooled(learnable, statistics));
@@ -91,7 +91,7 @@ pub(super) fn spreads(learnable: &Learnable, statistics: &[Statistic]) -> Vec<f6
     .collect()
 }
 
-/// Puts numbers into the program.
+/// Sets the numbers of the program.
 pub(super) fn estimate(
     learnable: &mut Learnable,
     statistics: &[Statistic],
@@ -149,7 +149,7 @@ pub(super) fn estimate(
     Ok(outcomes)
 }
 
-/// Refuses numbers that a form cannot have.
+/// Refuses invalid numbers of a form.
 fn check(learnable: &Learnable) -> Result<(), Error> {
     for (position, distribution) in learnable.distributions().iter().enumerate() {
         let wrong = |what: &str, number: f64, expected: &str| {
@@ -201,7 +201,7 @@ fn rows(learnable: &mut Learnable, row: &[Share], counts: &[f64], fit: Option<&F
         let Share::Learned(cell) = share else { continue };
         let number = match total > 0.0 {
             true => ((count + prior) / total).min(1.0),
-            // A parameter that has a value keeps it; of an entry, uniform is what it has.
+            // A parameter with a value keeps it; the default of an entry is uniform.
             false if fit.is_none() && learnable.is_declared(*cell) => continue,
             false => 1.0 / counts.len() as f64,
         };
@@ -210,7 +210,7 @@ fn rows(learnable: &mut Learnable, row: &[Share], counts: &[f64], fit: Option<&F
     if empty { Outcome::Empty } else { Outcome::Fitted }
 }
 
-/// The known arguments of a law.
+/// The known arguments of a distribution.
 fn known(arguments: &[Argument]) -> Vec<f64> {
     (arguments.iter())
         .filter_map(|argument| match argument {
@@ -220,7 +220,7 @@ fn known(arguments: &[Argument]) -> Vec<f64> {
         .collect()
 }
 
-/// The numbers of a law from its own cases.
+/// The parameters of a distribution from its own cases.
 fn own_law(
     learnable: &Learnable,
     distribution: &Distribution,
@@ -243,8 +243,8 @@ fn own_law(
     Ok((numbers, outcome))
 }
 
-/// The numbers of a law that its own cases do not tell: at the floor, where they are all alike; where there is none, the
-/// law of all cases of its factor.
+/// The parameters of a distribution that its own cases do not determine: at the floor, if they are all equal; without a
+/// floor, those of all cases of its factor.
 fn law_of_all(
     learnable: &Learnable,
     position: usize,
@@ -270,7 +270,7 @@ fn law_of_all(
     found.map_err(|why| {
         let sample = if own.is_empty() { all } else { own };
         let seen = match sample.total() {
-            0.0 => "no case says anything of it".to_owned(),
+            0.0 => "no case contains information about it".to_owned(),
             _ => format!("its values lie in [{}; {}]", sample.ends().0, sample.ends().1),
         };
         Error::input(learnable.place(position), format!("`{}` {why}; {seen}", law.name()))
@@ -317,11 +317,11 @@ fn conjugate(law: Law, known: &[f64], [first, second]: [f64; 2], sample: &Sample
     }
 }
 
-/// Numbers of a law of angles, put back on the circle.
+/// Parameters of a distribution of angles, wrapped to the circle.
 type Back = Box<dyn Fn(Vec<f64>) -> Vec<f64>>;
 
-/// A sample as a law takes it. On a circle numbers are angles: the mean is the direction of the mean vector, and
-/// deviations go the shorter way round.
+/// The sample of a distribution. On a circle numbers are angles: the mean is the direction of the mean vector, and
+/// deviations are measured along the shorter arc.
 fn on_line(law: Law, sample: &Sample, domain: &Domain) -> (Back, Sample) {
     let Domain::Bins(bins) = domain else { return (Box::new(|numbers| numbers), sample.clone()) };
     if !bins.is_circle() || !matches!(law, Law::Normal | Law::VonMises) || sample.is_empty() {

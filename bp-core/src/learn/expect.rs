@@ -1,12 +1,12 @@
-//! The E step: what is expected to have been seen, where some of it is missing.
+//! The E step: expected statistics, with missing values summed out.
 //!
-//! In: cases. Out: ln P of all cases by the whole program, and the statistics of each distribution, hidden values weighted
-//! by their probabilities given the case. Invariant: sums are made in logarithms and in the order of the cases, so that
-//! nothing underflows and the number of threads leaves no trace.
+//! In: cases. Out: ln P of all cases by the whole program, and the statistics of each distribution, hidden values
+//! weighted by their probabilities given the case. Invariant: sums are computed in logarithms and in the order of the
+//! cases, so that nothing underflows and the result does not depend on the number of threads.
 //!
 //! E: n(x, u) = Σ_cases P(X = x, U = u | case).
 //!
-//! A family that nothing seen depends on, its own left-hand slots missing, sums to one: it is left out.
+//! A family whose left-hand slots are missing, and on which no observed variable depends, sums to one: it is omitted.
 
 use super::cliques::Cliques;
 use super::density::Densities;
@@ -18,60 +18,60 @@ use crate::ids::VariableId;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The most values that the hidden slots of one clique may have together.
+/// Limit of the joint values of the hidden slots of one clique.
 const MOST_VALUES: usize = 1 << 16;
 
-/// A case as a key: the bits of the number in each slot, [`MISSING`] where there is none.
+/// A case as a key: the bits of the number in each slot, or [`MISSING`].
 pub(super) type Key = Box<[u64]>;
 
-/// The bits of no number that a case may have.
+/// A bit pattern that is not the number of any case.
 pub(super) const MISSING: u64 = u64::MAX;
 
-/// What all cases that miss the same slots have in common.
+/// The structure common to all cases with the same missing slots.
 #[derive(Clone, Debug)]
 struct Pattern {
-    /// Families of which everything is seen.
+    /// Families that are fully observed.
     seen: Vec<usize>,
-    /// Families of which something is hidden, and their hidden slots.
+    /// Families with hidden slots, and these slots.
     hidden: Vec<(usize, Vec<usize>)>,
     cliques: Option<Cliques>,
 }
 
-/// A case, and where its expected counts go.
+/// A case, and the targets of its expected counts.
 #[derive(Clone, Debug)]
 struct Asked {
     pattern: usize,
-    /// Ordinals and reals; NaN where missing.
+    /// Ordinals and reals; NaN if missing.
     values: Box<[f64]>,
     weight: f64,
-    /// What is seen for sure of a case of which something learned is hidden.
+    /// The fully observed part of a case with hidden learned values.
     seen: Vec<(usize, Seen)>,
-    /// Hidden family, position among its hidden values, distribution, what would have been seen.
+    /// Hidden family, position among its hidden values, distribution, observation.
     counts: Vec<(usize, usize, usize, Seen)>,
 }
 
-/// Cases, ready to be asked again and again.
+/// Prepared cases.
 pub(super) struct Cases {
     patterns: Vec<Pattern>,
     asked: Vec<Asked>,
-    /// What is seen for sure of cases of which nothing learned is hidden.
+    /// The statistics of cases without hidden learned values.
     complete: Vec<Statistic>,
 }
 
-/// What the E step gives: ln P of the cases, and statistics.
+/// The result of the E step: ln P of the cases, and statistics.
 pub(super) struct Expected {
     pub(super) ln_likelihood: f64,
     pub(super) statistics: Vec<Statistic>,
 }
 
-/// Something that EM can be run on: cases, or sequences of them.
+/// Data for EM: cases or sequences.
 pub(super) trait Expectation {
-    /// The E step at the numbers that the program has now.
+    /// The E step for the current numbers of the program.
     fn expect(&self, learnable: &Learnable) -> Result<Expected, Error>;
 }
 
 impl Cases {
-    /// Sorts cases by what they miss.
+    /// Groups cases by their missing slots.
     pub(super) fn new(learnable: &mut Learnable, cases: &BTreeMap<Key, f64>) -> Result<Self, Error> {
         let mut all = Self { patterns: Vec::new(), asked: Vec::new(), complete: Vec::new() };
         let mut known: BTreeMap<Vec<bool>, usize> = BTreeMap::new();
@@ -129,12 +129,12 @@ impl Cases {
         Ok(())
     }
 
-    /// Whether something that is learned depends on what is hidden.
+    /// Whether a learned distribution depends on hidden values.
     pub(super) fn is_incomplete(&self) -> bool {
         self.asked.iter().any(|asked| !asked.counts.is_empty())
     }
 
-    /// What is seen for sure, and hidden values with these weights instead of probabilities.
+    /// The observed statistics, and hidden values with these weights instead of probabilities.
     pub(super) fn weighted(&self, weight: &mut dyn FnMut(usize, usize, usize) -> f64) -> Vec<Statistic> {
         let mut statistics = self.complete.clone();
         for (number, asked) in self.asked.iter().enumerate() {
@@ -159,7 +159,7 @@ impl Expectation for Cases {
         let answers: Vec<(f64, Vec<Vec<f64>>)> = (self.asked.par_iter())
             .map(|asked| self.patterns[asked.pattern].answer(program, &densities, &asked.values))
             .collect::<Result<_, _>>()?;
-        // A case of weight 0 says nothing, not even that it cannot be.
+        // A case of weight 0 does not count, not even if it is impossible.
         let weighted = self.asked.iter().zip(&answers).filter(|(asked, _)| asked.weight > 0.0);
         let ln_likelihood = weighted.map(|(asked, (ln, _))| asked.weight * ln).sum();
         let statistics = self.weighted(&mut |number, family, cell| answers[number].1[family][cell]);
@@ -168,13 +168,13 @@ impl Expectation for Cases {
 }
 
 impl Pattern {
-    /// What cases have in common of which these slots are seen.
+    /// The structure of cases with these observed slots.
     fn of(program: &Program, shown: &[bool]) -> Result<Self, Error> {
         if let Some(index) = program.plate_slot().filter(|slot| !shown[*slot]) {
             let message = "it is missing, but the program is repeated over it";
             return Err(Error::input(&program.slots[index].name, message));
         }
-        // From the children up: what nothing seen depends on sums to one.
+        // From the children up: a variable on which nothing observed depends sums to one.
         let (mut needed, mut kept) = (shown.to_vec(), Vec::new());
         for (number, family) in program.families.iter().enumerate().rev() {
             if family.instance.left.iter().any(|slot| needed[*slot]) {
@@ -253,12 +253,12 @@ impl Pattern {
     }
 }
 
-/// How many values some slots have together.
+/// The number of joint values of some slots.
 pub(super) fn cells(program: &Program, slots: &[usize]) -> usize {
     slots.iter().map(|slot| program.slots[*slot].count.unwrap_or(1)).product()
 }
 
-/// Gives slots the values of a joint ordinal, the last slot fastest.
+/// Sets slots to the values of a joint ordinal, the last slot fastest.
 pub(super) fn put(program: &Program, slots: &[usize], cell: usize, values: &mut [f64]) {
     let mut rest = cell;
     for slot in slots.iter().rev() {
@@ -268,7 +268,7 @@ pub(super) fn put(program: &Program, slots: &[usize], cell: usize, values: &mut 
     }
 }
 
-/// A case that the program excludes.
+/// An impossible case.
 fn impossible(program: &Program, case: &[f64], family: Option<usize>) -> Error {
     let known = case.iter().enumerate().filter(|(_, value)| !value.is_nan());
     let mut shown: Vec<String> = known
@@ -287,7 +287,7 @@ fn impossible(program: &Program, case: &[f64], family: Option<usize>) -> Error {
     Error::input(&program.model.name, message)
 }
 
-/// The variables that no case shows.
+/// The variables observed in no case.
 pub(super) fn never_seen(program: &Program, seen: &[usize]) -> Vec<String> {
     let shown: BTreeSet<VariableId> = program
         .slots

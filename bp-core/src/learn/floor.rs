@@ -1,23 +1,24 @@
-//! Floors: how narrow a law may become.
+//! Floors of the deviation of distributions.
 //!
-//! In: a law, its sample, and the sample of all contexts together. Out: numbers that the law can have. Invariant: within
-//! its bounds the numbers are those of maximum likelihood, so that a step of EM under floors that stay the same loses no
+//! In: a distribution, its sample, and the sample of all contexts together. Out: valid parameters. Invariant: within
+//! its bounds the numbers are those of maximum likelihood, so that a step of EM with constant floors does not lower the
 //! likelihood.
 //!
-//! Where all values of a context are equal, or a component of a mixture closes in on equal values, the likelihood grows
-//! without end as the law narrows. It is stopped at a deviation that is a millionth of that of all values of the form, each
-//! counted once; a rate of counts stops at 10⁻¹². Laws whose shape alone says how narrow they are have no shape above 10⁶,
-//! whatever they are fitted to (`law/`).
+//! If all values of a context are equal, or a component of a mixture contracts to equal values, the likelihood is
+//! unbounded as the deviation goes to zero. The deviation is at least a millionth of that of all values of the form,
+//! each counted once; a rate of counts is at least 10⁻¹². Distributions whose width depends on their shape alone have
+//! shapes of at most 10⁶ (`law/`).
 
 use crate::law::{Law, MOST_SHAPE, NO_CONVERGENCE, Refusal, Sample};
 
-/// Of the spread of all values.
+/// The floor as a fraction of the spread of all values.
 const NARROWEST: f64 = 1e-6;
 
 /// The smallest rate of counts.
 const LEAST_RATE: f64 = 1e-12;
 
-/// How far the values of a law lie apart, in the units of what is floored: 0 where they are all equal, or unknown.
+/// The spread of the values of a distribution, in the units of the floored parameter: 0 if they are all equal, or
+/// unknown.
 pub(super) fn spread(law: Law, all: &Sample) -> f64 {
     if all.is_empty() {
         return 0.0;
@@ -33,7 +34,7 @@ pub(super) fn spread(law: Law, all: &Sample) -> f64 {
         Law::Lognormal if all.ends().0 > 0.0 => deviation(&all.map(f64::ln)),
         Law::Uniform => all.ends().1 - all.ends().0,
         Law::Exponential => all.mean_of(|x| x),
-        // Their shape alone says how narrow they are; this says that they differ.
+        // Their width depends on the shape alone; this only indicates that they differ.
         _ => all.ends().1 - all.ends().0,
     }
 }
@@ -43,7 +44,7 @@ pub(super) fn least_deviation(spread: f64) -> f64 {
     NARROWEST * spread
 }
 
-/// Numbers of a law, none narrower than the floor; and whether one of them is at it.
+/// Parameters of a distribution with the floor; and whether one of them is at it.
 pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, bool) {
     let floor = NARROWEST * spread;
     let before = numbers.clone();
@@ -72,7 +73,7 @@ pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, b
     (numbers, moved)
 }
 
-/// Whether a law's shape is the largest that there is.
+/// Whether the shape of a distribution is at its limit.
 pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
     let shape = match law {
         Law::Gamma | Law::Weibull => numbers[0],
@@ -86,7 +87,7 @@ pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
 /// The numbers at the floor, for a sample whose values are all equal.
 ///
 /// # Errors
-/// The law cannot give such values, or there is no spread that would tell the floor.
+/// The distribution cannot have such values, or there is no spread for a floor.
 pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) -> Result<Vec<f64>, Refusal> {
     let (low, high) = sample.ends();
     let mean = sample.mean_of(|x| x);
@@ -108,7 +109,7 @@ pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) ->
         Law::VonMises if floor > 0.0 => {
             let (sine, cosine) = (sample.mean_of(f64::sin), sample.mean_of(f64::cos));
             let length = sine.hypot(cosine);
-            // Angles that prefer no direction: I₁(κ)/I₀(κ) is about κ/2.
+            // Angles without a preferred direction: I₁(κ)/I₀(κ) is about κ/2.
             let concentration = if length < 0.5 { (2.0 * length).max(LEAST_RATE) } else { MOST_SHAPE };
             Ok(vec![sine.atan2(cosine), concentration])
         }

@@ -1,7 +1,7 @@
-//! Which distribution a form is in a case.
+//! The distribution of a form in a case.
 //!
-//! In: a family, and the values of the slots that it reads. Out: the [`Kind`] of distribution and the cells that it
-//! learns. Invariant: nothing where all of it is known; what is learned in a way that has no equation here is refused.
+//! In: a family, and the values of the slots that it reads. Out: the [`Kind`] of distribution and its learned cells.
+//! Invariant: nothing if all of it is known; a learned parameter without an equation here is refused.
 
 use super::distribution::{Argument, Cell, Kind, Share};
 use super::parametric::Shape;
@@ -22,22 +22,22 @@ pub(super) struct At<'a> {
     pub(super) values: &'a [f64],
 }
 
-/// What an expression is where a number is wanted.
+/// The value of a numeric expression.
 #[derive(Clone, Copy, Debug)]
 enum Read {
-    /// A cell that is learned.
+    /// A learned cell.
     Cell(Cell),
-    /// An expression of some that are.
+    /// An expression of learned cells.
     Mixed,
-    /// A number that is known.
+    /// A known number.
     Known(f64),
 }
 
-/// A kind of distribution, and the `unknown` form that it belongs to.
+/// A kind of distribution, and its `unknown` form.
 type Found = Option<(Kind, Option<usize>)>;
 
 impl At<'_> {
-    /// Which distribution the family is.
+    /// The distribution of the family.
     pub(super) fn kind(&self) -> Result<Found, Error> {
         self.of_form(&self.program.model.factors[self.factor()].form)
     }
@@ -90,17 +90,15 @@ impl At<'_> {
                 Ok(Some((Kind::Regression(cells), Some(unknown))))
             }
             Form::Law { law, arguments } => self.law(*law, arguments),
-            other => Err(program.wrong(
-                self.factor(),
-                format!("parameters inside `{}` are not learned from cases", other.name()),
-            )),
+            other => Err(program
+                .wrong(self.factor(), format!("parameters inside `{}` cannot be learned", other.name()))),
         }
     }
 
     /// Whether a condition holds.
     fn condition(&self, condition: ExpressionId) -> Result<bool, Error> {
         if self.program.mentions(condition) {
-            return Err(self.wrong("a parameter is not learned from where it stands in a condition"));
+            return Err(self.wrong("a parameter in a condition cannot be learned"));
         }
         let chosen = self.number(condition);
         Ok(chosen.ok_or_else(|| self.wrong("its condition cannot be computed from a case"))? != 0.0)
@@ -146,9 +144,7 @@ impl At<'_> {
         }
         let total: f64 = entries.iter().filter_map(|entry| self.number(*entry)).sum();
         if rests == 1 && (total - 1.0).abs() > 1e-9 {
-            return Err(
-                self.wrong("what is written for the last probability of a row is not what the others leave")
-            );
+            return Err(self.wrong("the last probability of a row is not one minus the others"));
         }
         let unknown = entries.iter().find_map(|entry| self.program.unknowns.entries.get(entry)).copied();
         Ok(Some((Kind::Row(row), unknown)))
@@ -161,7 +157,7 @@ impl At<'_> {
         )
     }
 
-    /// What an argument is: a cell that is learned, an expression of some, or a number.
+    /// The kind of an argument: a learned cell, an expression of some, or a number.
     fn argument(&self, id: ExpressionId) -> Result<Read, Error> {
         let unknowns = &self.program.unknowns;
         if unknowns.entries.contains_key(&id) {
@@ -175,7 +171,7 @@ impl At<'_> {
                 let place = self.setting.place(*parameter, indices, self.instance, self.values);
                 let place = place.ok_or_else(|| {
                     let name = &self.program.model.parameters[*parameter].name;
-                    self.wrong(&format!("the index of `{name}` is not one of its places"))
+                    self.wrong(&format!("the index of `{name}` is out of range"))
                 })?;
                 Ok(Read::Cell(Cell::Place(*parameter, place)))
             }

@@ -1,7 +1,7 @@
-//! Learning from cases, one after the other.
+//! Learning from a stream of cases.
 //!
-//! In: a model, then cases. Out: a [`Learned`] model and a [`Report`](super::Report), whenever they are wanted. Invariant:
-//! what is learned depends on the cases and how often each came, not on their order: a stream and a batch are the same.
+//! In: a model, then cases. Out: a [`Learned`] model and a [`Report`](super::Report), at any time. Invariant: the
+//! result depends on the cases and their counts, not on their order: a stream and a batch give the same.
 
 use super::case::{Case, no_value};
 use super::distribution::{Distribution, Learnable, cells_of};
@@ -19,31 +19,31 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use std::collections::BTreeMap;
 
-/// What has been seen so far.
+/// The cases so far.
 #[derive(Clone, Debug)]
 pub struct Learner {
     pub(super) learnable: Learnable,
-    /// Cases, and how often each came.
+    /// Cases with their counts.
     pub(super) observed: BTreeMap<Key, f64>,
-    /// Sequences of cases, each with its name: of a program over time.
+    /// Over time: sequences of cases, each with its name.
     pub(super) sequences: Vec<(String, Vec<Key>)>,
     pub(super) cases: usize,
-    /// How often each slot was seen.
+    /// The number of observations of each slot.
     pub(super) seen: Vec<usize>,
-    /// Whether cases came with weights.
+    /// Whether cases have weights.
     pub(super) weighted: bool,
 }
 
 impl Learner {
-    /// Nothing has been seen yet.
+    /// A learner without cases.
     ///
     /// # Errors
-    /// Nothing is to be learned, or something cannot be; a size or a parameter that is not learned has no value.
+    /// There is nothing to learn, or it cannot be learned; a size or a known parameter has no value.
     pub fn new(model: &Model) -> Result<Self, Error> {
         Self::with(model, &Inputs::new())
     }
 
-    /// The same, for a program whose sizes, or parameters that are not learned, are given beside it.
+    /// The same, with sizes and known parameters given.
     ///
     /// # Errors
     /// See [`Learner::new`].
@@ -60,17 +60,17 @@ impl Learner {
         })
     }
 
-    /// A case was seen. Of a program over time it is the next instant of the last sequence, unless it says what X^-1 was.
+    /// Observes a case. Over time it is the next instant of the last sequence, unless it contains X^-1.
     ///
     /// # Errors
-    /// A number is no value of its variable, or the variable has no such element; nothing is learned of the case then.
+    /// A number is not a value of its variable, or the variable has no such element; the case is then ignored.
     pub fn observe(&mut self, case: &Case) -> Result<(), Error> {
         let key = self.key(case)?;
         self.take(key, 1.0);
         Ok(())
     }
 
-    /// A case was seen as often as its weight says.
+    /// Observes a case with a weight.
     ///
     /// # Errors
     /// As for [`Learner::observe`]; a weight that is neither 0 nor between 10⁻¹⁰⁰ and 10¹⁰⁰.
@@ -84,7 +84,7 @@ impl Learner {
         Ok(())
     }
 
-    /// The instants of another sequence were seen, by a program over time.
+    /// Over time: observes the instants of another sequence.
     ///
     /// # Errors
     /// As for [`Learner::observe`]; the program has no variable of the instant before.
@@ -96,7 +96,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Refuses sequences of a program whose cases do not follow each other.
+    /// Refuses sequences for a program that is not over time.
     pub(super) fn is_over_time(&self) -> Result<(), Error> {
         let model = &self.learnable.program.model;
         if carried(model).is_empty() {
@@ -106,12 +106,12 @@ impl Learner {
         Ok(())
     }
 
-    /// The next cases are those of another sequence.
+    /// Begins another sequence.
     pub(super) fn begin(&mut self, name: String) {
         self.sequences.push((name, Vec::new()));
     }
 
-    /// Whether a case is an instant of a sequence: one that says what X^-1 was stands alone.
+    /// Whether a case is an instant of a sequence: a case with X^-1 is a separate transition.
     fn is_instant(&self, key: &[u64]) -> bool {
         let Program { model, slots, .. } = &self.learnable.program;
         let before = |slot: usize| model.variables[slots[slot].variable].previous_of.is_some();
@@ -143,7 +143,7 @@ impl Learner {
         Ok(key)
     }
 
-    /// Takes a checked case in.
+    /// Adds a checked case.
     pub(super) fn take(&mut self, key: Vec<u64>, weight: f64) {
         self.cases += 1;
         for (seen, bits) in self.seen.iter_mut().zip(&key) {
@@ -156,21 +156,21 @@ impl Learner {
             self.sequences.last_mut().expect("internal: it has begun").1.push(key.into());
             return;
         }
-        // A case of weight 0 says nothing, not even that it can be.
+        // A case of weight 0 does not count, not even that it is possible.
         if weight > 0.0 {
             *self.observed.entry(key.into()).or_default() += weight;
         }
     }
 
-    /// The model with what has been learned so far.
+    /// The model learned from the cases so far.
     ///
     /// # Errors
-    /// A law that the cases do not tell; a case that the program excludes; a real that is hidden.
+    /// A distribution that the cases do not determine; an impossible case; a hidden real.
     pub fn learned(&self) -> Result<Learned, Error> {
         self.learned_with(&Settings::default(), &mut |_, _| {})
     }
 
-    /// The same, with settings for hidden variables, and a function that is told each iteration and the ln L there.
+    /// The same, with settings for hidden variables, and a callback with each iteration and its ln L.
     ///
     /// # Errors
     /// See [`Learner::learned`].
@@ -180,7 +180,7 @@ impl Learner {
         progress: &mut dyn FnMut(usize, f64),
     ) -> Result<Learned, Error> {
         let mut learnable = self.learnable.clone();
-        // A file whose rows all say what X^-1 was has begun a sequence, and put nothing into it.
+        // A file whose rows all contain X^-1 has begun a sequence, and put nothing into it.
         if self.sequences.iter().any(|(_, keys)| !keys.is_empty()) {
             return self.learned_over_time(learnable, settings, progress);
         }
@@ -189,7 +189,8 @@ impl Learner {
         let (statistics, outcomes);
         if cases.is_incomplete() {
             let mut generator = Xoshiro256PlusPlus::seed_from_u64(settings.seed);
-            // A start in which all values of a hidden variable are alike would stay so: weights are drawn, u⁴ for contrast.
+            // EM cannot leave a start in which all values of a hidden variable are equivalent: weights are drawn, u⁴
+            // for contrast.
             let start = cases.weighted(&mut |_, _, _| generator.random::<f64>().powi(4) + 1e-3);
             let keep: Vec<bool> =
                 learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
@@ -224,11 +225,11 @@ impl Learner {
     ) -> Result<Learned, Error> {
         let model = &learnable.program.model;
         if !self.observed.is_empty() {
-            let message = "some cases say what the instant before was, others follow each other";
+            let message = "some cases give the previous instant, others form a sequence";
             return Err(Error::input(&model.name, message));
         }
         if self.weighted {
-            let message = "the instants of a sequence have no weights";
+            let message = "the instants of a sequence cannot have weights";
             return Err(Error::input(&model.name, message));
         }
         let sequences = Sequences::new(&mut learnable, &self.sequences)?;
@@ -250,7 +251,7 @@ impl Learner {
 /// The error message for a number that cannot be a weight.
 pub(super) const NO_WEIGHT: &str = "not a weight: write 0, or a number between 1e-100 and 1e100";
 
-/// Whether a number can be a weight: sums of them times other numbers neither overflow nor vanish.
+/// Whether a number can be a weight: its products with other numbers neither overflow nor underflow.
 pub(super) fn is_weight(number: f64) -> bool {
     number == 0.0 || (1e-100..=1e100).contains(&number)
 }

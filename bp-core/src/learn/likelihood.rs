@@ -1,9 +1,10 @@
-//! How likely what was seen of each form is, and how large the priors are there.
+//! The likelihood and the prior of each form.
 //!
 //! In: distributions with their numbers, and statistics. Out: ln L of a form, and ln of the priors up to constants.
-//! Invariant: the numbers that are estimated are those at which ln L + ln prior of what was seen is largest.
+//! Invariant: the estimates maximise ln L + ln prior.
 //!
-//! A law over integers or bins is normalised over the domain here, as in an answer; it is fitted without that.
+//! A distribution over integers or bins is normalised over the domain here, as in an answer; it is fitted without the
+//! normalising constant.
 
 use super::distribution::{Distribution, Kind, Learnable, Share};
 use super::estimate::prior_counts;
@@ -29,7 +30,7 @@ fn probabilities(learnable: &Learnable, row: &[Share]) -> Vec<f64> {
     known.into_iter().map(|number| number.unwrap_or(rest.max(0.0))).collect()
 }
 
-/// ln P of all that was seen of a distribution.
+/// ln P of the data of a distribution.
 pub(super) fn ln_likelihood(
     learnable: &Learnable,
     distribution: &Distribution,
@@ -71,7 +72,7 @@ fn ln_weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
     }
 }
 
-/// What a law gives to the value that a number is, before it is normalised over the domain.
+/// The unnormalised density of a distribution at a number.
 fn weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
     let Domain::Bins(bins) = domain else { return law.density(x, parameters) };
     let Some(bin) = bins.holding(x) else { return 0.0 };
@@ -88,7 +89,7 @@ fn weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
     law.between(from, to, parameters)
 }
 
-/// ln of the prior, up to a constant, of which what is put in is the maximum together with ln L.
+/// ln of the prior, up to a constant; the estimate is the maximum of its sum with ln L.
 pub(super) fn ln_prior(learnable: &Learnable, distribution: &Distribution) -> f64 {
     match (&distribution.kind, &distribution.fit) {
         (Kind::Row(row), fit) => {
@@ -104,7 +105,7 @@ pub(super) fn ln_prior(learnable: &Learnable, distribution: &Distribution) -> f6
                 _ => -0.5 * ((parameters[0] - first) / second).powi(2),
             }
         }
-        // s² = S / (N − 1) is where ln L + ln s is largest.
+        // s² = S / (N − 1) maximises ln L + ln s.
         (Kind::Law(_, arguments), Some(Fit::UnbiasedNormal)) => learnable.arguments(arguments)[1].ln(),
         _ => 0.0,
     }

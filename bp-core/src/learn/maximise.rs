@@ -1,11 +1,11 @@
-//! Expectation–maximisation, with steps that are made longer.
+//! Accelerated expectation–maximisation.
 //!
-//! In: an E step, and statistics to start from. Out: numbers at which the likelihood of what was seen has a maximum, near
-//! where it began. Invariant: no step lowers ln L + ln prior; a step that would is shortened, or is the last.
+//! In: an E step, and statistics to start from. Out: a local maximum of the likelihood. Invariant: no step lowers ln L
+//! + ln prior; a step that would is shortened, or is the last.
 //!
-//! Dempster, Laird and Rubin, *Journal of the Royal Statistical Society* B 39:1-38, 1977. EM creeps where much is hidden, so
-//! each step goes where the last ones point to (`accelerate.rs`); where that is outside the domain it goes part of the way,
-//! and where it lowers ln L it is taken back: the plain step takes its place.
+//! Dempster, Laird and Rubin, *Journal of the Royal Statistical Society* B 39:1-38, 1977. EM converges slowly if much
+//! is hidden, so each step is extrapolated from the last ones (`accelerate.rs`); if that is outside the domain the step
+//! is shortened, and if it lowers ln L it is replaced by the plain step.
 
 use super::Settings;
 use super::accelerate::History;
@@ -21,20 +21,20 @@ use crate::law::Law;
 use crate::progress::Work;
 use std::collections::BTreeSet;
 
-/// How often a step that lowers the likelihood is halved.
+/// Number of halvings of a step that lowers the likelihood.
 const MOST_HALVINGS: usize = 12;
 
-/// What rounding may take from a sum of logarithms, of itself.
+/// Relative rounding error of a sum of logarithms.
 const ROUNDING: f64 = 1e-13;
 
-/// What was learned, from what, and how the iteration went.
+/// The result of learning, its data, and the course of the iteration.
 pub(super) struct Maximised {
     pub(super) outcomes: Vec<Outcome>,
     pub(super) statistics: Vec<Statistic>,
     pub(super) course: Course,
 }
 
-/// A point of the iteration: its numbers, and what is expected there.
+/// A point of the iteration: its numbers, and their expected statistics.
 struct Point {
     numbers: Vec<f64>,
     expected: Expected,
@@ -42,7 +42,7 @@ struct Point {
     objective: f64,
 }
 
-/// An iteration on its way.
+/// The state of an iteration.
 struct Iteration<'i> {
     learnable: &'i mut Learnable,
     cases: &'i dyn Expectation,
@@ -51,8 +51,8 @@ struct Iteration<'i> {
     settings: &'i Settings,
 }
 
-/// Iterates until neither ln L nor any number changes by more than the thresholds. Distributions that are kept have
-/// numbers to start with; the others start from the statistics.
+/// Iterates until neither ln L nor any number changes by more than the thresholds. Distributions that are kept start
+/// from their numbers, the others from the statistics.
 pub(super) fn maximise(
     learnable: &mut Learnable,
     cases: &dyn Expectation,
@@ -96,7 +96,7 @@ pub(super) fn maximise(
                 next
             }
         };
-        // The longer step tells how far it is still; after a plain one that is not known.
+        // The accelerated step measures the remaining distance; after a plain one it is unknown.
         let rest = iteration.rests(&at, &next.numbers, next.objective, &scales)
             && iteration.rests(&at, &plain, next.objective, &scales);
         rests = if rest { rests + 1 } else { 0 };
@@ -124,7 +124,7 @@ impl Iteration<'_> {
         estimate(self.learnable, statistics, &Step { keep: &keep, spreads: &self.spreads, iterating: true })
     }
 
-    /// The E step at the numbers that stand in the program.
+    /// The E step for the current numbers of the program.
     fn point(&self) -> Result<Point, Error> {
         let expected = self.cases.expect(self.learnable)?;
         let all = self.learnable.distributions().iter();
@@ -137,8 +137,8 @@ impl Iteration<'_> {
         self.point()
     }
 
-    /// The next point; where it lowers the likelihood a nearer one that does not, if there is one. (A law over integers or
-    /// bins is fitted without its normaliser, so that its step may be too long.)
+    /// The next point; if it lowers the likelihood, a nearer one that does not, if there is one. (A distribution over
+    /// integers or bins is fitted without its normalising constant, so that its step may be too long.)
     fn accepted(&mut self, at: &Point, next: Point) -> Result<Option<Point>, Error> {
         let least = at.objective - ROUNDING * at.objective.abs();
         if next.objective >= least {
@@ -165,7 +165,7 @@ impl Iteration<'_> {
             && moved.all(|((from, to), scale)| (to - from).abs() <= tolerance * scale)
     }
 
-    /// What the change of each number is compared with: its size; of a mean at least the deviation, of a probability or
+    /// The scale of the change of each number: its magnitude; for a mean at least the deviation, for a probability or
     /// rate at least 10⁻⁴.
     fn scales(&self, numbers: &[f64]) -> Vec<f64> {
         const LEAST: f64 = 1e-4;
@@ -209,8 +209,8 @@ impl Iteration<'_> {
         scales
     }
 
-    /// The point to which the steps point, or one on the way to it that every distribution can have; nothing where the
-    /// likelihood is lower there.
+    /// The accelerated point, or one on the way to it that is valid for every distribution; nothing if the likelihood
+    /// is lower there.
     fn further(&mut self, at: &Point, plain: &[f64], further: Vec<f64>) -> Option<Point> {
         for halving in 0..=MOST_HALVINGS {
             let part = 0.5_f64.powi(halving as i32);
@@ -226,7 +226,7 @@ impl Iteration<'_> {
         None
     }
 
-    /// Takes the rounding out of rows that sum to one.
+    /// Removes rounding from rows that sum to one.
     fn sum_rows(&mut self) {
         for position in 0..self.learnable.distributions().len() {
             let kind = &self.learnable.distributions()[position].kind;

@@ -1,8 +1,8 @@
-//! Messages along sequences, on flat arrays: the E step where an instant has few hidden values.
+//! Messages along sequences, on flat arrays: the E step if an instant has few hidden values.
 //!
-//! In: what is hidden and seen at each instant, sorted out once. Out: ln P of a sequence, and the probabilities of all
-//! hidden values. Invariant: only logarithms are added, so that nothing but what the program excludes is zero; the work is
-//! linear in the number of instants.
+//! In: the prepared hidden and observed values of each instant. Out: ln P of a sequence, and the probabilities of all
+//! hidden values. Invariant: only logarithms are added, so that a probability is zero only if a factor is zero; the
+//! work is linear in the number of instants.
 //!
 //! An instant's *cells* are the values that its hidden slots have together, X^-1 among them; w(cell) is the product of its
 //! factors. α(x) = Σ of α(x⁻¹) w over the cells with x,  β(x⁻¹) = Σ of w β(x) over those with x⁻¹,
@@ -16,31 +16,31 @@ use crate::error::Error;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// The most cells of an instant.
+/// Limit of the cells of an instant.
 const MOST_CELLS: usize = 1 << 10;
 
-/// The most cells of all instants that differ.
+/// Limit of the cells of all distinct instants.
 const MOST_TOGETHER: usize = 1 << 25;
 
-/// A family where some of it is seen.
+/// A family with partly observed slots.
 pub(super) struct Part {
     pub(super) family: usize,
-    /// The values of the family's slots, NaN where they are hidden.
+    /// The values of the family's slots, NaN if hidden.
     pub(super) values: Box<[f64]>,
     /// The hidden ones.
     pub(super) slots: Vec<usize>,
-    /// How many values these have together.
+    /// Their number of joint values.
     pub(super) cells: usize,
 }
 
-/// What instants have in common of which the same is hidden.
+/// The structure of instants with the same hidden slots.
 struct Shape {
     cells: usize,
-    /// The value of X^-1 in each cell; empty in the first instant, which has the law of the start.
+    /// The value of X^-1 in each cell; empty in the first instant, which uses the initial distribution.
     before: Vec<u32>,
-    /// That of X; empty where nothing that is seen depends on it.
+    /// The value of X in each cell; empty if nothing observed depends on it.
     now: Vec<u32>,
-    /// For each part the place among its own cells.
+    /// For each part the position among its own cells.
     places: Vec<Vec<u32>>,
 }
 
@@ -52,14 +52,14 @@ struct Slice {
     counted: Vec<usize>,
 }
 
-/// First or not, the hidden slots, the families, what is seen of X.
+/// Whether it is the first, the hidden slots, the families, the observed part of X.
 type Kind = (bool, Vec<usize>, Vec<usize>, usize);
 
 /// The instants of all sequences.
 pub(super) struct Messages {
     now: Vec<usize>,
     before: Vec<usize>,
-    /// How many values X has.
+    /// The number of values of X.
     states: usize,
     shapes: Vec<Shape>,
     slices: Vec<Slice>,
@@ -68,21 +68,21 @@ pub(super) struct Messages {
     together: usize,
 }
 
-/// w of all instants that differ, at the numbers that the program has.
+/// w of all distinct instants, for the current numbers of the program.
 pub(super) struct Weights<'m> {
     messages: &'m Messages,
     of: Vec<Vec<f64>>,
 }
 
 impl Messages {
-    /// Over the slots of X and of X^-1, in the same order; nothing where they have too many values.
+    /// Over the slots of X and of X^-1, in the same order; nothing if they have too many values.
     pub(super) fn new(program: &Program, now: Vec<usize>, before: Vec<usize>) -> Option<Self> {
         let states = joint(program, &now).filter(|states| *states <= MOST_CELLS)?;
         let (shapes, slices, kinds, known) = Default::default();
         Some(Self { now, before, states, shapes, slices, kinds, known, together: 0 })
     }
 
-    /// Takes in an instant with these parts, of which some are counted; nothing where it has too many cells.
+    /// Adds an instant with these parts, of which some are counted; nothing if it has too many cells.
     pub(super) fn instant(
         &mut self,
         program: &Program,
@@ -131,7 +131,7 @@ impl Messages {
         Some(self.slices.len() - 1)
     }
 
-    /// w at the numbers that the program has now.
+    /// w for the current numbers of the program.
     pub(super) fn weights(&self, program: &Program, parts: &[Part]) -> Result<Weights<'_>, Error> {
         let densities = Densities::new(program, parts.len())?;
         let table = |part: &Part| -> Result<Vec<f64>, Error> {
@@ -162,7 +162,7 @@ impl Messages {
 
 impl Weights<'_> {
     /// ln P of a sequence of instants, and the probabilities of the cells of all counted parts, one after the other;
-    /// nothing where it cannot be.
+    /// nothing if it is impossible.
     pub(super) fn answer(&self, sequence: &[usize]) -> Option<(f64, Vec<f64>)> {
         let Messages { states, shapes, slices, .. } = self.messages;
         let at = |instant: usize| {
@@ -221,7 +221,7 @@ impl Weights<'_> {
     }
 }
 
-/// How many cells a part has: the last place is that of the last cell.
+/// The number of cells of a part: the last position is that of the last cell.
 fn places_of(places: &[u32]) -> usize {
     places.last().map_or(1, |last| *last as usize + 1)
 }
@@ -235,7 +235,7 @@ fn ln_sum(cells: &[f64]) -> f64 {
     }
 }
 
-/// How many values some slots have together; nothing where one of them is a real, or there are too many.
+/// The number of joint values of some slots; nothing if one of them is a real, or there are too many.
 fn joint(program: &Program, slots: &[usize]) -> Option<usize> {
     slots.iter().try_fold(1usize, |cells, slot| cells.checked_mul(program.slots[*slot].count?))
 }

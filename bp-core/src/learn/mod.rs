@@ -1,7 +1,7 @@
 //! Learning: the parameters of a program from data.
 //!
-//! In: a [`Model`] in which forms are `unknown` or `identification` names parameters, and [`Case`]s.
-//! Out: the same model with numbers, and a [`Report`]. Invariant: what is not to be learned is left exactly as it is.
+//! In: a [`Model`] in which forms are `unknown` or `identification` names parameters, and [`Case`]s. Out: the same
+//! model with numbers, and a [`Report`]. Invariant: everything else is unchanged.
 //!
 //! ```
 //! use bp_core::learn::{Case, Learner};
@@ -49,16 +49,16 @@ pub use report::{Course, FormReport, Report};
 
 use crate::model::Model;
 
-/// How hidden variables are learned.
+/// Settings for hidden variables.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Settings {
-    /// What a start is drawn from, where the parameters have no values before.
+    /// The random seed of the initial values, for parameters without values.
     pub seed: u64,
-    /// The most steps.
+    /// Limit of the number of iterations.
     pub iterations: usize,
-    /// The change of ln L + ln prior, of itself, below which a step may be the last.
+    /// The relative change of ln L + ln prior below which EM may stop.
     pub threshold: f64,
-    /// The change of a number, of itself, below which a step may be the last: all numbers change by less then.
+    /// The relative change of a number below which EM may stop: all numbers change by less.
     pub tolerance: f64,
 }
 
@@ -68,22 +68,21 @@ impl Default for Settings {
     }
 }
 
-/// What was learned.
+/// The result of learning.
 #[derive(Clone, Debug)]
 pub struct Learned {
     learnable: distribution::Learnable,
-    /// From what, and how well.
+    /// The report.
     pub report: Report,
 }
 
 impl Learned {
-    /// The model with its numbers: it is asked as any other.
+    /// The learned model, which is asked like any other.
     pub fn model(&self) -> &Model {
         &self.learnable.program.model
     }
 
-    /// What was learned, as a program of parameters and forms, to be grafted onto the one that was learned
-    /// (`syntax::graft`).
+    /// The learned parameters and forms as a program, to be inserted into the original text (`syntax::graft`).
     pub fn text(&self) -> String {
         text::text(&self.learnable)
     }

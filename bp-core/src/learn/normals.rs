@@ -1,7 +1,7 @@
-//! Normal laws that share means or deviations, or of which one of both is known.
+//! Normal distributions with shared means or deviations, or with one of them known.
 //!
-//! In: their samples. Out: the means and deviations. Invariant: each mean, given the deviations, is the weighted mean that
-//! is likeliest, and each deviation, given the means, that of all residuals: no round loses likelihood.
+//! In: their samples. Out: the means and deviations. Invariant: each mean is the maximum-likelihood weighted mean given
+//! the deviations, and each deviation that of all residuals given the means: no round lowers the likelihood.
 
 use super::distribution::{Argument, Cell, Kind, Learnable};
 use super::estimate::{Outcome, Step};
@@ -12,13 +12,13 @@ use crate::ids::FactorId;
 use crate::law::Sample;
 use std::collections::{BTreeMap, HashMap};
 
-/// The most rounds, where means and deviations depend on each other.
+/// Limit of rounds, if means and deviations depend on each other.
 const MOST_ROUNDS: usize = 1000;
 
-/// A law of the group: its position, mean and deviation.
+/// A distribution of the group: its position, mean and deviation.
 type Part = (usize, [Argument; 2]);
 
-/// Puts in the means and deviations of these distributions.
+/// Sets the means and deviations of these distributions.
 pub(super) fn normals(
     learnable: &mut Learnable,
     statistics: &[Statistic],
@@ -81,7 +81,7 @@ pub(super) fn normals(
     Ok(())
 }
 
-/// The cells that are learned as means (0) or deviations (1), each with the laws that have it.
+/// The cells learned as means (0) or deviations (1), each with the distributions that use it.
 fn cells(parts: &[Part], place: usize) -> BTreeMap<Cell, Vec<&Part>> {
     let mut cells: BTreeMap<Cell, Vec<&Part>> = BTreeMap::new();
     for part in parts {
@@ -99,9 +99,9 @@ fn sample_of(statistics: &[Statistic], position: usize) -> Option<&Sample> {
     }
 }
 
-/// The weighted mean of some laws that share it; `None` where none of them has cases.
+/// The weighted mean of some distributions that share it; `None` if none of them has cases.
 fn mean(learnable: &Learnable, statistics: &[Statistic], own: &[&Part]) -> Option<f64> {
-    // Where all deviations are one, they cancel, and are not needed.
+    // A common deviation cancels, and is not needed.
     let one = own.iter().all(|(_, arguments)| arguments[1] == own[0].1[1]);
     let (mut sum, mut total) = (0.0, 0.0);
     for (position, arguments) in own {
@@ -114,7 +114,7 @@ fn mean(learnable: &Learnable, statistics: &[Statistic], own: &[&Part]) -> Optio
     (total > 0.0).then(|| sum / total)
 }
 
-/// The deviation of some laws that share it; `None` where none of them has cases.
+/// The deviation of some distributions that share it; `None` if none of them has cases.
 fn deviation(learnable: &Learnable, statistics: &[Statistic], own: &[&Part]) -> Option<f64> {
     let (mut sum, mut total) = (0.0, 0.0);
     for (position, arguments) in own {
@@ -138,7 +138,7 @@ fn pool(learnable: &Learnable, statistics: &[Statistic], parts: &[Part], factor:
     all
 }
 
-/// The mean or deviation of all cases of the same form, for a law that has none of its own.
+/// The mean or deviation of all cases of the same form, for a distribution without cases.
 fn stand_in(learnable: &Learnable, all: &Sample, own: &Part, place: usize) -> Result<f64, Error> {
     let mean = all.mean_of(|x| x);
     let number = if place == 0 { mean } else { all.mean_of(|x| (x - mean) * (x - mean)).sqrt() };

@@ -1,8 +1,8 @@
 //! Baum–Welch: the E step over sequences.
 //!
 //! In: sequences of cases of a program with variables X^-1. Out: ln P of all sequences, and the statistics of each
-//! distribution, hidden values weighted by their probabilities given the whole sequence. Invariant: the messages are those
-//! of `smooth`; a form of X^-1 belongs to the first instant alone, all others to every instant.
+//! distribution, hidden values weighted by their probabilities given the whole sequence. Invariant: the messages are
+//! those of `smooth`; a form of X^-1 applies to the first instant only, all others to every instant.
 //!
 //! E: n(x, u) = Σ_sequences Σₜ P(Xₜ = x, Uₜ = u | z₁..T), from α and β (Baum, Petrie, Soules and Weiss, *Annals of
 //! Mathematical Statistics* 41:164-171, 1970; Rabiner 1989).
@@ -22,7 +22,7 @@ use crate::strategies::over_time::Instant;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 
-/// The most values that the hidden slots of one family may have together.
+/// Limit of the joint values of the hidden slots of one family.
 const MOST_VALUES: usize = 1 << 16;
 
 /// Sequences that share the tables of one chain.
@@ -33,37 +33,37 @@ pub(super) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
     model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
 }
 
-/// A sequence, ready to be asked again and again.
+/// A prepared sequence.
 struct Sequence {
     name: String,
     instants: Vec<Instant>,
-    /// The instants as messages know them.
+    /// The instants in the form of `messages`.
     slices: Vec<usize>,
     /// The parts of each instant that are counted.
     counted: Vec<Vec<usize>>,
 }
 
-/// Sequences, ready to be asked again and again.
+/// Prepared sequences.
 pub(super) struct Sequences {
     carried: Vec<(VariableId, VariableId)>,
-    /// The hidden slots of what is learned.
+    /// The hidden slots of learned distributions.
     axes: Vec<usize>,
-    /// Families, for each combination of what is seen of them.
+    /// Families, for each combination of their observed values.
     parts: Vec<Part>,
-    /// For each part the hidden values that are counted: which, of which distribution, what would have been seen.
+    /// For each part the counted hidden values: the value, its distribution, the observation.
     counts: Vec<Vec<Counted>>,
     sequences: Vec<Sequence>,
-    /// What is seen for sure.
+    /// The observed statistics.
     complete: Vec<Statistic>,
-    /// Where instants have few hidden values; elsewhere the messages are those of [`Chain`].
+    /// For instants with few hidden values; for others the messages are those of [`Chain`].
     messages: Option<Messages>,
 }
 
 impl Sequences {
-    /// Sorts out what is hidden at each instant.
+    /// Prepares the hidden values of each instant.
     ///
     /// # Errors
-    /// A program whose carried variables are not finite; a hidden real on which something learned depends.
+    /// A program with carried variables that are not finite; a hidden real on which a learned distribution depends.
     pub(super) fn new(learnable: &mut Learnable, sequences: &[(String, Vec<Key>)]) -> Result<Self, Error> {
         let carried = carried(&learnable.program.model);
         is_finite(&learnable.program, &carried, sequences)?;
@@ -75,7 +75,7 @@ impl Sequences {
         let mut met: HashMap<(usize, Vec<u64>), usize> = HashMap::new();
         let mut all = Vec::new();
         for (name, keys) in sequences {
-            // What comes after the last observation says nothing.
+            // Instants after the last observation are uninformative.
             let length = keys.iter().rposition(|key| key.iter().any(|bits| *bits != MISSING));
             let keys = &keys[..length.map_or(0, |last| last + 1)];
             let (instants, slices, counted) = Default::default();
@@ -127,8 +127,8 @@ impl Sequences {
         Ok(Self { carried, axes, parts, counts, sequences: all, complete, messages })
     }
 
-    /// What is seen for sure, and hidden values with weights in place of probabilities: those of a sequence's cells, one
-    /// counted part after the other.
+    /// The observed statistics, and hidden values with weights instead of probabilities: those of a sequence's cells,
+    /// one counted part after the other.
     pub(super) fn weighted(&self, weight: &mut dyn FnMut(usize, usize) -> f64) -> Vec<Statistic> {
         let mut sums: Vec<Vec<f64>> = self.counts.iter().map(|counts| vec![0.0; counts.len()]).collect();
         for (number, sequence) in self.sequences.iter().enumerate() {
@@ -185,7 +185,7 @@ impl Expectation for Sequences {
 type Smoothed = (f64, Vec<f64>);
 
 impl Sequence {
-    /// What the whole sequence says of each instant, by the messages of `smooth`.
+    /// The posterior of each instant given the whole sequence, by the messages of `smooth`.
     fn answer(&self, chain: &mut Chain<'_>, parts: &[Part]) -> Result<Smoothed, Error> {
         if self.instants.is_empty() {
             return Ok((0.0, Vec::new()));
@@ -208,7 +208,7 @@ impl Sequence {
     }
 }
 
-/// Messages on flat arrays, for a program whose factors surely sum to one.
+/// Messages on flat arrays, for a program whose factors always sum to one.
 fn by_messages(program: &Program, carried: &[(VariableId, VariableId)]) -> Option<Messages> {
     let finite = |slot: usize| program.slots[slot].count.is_some();
     let proper = program
@@ -226,10 +226,10 @@ fn by_messages(program: &Program, carried: &[(VariableId, VariableId)]) -> Optio
     Messages::new(program, slots(&|pair| pair.0), slots(&|pair| pair.1))
 }
 
-/// A hidden value that is counted: which it is, of which distribution, what would have been seen.
+/// A counted hidden value: its index, its distribution, the observation.
 type Counted = (usize, usize, Seen);
 
-/// A family where some slots have values, and the hidden values of it that are counted.
+/// A family with given values of some slots, and its counted hidden values.
 fn part_of(
     finder: &mut Finder<'_>,
     position: usize,
@@ -258,7 +258,7 @@ fn part_of(
     Ok((part, counted))
 }
 
-/// Refuses a program that sums over finite states do not answer.
+/// Refuses a program that is not finite over time.
 fn is_finite(
     program: &Program,
     carried: &[(VariableId, VariableId)],
@@ -281,13 +281,13 @@ fn is_finite(
     match refusal(&program.model, &ask, carried) {
         None => Ok(()),
         Some(reason) => {
-            let message = format!("over time it is learned by sums over finite states: {reason}");
+            let message = format!("learning over time needs finite states: {reason}");
             Err(Error::input(&program.model.name, message))
         }
     }
 }
 
-/// The values and numbers of a case, NaN where it says none.
+/// The values and numbers of a case, NaN if missing.
 fn values(program: &Program, key: &Key) -> (Vec<f64>, Vec<f64>) {
     let number = |bits: &u64| if *bits == MISSING { f64::NAN } else { f64::from_bits(*bits) };
     let numbers: Vec<f64> = key.iter().map(number).collect();
@@ -295,7 +295,7 @@ fn values(program: &Program, key: &Key) -> (Vec<f64>, Vec<f64>) {
     (numbers.iter().enumerate().map(value).collect(), numbers)
 }
 
-/// The families of an instant on which something seen depends, there or later. What nothing depends on sums to one.
+/// The families of an instant on which an observation depends, now or later. The others sum to one.
 fn needed(
     program: &Program,
     carried: &[(VariableId, VariableId)],
@@ -322,7 +322,7 @@ fn needed(
     kept
 }
 
-/// How many values the hidden slots of a family have together.
+/// The number of joint values of the hidden slots of a family.
 fn cells_of(program: &Program, slots: &[usize], position: usize) -> Result<usize, Error> {
     let mut cells = 1usize;
     for slot in slots {

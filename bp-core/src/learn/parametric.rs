@@ -1,7 +1,8 @@
 //! From `unknown` forms to parametric ones.
 //!
-//! In: a model. Out: the same model in which each `unknown` has become a table, a law or a regression whose numbers are to
-//! be learned. Invariant: nothing else is changed; one distribution for each combination of values on the right.
+//! In: a model. Out: the same model in which each `unknown` is a table, a parametric distribution or a regression with
+//! numbers to be learned. Invariant: nothing else is changed; there is one distribution for each combination of
+//! right-hand values.
 
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
@@ -13,10 +14,10 @@ use crate::operators::{Binary, Unary};
 use pest::unicode::XID_CONTINUE;
 use std::collections::{HashMap, HashSet};
 
-/// The most combinations of values for which there is a distribution each.
+/// Limit of the combinations of values with a distribution each.
 pub(super) const MOST_CONTEXTS: usize = 1 << 20;
 
-/// An `unknown` form, in its new shape.
+/// An `unknown` form in its parametric shape.
 #[derive(Clone, Debug)]
 pub(super) struct Unknown {
     pub(super) factor: FactorId,
@@ -24,30 +25,30 @@ pub(super) struct Unknown {
     pub(super) shape: Shape,
 }
 
-/// What an `unknown` form has become.
+/// The shape of an `unknown` form.
 #[derive(Clone, Debug)]
 pub(super) enum Shape {
     /// Rows of numbers.
     Table(Vec<Vec<ExpressionId>>),
-    /// Fields of parameters, one for each parameter of the law that is learned.
+    /// Fields of parameters, one for each learned parameter of the distribution.
     Law(Law, Vec<ParameterId>),
     /// Intercept, slopes, deviation.
     Regression(Vec<ParameterId>),
 }
 
-/// What is learned, and how each form that is learned is told from others.
+/// The learned numbers, and how their forms are identified.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unknowns {
     pub(super) list: Vec<Unknown>,
-    /// Numbers in tables that are learned, with the way in which they are.
+    /// Learned numbers in tables, with their estimators.
     pub(super) entries: HashMap<ExpressionId, usize>,
-    /// Parameters that are learned, with the way in which they are: `None` for those of `identification`.
+    /// Learned parameters, with their estimators: `None` for those of `identification`.
     pub(super) parameters: HashMap<ParameterId, Option<usize>>,
     /// Means of regressions.
     pub(super) regressions: HashMap<ExpressionId, usize>,
 }
 
-/// Gives every `unknown` form its shape.
+/// Converts every `unknown` form.
 pub(super) fn parametric(model: &mut Model) -> Result<Unknowns, Error> {
     let mut unknowns = Unknowns::default();
     for factor in model.factors.ids() {
@@ -73,7 +74,7 @@ fn replace(
             replace(model, factor, then, unknowns)?;
             replace(model, factor, otherwise, unknowns)?;
         }
-        // What X^-1 was before the first instant.
+        // The distribution of X^-1 before the first instant.
         Form::Previous { at: None, otherwise, .. } => replace(model, factor, otherwise, unknowns)?,
         other => {
             let mut inside = false;
@@ -123,7 +124,10 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
                 let variable = &use_.variable;
                 if matches!(model.variables[*variable].domain, Domain::Set(_) | Domain::Vector(_)) {
                     let name = model.variable_name(*variable);
-                    return Err(Error::input(head, format!("`{name}` is no number to regress on")));
+                    return Err(Error::input(
+                        head,
+                        format!("`{name}` is not a number, and cannot be a regressor"),
+                    ));
                 }
                 let what = format!("slope_on_{}", plain(&model.variable_name(*variable)));
                 let slope = field(model, &what, &left, &[], unknowns, position);
@@ -149,7 +153,7 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
                 factor.right.iter().map(|use_| index(model, use_)).collect();
             let mut fields = Vec::new();
             let mut arguments = Vec::new();
-            // Known are the number of trials, which is first, and the deviation, which is last.
+            // The known parameters: the number of trials, which is first, and the deviation, which is last.
             let given = |place: usize| match law {
                 Law::Binomial => known.first().filter(|_| place == 0),
                 _ => known.first().filter(|_| place == 1),
@@ -175,7 +179,7 @@ fn too_many(head: &str) -> Error {
     Error::input(head, format!("there would be more than {MOST_CONTEXTS} numbers to learn"))
 }
 
-/// How many combinations of values some variables have.
+/// The number of combinations of values of some variables.
 fn count(model: &Model, head: &str, variables: &[VariableId]) -> Result<usize, Error> {
     let mut total = 1usize;
     for variable in variables {
@@ -187,7 +191,7 @@ fn count(model: &Model, head: &str, variables: &[VariableId]) -> Result<usize, E
                 _ => "write its bounds as numbers",
             };
             let message = format!(
-                "it is learned for each value, and `{name}` is `{text}`, which has no list; {way_out}"
+                "it is learned for each value, and `{name}` is `{text}`, which is not finite; {way_out}"
             );
             Error::input(head, message)
         })?;
@@ -197,7 +201,7 @@ fn count(model: &Model, head: &str, variables: &[VariableId]) -> Result<usize, E
     Ok(total)
 }
 
-/// Over what a field runs that has a number for each value of a variable, and the index of that value.
+/// The range of a field with a number for each value of a variable, and the index of that value.
 fn index(model: &mut Model, use_: &VariableUse) -> (IndexSpace, ExpressionId) {
     let domain = model.variables[use_.variable].domain.clone();
     let value = model.expressions.push(Expression::Variable(use_.clone()));
@@ -214,7 +218,7 @@ fn index(model: &mut Model, use_: &VariableUse) -> (IndexSpace, ExpressionId) {
         let bin = node(model, Binary::Divide, offset, width);
         return (range(0), model.expressions.push(Expression::Unary(Unary::Floor, bin)));
     }
-    // As many inner edges as lie below the centre.
+    // The number of inner edges below the centre.
     let mut bin = number(model, 0.0);
     for edge in &bins.edges()[1..bins.count()] {
         let (edge, one, none) = (number(model, *edge), number(model, 1.0), number(model, 0.0));
@@ -225,7 +229,7 @@ fn index(model: &mut Model, use_: &VariableUse) -> (IndexSpace, ExpressionId) {
     (range(0), bin)
 }
 
-/// A new parameter that is learned: `mean_of_X`, with a number for each value of what is on the right.
+/// A new learned parameter: `mean_of_X`, with a number for each combination of right-hand values.
 fn field(
     model: &mut Model,
     what: &str,
@@ -257,7 +261,7 @@ fn is_whole_family(model: &Model, use_: &VariableUse) -> bool {
     use_.element.is_none() && model.variables[use_.variable].family.is_some()
 }
 
-/// A variable's name as part of another name, which needs no quotes.
+/// A variable's name as part of another name, without quotes.
 fn plain(name: &str) -> String {
     let letter = |letter: char| if XID_CONTINUE(letter) { letter } else { '_' };
     name.replace("^-1", "_before").chars().map(letter).collect()

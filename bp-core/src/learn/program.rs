@@ -1,8 +1,8 @@
-//! A program that is learned, its sizes known: its slots and the families of its factors.
+//! A program to be learned, with known sizes: its slots and the families of its factors.
 //!
-//! In: a model, and what is given with it (sizes, numbers of known parameters). Out: a [`Program`]. Invariant: every
-//! parameter has a number for each place; a slot is one number of a case, a family is a factor for one value of the
-//! indices around it, and families come parents first.
+//! In: a model and its inputs (sizes, known parameters). Out: a [`Program`]. Invariant: every parameter has a number
+//! for each element; a slot is one number of a case, a family is a factor for one value of the indices around it, and
+//! families come parents first.
 
 use super::parametric::{Unknowns, parametric};
 use crate::distribution::{Instance, Setting};
@@ -16,9 +16,9 @@ use std::collections::HashSet;
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Slot {
     pub(super) variable: VariableId,
-    /// How it is called: `X`, `L[2]`.
+    /// Its name: `X`, `L[2]`.
     pub(super) name: String,
-    /// How many values it has; `None` for reals.
+    /// Its number of values; `None` for reals.
     pub(super) count: Option<usize>,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Family {
     pub(super) instance: Instance,
     /// The slots that it distributes or reads, ascending.
     pub(super) slots: Vec<usize>,
-    /// Whether something of it is learned.
+    /// Whether it has learned numbers.
     pub(super) learned: bool,
 }
 
@@ -41,9 +41,9 @@ pub(super) struct Program {
     pub(super) unknowns: Unknowns,
     pub(super) slots: Vec<Slot>,
     pub(super) families: Vec<Family>,
-    /// The factors in which something is learned.
+    /// The factors with learned numbers.
     pub(super) factors: Vec<FactorId>,
-    /// Parameters of `identification` that had a value before.
+    /// Parameters of `identification` with a default.
     pub(super) declared: HashSet<ParameterId>,
 }
 
@@ -53,7 +53,7 @@ impl Program {
         let mut inputs = Inputs::new();
         for set in model.sets.values() {
             if matches!(set.kind, SetKind::Displacements(_)) {
-                let message = "a program with displacements on a grid is not learned from cases";
+                let message = "a program with displacements on a grid cannot be learned";
                 return Err(Error::input(&set.name, message));
             }
             if let Some(size) = set_size(&set.name, given) {
@@ -95,13 +95,13 @@ impl Program {
         program.lay_out()?;
         if program.factors.is_empty() {
             let message =
-                "nothing is to be learned: no form is `unknown`, and `identification` names no parameter";
+                "there is nothing to learn: no form is `unknown`, and `identification` names no parameter";
             return Err(Error::input(&program.model.name, message));
         }
         Ok(program)
     }
 
-    /// Finds slots and families, and gives each learned parameter a number for each place.
+    /// Finds slots and families, and initialises each element of the learned parameters.
     fn lay_out(&mut self) -> Result<(), Error> {
         let factors: Vec<FactorId> =
             self.model.factors.ids().filter(|id| self.speaks(&self.model.factors[*id].form)).collect();
@@ -110,7 +110,7 @@ impl Program {
             let variable = setting.variable_of(slot);
             let meant = &self.model.variables[variable];
             let name = match meant.family {
-                // The only element of a family has its index all the same.
+                // A family with one element has an index too.
                 Some(family) if setting.slots_of(variable).len() == 1 => {
                     format!("{}[{}]", self.model.variable_name(variable), family.over.first())
                 }
@@ -142,12 +142,12 @@ impl Program {
         Ok(())
     }
 
-    /// The model with the numbers that it has now.
+    /// The model with the current numbers.
     pub(super) fn setting(&self) -> Result<Setting<'_>, Error> {
         Setting::new(&self.model, &self.inputs)
     }
 
-    /// The size of this name, where it is known.
+    /// The size of this name, if it is known.
     pub(super) fn size(&self, name: &str) -> Option<usize> {
         let parameter = self.model.parameters.values().find(|parameter| parameter.name == name);
         let number = parameter.and_then(|parameter| parameter.default_number());
@@ -165,7 +165,7 @@ impl Program {
         self.slots.iter().position(|slot| slot.name == name)
     }
 
-    /// The slot of the element with this index; of a variable that is no family the only one.
+    /// The slot of the element with this index; for a single variable its only slot.
     pub(super) fn element(&self, variable: VariableId, index: Option<i64>) -> Option<usize> {
         let own = self.slots.iter().position(|slot| slot.variable == variable)?;
         match index {
@@ -174,8 +174,8 @@ impl Program {
         }
     }
 
-    /// The ordinal of a number in a slot of a finite variable, the number itself in one of a real; `None` where it is
-    /// no value.
+    /// The ordinal of a number in a slot of a finite variable, the number itself for a real; `None` if it is not a
+    /// value.
     pub(super) fn value(&self, slot: usize, number: f64) -> Option<f64> {
         let Slot { variable, count, .. } = &self.slots[slot];
         match (&self.model.variables[*variable].domain, count) {
@@ -189,7 +189,7 @@ impl Program {
         }
     }
 
-    /// The number that a value of a slot is in an expression.
+    /// The number of a value of a slot in an expression.
     pub(super) fn number(&self, slot: usize, value: f64) -> f64 {
         match &self.model.variables[self.slots[slot].variable].domain {
             domain if domain.is_finite() => domain.number(value as usize),
@@ -197,7 +197,7 @@ impl Program {
         }
     }
 
-    /// The value of a slot as the language writes it.
+    /// The value of a slot in the notation of the language.
     pub(super) fn spelled(&self, slot: usize, value: f64) -> String {
         match &self.model.variables[self.slots[slot].variable].domain {
             domain if domain.is_finite() => domain.value_spelled(value as usize),
@@ -214,7 +214,7 @@ impl Program {
         Error::input(self.head(factor), message)
     }
 
-    /// Whether an expression has something that is learned in it.
+    /// Whether an expression contains learned numbers.
     pub(super) fn mentions(&self, id: ExpressionId) -> bool {
         let mut rest = vec![id];
         let mut seen = HashSet::new();
@@ -251,7 +251,7 @@ impl Program {
         false
     }
 
-    /// Whether a form has something that is learned in it.
+    /// Whether a form contains learned numbers.
     pub(super) fn speaks(&self, form: &Form) -> bool {
         let mut found = false;
         form.each_expression(&mut |id| found = found || self.mentions(id));
@@ -259,7 +259,7 @@ impl Program {
     }
 }
 
-/// How many elements of a set are given.
+/// The number of given elements of a set.
 pub(super) fn set_size(name: &str, given: &Inputs<'_, f64>) -> Option<usize> {
     given.find_size(name).or_else(|| {
         let extent = |part| given.find_size(&format!("{name}.{part}"));

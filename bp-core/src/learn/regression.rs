@@ -1,7 +1,7 @@
 //! Least squares: intercept, slopes and deviation of a linear regression.
 //!
 //! In: rows (x₁ … xₙ, y) with weights. Out: intercept, slopes, deviation of maximum likelihood. Invariant: columns are
-//! centred and scaled before the normal equations are solved, so that large numbers lose no digits there.
+//! centred and scaled before the normal equations are solved, so that large numbers lose no digits.
 //!
 //! a = (X̃ᵀ W X̃)⁻¹ X̃ᵀ W ỹ,  b = ȳ − Σ aᵢ x̄ᵢ,  s² = Σ w (y − b − Σ aᵢ xᵢ)² / Σ w
 
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 pub(super) fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<Vec<f64>, Refusal> {
     let total: f64 = rows.iter().map(|(_, weight)| weight).sum();
     let Some(width) = rows.first().map(|(row, _)| row.len()).filter(|_| total > 0.0) else {
-        return Err("no case says anything of it");
+        return Err("no case contains information about it");
     };
     let mean =
         |of: &dyn Fn(&[f64]) -> f64| rows.iter().map(|(row, weight)| weight * of(row)).sum::<f64>() / total;
@@ -29,7 +29,7 @@ pub(super) fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<Vec<f64>, Refusa
         DMatrix::from_fn(slopes, slopes, |one, other| mean(&|row| standard(row, one) * standard(row, other)));
     let against =
         DVector::from_fn(slopes, |one, _| mean(&|row| standard(row, one) * (row[slopes] - centres[slopes])));
-    // Correlations: the smallest eigenvalue tells how independent the columns are.
+    // Correlations: the smallest eigenvalue measures the independence of the columns.
     if slopes > 0 && gram.clone().symmetric_eigenvalues().min() < 1e-10 {
         return Err(too_alike);
     }
@@ -60,7 +60,7 @@ mod tests {
         for (found, expected) in found.iter().zip([1.9, 1.4, (4.2_f64 / 4.0).sqrt()]) {
             assert!((found - expected).abs() < 1e-13, "{found} {expected}");
         }
-        // Far from the origin the slope is the same to rounding.
+        // Far from the origin the slope is the same up to rounding.
         let far: Vec<_> = (rows.iter()).map(|(row, weight)| (vec![row[0] + 1e8, row[1]], *weight)).collect();
         assert!((least_squares(&far).unwrap()[1] - 1.4).abs() < 1e-7);
     }

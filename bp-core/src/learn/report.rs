@@ -1,7 +1,7 @@
-//! What was learned from what, in figures.
+//! The report of learning.
 //!
-//! In: a learner and what it learned. Out: a [`Report`]. Invariant: nothing that was missing, empty or put together from
-//! other cases is passed over in silence.
+//! In: a learner and its result. Out: a [`Report`]. Invariant: missing values, empty contexts and pooled cases are
+//! reported.
 
 use super::distribution::{Kind, Learnable, Share, cells_of};
 use super::estimate::Outcome;
@@ -13,21 +13,21 @@ use crate::model::Fit;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// What was learned from what.
+/// A report of learning.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Report {
-    /// How many cases.
+    /// Number of cases.
     pub cases: usize,
-    /// The sum of their weights, where they have some.
+    /// The sum of their weights, if they have any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<f64>,
-    /// How many of their cells were missing, hidden variables not counted.
+    /// Number of missing cells, without hidden variables.
     pub cells_missing: usize,
-    /// Variables that no case shows.
+    /// Variables observed in no case.
     pub hidden: Vec<String>,
-    /// ln P of all that was seen, by the whole program: forms that are known count too, what is missing is summed out.
+    /// ln P of the data by the whole program, known forms included; missing values are summed out.
     pub ln_likelihood: f64,
-    /// How hidden variables were dealt with, if there were any.
+    /// The course of EM, if there are hidden variables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expectation: Option<Course>,
     /// Form by form.
@@ -37,18 +37,18 @@ pub struct Report {
 /// The course of expectation–maximisation.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Course {
-    /// How many steps.
+    /// Number of iterations.
     #[serde(rename = "iterations")]
     pub steps: usize,
-    /// Whether the last step changed less than the thresholds say.
+    /// Whether it converged.
     pub converged: bool,
-    /// Whether the last step was taken back, because it and its fractions would have lowered the likelihood.
+    /// Whether the last step was rejected, because it and its fractions would have lowered the likelihood.
     pub held: bool,
-    /// Whether it was asked to stop before that.
+    /// Whether it was interrupted.
     pub interrupted: bool,
-    /// What the start was drawn from.
+    /// The random seed of the initial values.
     pub seed: u64,
-    /// Whether something of the start was drawn: then another seed may lead to another maximum.
+    /// Whether initial values were random: then another seed may lead to another maximum.
     pub drawn: bool,
     /// ln L + ln prior at each step.
     pub trail: Vec<f64>,
@@ -57,22 +57,22 @@ pub struct Course {
     pub(super) ln_likelihood: f64,
 }
 
-/// What was learned of one form.
+/// The result for one form.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct FormReport {
     /// Its head.
     pub form: String,
-    /// How it was learned.
+    /// Its estimator.
     pub learned: String,
     /// Free parameters.
     pub parameters: usize,
-    /// Distributions: one for each combination of values on the right.
+    /// Number of distributions: one for each combination of right-hand values.
     pub contexts: usize,
-    /// Those to which no case belongs.
+    /// Number of distributions without cases.
     pub empty: usize,
-    /// Those whose cases are so alike that their law was kept from becoming narrower.
+    /// Number of distributions at the floor.
     pub floored: usize,
-    /// ln P of what was seen, or is expected to have been, by this form.
+    /// ln P of the observed, or expected, values of this form.
     pub ln_likelihood: f64,
 }
 
@@ -127,7 +127,7 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
     }
 }
 
-/// How a distribution is learned, in a word or two.
+/// The name of an estimator.
 fn way(fit: Option<&Fit>, kind: &Kind) -> String {
     match (fit, kind) {
         (Some(Fit::LaplaceSuccession), _) => "laplace_succession".to_owned(),

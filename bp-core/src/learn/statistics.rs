@@ -1,19 +1,19 @@
-//! What has been seen of each distribution.
+//! Statistics of distributions.
 //!
-//! In: what was seen, with weights. Out: counts, samples, rows to regress on. Invariant: the order in which whole weights
-//! came in leaves no trace.
+//! In: observations with weights. Out: counts, samples, rows of a regression. Invariant: with integer weights the
+//! result does not depend on the order.
 
 use super::distribution::{Kind, Learnable, Seen};
 use crate::law::Sample;
 use std::collections::BTreeMap;
 
-/// What has been seen of one distribution.
+/// The statistic of one distribution.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Statistic {
-    /// How often each value.
+    /// The count of each value.
     Counts(Vec<f64>),
     Sample(Sample),
-    /// Rows of numbers, by their bits, and how often each.
+    /// Rows of numbers, by their bits, and the count of each.
     Rows(BTreeMap<Vec<u64>, f64>),
 }
 
@@ -49,7 +49,7 @@ impl Statistic {
     }
 }
 
-/// Distributions may be met while cases are looked at: each gets an empty statistic.
+/// Distributions may be found while cases are processed: each gets an empty statistic.
 pub(super) fn grow(learnable: &Learnable, statistics: &mut Vec<Statistic>) {
     let new = learnable.distributions().iter().skip(statistics.len());
     statistics.extend(new.map(|it| Statistic::of(&it.kind)));

@@ -1,8 +1,7 @@
-//! What was learned, as text of the language.
+//! The learned numbers as text of the language.
 //!
-//! In: a learned model. Out: a program that holds the parameters and forms that were learned, and nothing else. Invariant:
-//! each number is written so that it is read back to the last bit; forms come in the order of the `unknown`s that they
-//! stand for.
+//! In: a learned model. Out: a program with only the learned parameters and forms. Invariant: each number is read back
+//! exactly; forms are in the order of their `unknown`s.
 
 use super::distribution::Learnable;
 use super::parametric::{Shape, Unknown};
@@ -12,7 +11,7 @@ use crate::law::Law;
 use crate::model::{Domain, Factor, Fit, IndexSpace, Model, ParameterKind, VariableUse};
 use crate::spelling::quoted;
 
-/// The most laws that are written out one by one.
+/// Limit of distributions written one by one.
 const WRITTEN_OUT: usize = 12;
 
 pub(super) fn text(learnable: &Learnable) -> String {
@@ -33,7 +32,7 @@ pub(super) fn text(learnable: &Learnable) -> String {
     format!("program Learned {{ parameters {{\n{parameters}}} forms {{\n{forms}}} }}")
 }
 
-/// A number, read back as it is.
+/// A number that is read back exactly.
 fn number(number: f64) -> String {
     let size = number.abs();
     if number == 0.0 || (1e-6..1e15).contains(&size) { number.to_string() } else { format!("{number:e}") }
@@ -83,7 +82,7 @@ fn contexts(model: &Model, right: &[VariableUse]) -> Vec<Vec<String>> {
     all
 }
 
-/// A form, and the fields that it speaks of.
+/// A form, and the fields that it uses.
 fn form(model: &Model, unknown: &Unknown) -> (String, Vec<ParameterId>) {
     let factor = &model.factors[unknown.factor];
     let right = factor.right.as_slice();
@@ -114,7 +113,7 @@ fn form(model: &Model, unknown: &Unknown) -> (String, Vec<ParameterId>) {
     }
 }
 
-/// The arguments of a law: those that are known in their places.
+/// The arguments of a distribution, with the known ones in their positions.
 fn arguments(law: Law, fit: &Fit, mut learned: Vec<String>) -> Vec<String> {
     if let Fit::Law { known, .. } | Fit::Conjugate { known, .. } = fit
         && let Some(known) = known.first()
@@ -145,7 +144,7 @@ fn table(model: &Model, factor: &Factor, rows: &[Vec<ExpressionId>]) -> String {
     format!("table {{ {} }}", rows.collect::<Vec<_>>().join(" "))
 }
 
-/// A law for each combination of values, by nested `match`.
+/// A distribution for each combination of values, by nested `match`.
 fn chosen(
     model: &Model,
     factor: &Factor,
@@ -164,7 +163,7 @@ fn chosen(
     format!("match {} {{ {} }}", model.use_name(use_, &factor.products), arms.join(", "))
 }
 
-/// The index of a variable's value in a field: a bin is counted.
+/// The index of a variable's value in a field: for a bin its number.
 fn index(model: &Model, factor: &Factor, use_: &VariableUse) -> String {
     let name = model.use_name(use_, &factor.products);
     let Domain::Bins(bins) = &model.variables[use_.variable].domain else { return name };
@@ -180,7 +179,7 @@ fn index(model: &Model, factor: &Factor, use_: &VariableUse) -> String {
     }
 }
 
-/// A number behind an operator.
+/// A number after an operator.
 fn signed(value: f64) -> String {
     if value < 0.0 { format!("({})", number(value)) } else { number(value) }
 }

@@ -1,30 +1,31 @@
 //! Evidence: values by the names of their variables.
 //!
-//! In: `evidence! { Rain: true, Z[2]: 0.5 }`. Out: [`Evidence`]. Invariant: each name stands once; the last value counts.
+//! In: `evidence! { Rain: true, Z[2]: 0.5 }`. Out: [`Evidence`]. Invariant: each name occurs once; the last value
+//! counts.
 
 use super::Value;
 use serde::{Serialize, Serializer};
 use std::fmt::{self, Display, Formatter};
 use std::ops::Index;
 
-/// What is known, or was found: values by the names of their variables; an element of a family is `Z[2]`.
+/// Values by the names of their variables; an element of a family is `Z[2]`.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Evidence(Vec<(String, Value)>);
 
 impl Evidence {
-    /// Nothing is known.
+    /// Empty evidence.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// With the value of a variable more.
+    /// With the value of another variable.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, value: impl Into<Value>) -> Self {
         self.set(name, value);
         self
     }
 
-    /// Gives a variable its value.
+    /// Sets the value of a variable.
     pub fn set(&mut self, name: impl Into<String>, value: impl Into<Value>) {
         let (name, value) = (name.into(), value.into());
         match self.0.iter_mut().find(|(known, _)| *known == name) {
@@ -44,7 +45,7 @@ impl Evidence {
     }
 }
 
-/// The value of a variable that is there.
+/// The value of an existing variable.
 impl Index<&str> for Evidence {
     type Output = Value;
 
@@ -77,7 +78,7 @@ impl Serialize for Evidence {
     }
 }
 
-/// Values by the names of their variables. A name that is no Rust word stands in quotes.
+/// Values by the names of their variables. A name that is not a Rust identifier is quoted.
 ///
 /// ```
 /// use bp_core::prelude::*;

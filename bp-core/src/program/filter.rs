@@ -1,7 +1,7 @@
 //! A filter over time: one instant after the other.
 //!
-//! In: a program with variables `X^-1`, and what is observed at each instant. Out: what is believed after it. Invariant: only what
-//! the next instant needs is kept, so that a filter can run for ever.
+//! In: a program with variables `X^-1`, and the observations at each instant. Out: the posterior after each. Invariant:
+//! only what the next instant needs is kept, so that a filter can run indefinitely.
 
 use super::value::read;
 use super::{Evidence, Posterior, Program};
@@ -14,7 +14,7 @@ use crate::strategies::over_time::{Follower, Told};
 use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
 
-/// A filter: what is believed of the searched variables, given all that was observed so far.
+/// A filter: the posterior of the searched variables, given all observations so far.
 ///
 /// ```
 /// use bp_core::prelude::*;
@@ -72,8 +72,8 @@ impl<'p> Filter<'p> {
         Ok(Self { program, follower, slots })
     }
 
-    /// One instant: what was observed at it, none of it or some of it too; gives what is believed then. Of a family a value is
-    /// the list of those of its elements, or each is given alone, `Z[2]`.
+    /// One instant: its observations, which may be partial or empty; returns the posterior. The value of a family is
+    /// the list of its elements, or each element is given separately, `Z[2]`.
     ///
     /// # Errors
     /// A name that the question does not know, a value that its variable does not have, observations that are impossible;
@@ -106,24 +106,24 @@ impl<'p> Filter<'p> {
         Ok(self.posterior(&told, String::new()))
     }
 
-    /// What is believed some instants later, of which nothing is observed. The filter stays where it is.
+    /// The posterior some instants later, without further observations. The filter does not advance.
     ///
     /// # Errors
-    /// No steps, or what the program cannot tell of them.
+    /// No steps, or a question that has no answer.
     pub fn predict(&mut self, steps: usize) -> Result<Posterior, Error> {
         if steps == 0 {
-            return Err(Error::input("predict", "0 instants ahead is what the last step answered"));
+            return Err(Error::input("predict", "0 instants ahead is the answer of the last step"));
         }
         let told = self.follower.predict(steps)?;
         Ok(self.posterior(&told, format!(", {steps} later")))
     }
 
-    /// ln P(all that was observed so far); of reals the density.
+    /// ln P(all observations so far); for reals the density.
     pub fn ln_evidence(&self) -> f64 {
         self.follower.ln_evidence()
     }
 
-    /// How many instants were followed.
+    /// Number of instants so far.
     pub fn instants(&self) -> usize {
         self.follower.instants()
     }

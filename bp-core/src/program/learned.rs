@@ -1,7 +1,7 @@
-//! Learning: a program and a table of cases become a program with numbers.
+//! Learning: from a program and a table of cases to a program with numbers.
 //!
-//! In: a program with `unknown` forms or an `identification`, a table (CSV). Out: a [`Learned`]: the program, its text, and a report.
-//! Invariant: what is not learned stays as the author wrote it, comments included.
+//! In: a program with `unknown` forms or an `identification`, a table (CSV). Out: a [`Learned`]: the program, its text,
+//! and a report. Invariant: everything else stays as the author wrote it, comments included.
 
 use super::Program;
 use crate::data;
@@ -13,7 +13,7 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A table of cases, and how it is to be read: `Learning::from("mails.csv").hidden("Kind")`.
+/// A table of cases, with options for reading it: `Learning::from("mails.csv").hidden("Kind")`.
 #[derive(Clone, Debug, Default)]
 pub struct Learning {
     path: PathBuf,
@@ -28,42 +28,42 @@ impl<P: AsRef<Path>> From<P> for Learning {
 }
 
 impl Learning {
-    /// A variable that has no column.
+    /// A hidden variable.
     #[must_use]
     pub fn hidden(mut self, variable: &str) -> Self {
         self.columns.hidden.push(variable.to_owned());
         self
     }
 
-    /// A column that is left out.
+    /// An ignored column.
     #[must_use]
     pub fn ignore(mut self, column: &str) -> Self {
         self.columns.ignore.push(column.to_owned());
         self
     }
 
-    /// The column that says how often each row came.
+    /// The column of weights.
     #[must_use]
     pub fn weight(mut self, column: &str) -> Self {
         self.columns.weight = Some(column.to_owned());
         self
     }
 
-    /// The column that tells sequences apart, of a program over time.
+    /// Over time: the column that identifies the sequence of a row.
     #[must_use]
     pub fn sequence(mut self, column: &str) -> Self {
         self.columns.sequence = Some(column.to_owned());
         self
     }
 
-    /// What the start is drawn from, where something is hidden.
+    /// The random seed of the initial values, if there are hidden variables.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
         self
     }
 
-    /// The most steps, where something is hidden.
+    /// Limit of iterations, if there are hidden variables.
     #[must_use]
     pub fn iterations(mut self, most: usize) -> Self {
         self.settings.iterations = most;
@@ -71,7 +71,7 @@ impl Learning {
     }
 }
 
-/// A program with what was learned; it is asked as any other.
+/// A learned program, which is asked like any other.
 #[derive(Clone, Debug)]
 pub struct Learned {
     program: Program,
@@ -84,12 +84,12 @@ impl Learned {
         &self.program
     }
 
-    /// From how many cases it was learned, and how well, form by form.
+    /// The report of learning.
     pub fn report(&self) -> &Report {
         &self.report
     }
 
-    /// Its text: the author's, with what was learned. A program without a text has none.
+    /// Its text: the author's, with the learned numbers; `None` for a program without text.
     pub fn text(&self) -> Option<&str> {
         Some(&self.program.opened.source.as_ref()?.text)
     }
@@ -120,7 +120,7 @@ pub(super) fn learn(program: &Program, learning: &Learning) -> Result<Learned, E
     Ok(Learned { program: learnt, report: learned.report })
 }
 
-/// The author's text with what was learned.
+/// The author's text with the learned numbers.
 fn grafted(source: &Source, learned: &str) -> Result<Source, Error> {
     let learned = Source::new("what was learned", learned);
     let forms = parse(&learned).map_err(|wrong| Error::program(&learned, wrong))?;

@@ -1,42 +1,42 @@
-//! What is looked up in a part of an answer, by name.
+//! Lookup in a part of an answer, by name.
 //!
-//! In: a [`Part`], a name. Out: places of slots, a part of one context; or what there is in place of the name. Invariant: slots
-//! stay in their order.
+//! In: a [`Part`], a name. Out: positions of slots, a part of one context; or an error with the available names.
+//! Invariant: slots stay in their order.
 
 use crate::answer::{Part, PartLaw, Slot};
 use crate::guess::{listed, near};
 use crate::model::Model;
 
-/// The places of the slots of this name: of one element, or of all elements of a family.
+/// The positions of the slots of this name: of one element, or of all elements of a family.
 pub(super) fn slots_named(model: &Model, slots: &[Slot], name: &str) -> Vec<usize> {
     let is = |slot: &Slot| slot.name(model) == name || model.variable_name(slot.variable) == name;
     (0..slots.len()).filter(|place| is(&slots[*place])).collect()
 }
 
-/// Why there is no slot of this name.
+/// The error for a name without a slot.
 pub(super) fn absent(name: &str, all: &[String]) -> String {
     let names = all.iter().map(String::as_str);
-    // Another element is no slip of the hand.
+    // Another element is not a misspelling.
     let near = near(name, names.clone()).filter(|_| !name.contains('['));
     match (near, all.is_empty()) {
-        (_, true) => "it is about no variable: `number` reads it".to_owned(),
-        (Some(near), _) => format!("it is not about `{name}`; did you mean `{near}`?"),
-        (None, _) => format!("it is not about `{name}`, but about {}", listed(names, "and")),
+        (_, true) => "it has no variables: read it with `number`".to_owned(),
+        (Some(near), _) => format!("it does not contain `{name}`; did you mean `{near}`?"),
+        (None, _) => format!("it does not contain `{name}`, but {}", listed(names, "and")),
     }
 }
 
-/// Why there is no context of this name.
+/// The error for a name without a context.
 pub(super) fn not_given(name: &str, known: &[String]) -> String {
     match known.is_empty() {
         true => format!("`{name}` is not open in it: nothing is"),
         false => {
             let open = listed(known.iter().map(String::as_str), "and");
-            format!("`{name}` is not open in it; open is {open}, a value for each")
+            format!("`{name}` is not open in it; the open variables are {open}")
         }
     }
 }
 
-/// Why a name is not known to a question, which knows these.
+/// The error for a name that is not in the question.
 pub(super) fn unknown(name: &str, mut known: Vec<&str>) -> String {
     known.sort_unstable();
     match near(name, known.iter().copied()) {
@@ -50,7 +50,7 @@ pub(super) fn one_slot(part: &Part) -> Option<&Slot> {
     if let [slot] = part.of.as_slice() { Some(slot) } else { None }
 }
 
-/// The contexts in which the known slot at a place has this value.
+/// The contexts in which the known slot at a position has this value.
 pub(super) fn in_context(part: &Part, place: usize, value: usize) -> Part {
     let mut given = part.given.clone();
     let slot = given.remove(place);

@@ -1,7 +1,7 @@
-//! The posterior of each variable: by the join tree where all are finite, else by the planner.
+//! The posterior of each variable: by the join tree if all are finite, otherwise by the planner.
 //!
-//! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: what is observed has its value for
-//! sure.
+//! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: an observed variable has
+//! its value with probability 1.
 
 use super::value::{ordinal, read};
 use super::{Evidence, Posterior, Program, Value};
@@ -21,7 +21,7 @@ pub(super) fn marginals(program: &Program, evidence: &Evidence) -> Result<Poster
     }
 }
 
-/// What was asked, for the head of the table.
+/// The title of the table.
 fn text(program: &Program, evidence: &Evidence) -> String {
     let bar = if evidence.iter().next().is_some() { " | " } else { "" };
     format!("marginals of {}{bar}{evidence}", program.name())
@@ -94,7 +94,7 @@ fn whole(
     }
 }
 
-/// A question for each variable that was not observed, all of which know the same.
+/// A question for each unobserved variable, all with the same known variables.
 fn by_planner(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
     let model = program.model();
     let mut known: Vec<Known> = Vec::new();

@@ -1,7 +1,8 @@
-//! Programs, as a Rust user works with them: opened, given numbers, asked.
+//! Programs, for Rust users: opened, configured, asked.
 //!
-//! In: a file, a text or a [`Model`]. Out: a [`Program`], whose questions are answered by a [`Posterior`]. Invariant: a program is a
-//! value: what is given to it makes another one; every error says what was found, what was expected, and where.
+//! In: a file, a text or a [`Model`]. Out: a [`Program`], whose questions are answered by a [`Posterior`]. Invariant: a
+//! program is immutable: setting a value returns a new one; every error states what was found, what was expected, and
+//! where.
 
 mod evidence;
 mod filter;
@@ -35,7 +36,7 @@ use settings::{Meaning, Settings, meaning, names};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// A Bayesian Program, or a network of another tool, with what was given to it.
+/// A Bayesian Program, or a network of another tool, with its settings.
 ///
 /// ```
 /// use bp_core::prelude::*;
@@ -56,30 +57,30 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone, Debug)]
 pub struct Program {
     opened: Arc<Opened>,
-    /// What was given, and the same with the sizes that the numbers of parameters tell.
+    /// The settings, including sizes derived from the numbers of parameters.
     given: Arc<Settings>,
     settings: Arc<Settings>,
-    /// What was given, as kernels read it; made when a filter first needs it.
+    /// The settings in the form of kernels, computed when a filter first needs them.
     inputs: OnceLock<Inputs<'static, f64>>,
     sampling: Sampling,
-    /// The strategy that is to answer.
+    /// The selected strategy.
     by: Option<Strategy>,
 }
 
-/// What a program is, whatever is given to it.
+/// The parts that do not depend on settings.
 #[derive(Debug)]
 struct Opened {
     model: Model,
-    /// Its text, where it has one.
+    /// Its text, if it has one.
     source: Option<Source>,
-    /// What is always known: the potentials of a Markov network.
+    /// Evidence that always holds: the potentials of a Markov network.
     known: Vec<Known>,
     ln_scale: f64,
     warnings: Vec<String>,
 }
 
 impl Program {
-    /// Opens a program (`.bp`), or a network (BIF, XMLBIF, UAI, Hugin NET), by the end of its name; `-` is standard input.
+    /// Opens a program (`.bp`) or a network (BIF, XMLBIF, UAI, Hugin NET), by its extension; `-` is standard input.
     ///
     /// # Errors
     /// A file that cannot be read; every mistake of the program, under its lines.
@@ -137,25 +138,25 @@ impl Program {
         Ok(Self::with_settings(self.opened, given, (self.sampling, self.by)))
     }
 
-    /// The program whose estimates are made of so many draws.
+    /// The program with this number of draws for estimates.
     #[must_use]
     pub fn draws(mut self, count: usize) -> Self {
         self.sampling.particles = count.max(1);
         self
     }
 
-    /// The program whose draws begin with this seed: the same seed gives the same answer.
+    /// The program with this random seed: the same seed gives the same answer.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         self.sampling.seed = seed;
         self
     }
 
-    /// The program that one strategy is to answer, by the name that `--by` takes: `sums`, `join_tree`, `gaussian`, `chain`,
-    /// `weighting`, `gibbs` or `particles`. Without it the planner chooses.
+    /// The program with a selected strategy, by the name that `--by` takes: `sums`, `join_tree`, `gaussian`, `chain`,
+    /// `weighting`, `gibbs` or `particles`. By default the planner chooses.
     ///
     /// # Errors
-    /// There is no such strategy. One that does not answer a question is refused where that is asked.
+    /// There is no such strategy. A strategy that cannot answer a question is refused when it is asked.
     pub fn by(mut self, strategy: &str) -> Result<Self, Error> {
         let named = Strategy::of_name(strategy).ok_or_else(|| {
             let names = listed(Strategy::ALL.map(Strategy::name), "and");
@@ -181,7 +182,7 @@ impl Program {
         self.opened.model.questions.values().map(|question| question.name.as_str()).collect()
     }
 
-    /// What was mended when a network was opened, a line each.
+    /// The corrections made when a network was opened, one line each.
     pub fn warnings(&self) -> &[String] {
         &self.opened.warnings
     }
@@ -200,7 +201,7 @@ impl Program {
         self.question(question)?.ask()
     }
 
-    /// Asks a declared question that asks several things at once.
+    /// Asks a declared question with several answers.
     ///
     /// # Errors
     /// As [`Program::ask`].
@@ -208,7 +209,7 @@ impl Program {
         self.question(question)?.ask_all()
     }
 
-    /// Compiles a question, to be asked again and again.
+    /// Compiles a question for repeated use.
     ///
     /// # Errors
     /// A wrong question, under its words; one that has no answer.
@@ -216,8 +217,8 @@ impl Program {
         Question::new(self, self.asked(question)?)
     }
 
-    /// A filter: what is believed at each instant, given what was observed up to it. `question` is `P(Open | Seen)`; `filter`
-    /// before it may be left out.
+    /// A filter: the posterior at each instant, given the observations up to it. `question` is `P(Open | Seen)`;
+    /// `filter` before it is optional.
     ///
     /// # Errors
     /// As [`Program::question`]; the program has no variable `X^-1`.
@@ -228,7 +229,7 @@ impl Program {
     /// The posterior of each variable, given some evidence.
     ///
     /// # Errors
-    /// A name that nothing has, a value that its variable does not have; evidence of probability zero.
+    /// An unknown name, a value outside the variable's domain; evidence of probability zero.
     pub fn marginals(&self, evidence: &Evidence) -> Result<Posterior, Error> {
         marginals::marginals(self, evidence)
     }
@@ -242,7 +243,7 @@ impl Program {
         learned::learn(self, &data.into())
     }
 
-    /// A question as typed, with what is always known.
+    /// A question as typed, with the evidence that always holds.
     fn asked(&self, text: &str) -> Result<crate::model::Question, Error> {
         let source = Source::new("question", text);
         let asked = parse_question(&source, &self.opened.model);
@@ -251,7 +252,7 @@ impl Program {
         Ok(asked)
     }
 
-    /// What was given, for as long as the program lives.
+    /// The settings, for the lifetime of the program.
     fn inputs(&self) -> &Inputs<'_, f64> {
         self.inputs.get_or_init(|| self.settings.inputs().into_owned())
     }
@@ -263,14 +264,14 @@ impl From<Model> for Opened {
     }
 }
 
-/// The program that a model is, such as one of [`ModelBuilder`](crate::model::ModelBuilder).
+/// The program of a model, such as one of [`ModelBuilder`](crate::model::ModelBuilder).
 impl From<Model> for Program {
     fn from(model: Model) -> Self {
         Self::of(Opened::from(model))
     }
 }
 
-/// The program that its text is.
+/// The program of a text.
 impl std::str::FromStr for Program {
     type Err = Error;
 

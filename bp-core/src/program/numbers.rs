@@ -1,6 +1,7 @@
 //! Moments, intervals and draws of an answer.
 //!
-//! In: the distribution of one variable that is a number. Out: its moments. Invariant: a label is no number: its mean is an error.
+//! In: the distribution of one numeric variable. Out: its moments. Invariant: a label is not a number: its mean is an
+//! error.
 
 use super::Posterior;
 use super::lookup::slots_named;
@@ -13,15 +14,15 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::{PI, TAU};
 
 impl Posterior {
-    /// The mean of its variable; a boolean counts 1 where it is true.
+    /// The mean of its variable; `true` counts as 1.
     ///
     /// # Errors
-    /// It is about several variables, instants or contexts, one of which must be chosen; its values are labels.
+    /// It has several variables, instants or contexts, one of which must be chosen; its values are labels.
     pub fn mean(&self) -> Result<f64, Error> {
         self.mean_and_error().map(|[mean, _]| mean)
     }
 
-    /// The mean of its variable, and its standard error: 0 where the answer is exact.
+    /// The mean of its variable, and its standard error: 0 if the answer is exact.
     ///
     /// # Errors
     /// As [`Posterior::mean`].
@@ -75,7 +76,7 @@ impl Posterior {
     /// The covariance of two of its variables.
     ///
     /// # Errors
-    /// As [`Posterior::mean`]; it is not about these, or not about both together.
+    /// As [`Posterior::mean`]; it does not contain these variables, or not jointly.
     pub fn covariance(&self, one: &str, other: &str) -> Result<f64, Error> {
         let part = self.one()?;
         let place = |name: &str| match slots_named(self.model(), &part.of, name).as_slice() {
@@ -93,7 +94,7 @@ impl Posterior {
             }
             PartLaw::Draws(draws, drawn) => {
                 let (Drawn::At(one), Drawn::At(other)) = (drawn[one], drawn[other]) else {
-                    let message = "a variable that was not drawn has no covariance here".to_owned();
+                    let message = "a variable that was not sampled has no covariance here".to_owned();
                     return Err(self.lookup(message));
                 };
                 let x = |draw: usize| number(&numbers[0], draws.value(draw, one));
@@ -120,8 +121,8 @@ impl Posterior {
         all.iter().enumerate().map(term).sum()
     }
 
-    /// The central interval that holds its variable with this probability: from the quantile at (1 − level) / 2 to that at
-    /// (1 + level) / 2.
+    /// The central interval that contains its variable with this probability: from the quantile at (1 − level) / 2 to
+    /// that at (1 + level) / 2.
     ///
     /// # Errors
     /// As [`Posterior::quantile`].
@@ -132,14 +133,12 @@ impl Posterior {
     /// The smallest value that its variable does not exceed with this probability.
     ///
     /// # Errors
-    /// As [`Posterior::mean`]; a probability that is not between 0 and 1; of a variable that was not drawn, another than
-    /// 0.05, 0.5 and 0.95.
+    /// As [`Posterior::mean`]; a probability that is not between 0 and 1; for a variable that was not sampled, other
+    /// levels than 0.05, 0.5 and 0.95.
     pub fn quantile(&self, level: f64) -> Result<f64, Error> {
         let (part, slot) = self.single()?;
         if !(level > 0.0 && level < 1.0) {
-            return Err(
-                self.lookup(format!("a quantile is at a probability between 0 and 1, not at {level}"))
-            );
+            return Err(self.lookup(format!("a quantile needs a probability between 0 and 1, not {level}")));
         }
         let pairs: Vec<(f64, f64)> = match &part.law {
             PartLaw::Normal { mean, covariance } => {
@@ -164,7 +163,7 @@ impl Posterior {
         Ok(quantile(pairs, level))
     }
 
-    /// The draws of its variable with their weights, which sum to 1, where it was estimated by draws.
+    /// The draws of its variable with their weights, which sum to 1, if it was estimated by draws.
     ///
     /// # Errors
     /// As [`Posterior::mean`]; the answer is exact.
@@ -173,27 +172,29 @@ impl Posterior {
         match &part.law {
             PartLaw::Draws(draws, drawn) => match drawn[0] {
                 Drawn::At(position) => Ok(pairs(draws, position, &self.numbers_of(slot)?)),
-                Drawn::Moments(_) => Err(self
-                    .lookup(format!("`{}` was not drawn: each draw has its law", slot.name(self.model())))),
+                Drawn::Moments(_) => Err(self.lookup(format!(
+                    "`{}` was not sampled: each draw has its distribution",
+                    slot.name(self.model())
+                ))),
             },
             _ => Err(self.lookup("it is exact: there are no draws".to_owned())),
         }
     }
 
-    /// The number of each value of a finite slot; nothing of a real.
+    /// The number of each value of a finite slot; nothing for a real.
     fn numbers_of(&self, slot: &Slot) -> Result<Vec<f64>, Error> {
         let domain = &self.model().variables[slot.variable].domain;
         if let Domain::Finite { labels, .. } = domain
             && !labels.is_empty()
         {
             let name = slot.name(self.model());
-            return Err(self.lookup(format!("the values of `{name}` are labels, which are no numbers")));
+            return Err(self.lookup(format!("the values of `{name}` are labels, not numbers")));
         }
         Ok((0..slot.count).map(|ordinal| domain.number(ordinal)).collect())
     }
 }
 
-/// The number that a drawn value stands for: of a real itself.
+/// The number of a drawn value.
 fn number(numbers: &[f64], value: f64) -> f64 {
     numbers.get(value as usize).copied().unwrap_or(value)
 }
@@ -208,7 +209,7 @@ fn weighted(probabilities: &[f64], values: &[f64]) -> f64 {
     probabilities.iter().zip(values).map(|(p, value)| p * value).sum()
 }
 
-/// The smallest value at which the weights up to it reach a level.
+/// The smallest value with this cumulative weight.
 fn quantile(mut pairs: Vec<(f64, f64)>, level: f64) -> f64 {
     pairs.retain(|(_, weight)| *weight > 0.0);
     pairs.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -221,7 +222,7 @@ fn quantile(mut pairs: Vec<(f64, f64)>, level: f64) -> f64 {
     reached.or(pairs.last()).map_or(f64::NAN, |(value, _)| *value)
 }
 
-/// The density of a normal law at a point: infinite, or 0, where the law has no density.
+/// The density of a normal distribution at a point: infinite, or 0, if the distribution has no density.
 pub(super) fn density(mean: &[f64], covariance: &[f64], at: &[f64]) -> f64 {
     let size = mean.len();
     let away = DVector::from_iterator(size, at.iter().zip(mean).map(|(at, mean)| at - mean));
@@ -235,7 +236,7 @@ pub(super) fn density(mean: &[f64], covariance: &[f64], at: &[f64]) -> f64 {
     }
 }
 
-/// The differential entropy of a normal law: ½ ln det(2πe Σ); −∞ where it has no density.
+/// The differential entropy of a normal distribution: ½ ln det(2πe Σ); −∞ if it has no density.
 pub(super) fn normal_entropy(covariance: &[f64], size: usize) -> f64 {
     match DMatrix::from_row_slice(size, size, covariance).cholesky() {
         Some(root) => {

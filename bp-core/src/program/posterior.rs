@@ -1,7 +1,7 @@
-//! What an answer says: a distribution of named variables.
+//! The posterior: a distribution of named variables.
 //!
-//! In: an answer. Out: probabilities by value, the mode, moments, intervals. Invariant: values are looked up by variable and
-//! element; a lookup of what the answer does not have is an error that says what it has.
+//! In: an answer. Out: probabilities by value, the mode, moments, intervals. Invariant: values are looked up by
+//! variable and element; a lookup of a name that does not exist is an error that lists those that do.
 
 use super::lookup::{one_slot, slots_named};
 use super::value::{ordinal, value};
@@ -13,9 +13,10 @@ use crate::plan::Strategy;
 use serde::{Serialize, Serializer};
 use std::fmt::{self, Display, Formatter};
 
-/// The answer to a question: a distribution of variables, or a number that is made of one.
+/// The answer to a question: a distribution of variables, or a statistic.
 ///
-/// It prints as a table with bars (`{:#}` shows all rows of a large one), and is written by serde as `bp ask --json` writes it.
+/// It prints as a table with bars (`{:#}` shows all rows of a large one), and serialises with serde as `bp ask --json`
+/// does.
 ///
 /// ```
 /// # use bp_core::prelude::*;
@@ -44,22 +45,23 @@ impl Posterior {
         Self { program: program.clone(), answer }
     }
 
-    /// What was asked, as a user types it.
+    /// The question, as a user types it.
     pub fn question(&self) -> &str {
         &self.answer.question
     }
 
-    /// In which way it was computed.
+    /// The strategy that computed it.
     pub fn strategy(&self) -> Strategy {
         self.answer.strategy
     }
 
-    /// ln P(evidence), where the evidence is one event; of reals the density.
+    /// ln P(evidence), if the evidence is one event; for reals the density.
     pub fn ln_evidence(&self) -> Option<f64> {
         self.answer.ln_evidence
     }
 
-    /// How it was estimated, where it is not exact: draws, their worth, the seed, the standard error of ln P(evidence).
+    /// The estimate, if it is not exact: number of draws, effective number, random seed, standard error of ln
+    /// P(evidence).
     pub fn estimate(&self) -> Option<&Estimate> {
         self.answer.estimate.as_ref()
     }
@@ -69,17 +71,17 @@ impl Posterior {
         self.answer.estimate.as_ref()?.warning.as_deref()
     }
 
-    /// The probability of a value; of several variables a tuple of their values, in the order of the question, of a family
-    /// the list of those of its elements. Of a normal law it is a density.
+    /// The probability of a value; for several variables a tuple of their values, in the order of the question, for a
+    /// family the list of its elements. For a normal distribution it is a density.
     ///
     /// # Errors
-    /// It has another number of variables, or such a variable has no such value; several contexts or instants, one of
+    /// A different number of variables, or a value that a variable does not have; several contexts or instants, one of
     /// which must be chosen; draws of a real, which have no density.
     pub fn p(&self, value: impl Into<Value>) -> Result<f64, Error> {
         self.p_and_error(value).map(|[p, _]| p)
     }
 
-    /// The probability of a value, and its standard error: 0 where the answer is exact.
+    /// The probability of a value, and its standard error: 0 if the answer is exact.
     ///
     /// # Errors
     /// As [`Posterior::p`].
@@ -89,14 +91,14 @@ impl Posterior {
         if values.len() != part.of.len() {
             let (found, names) = (values.len(), self.names(&part.of));
             let expected = match part.of.len() {
-                0 => "it is one number: `number` reads it".to_owned(),
-                count => format!("it is about {names}: give {count}"),
+                0 => "it is one number: read it with `number`".to_owned(),
+                count => format!("it has the variables {names}: give {count}"),
             };
-            return Err(self.lookup(format!("{found} values were looked up, but {expected}")));
+            return Err(self.lookup(format!("found {found} values, but {expected}")));
         }
         if let PartLaw::Normal { mean, covariance } = &part.law {
             let at: Option<Vec<f64>> = values.iter().map(|value| value.as_f64()).collect();
-            let at = at.ok_or_else(|| self.lookup(format!("`{value}` is no number; look up a real")))?;
+            let at = at.ok_or_else(|| self.lookup(format!("`{value}` is not a number; look up a real")))?;
             return Ok([super::numbers::density(mean, covariance, &at), 0.0]);
         }
         if let Some(real) = part.of.iter().find(|slot| slot.count == 0) {
@@ -133,7 +135,8 @@ impl Posterior {
         Ok(numbers.iter().enumerate().map(named).collect())
     }
 
-    /// The most probable values of all its variables together, the first of several; of a normal law its mean.
+    /// The most probable values of all its variables together, the first of several; for a normal distribution its
+    /// mean.
     ///
     /// # Errors
     /// As [`Posterior::p`]; nothing is possible in this context.
@@ -156,11 +159,12 @@ impl Posterior {
         );
         match best {
             (_, p) if p > 0.0 => Ok(self.assignment(&part.of, best.0)),
-            _ => Err(self.lookup("no value is possible in this context".to_owned())),
+            _ => Err(self.lookup("every value has probability 0 in this context".to_owned())),
         }
     }
 
-    /// The entropy, in nats; of a normal law the differential entropy. Of a question for an entropy it is the answer.
+    /// The entropy, in nats; for a normal distribution the differential entropy. For a question for an entropy it is
+    /// the answer.
     ///
     /// # Errors
     /// As [`Posterior::p`].
@@ -174,8 +178,8 @@ impl Posterior {
         Ok(numbers.iter().filter(|p| **p > 0.0).map(|p| -p * p.ln()).sum())
     }
 
-    /// The number that the question asks for: of `entropy`, `information`, `divergence`, `expectation`, `variance`, `max`, or
-    /// the probability of one value.
+    /// The value of a question for `entropy`, `information`, `divergence`, `expectation`, `variance`, `max`, or the
+    /// probability of one value.
     ///
     /// # Errors
     /// The answer is not one number.
@@ -190,7 +194,7 @@ impl Posterior {
     /// The distribution of one of its variables, of one element (`Z[2]`), or of a whole family; the others are summed out.
     ///
     /// # Errors
-    /// It is not about such a variable.
+    /// It has no such variable.
     pub fn of(&self, name: &str) -> Result<Self, Error> {
         let found = self.answer.parts.iter().filter_map(|part| {
             let places = slots_named(self.model(), &part.of, name);
@@ -212,7 +216,7 @@ impl Posterior {
         Ok(self.with_parts(parts, format!("{}, {name}", self.question())))
     }
 
-    /// The distribution in one context: where a known variable without a value in the question has this one.
+    /// The distribution in one context: at this value of a known variable without a value in the question.
     ///
     /// # Errors
     /// No such variable is open in the question, or it has no such value.
@@ -247,14 +251,14 @@ impl Posterior {
             let last = self.answer.parts.iter().filter_map(|part| part.instant).max();
             self.lookup(match last {
                 Some(last) => format!("it has no instant {instant}; its instants are 1 to {last}"),
-                None => "it speaks of no several instants: `smooth` and `sequence` do".to_owned(),
+                None => "it has a single instant; `smooth` and `sequence` have several".to_owned(),
             })
         })?;
         let part = Part { instant: None, ..part.clone() };
         Ok(self.with_parts(vec![part], format!("{}, instant {instant}", self.question())))
     }
 
-    /// How many instants it speaks of: 1 but for `smooth` and `sequence`.
+    /// Number of instants: 1 except for `smooth` and `sequence`.
     pub fn instants(&self) -> usize {
         self.answer.parts.iter().filter_map(|part| part.instant).max().unwrap_or(1)
     }
@@ -274,7 +278,7 @@ impl Posterior {
     pub(super) fn one(&self) -> Result<&Part, Error> {
         let choose = |what: String| Err(self.lookup(what));
         match self.answer.parts.as_slice() {
-            [] => choose("it is no distribution: `number` reads it".to_owned()),
+            [] => choose("it is not a distribution: read it with `number`".to_owned()),
             [part] if part.given.is_empty() => Ok(part),
             [part] => {
                 let names = self.names(&part.given);
@@ -283,27 +287,25 @@ impl Posterior {
             [first, ..] if first.instant.is_some() => {
                 choose(format!("it has {} instants: choose one with `at`", self.instants()))
             }
-            _ => choose("it is about each variable alone: choose one with `of`".to_owned()),
+            _ => choose("it has a marginal for each variable: choose one with `of`".to_owned()),
         }
     }
 
-    /// The probabilities of the combinations of finite slots; of draws their estimates.
+    /// The probabilities of the combinations of finite slots; for draws their estimates.
     fn finite(&self, part: &Part) -> Result<Vec<f64>, Error> {
         part.probabilities().ok_or_else(|| {
             let real = part.of.iter().find(|slot| slot.count == 0);
             let name = real.map_or_else(String::new, |slot| slot.name(self.model()));
-            self.lookup(format!(
-                "`{name}` is a real, which has no list of values: ask for `mean` or `interval`"
-            ))
+            self.lookup(format!("`{name}` is a real, which is not finite: ask for `mean` or `interval`"))
         })
     }
 
-    /// The only slot of the only part, and its place.
+    /// The only slot of the only part, and its position.
     pub(super) fn single(&self) -> Result<(&Part, &Slot), Error> {
         let part = self.one()?;
         one_slot(part).map(|slot| (part, slot)).ok_or_else(|| {
             let names = self.names(&part.of);
-            self.lookup(format!("it is about {names}: choose one with `of`"))
+            self.lookup(format!("it has the variables {names}: choose one with `of`"))
         })
     }
 

@@ -1,7 +1,7 @@
-//! A question, compiled once and asked again and again.
+//! A question, compiled once for repeated use.
 //!
-//! In: a program and a question. Out: a [`Question`], which is given values and asked. Invariant: giving a value makes another
-//! question; what was compiled is shared.
+//! In: a program and a question. Out: a [`Question`], which takes values and is asked. Invariant: setting a value
+//! returns a new question that shares the compiled code.
 
 use super::settings::{Meaning, meaning, names_of};
 use super::{Evidence, Posterior, Program, Value};
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A question to a program, ready to be asked.
+/// A prepared question to a program.
 ///
 /// ```
 /// # use bp_core::prelude::*;
@@ -46,7 +46,7 @@ impl Question {
     /// `P(Rain | Wet)`, which compiles the question anew), of a parameter, or of an input. Several values are a list.
     ///
     /// # Errors
-    /// Neither the program nor the question knows the name; a value that it cannot have.
+    /// The name is unknown to the program and the question; a value that it cannot have.
     pub fn given(&self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
         let (model, value) = (self.program.model(), value.into());
         let mut question = self.clone();
@@ -71,13 +71,12 @@ impl Question {
     /// Asks it.
     ///
     /// # Errors
-    /// Something in it is open and was not given; evidence of probability zero; several answers
-    /// ([`Question::ask_all`]).
+    /// An open value was not given; evidence of probability zero; several answers ([`Question::ask_all`]).
     pub fn ask(&self) -> Result<Posterior, Error> {
         one(self.ask_all()?)
     }
 
-    /// Asks it; an answer for each thing asked.
+    /// Asks it; returns an answer for each ask.
     ///
     /// # Errors
     /// As [`Question::ask`].
@@ -86,10 +85,10 @@ impl Question {
         Ok(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
     }
 
-    /// Asks it over time (`filter`, `predict`, `smooth`, `sequence`): what was observed at each instant.
+    /// Asks it over time (`filter`, `predict`, `smooth`, `sequence`), with the observations at each instant.
     ///
     /// # Errors
-    /// As [`Question::ask`]; it is not asked over time.
+    /// As [`Question::ask`]; it is not over time.
     pub fn over(&self, instants: &[Evidence]) -> Result<Posterior, Error> {
         let (model, settings) = (self.program.model(), &self.program.settings);
         let variables = model.variables_by_name();
@@ -116,10 +115,10 @@ impl Question {
         self.over_observed(&observed)
     }
 
-    /// Asks it over time, of a table (CSV) with a row for each instant; an empty cell was not observed.
+    /// Asks it over time, for a table (CSV) with a row for each instant; an empty cell was not observed.
     ///
     /// # Errors
-    /// As [`Question::over`]; a table that cannot be read, or a cell that is no value of its variable.
+    /// As [`Question::over`]; a table that cannot be read, or a cell that is not a value of its variable.
     pub fn over_table(&self, path: impl AsRef<Path>) -> Result<Posterior, Error> {
         let table = data::open(path.as_ref(), None)?;
         let instants = read_instants(self.program.model(), &self.asked, &table, &self.inputs())?;
@@ -133,7 +132,7 @@ impl Question {
         one(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
     }
 
-    /// What was given to the program and to the question.
+    /// The settings of the program and of the question.
     fn inputs(&self) -> Inputs<'_, f64> {
         let mut inputs = self.program.settings.inputs();
         for (name, values) in &self.given {
@@ -150,7 +149,7 @@ fn one(mut answers: Vec<Posterior>) -> Result<Posterior, Error> {
         (last, _) => {
             let texts = answers.iter().chain(&last).map(|answer| format!("`{}`", answer.question()));
             let texts: Vec<String> = texts.collect();
-            let message = format!("it asks several things: `ask_all` gives {}", texts.join(", "));
+            let message = format!("it asks several questions: `ask_all` returns {}", texts.join(", "));
             Err(Error::input("question", message))
         }
     }

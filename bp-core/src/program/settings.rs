@@ -1,7 +1,7 @@
-//! What is given to a program and its questions, by name: `with("rate", 0.2)`, `--set rate=0.2`.
+//! Settings of a program and its questions, by name: `with("rate", 0.2)`, `--set rate=0.2`.
 //!
-//! In: names and values, a model and its questions. Out: [`Inputs`]. Invariant: every name is one that the model or a
-//! question knows, every value is one that its domain has; both are checked here, where the words are still known.
+//! In: names and values, a model and its questions. Out: [`Inputs`]. Invariant: every name is known to the model or a
+//! question, and every value is in its domain; both are checked here, where the names are available.
 
 use super::Value;
 use super::value::read;
@@ -16,7 +16,7 @@ use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
 use std::collections::BTreeMap;
 
-/// What a name that can be given stands for.
+/// The meaning of a settable name.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Meaning {
     /// A parameter.
@@ -25,7 +25,7 @@ pub enum Meaning {
     Set(SetId),
     /// The value of a variable.
     Value(VariableId),
-    /// Numbers of which only the kernel knows how many.
+    /// Numbers whose count only the kernel knows.
     Field,
 }
 
@@ -36,10 +36,10 @@ pub fn names(model: &Model) -> BTreeMap<String, Meaning> {
     sets.chain(parameters).collect()
 }
 
-/// Every name that can be given when these questions are asked, and what it stands for.
+/// Every name that can be set for these questions, and its meaning.
 ///
 /// # Errors
-/// A name stands for values of different domains.
+/// A name means values of different domains.
 pub fn names_of<'q, 'm: 'q>(
     model: &Model,
     questions: impl IntoIterator<Item = &'q CompiledQuestion<'m>>,
@@ -47,7 +47,7 @@ pub fn names_of<'q, 'm: 'q>(
     let mut all = BTreeMap::new();
     for question in questions {
         for kernel in question.kernels() {
-            // Whether a grid goes round comes with the grid.
+            // The grid determines whether it is periodic.
             let is_own =
                 |role: &Role| matches!(role, Role::Input { key, .. } if !matches!(key, InputKey::Wraps(_)));
             let own = kernel.buffers.values().filter(|buffer| is_own(&buffer.role));
@@ -95,7 +95,7 @@ fn given_when_asked(model: &Model, variable: VariableId) -> Option<(VariableId, 
 /// The meaning of a name.
 ///
 /// # Errors
-/// Nothing is called so; the error lists what is.
+/// The name is unknown; the error lists the known names.
 pub fn meaning(name: &str, names: &BTreeMap<String, Meaning>) -> Result<Meaning, Error> {
     names.get(name).copied().ok_or_else(|| {
         let known = names.keys().map(String::as_str);
@@ -108,7 +108,7 @@ pub fn meaning(name: &str, names: &BTreeMap<String, Meaning>) -> Result<Meaning,
     })
 }
 
-/// What was given, ready for a kernel.
+/// The settings in the form of kernels.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     sizes: BTreeMap<String, usize>,
@@ -118,7 +118,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The sizes that a model has by default.
+    /// The default sizes of a model.
     pub fn new(model: &Model) -> Self {
         let mut settings = Settings::default();
         for parameter in model.parameters.values() {
@@ -129,7 +129,7 @@ impl Settings {
         settings
     }
 
-    /// What stays given to a program that was learned: sizes, also those that were read off the data. Its parameters have their
+    /// The settings of a learned program: sizes, including those taken from the data. Its parameters have their
     /// numbers.
     pub(super) fn learned(&self, model: &Model, given: &Inputs<'_, f64>) -> Self {
         let mut settings = self.clone();
@@ -140,10 +140,10 @@ impl Settings {
         settings
     }
 
-    /// Reads what was typed: `name=value`.
+    /// Parses `name=value`.
     ///
     /// # Errors
-    /// A name that nothing has, or that is set twice; a value that it cannot have.
+    /// An unknown name, or one that is set twice; a value that it cannot have.
     pub fn read(model: &Model, typed: &[String], names: &BTreeMap<String, Meaning>) -> Result<Self, Error> {
         let mut settings = Settings::new(model);
         let mut parts: Vec<(&str, &str, Meaning)> = Vec::new();
@@ -167,7 +167,7 @@ impl Settings {
         Ok(settings)
     }
 
-    /// With the sizes of sets that were not set, as the numbers of parameters tell them: of `mu[Grid] = [1, 2, 3]` 3.
+    /// With the sizes of sets that were not set, derived from the numbers of parameters: from `mu[Grid] = [1, 2, 3]` 3.
     pub fn with_told(mut self, model: &Model) -> Self {
         let fields = || model.parameters.values().filter(|parameter| parameter.default.len() > 1);
         while let Some((name, size)) = fields().find_map(|field| self.told_by(model, field)) {
@@ -205,7 +205,7 @@ impl Settings {
         (known > 0 && count % known == 0).then(|| (name.clone(), count / known))
     }
 
-    /// Gives a name its value. A text is read as it is typed: several values have commas between them.
+    /// Sets the value of a name. A text is parsed: several values are separated by commas.
     ///
     /// # Errors
     /// A value that it cannot have; displacements on a grid that was not given.
@@ -262,7 +262,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Values of a variable, as the numbers that the host gives for them.
+    /// Values of a variable, from the numbers of the host.
     ///
     /// # Errors
     /// One of them is not a value of the variable.
@@ -283,7 +283,7 @@ impl Settings {
         }
     }
 
-    /// Whether something was given under a name.
+    /// Whether a name is set.
     pub fn has(&self, name: &str) -> bool {
         self.arrays.contains_key(name)
     }
@@ -293,7 +293,7 @@ impl Settings {
         self.sizes.get(name).copied()
     }
 
-    /// What the inputs of a kernel are.
+    /// The inputs of a kernel.
     pub fn inputs(&self) -> Inputs<'_, f64> {
         let mut inputs = Inputs::new();
         for (name, size) in &self.sizes {
@@ -312,7 +312,7 @@ impl Settings {
     }
 }
 
-/// Name and value: the longest known name that an `=` follows, since names such as `map.P(O = true | C)` hold some.
+/// Name and value: the longest known name before an `=`, since names such as `map.P(O = true | C)` contain some.
 fn split<'t>(text: &'t str, names: &BTreeMap<String, Meaning>) -> Result<(&'t str, &'t str, Meaning), Error> {
     let places = text.match_indices('=').rev();
     let known = places.map(|(at, _)| (text[..at].trim(), text[at + 1..].trim()));
@@ -323,7 +323,7 @@ fn split<'t>(text: &'t str, names: &BTreeMap<String, Meaning>) -> Result<(&'t st
     })
 }
 
-/// The parts of a value as texts; of a list in a list its places with colons between them.
+/// The parts of a value as texts; a list in a list has its elements separated by colons.
 fn words(value: &Value) -> Vec<String> {
     match value {
         Value::Label(text) => text.split(',').map(|part| part.trim().to_owned()).collect(),
@@ -332,7 +332,7 @@ fn words(value: &Value) -> Vec<String> {
     }
 }
 
-/// The numbers that a value is.
+/// The numbers of a value.
 fn numbers(name: &str, value: &Value) -> Result<Vec<f64>, Error> {
     match value {
         Value::List(values) => {

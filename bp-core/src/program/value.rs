@@ -1,7 +1,7 @@
-//! Values, as a Rust user writes them.
+//! Values, as Rust users write them.
 //!
-//! In: booleans, whole numbers, reals, labels, lists. Out: a [`Value`], and what it is in the domain of a variable. Invariant: a
-//! boolean is `true` or `false`, never 1 or 0; a text is read as in a table of data.
+//! In: booleans, whole numbers, reals, labels, lists. Out: a [`Value`], and its meaning in the domain of a variable.
+//! Invariant: a boolean is `true` or `false`, never 1 or 0; a text is read as in a table of data.
 
 use crate::answer::Slot;
 use crate::data::Values;
@@ -29,19 +29,19 @@ pub enum Value {
     Real(f64),
     /// A label.
     Label(String),
-    /// Several values: of several variables, of the elements of a family, of the places of a parameter.
+    /// Several values: of several variables, of the elements of a family, or of a parameter.
     List(Vec<Value>),
     /// A likelihood for each value of a variable: virtual evidence.
     Likelihood(Vec<f64>),
 }
 
 impl Value {
-    /// The boolean that it is.
+    /// Its boolean.
     pub fn as_bool(&self) -> Option<bool> {
         if let Value::Bool(truth) = self { Some(*truth) } else { None }
     }
 
-    /// The number that it is.
+    /// Its number.
     pub fn as_f64(&self) -> Option<f64> {
         match self {
             Value::Integer(number) => Some(*number as f64),
@@ -50,12 +50,12 @@ impl Value {
         }
     }
 
-    /// The label that it is.
+    /// Its label.
     pub fn as_str(&self) -> Option<&str> {
         if let Value::Label(label) = self { Some(label) } else { None }
     }
 
-    /// The values of a list, one after the other; of any other value itself.
+    /// The values of a list; of any other value the value itself.
     pub(super) fn flat(&self) -> Vec<&Value> {
         match self {
             Value::List(values) => values.iter().flat_map(Value::flat).collect(),
@@ -153,8 +153,8 @@ macro_rules! equal {
 
 equal!(bool i64 i32 usize f64 &str String);
 
-/// What a value is in the domain of a variable: its ordinal, where the domain is finite, and its number in an expression.
-/// `Err` says why it is none, to be put behind a name.
+/// The meaning of a value in the domain of a variable: its ordinal, if the domain is finite, and its number in an
+/// expression. `Err` is the reason why it is not a value, to follow a name.
 pub(super) fn read(
     model: &Model,
     variable: VariableId,
@@ -172,7 +172,7 @@ pub(super) fn read(
         (Domain::Boolean, Value::Integer(_) | Value::Real(_)) => {
             return refused("which is `bool`: write `true` or `false`");
         }
-        // Networks of other tools spell booleans as labels.
+        // Networks of other tools represent booleans as labels.
         (Domain::Finite { .. }, Value::Bool(true)) => ["true", "True", "TRUE"].map(str::to_owned).to_vec(),
         (Domain::Finite { .. }, Value::Bool(false)) => {
             ["false", "False", "FALSE"].map(str::to_owned).to_vec()
@@ -190,7 +190,7 @@ pub(super) fn read(
     }
     match found {
         Ok(Some(value)) => Ok((value.ordinal, value.number)),
-        Ok(None) => Err(format!("`{value}` says that it was not observed: leave it out")),
+        Ok(None) => Err(format!("`{value}` means not observed: omit it")),
         Err(expected) => Err(format!("`{value}` is {expected}")),
     }
 }

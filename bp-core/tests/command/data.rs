@@ -1,7 +1,7 @@
-//! Data files, evidence and written files, as a shell sees them.
+//! The `bp` command: data files, evidence and written files.
 //!
-//! In: the built binary, and files as pandas, R, spreadsheets and people write them. Out: answers, messages, exit codes.
-//! Invariant: every command reads the same file as the same table; expected numbers are worked out by hand.
+//! In: the built binary, and files as pandas, R, spreadsheets and people write them. Out: answers, messages, exit
+//! statuses. Invariant: every command reads the same file as the same table; expected numbers are computed by hand.
 
 use serde_json::Value;
 use std::path::Path;
@@ -64,14 +64,14 @@ impl Folder {
         output
     }
 
-    /// What a command writes that ends well.
+    /// The output of a successful command.
     fn well(&self, arguments: &[&str]) -> String {
         let output = self.bp(arguments);
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", said(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// What a command says that ends with status 1.
+    /// The message of a command with exit status 1.
     fn ill(&self, arguments: &[&str]) -> String {
         let output = self.bp(arguments);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", said(&output));

@@ -1,12 +1,12 @@
-//! `bp emit`, as a shell sees it.
+//! The `bp emit` command.
 //!
-//! In: the built binary, programs of `tests/programs`. Out: Rust and WGSL, exit codes, messages. Invariant: what is written
-//! for known sizes does not read them.
+//! In: the built binary, programs of `tests/programs`. Out: Rust and WGSL, exit statuses, messages. Invariant: code for
+//! fixed sizes does not read them.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What is written by, or said of, `bp emit` of a program.
+/// The output or the message of `bp emit` for a program.
 fn emit(code: i32, program: &str, arguments: &[&str]) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/programs").join(program);
     let command = Command::new(env!("CARGO_BIN_EXE_bp")).arg("emit").arg(path).args(arguments).output();

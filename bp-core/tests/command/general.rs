@@ -1,7 +1,7 @@
-//! The command `bp`, as a shell sees it: words, answers and exit codes.
+//! The `bp` command: arguments, answers and exit statuses.
 //!
-//! In: the built binary, the programs of `tests/programs`, files made here. Out: stdout, stderr, exit codes. Invariant:
-//! what is wrong is said on stderr, names the thing, and never ends in a panic.
+//! In: the built binary, the programs of `tests/programs`, files made here. Out: stdout, stderr, exit statuses.
+//! Invariant: errors are printed on stderr, name their subject, and are never panics.
 
 use serde_json::Value;
 use std::io::Write;
@@ -40,14 +40,14 @@ fn said(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// What a command writes that ends well.
+/// The output of a successful command.
 fn well(arguments: &[&str]) -> String {
     let output = bp(arguments);
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", said(&output));
     written(&output)
 }
 
-/// What a command says that ends with this code.
+/// The message of a command with this exit status.
 fn ill(code: i32, arguments: &[&str]) -> String {
     let output = bp(arguments);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}{}", written(&output), said(&output));

@@ -1,7 +1,7 @@
-//! `bp learn`, as a shell sees it.
+//! The `bp learn` command.
 //!
-//! In: the built binary, programs and tables made here. Out: learned programs, reports, exit codes. Invariant: a file is
-//! written whole, or not at all.
+//! In: the built binary, programs and tables made here. Out: learned programs, reports, exit statuses. Invariant: a
+//! file is written completely or not at all.
 
 use serde_json::Value;
 use std::path::PathBuf;
@@ -145,7 +145,7 @@ fn nearly_equal_values_are_held_at_the_largest_shape_and_their_likelihood_is_tha
     }
 }
 
-/// SIGINT during EM: what was found by then is written.
+/// SIGINT during EM: the estimates so far are written.
 #[cfg(unix)]
 #[test]
 fn interrupted_learning_writes_what_it_has() {
@@ -189,8 +189,8 @@ fn a_folder_is_no_file_and_a_column_over_time_may_tell_sequences_apart() {
     }
     assert!(!folder.path("new").exists());
     let told = said(&folder.bp(&["learn", "coins.bp", "--data", "d.csv"]));
-    let expected = "`Coins` has no variable named `Who`; if it tells sequences apart, add `--sequence Who`; otherwise \
-                    leave it out: `--ignore Who`";
+    let expected = "`Coins` has no variable named `Who`; if it identifies sequences, add `--sequence Who`; otherwise \
+                    ignore it: `--ignore Who`";
     assert!(told.contains(expected), "{told}");
 }
 

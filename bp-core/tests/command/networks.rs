@@ -1,7 +1,7 @@
-//! The commands that ask networks, as a shell sees them.
+//! The network commands.
 //!
-//! In: the built binary, a network and cases made here. Out: answers, exit codes, messages. Invariant: numbers are those that
-//! Lauritzen and Spiegelhalter (1988) print for the chest clinic, or come from hand arithmetic.
+//! In: the built binary, a network and cases made here. Out: answers, exit statuses, messages. Invariant: expected
+//! numbers are those of Lauritzen and Spiegelhalter (1988) for the chest clinic, or computed by hand.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -172,7 +172,7 @@ fn what_cannot_be_is_told() {
     }
 }
 
-/// A family, a noisy or, parameters: what no network file can say.
+/// A family, a noisy or, parameters: parts that no network file can express.
 #[test]
 fn a_program_of_families_is_a_network() {
     let folder = Folder::new();

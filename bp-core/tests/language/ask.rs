@@ -1,7 +1,7 @@
-//! `bp ask`, as scripts call it: whole tables, tables of cases, values by the names of their variables, JSON.
+//! The `bp ask` command in scripts: whole tables, tables of cases, values by name, JSON.
 //!
-//! In: the built binary, the programs of `tests/programs`, files made here. Out: stdout and stderr. Invariant: numbers
-//! expected are worked out by hand, and what is wrong names file, row, column and value.
+//! In: the built binary, the programs of `tests/programs`, files made here. Out: stdout and stderr. Invariant: expected
+//! numbers are computed by hand, and errors name file, row, column and value.
 
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

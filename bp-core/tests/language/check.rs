@@ -1,7 +1,7 @@
-//! From text to model: the programs of the language page mean what they say.
+//! The checker: models of programs.
 //!
 //! In: the programs of `tests/programs`, and questions as users type them. Out: facts about their models. Invariant:
-//! every program there checks, except the one that forgets a parameter, which is told so.
+//! every program there checks, except one with a missing parameter, which is an error.
 
 use bp_core::model::{Evidence, Expression, Form, IndexSpace, Model, SetKind, Value};
 use bp_core::source::Source;

@@ -1,6 +1,6 @@
-//! Corners that were once wrong: chains of Diracs, sizes known at run time, tables of several variables.
+//! Regression tests: chains of Diracs, sizes known at run time, tables of several variables.
 //!
-//! In: small programs. Out: their answers. Invariant: expected values are counted by hand in each test.
+//! In: small programs. Out: their answers. Invariant: expected values are computed by hand in each test.
 
 use crate::support::{model_of, question};
 use bp_core::answer::ask;

@@ -1,7 +1,6 @@
-//! The door of a Rust user: programs opened, asked, followed over time and learned.
+//! The Rust interface: programs opened, asked, filtered and learned.
 //!
-//! In: programs as texts. Out: nothing where every lookup says what arithmetic by hand says. Invariant: expected numbers are
-//! worked out in the comments, not by the crate.
+//! In: programs as texts. Out: pass or fail. Invariant: expected numbers are computed by hand in the comments.
 
 use bp_core::prelude::*;
 
@@ -130,11 +129,11 @@ fn several_variables_are_a_tuple_and_one_of_them_is_chosen() {
     let expected = 0.03 / 0.93 - 0.3 / 0.93 * (0.66 / 0.93);
     near(both.covariance("Rain", "Sprinkler").unwrap(), expected);
     near(both.covariance("Sprinkler", "Rain").unwrap(), expected);
-    fails(both.p(true), &["1 values were looked up", "`Rain` and `Sprinkler`: give 2"]);
+    fails(both.p(true), &["found 1 values", "`Rain` and `Sprinkler`: give 2"]);
     fails(both.of("Rian"), &["did you mean `Rain`?"]);
     fails(both.of("Wet"), &["not about `Wet`, but about `Rain` and `Sprinkler`"]);
     fails(both.mean(), &["choose one with `of`"]);
-    fails(grass().ask("both"), &["asks several things", "`ask_all`"]);
+    fails(grass().ask("both"), &["asks several questions", "`ask_all`"]);
     assert_eq!(grass().ask_all("both").unwrap().len(), 2);
 }
 
@@ -174,7 +173,7 @@ fn labels_integers_bins_and_elements_of_families_are_values() {
     near(sky.p("light rain").unwrap(), 0.2);
     assert_eq!(sky.mode().unwrap()["Sky"], "clear");
     fails(sky.p("claer"), &["`claer` is not a value of `Sky`", "did you mean `clear`?"]);
-    fails(sky.mean(), &["labels, which are no numbers"]);
+    fails(sky.mean(), &["labels, not numbers"]);
     let die = program.ask("P(Die)").unwrap();
     near(die.p(6).unwrap(), 1.0 / 6.0);
     near(die.mean().unwrap(), 3.5);

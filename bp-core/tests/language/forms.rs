@@ -1,7 +1,7 @@
 //! Every form over every domain that it fits.
 //!
-//! In: one-factor programs. Out: their answers through the whole line. Invariant: expected values are counted by hand,
-//! or made of densities and cumulative distributions that are tested against statrs beside the laws.
+//! In: one-factor programs. Out: their answers. Invariant: expected values are computed by hand, or from densities and
+//! cumulative distributions that are tested against statrs.
 
 use crate::support::{model_of, question};
 use bp_core::answer::ask;

@@ -1,7 +1,7 @@
-//! The language: what is parsed, checked, asked and printed.
+//! The language: parsing, checking, asking and printing.
 //!
-//! In: programs and questions as text. Out: models, diagnostics, pages and answers. Invariant: an expected answer
-//! is counted by hand or enumerated.
+//! In: programs and questions as text. Out: models, diagnostics, pages and answers. Invariant: an expected answer is
+//! computed by hand or enumerated.
 
 mod ask;
 mod check;

@@ -1,7 +1,7 @@
-//! Pages that people look at: derivations, networks and HTML, as the command writes them.
+//! Golden pages: derivations, networks and HTML, as the command writes them.
 //!
-//! In: the programs of `tests/programs`. Out: the golden pages of `bp-core/tests/pages`; `BLESS=1` writes them anew.
-//! Invariant: what is XML is well-formed, and what comes from a program is text in it.
+//! In: the programs of `tests/programs`. Out: the golden pages of `bp-core/tests/pages`; `BLESS=1` rewrites them.
+//! Invariant: XML is well-formed, and text from a program is never markup.
 
 use roxmltree::{Document, ParsingOptions};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ fn bp(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// A text is what its golden page says.
+/// Compares a text with its golden page.
 #[track_caller]
 fn golden(name: &str, found: &str) {
     let path = root().join("bp-core/tests/pages").join(name);
@@ -33,7 +33,7 @@ fn parsed(xml: &str) -> Document<'_> {
     Document::parse_with_options(xml, options).unwrap_or_else(|error| panic!("{error}\n{xml}"))
 }
 
-/// How many elements there are of a name.
+/// The number of elements of a name.
 fn count(document: &Document<'_>, name: &str) -> usize {
     document.descendants().filter(|node| node.tag_name().name() == name).count()
 }

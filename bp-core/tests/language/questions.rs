@@ -1,7 +1,6 @@
-//! What is made of distributions, and what is known softly: against arithmetic by hand.
+//! Statistics and soft evidence, compared with calculations by hand.
 //!
-//! In: small programs. Out: their answers beside numbers worked out here. Invariant: nothing expected comes from our own
-//! output; draws are seeded.
+//! In: small programs. Out: their answers. Invariant: no expected value is output of this crate; draws are seeded.
 
 use bp_core::answer::{Answer, Figure, OtherColumns, ask, ask_over_time, compile, read_sequences};
 use bp_core::data::read_table;

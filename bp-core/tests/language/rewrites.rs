@@ -1,7 +1,7 @@
-//! Each rule of the planner against its absence, on programs where it matters; and what answers look like.
+//! Each rule of the planner, switched on and off; and the rows of answers.
 //!
-//! In: small programs with answers by hand. Out: answers by the whole line and by plans without one rule.
-//! Invariant: hand arithmetic stands beside each expected value.
+//! In: small programs with answers by hand. Out: answers with all rules and without one. Invariant: each expected value
+//! is computed by hand beside it.
 
 use crate::support::{interpreted, model_of, program, question, without};
 use bp_core::answer::{Answer, Figure, ask};
@@ -29,7 +29,7 @@ fn near(found: &[f64], expected: &[f64]) {
     assert!(close, "{found:?}, expected {expected:?}");
 }
 
-/// What each row says of a variable.
+/// The value of a variable in each row.
 fn values(answer: &Answer, variable: &str) -> Vec<String> {
     let of = |row: &bp_core::answer::Row| {
         row.values.iter().find(|(name, _)| name == variable).map(|(_, value)| value.clone()).unwrap()

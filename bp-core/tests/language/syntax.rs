@@ -1,7 +1,7 @@
-//! The front end keeps what was written: every program prints to text that parses to an equal tree.
+//! Round trips: every program prints to text that parses to an equal tree.
 //!
-//! In: the programs of `tests/programs`, and trees and texts made at random. Out: equality, or at least an answer.
-//! Invariant: whatever the text, parsing ends, without a panic.
+//! In: the programs of `tests/programs`, and trees and texts made at random. Out: pass or fail. Invariant: for any
+//! text, parsing terminates without a panic.
 
 use bp_core::source::Source;
 use bp_core::syntax::{check, compile, parse};
@@ -87,7 +87,7 @@ fn nothing_takes_long_to_read() {
     assert!(started.elapsed().as_secs() < 5);
 }
 
-/// What a macro writes back from its tokens has blanks where the author had none.
+/// The text that a macro reconstructs from its tokens has additional blanks.
 #[test]
 fn blanks_and_newlines_mean_nothing() {
     for source in programs() {

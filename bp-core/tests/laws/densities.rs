@@ -1,7 +1,7 @@
 //! The densities of forms, and spaces and ties.
 //!
-//! In: one-factor programs. Out: their densities through the whole line. Invariant: expected values are those of
-//! `statrs`, of libm's erfc, or counted by hand.
+//! In: one-factor programs. Out: their densities. Invariant: expected values are those of `statrs`, of libm's erfc, or
+//! computed by hand.
 
 use crate::support::{model_of, question};
 use bp_core::answer::{argmax, ask};

@@ -1,7 +1,7 @@
-//! Proportions: what is believed of them after some cases, by both kinds of draws.
+//! Dirichlet posteriors, by weighting and by Gibbs sampling.
 //!
-//! In: a program with a vector of proportions. Out: estimates. Invariant: dirichlet(a) before and counts n make
-//! dirichlet(a + n): E = (a + n) / Σ, deviation as its law says.
+//! In: a program with a vector of proportions. Out: estimates. Invariant: the prior dirichlet(a) and counts n give the
+//! posterior dirichlet(a + n), with E = (a + n) / Σ and its deviation.
 
 use crate::support::{model_of, question};
 use bp_core::answer::{Figure, ask_with, compile_by};

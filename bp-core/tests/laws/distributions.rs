@@ -1,7 +1,7 @@
-//! Distributions as numbers, against the kernels; and their draws.
+//! Distributions as numbers, compared with the kernels; and their draws.
 //!
-//! In: one-factor programs, random parents. Out: nothing where both engines say the same to 1e-12. Invariant: the kernel
-//! and `distribution/` share no code but the laws, whose densities are tested against statrs.
+//! In: one-factor programs, random parents. Out: pass if both agree to 1e-12. Invariant: the kernel and `distribution/`
+//! share no code but the laws, whose densities are tested against statrs.
 
 use crate::support::{model_of, question};
 use bp_core::answer::ask;

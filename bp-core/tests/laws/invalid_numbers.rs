@@ -1,4 +1,4 @@
-//! Numbers that a form cannot have, through every strategy.
+//! Invalid numbers in forms, in every strategy.
 //!
 //! In: programs with one computed number that is a probability beyond [0, 1], a weight below 0, a deviation of 0, or no
 //! number at all. Out: an error. Invariant: it names the factor with its form, the context, and the number; no answer

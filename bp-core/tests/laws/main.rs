@@ -1,7 +1,7 @@
 //! Laws and numbers: densities, distributions, special functions, and the range of f64.
 //!
-//! In: forms with their parameters. Out: probabilities, densities and draws beside constants of 50 digits,
-//! quadrature, or hand arithmetic. Invariant: no expected value comes from this crate.
+//! In: forms with their parameters. Out: probabilities, densities and draws, compared with constants of 50 digits,
+//! quadrature, or calculation by hand. Invariant: no expected value comes from this crate.
 
 mod densities;
 mod dirichlet;

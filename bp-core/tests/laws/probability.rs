@@ -1,4 +1,4 @@
-//! Random discrete programs are answered as brute force answers them.
+//! Random discrete programs, compared with enumeration.
 //!
 //! In: tapes from a seeded generator. Out: plan, lower and interpreter against the enumeration of the joint
 //! distribution. Invariant: 1e-12, with and without evidence, for every rule of the planner and without each.

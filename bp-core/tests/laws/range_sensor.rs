@@ -198,7 +198,7 @@ fn closed_forms_with_weights_that_halve() {
     }
 }
 
-/// How often the values of all nests are computed for one ray of n cells.
+/// The number of evaluations of all nests for one ray of n cells.
 fn iterations(lowered: &Lowered, n: usize) -> usize {
     let kernel = &lowered.kernel;
     let extent = |axis: &bp_core::ids::AxisId| {

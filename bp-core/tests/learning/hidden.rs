@@ -1,7 +1,8 @@
 //! Learning with missing cells and hidden variables, and from many cases.
 //!
-//! In: cases drawn from a seed, cells of them left out. Out: learned programs. Invariant: the truth that was drawn from, or
-//! a fixed point worked out by hand; likelihood never falls, and order leaves no trace.
+//! In: cases drawn from a seed, cells of them left out. Out: learned programs. Invariant: expected values are the
+//! parameters of the simulation, or a fixed point computed by hand; the likelihood never decreases, and the order of
+//! cases does not matter.
 
 use crate::support::learning::{answer, both, near, program, seen, written};
 use crate::support::model_of;

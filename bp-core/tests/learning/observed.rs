@@ -1,7 +1,7 @@
-//! Learning: programs from cases in which nothing is hidden.
+//! Learning from fully observed cases.
 //!
 //! In: programs with `unknown` forms or parameters to identify, cases counted by hand. Out: learned programs, asked.
-//! Invariant: expected numbers are hand arithmetic or closed forms of the book.
+//! Invariant: expected numbers are computed by hand, or closed forms of the book.
 
 use crate::support::learning::{answer, both, case, learned, near, program, seen, written};
 use crate::support::model_of;
@@ -112,7 +112,7 @@ fn conjugate_priors_put_in_the_mean_of_what_is_believed_after() {
     assert!(trials == 10.0 && words.contains(&format!("binomial(10, {})", 8.0 / 22.0)), "{words}");
 }
 
-/// Numbers of every shape on the right, with a law for each combination.
+/// Numeric right-hand variables of every kind, with a distribution for each combination.
 const SHAPES: [(&str, [&str; 3]); 6] = [
     ("bool", ["false", "true", "true"]),
     ("{ Near, Far, Away }", ["Far", "Near", "Away"]),
@@ -280,7 +280,7 @@ fn wrong_data_are_told_with_their_place() {
     assert!(told("X,X\n1,1\n").contains("`X` twice"));
     assert_eq!(
         told("A,X,C\n1,1,red\n"),
-        "input `d.csv`: `Learning` has no variable named `A`; leave the column out: `--ignore A`"
+        "input `d.csv`: `Learning` has no variable named `A`; ignore the column: `--ignore A`"
     );
     assert!(told("").contains("row 1 must name the columns"));
     let model = model_of(&text);

@@ -1,7 +1,7 @@
-//! Learning over time, against counting and against a Baum–Welch that is written out here.
+//! Learning over time, compared with counts and with a Baum–Welch written out here.
 //!
-//! In: programs with hidden or seen states, sequences. Out: parameters and ln L. Invariant: expected values are counted by
-//! hand, or those of the equations of Rabiner (1989, section III.C) on arrays of two states, iterated until they rest.
+//! In: programs with hidden or seen states, sequences. Out: parameters and ln L. Invariant: expected values are counted
+//! by hand, or those of the equations of Rabiner (1989, section III.C) for two states, iterated until they converge.
 
 use crate::support::{model_of, question};
 use bp_core::data::read_table;
@@ -75,7 +75,7 @@ fn of(p: f64, truth: usize) -> f64 {
     if truth == 1 { p } else { 1.0 - p }
 }
 
-/// ln P of a sequence; the first state, transitions and emissions that are expected.
+/// ln P of a sequence; the expected counts of the first state, transitions and emissions.
 type Counts = (f64, [f64; 2], [[f64; 2]; 2], [[f64; 2]; 2]);
 
 impl Chain {
@@ -126,7 +126,7 @@ impl Chain {
         (ln, start, moved, shown)
     }
 
-    /// ln L, where Baum–Welch comes to rest.
+    /// ln L at convergence of Baum–Welch.
     fn learn(&mut self, sequences: &[Vec<Option<usize>>], start: bool) -> f64 {
         let mut last = f64::NEG_INFINITY;
         loop {
@@ -153,7 +153,7 @@ impl Chain {
     }
 }
 
-/// A sequence that a chain makes, from Knuth's linear congruence.
+/// A sequence sampled from a chain, with Knuth's linear congruential generator.
 fn drawn(seed: u64, length: usize) -> Vec<Option<usize>> {
     let mut state = seed;
     let mut unit = || {

@@ -1,7 +1,7 @@
-//! Broken network files: each gets a line, a column and a reason, and nothing panics.
+//! Broken network files: each gives a line, a column and a reason, without a panic.
 //!
-//! In: wrong files, arbitrary texts, words of the formats, and right files with a few characters changed. Out: messages.
-//! Invariant: whatever the text, an answer comes back.
+//! In: wrong files, arbitrary texts, words of the formats, and right files with a few characters changed. Out:
+//! messages. Invariant: no text causes a panic.
 
 use crate::dialects::{ASIA_LIKE, MARKOV, NET, UAI, XML, read};
 use bp_core::io::{self, Format, uai};
@@ -77,7 +77,7 @@ const WORDS: [&str; 40] = [
     "%",
 ];
 
-/// Reads a text as every format, and shows what is wrong with it.
+/// Reads a text in every format, and shows the errors.
 fn answered(text: &str) {
     let source = Source::new("any", text);
     for format in Format::ALL {

@@ -1,6 +1,6 @@
-//! `bp convert`, and networks where a program is expected.
+//! The `bp convert` command, and networks as programs.
 //!
-//! In: files in a folder of their own. Out: files, what is told, and exit codes.
+//! In: files in a folder of their own. Out: files, messages, and exit statuses.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -32,7 +32,7 @@ fn a_network_goes_through_every_format_and_back() {
     assert!(back.contains("{ <5, >=5 }") && back.contains("table 0.3000"), "{back}");
     let uai = bp(folder.path(), &["convert", "b.bif", "-", "--to", "uai"]);
     assert!(words(&uai.stdout).starts_with("BAYES\n1\n2\n1\n1 0\n"), "{}", words(&uai.stdout));
-    assert!(words(&uai.stderr).contains("UAI holds no names"));
+    assert!(words(&uai.stderr).contains("UAI has no names"));
 }
 
 #[test]

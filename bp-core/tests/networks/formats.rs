@@ -1,7 +1,7 @@
-//! Network formats: what is written reads back, and dialects are understood.
+//! Network formats: round trips, and dialects.
 //!
-//! In: networks made at random, and small files of every dialect. Out: equal networks. Invariant: numbers come back to
-//! the last bit.
+//! In: networks made at random, and small files of every dialect. Out: equal networks. Invariant: numbers are read back
+//! exactly.
 
 use crate::dialects::{ASIA_LIKE, MARKOV, NET, UAI, XML, read};
 use bp_core::answer;
@@ -15,7 +15,7 @@ use bp_core::model::{
 use bp_core::source::Source;
 use proptest::prelude::*;
 
-/// A network as what it says: names, values, and for each variable its parents and numbers.
+/// The content of a network: names, values, and for each variable its parents and numbers.
 type Said = Vec<(String, Vec<String>, Vec<usize>, Vec<f64>)>;
 
 fn said(model: &Model) -> Said {

@@ -1,6 +1,6 @@
-//! Network files: the classic networks, where they are there.
+//! Network files: the classic networks, if the folder exists.
 //!
-//! In: the files of a folder that may be absent. Out: their sizes, held against the literature.
+//! In: the files of a folder that may be absent. Out: their sizes, compared with the literature.
 
 use bp_core::io::{self, Format, Network, bif};
 use bp_core::model::{Form, Model};

@@ -1,7 +1,8 @@
-//! One list of programs through the interpreter and the lanes, in both precisions and with any number of threads.
+//! The back ends: one list of programs, run by the interpreter and the lanes, in both precisions and with any number of
+//! threads.
 //!
-//! In: kernels of the programs of these tests, inputs of many sizes. Out: their outputs by each back end.
-//! Invariant: f64 lanes agree with the interpreter to 1e-12, f32 lanes to 1e-5, and threads change no bit.
+//! In: kernels of the test programs, inputs of many sizes. Out: their outputs by each back end. Invariant: f64 lanes
+//! agree with the interpreter to 1e-12, f32 lanes to 1e-5, and threads change no bit.
 
 use crate::support::random::{Random, Tape};
 use crate::support::{model_of, program};
@@ -178,7 +179,7 @@ fn a_loop_of_zeros() {
     }
 }
 
-/// Y says nothing of V where K is known; but it must be possible, and its density is e^−10⁶.
+/// Y is uninformative about V if K is known; but it must be possible, and its density is e^−10⁶.
 #[test]
 fn a_density_below_all_numbers_is_possible() {
     let text = "program Far {

@@ -1,4 +1,4 @@
-//! The cell program on grids small enough to check by hand.
+//! The cell program on small grids, checked by hand.
 //!
 //! In: `tests/programs/cell.bp`, marginals of the last step, likelihoods. Out: P(O V | Z), entropies. Invariant:
 //! expected values are those of the published hand-checkable step, or of a loop over cells written here.
@@ -10,7 +10,7 @@ use bp_core::model::{Model, Statistic};
 use bp_core::plan::{Options, Rewrites, Route, plan};
 use bp_core::space::{Edge, Space};
 
-/// The cell program, which tells its marginals and its entropy too.
+/// The cell program, with its marginals and its entropy.
 fn model() -> Model {
     let asks = "question all { P(O V | Z); P(O | Z); P(V | Z); entropy P(O V | Z); P(O = true | Z) }";
     model_of(&program("cell").replace("question state { P(O V | Z) }", asks))

@@ -1,6 +1,6 @@
-//! Finite states over time, against enumeration and published figures.
+//! Finite states over time, compared with enumeration and published figures.
 //!
-//! In: hidden Markov programs and what is observed. Out: filtered, predicted, smoothed and most likely states. Invariant:
+//! In: hidden Markov programs and observations. Out: filtered, predicted, smoothed and most likely states. Invariant:
 //! expected values are those of Russell and Norvig (*Artificial Intelligence*, 3rd ed., section 15.2), of the sum over
 //! every sequence of states, or counted by hand.
 

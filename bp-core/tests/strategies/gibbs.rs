@@ -1,7 +1,7 @@
-//! Answers by Gibbs sampling, against closed forms, sums and integrals.
+//! Gibbs sampling, compared with closed forms, sums and integrals.
 //!
-//! In: programs whose posteriors are known by hand. Out: estimates. Invariant: each estimate lies within four of its own
-//! standard errors of the truth; threads change nothing; chains that do not agree say so.
+//! In: programs whose posteriors are known by hand. Out: estimates. Invariant: each estimate lies within four of its
+//! own standard errors of the truth; the number of threads does not matter; chains that disagree are reported.
 
 use crate::support::{model_of, question};
 use bp_core::answer::{Answer, Figure, compile_by};

@@ -1,4 +1,4 @@
-//! Join trees against enumeration, on small random networks.
+//! Join trees, compared with enumeration, on small random networks.
 //!
 //! In: seeded networks with evidence of every kind. Out: marginals, ln P(evidence), most probable assignments. Invariant:
 //! expected values are sums and maxima over all assignments, written here.

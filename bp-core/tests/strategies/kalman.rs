@@ -1,7 +1,8 @@
-//! Linear and Gaussian programs over time, against the dense joint law of all instants.
+//! Linear and Gaussian programs over time, compared with the joint distribution of all instants.
 //!
-//! In: programs, observations with gaps. Out: filtered, predicted and smoothed laws. Invariant: expected values are those
-//! of one normal law over every variable of every instant, built from its equations and conditioned at once by nalgebra.
+//! In: programs, observations with gaps. Out: filtered, predicted and smoothed distributions. Invariant: expected
+//! values are those of one normal distribution over every variable of every instant, built from its equations and
+//! conditioned at once by nalgebra.
 
 use crate::support::{model_of, question};
 use bp_core::answer::{Figure, ask, ask_over_time};

@@ -1,7 +1,7 @@
-//! Strategies: every way of answering a question, and the back ends that run kernels.
+//! Every strategy, and the back ends that run kernels.
 //!
-//! In: programs, questions and evidence. Out: answers beside enumeration, other strategies, or published values.
-//! Invariant: an oracle shares no code with what it checks.
+//! In: programs, questions and evidence. Out: answers, compared with enumeration, other strategies, or published
+//! values. Invariant: an oracle shares no code with what it checks.
 
 mod back_ends;
 mod cell;

@@ -1,4 +1,4 @@
-//! Particles over time, against the exact sum over all sequences of switches.
+//! Particle filters, compared with the exact sum over all sequences of switches.
 //!
 //! In: a switching linear program, and one that is not linear. Out: estimates. Invariant: expected values are sums over
 //! every sequence of switches of Kalman filters in closed form, or integrals over a grid.

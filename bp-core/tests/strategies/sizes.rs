@@ -1,7 +1,7 @@
-//! Large programs, and attacks by size: answered, or refused with a figure and a way out.
+//! Large programs and excessive sizes: answered, or refused with a figure and a suggestion.
 //!
-//! In: programs made here, the built binary under a limit of memory and of stack. Out: answers whose values follow by hand;
-//! exit codes 0, 1 and 2. Invariant: nothing aborts, hangs, or takes more memory than the limit.
+//! In: programs made here, the built binary under a limit of memory and of stack. Out: answers that can be checked by
+//! hand; exit statuses 0, 1 and 2. Invariant: nothing aborts, hangs, or takes more memory than the limit.
 
 use bp_core::answer::{Figure, ask};
 use bp_core::exec::Inputs;
@@ -40,7 +40,7 @@ fn file(name: &str, text: &str) -> PathBuf {
     path
 }
 
-/// Runs `bp` within four gigabytes of address space, on a stack of so many kilobytes.
+/// Runs `bp` within four gigabytes of address space, with a stack of this size in kilobytes.
 fn limited(stack: usize, arguments: &[&str]) -> Output {
     let script = format!("ulimit -s {stack} 2>/dev/null; ulimit -v 4194304 2>/dev/null; exec \"$@\"");
     let mut command = match cfg!(unix) {
@@ -81,7 +81,7 @@ fn limited(stack: usize, arguments: &[&str]) -> Output {
     Output { status, stdout: read(out), stderr: read(err) }
 }
 
-/// What a command writes that ends well, on a small stack.
+/// The output of a successful command, on a small stack.
 #[track_caller]
 fn well(arguments: &[&str]) -> String {
     let output = limited(512, arguments);
@@ -90,7 +90,7 @@ fn well(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What a command says that refuses, with all of these words.
+/// The message of a command that refuses; it contains all of these words.
 #[track_caller]
 fn refused(arguments: &[&str], words: &[&str]) {
     let output = limited(8192, arguments);

@@ -1,7 +1,8 @@
-//! Answers by draws, against closed forms.
+//! Likelihood weighting, compared with closed forms.
 //!
-//! In: programs whose posteriors are known by hand. Out: estimates. Invariant: each estimate lies within five of its own
-//! standard errors of the truth, and those errors are as large as the estimates scatter; threads change nothing.
+//! In: programs whose posteriors are known by hand. Out: estimates. Invariant: each estimate lies within five of its
+//! own standard errors of the truth, and the errors match the scatter of the estimates; the number of threads does not
+//! matter.
 
 use crate::support::{model_of, question};
 use bp_core::answer::{Answer, Figure, ask, ask_with};

@@ -1,7 +1,7 @@
-//! The joint distribution of a discrete model, one assignment after the other.
+//! The joint distribution of a discrete model, by enumeration.
 //!
-//! In: a model of finite variables without plates, families or parameters. Out: what each ask is answered, by
-//! P(S | K) = Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the meaning of the model, not from its plan.
+//! In: a model of finite variables without plates, families or parameters. Out: the answer to each ask, by P(S | K) =
+//! Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the meaning of the model, not from its plan.
 
 use super::{Table, Values};
 use bp_core::ids::{ExpressionId, VariableId};
@@ -148,7 +148,7 @@ pub(crate) fn joint(model: &Model, values: &Values) -> f64 {
     model.factors.values().map(|factor| density(model, values, factor, &factor.form)).product()
 }
 
-/// How likely what is known is under an assignment: 0 or 1, or what virtual evidence says.
+/// The likelihood of the evidence under an assignment: 0 or 1, or the virtual evidence.
 fn agreement(ask: &Ask, values: &Values) -> f64 {
     let one = |known: &bp_core::model::Known| match &known.evidence {
         Evidence::Hard(Value::Ordinal(ordinal)) => f64::from(u8::from(values[&known.variable] == *ordinal)),

@@ -1,7 +1,7 @@
-//! What the tests of learning share.
+//! Common parts of the tests of learning.
 //!
-//! In: programs and tables as text. Out: what was learned, and its answers. Invariant: the learned model and the learned
-//! text are asked alike.
+//! In: programs and tables as text. Out: learned programs, and their answers. Invariant: the learned model and the
+//! learned text give the same answers.
 
 use super::{model_of, question};
 use bp_core::answer::ask;
@@ -24,7 +24,7 @@ pub(crate) fn case(model: &Model, values: &[(&str, &str)]) -> Case {
     values.iter().fold(Case::new(model), |case, (name, value)| case.with_value(model, name, value).unwrap())
 }
 
-/// A learner that has seen a table, written with commas; variables without a column are hidden.
+/// A learner after a table, written with commas; variables without a column are hidden.
 pub(crate) fn seen(text: &str, table: &str) -> Learner {
     let model = model_of(text);
     let table = read_table(Path::new("data.csv"), table.as_bytes()).unwrap();

@@ -1,6 +1,6 @@
-//! What the tests of laws share: brute force, and random programs.
+//! Common parts of the tests of distributions: enumeration, and random programs.
 //!
-//! In: a model. Out: its joint distribution, by enumeration. Invariant: nothing here knows plans or kernels.
+//! In: a model. Out: its joint distribution, by enumeration. Invariant: nothing here uses plans or kernels.
 
 #![allow(dead_code)]
 
@@ -36,10 +36,10 @@ pub(crate) fn program(name: &str) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// Which value each variable has.
+/// The value of each variable.
 pub(crate) type Values = BTreeMap<VariableId, usize>;
 
-/// What one ask is answered, cell by cell.
+/// The answer to one ask, cell by cell.
 pub(crate) type Table = Vec<(Values, f64)>;
 
 /// Answers by plan, lower and interpreter, ask by ask; and ln P(evidence) of each, where it is wanted.

@@ -1,7 +1,7 @@
 //! Random discrete programs, written as text.
 //!
-//! In: a tape of bytes. Out: a program and questions to it. Invariant: the same tape gives the same program, and
-//! a shorter tape a simpler one, so that what fails can be shrunk.
+//! In: a tape of bytes. Out: a program and questions to it. Invariant: the same tape gives the same program, and a
+//! shorter tape a simpler one, so that failures can be shrunk.
 
 use std::fmt::Write;
 
@@ -66,7 +66,7 @@ impl Kind {
     }
 }
 
-/// A program in the making.
+/// A program under construction.
 pub(crate) struct Random {
     kinds: Vec<Kind>,
     text: String,

@@ -1,7 +1,7 @@
-//! A stopwatch for a machine that others use too, and the one table that it fills.
+//! Timing on a shared machine, and the table of results.
 //!
-//! In: things to do. Out: for each the least and the median time, on one thread and on two. Invariant: they take turns,
-//! so that what disturbs one disturbs all.
+//! In: tasks. Out: for each the minimum and the median time, on one thread and on two. Invariant: tasks alternate, so
+//! that disturbances affect all.
 
 use std::time::Instant;
 

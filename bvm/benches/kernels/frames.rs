@@ -1,4 +1,4 @@
-//! Frames of range sensors made into a map: what mappers of voxels do, at like resolution.
+//! Frames of range sensors fused into a map, at the resolution of voxel mappers.
 //!
 //! In: ranges in metres (f32), of the files that `FRAME_SPHERE` (360 × 90 directions, \[φ\]\[θ\]) and `FRAME_CAMERA`
 //! (640 × 480 pixels) name, or else of the embedded world. Out: the time of a frame, of occupancy alone and with motion.

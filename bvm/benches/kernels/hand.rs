@@ -1,4 +1,4 @@
-//! Loops written by hand: the yardstick for what the compiler makes of the same programs.
+//! Hand-written loops, compared with compiled kernels of the same programs.
 //!
 //! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: safe Rust, one
 //! thread, no allocation inside a row; compiled for each set of instructions, as emitted code is; each is checked

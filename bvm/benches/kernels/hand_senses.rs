@@ -1,4 +1,4 @@
-//! Loops written by hand for the range sensor and the choice of a gaze.
+//! Hand-written loops for the range sensor and the choice of a gaze.
 //!
 //! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: as in [`crate::hand`].
 

@@ -1,5 +1,5 @@
-//! The best loop known for the cell program, written by hand for seven velocities: all of them at once, sixteen cells at a
-//! time, so that sums live in registers and each number goes to memory once.
+//! The fastest known loop for the cell program, written by hand for seven velocities: all of them at once, sixteen
+//! cells at a time, so that sums stay in registers and each number is stored once.
 //!
 //! In: as [`crate::hand`]. Out: the same answers. Invariant: rows of at least [`TILE`] and at most [`LONGEST`] cells.
 

@@ -1,4 +1,4 @@
-//! What this machine can do at most: the memory triad a = b + s·c, and multiplications and additions in registers.
+//! The limits of this machine: the memory triad a = b + s·c, and multiplications and additions in registers.
 //!
 //! In: working sets. Out: bytes and operations per second, on one thread and on two. Invariant: plain stores, 12 bytes for
 //! each element (a line that is written is also read: 16 pass); the arithmetic multiplies and adds separately, as every

@@ -1,4 +1,4 @@
-//! Kernels beside loops written by hand, and beside the memory they run in: `cargo bench -p bvm --bench kernels`.
+//! Kernels, hand-written loops, and the bandwidth of memory: `cargo bench -p bvm --bench kernels`.
 //!
 //! In: nothing; the state is made up, the same each time. Out: one table, in f32 on one thread and on two; with the
 //! feature `gpu`, shaders too; `ONLY=cell` (`machine`, `others`, `frames`, `scale`): one part of it. Invariant: what is timed has been

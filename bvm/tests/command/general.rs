@@ -1,7 +1,7 @@
-//! The command `bvm`, from the outside.
+//! The `bvm` command.
 //!
-//! In: arguments, synthetic pairs of images, wrong data of every kind. Out: files, figures, exit codes. Invariant: 0
-//! for success, 1 for wrong data, 2 for wrong usage; a refusal is one line on stderr that names the thing, and leaves
+//! In: arguments, synthetic pairs of images, wrong data of every kind. Out: files, figures, exit statuses. Invariant: 0
+//! for success, 1 for wrong data, 2 for wrong usage; an error is one line on stderr that names its subject, and leaves
 //! nothing behind.
 
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ fn succeeds(arguments: &[&str]) -> Output {
     output
 }
 
-/// A refusal of data: code 1, and one line that names all of these.
+/// An error in the data: exit status 1, and one line that contains all of these.
 #[track_caller]
 fn refuses(arguments: &[&str], names: &[&str]) {
     let output = bvm(arguments);

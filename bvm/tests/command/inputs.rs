@@ -1,7 +1,7 @@
-//! Files that are longer than any of their kind, or have no end.
+//! Input files that are too long, or have no end.
 //!
-//! In: `/dev/zero` and long files in the place of pictures, calibrations, fields and readings. Out: one line that names
-//! the file and the most that is read. Invariant: nothing is read to its end before it is refused.
+//! In: `/dev/zero` and long files instead of pictures, calibrations, fields and readings. Out: one line that names the
+//! file and the limit. Invariant: nothing is read to its end before it is refused.
 #![cfg(unix)]
 
 use std::path::Path;

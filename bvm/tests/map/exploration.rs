@@ -1,8 +1,7 @@
-//! The map is where the world is: exploration against the truth of the embedded world.
+//! The accuracy of the map: exploration compared with the true simulated world.
 //!
-//! In: the default run of `bvm explore`, and turns that end anywhere within a cell. Out: log-loss and false cells, of the
-//! cells that the truth says can be seen. Invariant: what the map is compared with is ray casting, which the map does not
-//! know.
+//! In: the default run of `bvm explore`, and turns that end anywhere within a cell. Out: log-loss and false cells, over
+//! the visible cells. Invariant: the truth is computed by ray casting, which the map does not use.
 
 use bvm::exploration::{Rule, Score, explore};
 use bvm::grid::{Grid, GridConfiguration};

@@ -1,4 +1,4 @@
-//! One frame, right-handed, in everything that leaves the program: no file is a mirror image.
+//! The right-handed frame in all output: no file is a mirror image.
 //!
 //! In: an asymmetric scene, a near board to the left and above before a far wall, seen by a pair of pictures, then by a head
 //! that has turned to the left. Out: PLY, PNG, JSON. Invariant: what a person standing there sees on the left has a

@@ -1,7 +1,7 @@
-//! The map and its program: the published step by hand, and figures that stay figures.
+//! The map and its program: the published step by hand, and finite numbers in all cases.
 //!
-//! In: `models/cell.bp` as it is compiled into the crate. Out: P(O), P(V), entropies. Invariant: whatever the sensors
-//! say that is possible at all, every figure is finite, and probabilities sum to one.
+//! In: `models/cell.bp` as it is compiled into the crate. Out: P(O), P(V), entropies. Invariant: for any possible
+//! readings, every number is finite, and probabilities sum to one.
 
 use bp_core::exec::scalar::Scalar;
 use bp_core::space::{Edge, Space};

@@ -1,7 +1,7 @@
 //! The map, its senses and the gaze.
 //!
-//! In: the embedded world and cells written here. Out: beliefs beside the truth of the world, enumeration, or
-//! loops written by hand.
+//! In: the simulated world and cells written here. Out: posteriors, compared with the true world, enumeration, or
+//! hand-written loops.
 
 mod agreement;
 mod exploration;

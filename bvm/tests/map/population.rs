@@ -1,7 +1,7 @@
 //! Population codes and ranges: the programs against enumeration, and against the paper's program of one reading.
 //!
-//! In: a short line of sight, at random. Out: nothing where all is well. Invariant: expected values are sums over all
-//! states of the hidden cells, with normal laws that are integrated here, or the answers of `models/line_of_sight.bp`.
+//! In: a short line of sight, at random. Out: pass or fail. Invariant: expected values are sums over all states of the
+//! hidden cells, with normal laws that are integrated here, or the answers of `models/line_of_sight.bp`.
 
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::Map;

@@ -1,7 +1,7 @@
-//! The matcher against surfaces that the test itself made, and against pairs that show nothing.
+//! The matcher on synthetic surfaces, and on pairs without information.
 //!
-//! In: seeded random textures on planes and steps with known disparity. Out: the part of the visible pixels
-//! that is right. Invariant: where nothing can be seen, nothing is claimed.
+//! In: seeded random textures on planes and steps with known disparity. Out: the share of the visible pixels that is
+//! right. Invariant: without information there is no estimate.
 
 use std::path::Path;
 

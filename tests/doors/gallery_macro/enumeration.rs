@@ -1,7 +1,7 @@
-//! The macro's programs against enumeration.
+//! The macro's programs, compared with enumeration.
 //!
-//! In: programs of the gallery, whose factors stand here once more, as functions of values. Out: nothing where all is well.
-//! Invariant: the expected numbers are sums of products over all combinations of values, and share no code with the library.
+//! In: programs of the gallery, whose factors are repeated here as functions of values. Out: pass or fail. Invariant:
+//! the expected numbers are sums of products over all combinations of values, and share no code with the library.
 
 use super::programs::*;
 

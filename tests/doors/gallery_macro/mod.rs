@@ -1,7 +1,7 @@
-//! The gallery through every door: emitted Rust, lanes and interpreter give the same numbers, and emitted Rust asks again
-//! without allocating.
+//! The gallery by every back end: emitted Rust, lanes and interpreter give the same numbers, and emitted Rust answers
+//! again without allocating.
 //!
-//! In: programs of `examples/`, by the macro. Out: nothing where all is well. Invariant: 1e-12 between any two.
+//! In: programs of `examples/`, by the macro. Out: pass or fail. Invariant: 1e-12 between any two.
 
 use bp_core::answer::link;
 use bp_core::exec::{Inputs, Lanes, Outputs, interpret};

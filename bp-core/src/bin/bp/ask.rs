@@ -131,7 +131,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         (questions.first(), !arguments.ignore.is_empty() || arguments.sequence.is_some())
     {
         let text = model.ask_text(&question.asks[0]);
-        let message = "`--sequence` and `--ignore` are of questions over time, answered with `--data`";
+        let message = "`--sequence` and `--ignore` apply to questions over time, with `--data`";
         return Err(Error::input(text, message).into());
     }
     if let Some(path) = &arguments.data {
@@ -215,7 +215,7 @@ fn write_tables(tables: &[Table], json: bool, out: &mut impl Write) -> Result<()
     Ok(())
 }
 
-/// The answers of each sequence, by its name; of one without a name the answers alone.
+/// The answers of each sequence, by its name; for one without a name the answers alone.
 fn write_sequences(
     sequences: &[(String, Vec<Answer>)],
     arguments: &Arguments,
@@ -252,7 +252,7 @@ fn write_sequences(
     Ok(())
 }
 
-/// The answers of each row, by its place in the file.
+/// The answers of each row, by its line in the file.
 fn write_cases(
     cases: &[(usize, Vec<Answer>)],
     arguments: &Arguments,

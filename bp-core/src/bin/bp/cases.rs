@@ -1,8 +1,8 @@
-//! A question asked of many cases: the rows of a table.
+//! Answers a question for many cases: the rows of a table.
 //!
-//! In: a model, a question, a table whose columns are named as variables. Out: the answers of each case. Invariant: a
-//! value that a case gives takes the place of what the question leaves open; one that is missing is not known in that
-//! case. The question is compiled once for each set of variables that are missing together.
+//! In: a model, a question, a table whose columns are named as variables. Out: the answers of each case. Invariant: the
+//! cells of a case are the values that the question leaves open; a missing cell is not known in that case. The question
+//! is compiled once for each set of missing variables.
 
 use crate::failure::Failure;
 use bp_core::answer::{Answer, CompiledQuestion, compile_by, filled, open};
@@ -42,7 +42,7 @@ pub(crate) fn answers(
                 .map(|question| compile_by(model, &filled(model, question, &given, &missing), by));
             compiled.insert(missing.clone(), ready.collect::<Result<_, _>>().map_err(in_row)?);
         }
-        // Each case has draws of its own; an odd factor gives each row a seed of its own.
+        // Each case has its own draws; an odd factor gives each row its own seed.
         let seed = sampling.seed.wrapping_add((row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut told = Vec::new();
         for question in &compiled[&missing] {
@@ -54,7 +54,7 @@ pub(crate) fn answers(
     Ok(answers)
 }
 
-/// The column of each open variable; one that is set needs none.
+/// The column of each open variable; none for one that is set.
 fn columns<'m>(
     model: &'m Model,
     questions: &[Question],

@@ -1,7 +1,7 @@
-//! `bp check`: is a program right?
+//! `bp check`: checks programs.
 //!
-//! In: files. Out: a line for each that is right; the mistakes of the others on stderr. Invariant: every file is looked
-//! at, whatever is wrong with those before it.
+//! In: files. Out: a line for each correct file; the errors of the others on stderr. Invariant: every file is checked,
+//! whatever errors the earlier ones have.
 
 use crate::failure::Failure;
 use crate::program;
@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         match program::model(path) {
             Ok(model) => writeln!(out, "ok: {}", summary(&model))?,
             Err(failure) => {
-                // What is right and what is wrong come in the order of the files.
+                // Results and errors are in the order of the files.
                 out.flush()?;
                 failure.tell();
                 right = false;

@@ -1,4 +1,4 @@
-//! `bp completions`: what a shell needs to complete the command.
+//! `bp completions`: shell completions.
 //!
 //! In: the name of a shell. Out: its script. Invariant: made from the same description as `--help`.
 
@@ -23,7 +23,7 @@ pub(crate) fn run(
     mut command: clap::Command,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    // Made whole before it is written: a closed pipe is no error of the script.
+    // Completed before it is written: a closed pipe is not an error of the script.
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "bp", &mut script);
     Ok(out.write_all(&script)?)

@@ -1,7 +1,7 @@
-//! `bp convert`: a network in another format.
+//! `bp convert`: converts a network to another format.
 //!
-//! In: a file, and where the other goes. Out: the file, and on stderr what was mended or lost. Invariant: a file is
-//! written whole or not at all.
+//! In: an input and an output file. Out: the output file, and warnings on stderr about corrections and losses.
+//! Invariant: a file is written completely or not at all.
 
 use crate::failure::Failure;
 use crate::{output, program};
@@ -21,7 +21,7 @@ Examples:
 
 Formats, by the end of the name: bp, bif, xmlbif (xml, bifxml, xbif), uai, net
 (hugin). Each is also read compressed, as `alarm.bif.gz`.
-UAI holds no names: variables and values become their indices.")]
+UAI has no names: variables and values become their indices.")]
 pub(crate) struct Arguments {
     /// A network or a program; `-` is stdin.
     #[arg(value_name = "IN")]
@@ -50,8 +50,10 @@ fn format(path: &Path, said: Option<Format>, option: &str) -> Result<Format, Fai
         program::format_of(path)?;
     }
     said.or_else(|| Format::of(path)).ok_or_else(|| {
-        let message =
-            format!("the name `{}` does not tell its format; say `{option}` and one of", path.display());
+        let message = format!(
+            "the name `{}` does not determine its format; give `{option}` and one of",
+            path.display()
+        );
         Failure::Words(format!("{message} {}", names()))
     })
 }
@@ -66,14 +68,14 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         )));
     }
     let text = match (from, to) {
-        // A program may say more than its tables do.
+        // A program may contain more than its tables.
         (Format::Program, Format::Program) => formatted(&arguments.from_file)?,
         _ => {
             let network = program::network(&arguments.from_file, from)?;
             if to == Format::Uai && from != Format::Uai {
                 let name = arguments.to_file.display();
                 program::warn(&format!(
-                    "{name}: warning: UAI holds no names; variables and values are their indices"
+                    "{name}: warning: UAI has no names; variables and values are their indices"
                 ));
             }
             if let Some(warning) = io::lost(&network, to)? {

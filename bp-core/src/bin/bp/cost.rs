@@ -1,4 +1,4 @@
-//! What an answer costs, as a table.
+//! The cost of an answer, as a table.
 //!
 //! In: a plan. Out: a row for each variable that is summed out and one for the answer. Invariant: the sums at the foot
 //! are those of the rows.
@@ -8,29 +8,29 @@ use bp_core::model::Model;
 use bp_core::plan::{Cost, Plan};
 use serde::Serialize;
 
-/// The costs of one route.
+/// The costs of one plan.
 #[derive(Serialize)]
 pub(crate) struct Table {
-    /// What is summed out, in order; then the answer.
+    /// The variables that are summed out, in order; then the answer.
     pub(crate) rows: Vec<Row>,
-    /// Multiplications in all.
+    /// Total multiplications.
     pub(crate) multiplications: f64,
-    /// Additions in all.
+    /// Total additions.
     pub(crate) additions: f64,
-    /// Bytes of all tables together.
+    /// Total bytes of all tables.
     pub(crate) bytes: f64,
-    /// Whether a chain is scanned besides, at a few operations for each element.
+    /// Whether a chain is scanned in addition, at a few operations for each element.
     pub(crate) has_scan: bool,
-    /// Whether every size is known; those that are not count 16.
+    /// Whether every size is known; an unknown size counts as 16.
     pub(crate) sizes_are_known: bool,
 }
 
 /// The cost of one table.
 #[derive(Serialize)]
 pub(crate) struct Row {
-    /// What is summed out; `None` for the answer.
+    /// The variable that is summed out; `None` for the answer.
     pub(crate) summed: Option<String>,
-    /// What the table depends on.
+    /// The variables of the table.
     pub(crate) table: Vec<String>,
     /// Numbers in it.
     pub(crate) entries: f64,
@@ -93,11 +93,11 @@ pub(crate) fn cells(table: &Table) -> Vec<[String; 6]> {
     table.rows[..FIRST_ROWS].iter().map(cells).chain([left_out]).chain(last).collect()
 }
 
-/// A table of more rows is shortened: its first rows are shown, and its last one.
+/// Limit of rows: a longer table shows its first rows and its last one.
 const MANY_ROWS: usize = 100;
 const FIRST_ROWS: usize = 24;
 
-/// What stands below a table.
+/// The lines below a table.
 pub(crate) fn in_all(table: &Table) -> String {
     let [multiplications, additions, bytes] =
         [table.multiplications, table.additions, table.bytes].map(number);
@@ -113,7 +113,7 @@ fn number(number: f64) -> String {
 
 /// A table for a terminal.
 pub(crate) fn as_text(table: &Table) -> String {
-    /// The widest list of names that is shown.
+    /// The widest list of names.
     const WIDEST: usize = 24;
     let mut rows = cells(table);
     for row in &mut rows {
@@ -134,7 +134,7 @@ pub(crate) fn as_text(table: &Table) -> String {
         let mut line = "  ".to_owned();
         for (column, (cell, width)) in row.iter().zip(widths).enumerate() {
             let blanks = " ".repeat(width - columns(cell));
-            // Names begin at the left, numbers end at the right.
+            // Names are left-aligned, numbers right-aligned.
             let (before, after) = if column < 2 { ("", blanks.as_str()) } else { (blanks.as_str(), "") };
             line.push_str(&format!("{before}{cell}{after}  "));
         }

@@ -1,14 +1,13 @@
 //! Tables of data on the command line: `--data`, `--cases`, `--separator`.
 //!
-//! In: a path, and what separates the columns where that is said. Out: a table. Invariant: what the reader decided by
-//! itself is told on stderr.
+//! In: a path, and optionally the separator. Out: a table. Invariant: decisions of the reader are reported on stderr.
 
 use crate::failure::Failure;
 use crate::program::warn;
 use bp_core::data::{self, Table};
 use std::path::Path;
 
-/// What the columns of a table are separated by.
+/// The separator option.
 #[derive(clap::Args)]
 pub(crate) struct Separator {
     /// Column separator: `comma`, `semicolon`, `tab`, or any single character;

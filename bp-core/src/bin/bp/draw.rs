@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// The most variables that are laid out: the layout takes time by their square.
+/// Limit of variables: the time of the layout is quadratic.
 const MOST_NODES: usize = 20_000;
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {

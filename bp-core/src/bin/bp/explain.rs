@@ -1,7 +1,7 @@
-//! `bp explain`: how the answer follows from the program, step by step.
+//! `bp explain`: derives the answer from the program, step by step.
 //!
-//! In: a program and a question. Out: the derivation and what it costs, as text, LaTeX, JSON or a page of HTML.
-//! Invariant: every form shows the same steps of the same plan.
+//! In: a program and a question. Out: the derivation and its cost, as text, LaTeX, JSON or a page of HTML. Invariant:
+//! every output shows the same steps of the same plan.
 
 use crate::ask::strategy;
 use crate::cost::{self, Table};
@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let (network, source) = program::with_source(&arguments.file)?;
-    // A page shows a program that asks nothing, too.
+    // A page can show a program without questions.
     let questions = match arguments.html {
         true => questions_of(&network, arguments.question.as_deref())?,
         false => program::questions(&network, arguments.question.as_deref())?,
@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     output::write(arguments.out.as_deref(), &page, out)
 }
 
-/// What the loops of a plan do with memory, a line each; nothing where it is not answered by loops.
+/// The memory accesses of the loops of a plan, one line each; nothing if it has no loops.
 fn layout(model: &Model, plan: &Plan) -> Result<Vec<String>, Failure> {
     let model = link(model)?;
     let mut lines = Vec::new();
@@ -103,7 +103,7 @@ fn layout(model: &Model, plan: &Plan) -> Result<Vec<String>, Failure> {
     Ok(lines)
 }
 
-/// What is asked, as a user would type it.
+/// The question, as a user would type it.
 pub(crate) fn asked(model: &Model, question: &Question) -> String {
     question.asks.iter().map(|ask| model.ask_text(ask)).collect::<Vec<_>>().join("; ")
 }
@@ -145,7 +145,7 @@ fn write_text(model: &Model, plan: &Plan, bold: bool, out: &mut impl Write) -> s
     Ok(())
 }
 
-/// What a strategy offers, in words.
+/// The offer of a strategy, as text.
 fn offered(offer: &Offer) -> String {
     let name = offer.strategy.name();
     match (&offer.refusal, offer.products) {

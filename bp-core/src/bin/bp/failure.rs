@@ -1,7 +1,7 @@
-//! What ends a command, and how it is told.
+//! Failures of a command.
 //!
-//! In: diagnostics, errors, or a pipe that was closed. Out: words on stderr and an exit code. Invariant: nothing here
-//! panics, not even where stderr is closed too.
+//! In: diagnostics, errors, or a closed pipe. Out: a message on stderr and an exit status. Invariant: nothing here
+//! panics, even if stderr is closed.
 
 use bp_core::diagnostic::Diagnostics;
 use bp_core::error::Error;
@@ -9,22 +9,22 @@ use bp_core::source::Source;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
-/// What ends a command.
+/// A failure of a command.
 pub(crate) enum Failure {
-    /// A wrong program or question, and the text that it is wrong in.
+    /// A wrong program or question, with its source text.
     Wrong(Diagnostics, Source),
     /// Wrong data, or a file that cannot be read or written.
     Data(Error),
-    /// What is wrong, in words.
+    /// A message.
     Words(String),
-    /// Told already.
+    /// Already reported.
     Told,
     /// Stdout cannot be written.
     Output(std::io::Error),
 }
 
 impl Failure {
-    /// Tells it on stderr.
+    /// Prints it on stderr.
     pub(crate) fn tell(self) -> ExitCode {
         let words = match self {
             Failure::Wrong(wrong, source) => wrong.render(&source, colour(&std::io::stderr())),
@@ -35,7 +35,7 @@ impl Failure {
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
             Failure::Output(error) => format!("error: stdout cannot be written: {error}\n"),
         };
-        // Where stderr is closed there is nobody to be told.
+        // If stderr is closed, the message is lost.
         let _ = std::io::stderr().write_all(words.as_bytes());
         ExitCode::FAILURE
     }
@@ -53,7 +53,7 @@ impl From<std::io::Error> for Failure {
     }
 }
 
-/// Whether a stream shows colours.
+/// Whether a stream supports colours.
 pub(crate) fn colour(stream: &impl IsTerminal) -> bool {
     stream.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

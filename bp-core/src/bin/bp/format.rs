@@ -1,7 +1,7 @@
-//! `bp fmt`: a program as this language prints it.
+//! `bp fmt`: formats programs.
 //!
-//! In: files. Out: the same files, or, for stdin, the text on stdout. Invariant: a file is replaced whole or not at all,
-//! and never where it does not parse.
+//! In: files. Out: the same files, or, for stdin, the text on stdout. Invariant: a file is replaced completely or not
+//! at all, and never if it does not parse.
 
 use crate::failure::Failure;
 use crate::program::{self, is_stdin};
@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if right { Ok(()) } else { Err(Failure::Told) }
 }
 
-/// Whether the text is, or now is, as it should be.
+/// Whether the text is, or now is, formatted.
 fn one(path: &Path, check: bool, out: &mut impl Write) -> Result<bool, Failure> {
     let source = program::read(path)?;
     let formatted = match parse(&source) {

@@ -1,7 +1,7 @@
-//! A program's text with its words marked, as HTML.
+//! Syntax highlighting of a program as HTML.
 //!
-//! In: text. Out: the same text, escaped, in which comments, keywords, names of forms and numbers stand in `span`s.
-//! Invariant: without the marks, the text is what it was; it need not parse.
+//! In: text. Out: the same text, escaped, with comments, keywords, names of forms and numbers in `span`s. Invariant:
+//! without the marks, the text is unchanged; it need not parse.
 
 use bp_core::xml::escaped;
 
@@ -44,7 +44,7 @@ const KEYWORDS: [&str; 34] = [
 
 const TYPES: [&str; 7] = ["bool", "real", "probability", "integer", "size", "bins", "circle"];
 
-/// The text in `span`s.
+/// The text with `span`s.
 pub(crate) fn highlighted(text: &str) -> String {
     let mut html = String::with_capacity(text.len() * 2);
     let mut rest = text;

@@ -1,10 +1,10 @@
-//! A page on a program: its text, its network, the derivation of each answer, and what it costs.
+//! The HTML page of a program: its text, its network, the derivation of each answer, and its cost.
 //!
-//! In: a model, its text, plans. Out: one page of HTML that needs nothing else: no network, no script. Invariant: the
-//! page is well-formed XML too; whatever comes from a program is text, never markup.
+//! In: a model, its text, plans. Out: one self-contained HTML page without scripts. Invariant: the page is well-formed
+//! XML too; text from a program is never markup.
 //!
-//! Mathematics is MathML Core, which browsers draw themselves. A line of it is cut where the notation leaves a blank,
-//! each piece a `math` element of its own, so that a long equation breaks like text.
+//! Mathematics is MathML Core, which browsers render. A line of it is split at the blanks of the notation, and each
+//! piece is a `math` element, so that a long equation breaks like text.
 
 use crate::explain::{asked, routes};
 use crate::{cost, highlight, parameters};
@@ -14,7 +14,7 @@ use bp_core::plan::{Marked, Notation, Plan};
 use bp_core::xml::escaped;
 use std::io::{Result, Write};
 
-/// Looks.
+/// The style sheet.
 const STYLE: &str = include_str!("page.css");
 
 /// Writes the page.
@@ -85,10 +85,10 @@ fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Resu
     writeln!(out, "</section>")
 }
 
-/// The most variables of a picture in a page.
+/// Limit of variables of a picture in a page.
 const MOST_NODES: usize = 2000;
 
-/// The network, with what a question knows and searches.
+/// The network, with the known and searched variables of a question marked.
 fn figure(model: &Model, question: Option<&Question>, out: &mut impl Write) -> Result<()> {
     if model.variables.len() > MOST_NODES {
         let nodes = model.variables.len();
@@ -97,10 +97,10 @@ fn figure(model: &Model, question: Option<&Question>, out: &mut impl Write) -> R
     let graph = graph(model, question);
     let mut signs = Vec::new();
     if question.is_some() {
-        signs.push("a double edge is searched, shaded is known");
+        signs.push("a double outline is searched, shaded is known");
     }
     if graph.nodes.iter().any(|node| node.deterministic) {
-        signs.push("a diamond is what its Dirac says");
+        signs.push("a diamond has a Dirac form");
     }
     if graph.nodes.iter().any(|node| node.previous) {
         signs.push("dashed is the previous instant");
@@ -115,7 +115,7 @@ fn figure(model: &Model, question: Option<&Question>, out: &mut impl Write) -> R
     writeln!(out, "<figure>\n{}<figcaption>The network{signs}.</figcaption></figure>", graph.svg())
 }
 
-/// A line of mathematics in pieces, between which it may break.
+/// A line of mathematics in pieces, between which it can break.
 fn mathematics(equation: &str) -> String {
     let (mut pieces, mut piece, mut depth) = (Vec::new(), String::new(), 0);
     let mut rest = equation;
@@ -142,7 +142,7 @@ fn mathematics(equation: &str) -> String {
     format!("<div class=\"equation\">{}</div>", pieces.join(" "))
 }
 
-/// A sentence, in which names stand between backticks.
+/// A sentence with names in backticks.
 fn prose(text: &str) -> String {
     let parts = text.split('`').enumerate().map(|(position, part)| match position % 2 {
         0 => escaped(part),
@@ -151,7 +151,7 @@ fn prose(text: &str) -> String {
     parts.collect()
 }
 
-/// A text that begins with a capital letter; a name stays as it is.
+/// A text with a capital initial; a name stays as it is.
 fn sentence(text: &str) -> String {
     let mut characters = text.chars();
     match characters.next() {

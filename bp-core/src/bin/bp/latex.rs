@@ -1,7 +1,7 @@
-//! A derivation for a paper.
+//! A derivation in LaTeX.
 //!
-//! In: a plan. Out: an `align*` environment, which needs amsmath alone, or a document that holds some. Invariant: what
-//! comes from a program is escaped; a line that is longer than a page is wide breaks between factors.
+//! In: a plan. Out: an `align*` environment, which needs only amsmath, or a complete document. Invariant: text from a
+//! program is escaped; a line wider than the page breaks between factors.
 
 use crate::cost::{self, Table};
 use bp_core::latex::escaped;
@@ -9,10 +9,10 @@ use bp_core::model::Model;
 use bp_core::plan::{Notation, Plan};
 use std::io::{Result, Write};
 
-/// Characters that a line of a page holds, about.
+/// Characters of a line on a page, approximately.
 const LINE: usize = 80;
 
-/// What opens a document.
+/// The beginning of a document.
 const PREAMBLE: &str = "\\documentclass{article}
 \\usepackage[T1]{fontenc}
 \\usepackage[utf8]{inputenc}
@@ -41,12 +41,12 @@ pub(crate) fn heading(asked: &str, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\\subsection*{{\\texttt{{{}}}}}", escaped(asked))
 }
 
-/// Writes a paragraph, in which names stand between backticks.
+/// Writes a paragraph with names in backticks.
 pub(crate) fn paragraph(text: &str, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\\noindent {}.\n", prose(text))
 }
 
-/// Words, and a line of mathematics after them.
+/// Text, followed by a line of mathematics.
 pub(crate) fn paragraph_with(text: &str, equation: &str, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\\noindent {}: ${equation}$.\n", prose(text))
 }
@@ -64,7 +64,7 @@ pub(crate) fn write(model: &Model, plan: &Plan, asked: &str, out: &mut impl Writ
     writeln!(out, "\\end{{align*}}")
 }
 
-/// Writes what an answer costs, as a table.
+/// Writes the cost of an answer as a table.
 pub(crate) fn cost(table: &Table, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\\begin{{center}}\\begin{{tabular}}{{llrrrr}}\\hline")?;
     writeln!(out, "{} \\\\ \\hline", cost::HEADINGS.join(" & "))?;
@@ -75,7 +75,7 @@ pub(crate) fn cost(table: &Table, out: &mut impl Write) -> Result<()> {
     paragraph(&format!("In all: {}", cost::in_all(table)), out)
 }
 
-/// An equation with `&` before its own relation, which is not one inside brackets.
+/// An equation with `&` before its relation, outside brackets.
 fn aligned(equation: &str) -> String {
     let mut depth = 0;
     for (at, character) in equation.char_indices() {
@@ -91,7 +91,7 @@ fn aligned(equation: &str) -> String {
     format!("& {equation}")
 }
 
-/// An equation in lines, broken before a factor: at a blank that stands in no braces and no distribution.
+/// An equation in lines, broken before a factor: at a blank outside braces and distributions.
 fn broken(equation: &str) -> String {
     let (mut lines, mut line, mut piece) = (String::new(), 0, String::new());
     let mut braces = 0;
@@ -101,12 +101,12 @@ fn broken(equation: &str) -> String {
         match character {
             '{' => braces += 1,
             '}' => braces -= 1,
-            // What `P(` opens stays whole; what a mere bracket opens may be broken.
+            // A `P(…)` is never broken; other brackets may be.
             '(' => open.push(piece.ends_with(|before: char| before.is_alphanumeric() || before == '}')),
             ')' => drop(open.pop()),
             _ => {}
         }
-        // What a sign of a sum stands before is kept beside it.
+        // A sum sign stays with its first factor.
         let word = piece.rsplit([' ', '(']).next().unwrap_or("");
         let sign = ["\\sum", "\\prod", "\\int"].iter().any(|sign| word.starts_with(sign));
         match character == ' ' && braces == 0 && !open.contains(&true) && !sign {
@@ -129,7 +129,7 @@ fn broken(equation: &str) -> String {
     lines
 }
 
-/// About how many characters a piece takes in print.
+/// Approximate printed length of a piece.
 fn printed(piece: &str) -> usize {
     let (mut width, mut command) = (0, false);
     for character in piece.chars() {
@@ -139,7 +139,7 @@ fn printed(piece: &str) -> usize {
     width
 }
 
-/// A sentence, in which names stand between backticks, for LaTeX.
+/// A sentence with names in backticks, for LaTeX.
 fn prose(text: &str) -> String {
     let parts = text.split('`').enumerate().map(|(position, part)| match position % 2 {
         0 => escaped(part),

@@ -1,7 +1,7 @@
 //! `bp learn`: the parameters of a program from data.
 //!
-//! In: a program with `unknown` forms or an `identification`, a table of cases. Out: the program with what was learned, and
-//! a report. Invariant: the file is written whole or not at all, and only when it has been read back and checked.
+//! In: a program with `unknown` forms or an `identification`, a table of cases. Out: the learned program, and a report.
+//! Invariant: the file is written completely or not at all, and only after it has been read back and checked.
 
 use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
@@ -146,7 +146,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             let steps = counted(course.steps, "step");
             let to = arguments.out.as_ref();
             let to = to.map_or_else(String::new, |to| format!(", and written to {}", to.display()));
-            Err(Failure::Words(format!("interrupted after {steps}: what was found by then is reported{to}")))
+            Err(Failure::Words(format!("interrupted after {steps}: the estimates so far are reported{to}")))
         }
         Some(course) if !course.converged => {
             let steps = counted(course.steps, "step");
@@ -158,7 +158,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
 }
 
-/// A bar on stderr, where that is a terminal.
+/// A progress bar on stderr, if that is a terminal.
 fn progress(iterations: usize) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -166,7 +166,7 @@ fn progress(iterations: usize) -> ProgressBar {
     let bar = ProgressBar::new(iterations as u64);
     let plain = if colour(&std::io::stderr()) { "{bar:30.cyan}" } else { "{bar:30}" };
     let style = ProgressStyle::with_template(&format!(
-        "{plain} {{pos}}/{{len}} {{msg}}; Ctrl-C stops with what there is"
+        "{plain} {{pos}}/{{len}} {{msg}}; Ctrl-C stops with the estimates so far"
     ));
     match style {
         Ok(style) => bar.with_style(style),
@@ -174,7 +174,7 @@ fn progress(iterations: usize) -> ProgressBar {
     }
 }
 
-/// The author's text with what was learned, under a comment that says from what.
+/// The author's text with the learned numbers, under a comment that names the data.
 fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Result<String, Failure> {
     let wrong = |wrong, text: &str| Failure::Wrong(wrong, Source::new("what was learned", text));
     let text = learned.text();
@@ -233,7 +233,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         facts.push(format!("{}, {end}", counted(course.steps, "step")));
         if course.drawn {
             facts.push(format!(
-                "the start was drawn from seed {}: another `--seed` may find a higher likelihood",
+                "the initial values are from seed {}: another `--seed` may find a higher likelihood",
                 course.seed
             ));
         }
@@ -259,7 +259,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
     };
     let figures: usize = (2..6).map(|column| width(column) + 2).sum();
     let learned = width(1).min(20);
-    // A long head stands on a line of its own.
+    // A long head has a line of its own.
     let head = width(0).min(WIDTH.saturating_sub(figures + learned + 4));
     let mut line = |cells: [&str; 6]| -> std::io::Result<()> {
         let mut text = format!("  {}", filled(cells[0], head));
@@ -290,7 +290,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         if form.floored > 0 {
             let few = counted(form.floored, "context");
             remarks
-                .push(format!("the values of {few} are alike: the law is held at its narrowest (floored)"));
+                .push(format!("the values of {few} are equal: the distribution is at its floor (floored)"));
         }
         for remark in remarks {
             write!(out, "{}", wrapped("  ", &format!("{}: {remark}", form.form), 4))?;
@@ -302,14 +302,14 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
     Ok(())
 }
 
-/// What stands where nothing was seen.
+/// The estimate of a context without cases.
 fn empty(form: &bp_core::learn::FormReport) -> &'static str {
     match form.learned.as_str() {
         way if way.ends_with("prior") || way.starts_with("beta(") || way.starts_with("dirichlet(") => {
-            "what the prior says"
+            "the mean of the prior"
         }
         "laplace_succession" | "histogram" => "uniform",
-        "parameters" => "what the parameters were, or uniform",
-        _ => "the law of all cases together",
+        "parameters" => "the previous parameters, or uniform",
+        _ => "the distribution of all cases",
     }
 }

@@ -1,8 +1,8 @@
 //! The command `bp`: Bayesian Programs from the shell.
 //!
-//! In: a subcommand and files. Out: text on stdout, what is wrong on stderr, and an exit code: 0 when all is well, 1
-//! when a program, a question or data are wrong, 2 when the command line is. Invariant: a reader that closes the pipe
-//! ends the command quietly.
+//! In: a subcommand and files. Out: text on stdout, errors on stderr, and an exit status: 0 on success, 1 if a program,
+//! a question or data are wrong, 2 if the command line is wrong. Invariant: a reader that closes the pipe ends the
+//! command quietly.
 
 mod ask;
 mod cases;
@@ -101,7 +101,7 @@ fn main() -> ExitCode {
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {
         Ok(()) if bp_core::progress::is_stopped() => {
-            program::warn("warning: interrupted; the answer is that of what had been done");
+            program::warn("warning: interrupted; the answer is from the work done so far");
             ExitCode::from(signals::INTERRUPTED as u8)
         }
         Ok(()) => ExitCode::SUCCESS,

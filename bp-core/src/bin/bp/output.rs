@@ -1,7 +1,7 @@
-//! Where a page goes, and what it is about.
+//! The output of a page.
 //!
-//! In: a finished page. Out: a file, or stdout. Invariant: a file is written whole or not at all, since the page is
-//! finished before; nothing is written where the question is wrong.
+//! In: a finished page. Out: a file, or stdout. Invariant: a file is written completely or not at all, since the page
+//! is finished before; nothing is written if the question is wrong.
 
 use crate::failure::Failure;
 use crate::program;
@@ -15,7 +15,7 @@ use std::path::Path;
 /// Writes a page to a file, or to stdout.
 pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> Result<(), Failure> {
     let Some(path) = path else { return Ok(out.write_all(page)?) };
-    // The same stream as everything else that is printed, in order.
+    // The same stream as all other output, in order.
     if STDOUT.iter().any(|stdout| path == Path::new(stdout)) {
         return Ok(out.write_all(page)?);
     }
@@ -25,7 +25,7 @@ pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> R
 /// The names of stdout.
 const STDOUT: [&str; 3] = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
-/// The question that was typed, or else those that the program declares; a picture needs none.
+/// The question that was typed, or else the declared ones; a picture needs none.
 pub(crate) fn questions_of(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
     match typed {
         None if network.model.questions.is_empty() => Ok(Vec::new()),

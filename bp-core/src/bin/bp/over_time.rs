@@ -1,7 +1,7 @@
-//! Questions over time, asked of the rows of a table: instants, of one sequence or of several.
+//! Answers questions over time for the rows of a table: instants, of one sequence or of several.
 //!
-//! In: questions, a table, settings. Out: the answers of each sequence, by its name. Invariant: what is observed at an instant
-//! stands in the question or in a column: a value that is set has no instant, and is refused.
+//! In: questions, a table, settings. Out: the answers of each sequence, by its name. Invariant: observations are in the
+//! question or in a column: a value that is set has no instant, and is refused.
 
 use crate::failure::Failure;
 use bp_core::answer::{Answer, OtherColumns, ask_over_time_by, read_sequences};
@@ -26,7 +26,7 @@ pub(crate) fn answers(
     for question in questions {
         let sequences = read_sequences(model, question, table, others, &inputs)?;
         for (number, (name, instants)) in sequences.into_iter().enumerate() {
-            // Each sequence has draws of its own; an odd factor gives each a seed of its own.
+            // Each sequence has its own draws; an odd factor gives each its own seed.
             let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let answers =
                 ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, by);
@@ -40,14 +40,14 @@ pub(crate) fn answers(
             }
         }
         if others.sequence.is_none() && all.is_empty() {
-            // An empty table has no instant, which the question refuses in its own words.
+            // An empty table has no instants, which the question refuses.
             ask_over_time_by(model, question, &[], &inputs, sampling, by)?;
         }
     }
     Ok(all)
 }
 
-/// Refuses a value that is set for what the question knows.
+/// Refuses a set value for a known variable of the question.
 fn refuse_set(model: &Model, question: &Question, settings: &Settings) -> Result<(), Error> {
     for known in question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())) {
         let variable = model.variable_name(known.variable);

@@ -1,26 +1,25 @@
-//! How much a decomposition saves: its free parameters beside those of the joint distribution.
+//! The number of free parameters of a decomposition, compared with the joint distribution.
 //!
-//! In: a model. Out: counts. Invariant: nothing is said where a count depends on sizes or on reals.
+//! In: a model. Out: counts. Invariant: a count that depends on sizes or on reals is absent.
 //!
 //! A *table of the joint distribution* has Π|X| − 1 free parameters, over all variables X of the program. *Tables of the
 //! factors* have (Π|left| − 1) · Π|right| for each factor, under a `prod` for each element. *As written*, a factor has
-//! - uniform, Dirac, `previous` and `ask`: none, since nothing in them is a number that could have been another;
-//! - a row of probabilities (categorical, table): its constant entries, but one less where all entries are constant,
-//!   since they sum to one;
+//! - uniform, Dirac, `previous` and `ask`: none, since they contain no free number;
+//! - a row of probabilities (categorical, table): its constant entries, minus one if all entries are constant, since
+//!   they sum to one;
 //! - any other form: the numbers in its arguments. A constant expression (`1 / 6`) is one number; numbers in conditions
-//!   and comparisons tell cases apart and count for nothing.
+//!   and comparisons do not count.
 //!
-//! A declared parameter counts once in the program, with one number for each element of what it ranges over, and not
-//! where it is a size.
+//! A declared parameter counts once in the program, with one number for each element of its range; sizes do not count.
 //!
-//! Bessière et al., *Bayesian Programming*, CRC 2013, compares the first two; the third is what is left to be known.
+//! Bessière et al., *Bayesian Programming*, CRC 2013, compares the first two.
 
 use bp_core::ids::{ExpressionId, ParameterId};
 use bp_core::model::{Expression, Factor, Form, Model, ParameterKind, VariableUse};
 use bp_core::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
-/// Free parameters, each `None` where it depends on sizes or on reals.
+/// Free parameters, each `None` if it depends on sizes or on reals.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Free {
     /// Of a table of the joint distribution.
@@ -75,7 +74,7 @@ pub(crate) fn table(model: &Model, factor: &Factor) -> Option<f64> {
     Some(count(&factor.right)? * (count(&factor.left)? - 1.0) * repeated.product::<Option<f64>>()?)
 }
 
-/// How many values a use of a variable has: a whole family has those of all its elements together.
+/// The number of values of a use of a variable: for a whole family the joint values of all its elements.
 fn values(model: &Model, use_: &VariableUse) -> Option<f64> {
     let variable = &model.variables[use_.variable];
     let one = variable.domain.count()? as f64;
@@ -88,7 +87,7 @@ fn values(model: &Model, use_: &VariableUse) -> Option<f64> {
     }
 }
 
-/// How many numbers a parameter is; a size is none.
+/// The number of numbers of a parameter; 0 for a size.
 fn entries(model: &Model, id: ParameterId) -> Option<f64> {
     let parameter = &model.parameters[id];
     match parameter.kind {
@@ -97,17 +96,17 @@ fn entries(model: &Model, id: ParameterId) -> Option<f64> {
     }
 }
 
-/// What has been met in the forms of a program.
+/// The parameters and nodes found in the forms of a program.
 #[derive(Default)]
 struct Written {
-    /// Parameters that are mentioned.
+    /// Parameters that are used.
     parameters: BTreeSet<ParameterId>,
     /// Nodes that were counted: a `let` counts once.
     seen: BTreeSet<ExpressionId>,
 }
 
 impl Written {
-    /// How many numbers are written in a form.
+    /// The number of constants in a form.
     fn form(&mut self, model: &Model, form: &Form) -> usize {
         match form {
             Form::Uniform | Form::Dirac(_) | Form::Ask { .. } => 0,
@@ -132,7 +131,7 @@ impl Written {
         constant - usize::from(constant == entries.len())
     }
 
-    /// How many numbers are written in an expression that is not a condition.
+    /// The number of constants in an expression that is not a condition.
     fn numbers(&mut self, model: &Model, id: ExpressionId) -> usize {
         if !self.seen.insert(id) {
             return 0;

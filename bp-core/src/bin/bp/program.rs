@@ -1,7 +1,7 @@
-//! Files and questions, read.
+//! Reads files and questions.
 //!
-//! In: a path (`-` for stdin), a question as typed. Out: a text, a model, questions. Invariant: what is wrong is told
-//! under the text that it is wrong in.
+//! In: a path (`-` for stdin), a question as typed. Out: a text, a model, questions. Invariant: errors are reported
+//! with their source text.
 
 use crate::failure::Failure;
 use bp_core::answer::link;
@@ -17,29 +17,29 @@ pub(crate) fn read(path: &Path) -> Result<Source, Failure> {
     Ok(io::text(path)?)
 }
 
-/// Whether a path stands for stdin.
+/// Whether a path means stdin.
 pub(crate) fn is_stdin(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Reads a program, or a network of any format, by the end of its name. What was mended is told on stderr.
+/// Reads a program, or a network of any format, by its extension. Corrections are reported on stderr.
 pub(crate) fn model(path: &Path) -> Result<Model, Failure> {
     Ok(network(path, format_of(path)?)?.model)
 }
 
-/// The format of a file by its name: a program where the name has no known ending.
+/// The format of a file by its extension: a program if the extension is unknown.
 pub(crate) fn format_of(path: &Path) -> Result<Format, Failure> {
     Ok(io::format_of(path)?)
 }
 
-/// Reads a network of this format. What was mended is told on stderr.
+/// Reads a network of this format. Corrections are reported on stderr.
 pub(crate) fn network(path: &Path, format: Format) -> Result<Network, Failure> {
     let opened = io::open_as(path, format)?;
     opened.warnings.iter().for_each(|warning| warn(warning));
     Ok(opened.network)
 }
 
-/// A program with its text; the text of a network is that of the program that it is.
+/// A program with its text; for a network the text of the equivalent program.
 pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
     match format_of(path)? {
         Format::Program => {
@@ -54,9 +54,9 @@ pub(crate) fn with_source(path: &Path) -> Result<(Network, Source), Failure> {
     }
 }
 
-/// Tells a line on stderr.
+/// Prints a line on stderr.
 pub(crate) fn warn(line: &str) {
-    // Where stderr is closed there is nobody to be told.
+    // If stderr is closed, the line is lost.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
@@ -66,7 +66,7 @@ pub(crate) fn linked(path: &Path) -> Result<Network, Failure> {
     Ok(Network { model: link(&network.model)?.into_owned(), ..network })
 }
 
-/// The question that was typed, or else all that the program declares; with what is always known.
+/// The question that was typed, or else all declared ones; with the evidence that always holds.
 pub(crate) fn questions(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
     let model = &network.model;
     if let Some(text) = typed {

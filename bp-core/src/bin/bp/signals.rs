@@ -1,21 +1,21 @@
-//! Ctrl-C and other requests to end, and how far long work is.
+//! Signals, and the progress of long work.
 //!
-//! In: SIGINT, SIGTERM and SIGHUP (Ctrl-C and closing the window elsewhere). Out: work that draws stops with the draws that
-//! it has, and the command goes on to write the answer; any other work ends at once. Invariant: a second request ends the
-//! process whatever it does; files are written under no name until they are whole (`files.rs`), so none is left half.
+//! In: SIGINT, SIGTERM and SIGHUP (Ctrl-C and closing the window elsewhere). Out: sampling stops with the draws made so
+//! far, and the command continues and prints the answer; any other work ends at once. Invariant: a second signal ends
+//! the process at once; files have no name until they are complete (`files.rs`), so no partial file remains.
 
 use bp_core::progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;
 
-/// The exit code of a command that was interrupted.
+/// The exit status of a command that was interrupted.
 pub(crate) const INTERRUPTED: i32 = 1;
 
-/// How often it is looked how far the work is.
+/// The interval between checks of the progress.
 const GLANCE: Duration = Duration::from_millis(150);
 
-/// Listens to signals, and shows on a terminal how far long work is.
+/// Handles signals, and shows the progress of long work on a terminal.
 pub(crate) fn listen() {
     let mut asked = false;
     let listening = ctrlc::set_handler(move || {
@@ -24,7 +24,7 @@ pub(crate) fn listen() {
         }
         std::process::exit(INTERRUPTED);
     });
-    // Where nothing can listen, the system's own habits stay.
+    // If handlers cannot be installed, the default behaviour stays.
     drop(listening);
     if std::io::stderr().is_terminal() {
         std::thread::spawn(show);
@@ -33,8 +33,9 @@ pub(crate) fn listen() {
 
 /// Shows a bar while long work runs.
 fn show() {
-    let style =
-        ProgressStyle::with_template("{bar:40} {pos}/{len}, {eta} left; Ctrl-C answers with what there is");
+    let style = ProgressStyle::with_template(
+        "{bar:40} {pos}/{len}, {eta} left; Ctrl-C answers from the draws so far",
+    );
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let mut bar: Option<ProgressBar> = None;
     loop {

@@ -1,6 +1,7 @@
-//! Reals, draws, time, networks and learning, through the door.
+//! The Rust interface: reals, draws, time, networks and learning.
 //!
-//! In: programs as texts, files in a folder of their own. Out: nothing where answers are what arithmetic by hand says.
+//! In: programs as texts, files in a folder of their own. Out: pass or fail. Invariant: expected numbers are computed
+//! by hand.
 
 use crate::door::{fails, near};
 use bp_core::prelude::*;

@@ -1,7 +1,7 @@
-//! Trees at random, of every kind of node.
+//! Random trees, of every kind of node.
 //!
-//! In: proptest's randomness. Out: files whose meaning is nonsense and whose syntax is right. Invariant: an operand that
-//! is itself an operator's expression stands in brackets, as the tree promises.
+//! In: proptest's random source. Out: files with correct syntax and no meaning. Invariant: an operand that is an
+//! operator's expression is in brackets.
 
 use bp_core::syntax::ast::*;
 use proptest::prelude::*;

@@ -1,7 +1,8 @@
-//! Laws over integers whose probabilities f64 does not hold.
+//! Distributions over integers with probabilities below the range of f64.
 //!
-//! In: observations tens of deviations away from every value. Out: the answers of sums, of join trees and of chains over
-//! time, beside mpmath at 50 digits. Invariant: nothing is called impossible that the program gives a probability.
+//! In: observations tens of deviations away from every value. Out: the answers of sums, of join trees and of chains
+//! over time, compared with mpmath at 50 digits. Invariant: a value of nonzero probability is never reported as
+//! impossible.
 
 use super::{answer, model_of, near, numbers, question};
 use bp_core::answer::{Figure, ask_over_time, compile_by};

@@ -1,7 +1,7 @@
-//! The range of numbers: answers and ln P far below what f64 holds.
+//! Answers and ln P far below the range of f64.
 //!
-//! In: programs whose probabilities and densities underflow. Out: answers beside arithmetic by logarithms, by hand or by
-//! mpmath at 50 digits (each formula stands beside its constant). Invariant: nothing expected comes from our own output.
+//! In: programs whose probabilities and densities underflow. Out: answers, compared with logarithms computed by hand or
+//! by mpmath at 50 digits (each formula is beside its constant). Invariant: no expected value is output of this crate.
 
 mod laws;
 mod printed;
@@ -49,7 +49,7 @@ fn has_ln_evidence(answer: &Answer, expected: f64) {
     near(&[answer.ln_evidence.unwrap()], &[expected], 1e-12);
 }
 
-/// 1 / (1 + eˣ) and its rest, of the difference of two logarithms.
+/// 1 / (1 + eˣ) and its complement, for a difference of two logarithms.
 fn odds(ln_first: f64, ln_second: f64) -> [f64; 2] {
     [1.0 / (1.0 + (ln_second - ln_first).exp()), 1.0 / (1.0 + (ln_first - ln_second).exp())]
 }

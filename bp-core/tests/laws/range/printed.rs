@@ -1,7 +1,7 @@
-//! Printed code, which sums logarithms where the text door computes with exponents apart.
+//! Emitted code, which sums logarithms where `ask` uses separate exponents.
 //!
-//! In: the kernels that Rust and shaders are printed from. Out: answers beside logarithms by hand. Invariant: f32 is held to
-//! what its logarithms can tell.
+//! In: the kernels of emitted Rust and shaders. Out: answers, compared with logarithms by hand. Invariant: the
+//! tolerance of f32 is that of its logarithms.
 
 use super::{near, odds};
 use crate::support::{model_of, question};
@@ -10,7 +10,7 @@ use bp_core::exec::{Inputs, Lanes};
 use bp_core::lower::lower;
 use bp_core::plan::{Options, Route, plan};
 
-/// The outputs of a question by the kernel that code is printed from, in a precision of its own.
+/// The outputs of a question by the kernel of emitted code, in its own precision.
 fn printed<T: Scalar>(text: &str, asked: &str, inputs: &Inputs<'_, T>) -> Vec<f64> {
     let model = model_of(text);
     let question = question(&model, asked);

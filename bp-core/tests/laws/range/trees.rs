@@ -1,7 +1,7 @@
-//! Join trees of cells that are far apart.
+//! Join trees with cells of very different magnitudes.
 //!
-//! In: networks of tiny numbers. Out: marginals, ln P and most probable values beside logarithms by hand. Invariant: what is
-//! observed may be given to the plan or weighed.
+//! In: networks of tiny numbers. Out: marginals, ln P and most probable values, compared with logarithms by hand.
+//! Invariant: observed variables are sliced or weighted.
 
 use super::{near, odds};
 use bp_core::strategies::join_tree::{Evidence, Marginals, Network, Table, most_probable};

@@ -1,4 +1,4 @@
-//! Steps of EM: none loses likelihood, whatever the law; what is learned is a number that the form can have.
+//! Steps of EM: the likelihood never decreases, and the estimates are valid.
 //!
 //! In: random tables of hidden mixtures over reals, integers, bins and circles. Out: the course of the iteration.
 //! Invariant: seeded.

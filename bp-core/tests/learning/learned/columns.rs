@@ -1,7 +1,7 @@
-//! Columns: what is hidden, what is ignored, what is a weight; slips are errors.
+//! Columns: hidden variables, ignored columns, weights; misspelled names are errors.
 //!
-//! In: tables with columns too many and too few. Out: messages, and what is learned. Invariant: a variable is never
-//! learned from nothing without a word.
+//! In: tables with columns too many and too few. Out: messages, and learned programs. Invariant: a variable without
+//! data is never learned without a declaration.
 
 use crate::support::learning::{program, written};
 use crate::support::model_of;
@@ -36,12 +36,12 @@ fn a_slip_in_a_column_is_told_with_a_guess() {
     let none = Columns::default();
     assert_eq!(
         told("Flu,fever\n1,1\n", &none),
-        "input `d.csv`: `Learning` has no variable named `fever`; did you mean `Fever`? Otherwise leave the column out: \
+        "input `d.csv`: `Learning` has no variable named `fever`; did you mean `Fever`? Otherwise ignore the column: \
          `--ignore fever`"
     );
     assert_eq!(
         told("Flu\n1\n", &none),
-        "input `d.csv`: there is no column for the variable `Fever`; if it is hidden, say so: `--hidden Fever`, or \
+        "input `d.csv`: there is no column for the variable `Fever`; if it is hidden, declare it: `--hidden Fever`, or \
          `hidden Fever;` in `identification`"
     );
     assert!(

@@ -1,7 +1,7 @@
-//! EM comes to rest at a maximum, and does not creep there.
+//! Convergence of EM: it reaches a maximum, in few steps.
 //!
-//! In: mixtures whose components overlap. Out: what was learned, and how many steps it took. Invariant: the maximum is that
-//! of plain EM, written out here and iterated until it rests.
+//! In: mixtures whose components overlap. Out: the estimates, and the number of steps. Invariant: the maximum is that
+//! of plain EM, written out here and iterated until it converges.
 
 use crate::support::learning::{near, program, seen};
 use bp_core::learn::{Learned, Settings};
@@ -25,7 +25,7 @@ fn parameter(learned: &Learned, name: &str) -> Vec<f64> {
     learned.model().parameters.values().find(|it| it.name == name).unwrap().default.clone()
 }
 
-/// Weight of the first, means, deviations: plain EM until nothing changes.
+/// Weight of the first component, means, deviations: plain EM until nothing changes.
 fn plain(numbers: &[f64], mut at: [f64; 5]) -> [f64; 5] {
     for _ in 0..200_000 {
         let [p, m, n, s, t] = at;

@@ -1,7 +1,6 @@
 //! Learning over plates and families, from columns of every kind, of names in quotes.
 //!
-//! In: programs and tables written here. Out: learned programs. Invariant: as in `learning.rs`: expected numbers are hand
-//! arithmetic.
+//! In: programs and tables written here. Out: learned programs. Invariant: expected numbers are computed by hand.
 
 mod climbs;
 mod columns;

@@ -1,7 +1,7 @@
-//! Plates and families: cases of all elements count for what they share.
+//! Plates and families: all elements contribute to shared parameters.
 //!
-//! In: programs over a plate or with families, a few rows. Out: their parameters, and answers of the text that is
-//! written. Invariant: expected numbers are hand arithmetic, or published.
+//! In: programs over a plate or with families, a few rows. Out: their parameters, and answers of the written text.
+//! Invariant: expected numbers are computed by hand, or published.
 
 use crate::support::learning::{learned, near, seen, written};
 use crate::support::{model_of, question};

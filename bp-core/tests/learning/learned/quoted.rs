@@ -1,7 +1,7 @@
-//! Names and labels that need quotes: what is learned is written so that it asks the same.
+//! Names and labels that need quotes: the learned text gives the same answers.
 //!
-//! In: random programs with names and labels of any letters. Out: nothing where the text that is written parses, and every
-//! question has the same answer to the last bit. Invariant: seeded.
+//! In: random programs with names and labels of any letters. Out: pass if the written text parses, and every answer has
+//! the same bits. Invariant: seeded.
 
 use crate::support::learning::{answer, learned, program, written};
 use crate::support::model_of;

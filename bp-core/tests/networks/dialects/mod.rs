@@ -1,17 +1,17 @@
 //! Small files of every dialect, and reading one.
 //!
-//! In: nothing. Out: texts. Invariant: the files of XMLBIF, Hugin NET and UAI say the same.
+//! In: nothing. Out: texts. Invariant: the files of XMLBIF, Hugin NET and UAI describe the same network.
 
 use bp_core::io::{self, Format, Network};
 use bp_core::source::Source;
 
-/// Reads a text that is right.
+/// Reads a correct text.
 pub(crate) fn read(format: Format, text: &str) -> Network {
     let source = Source::new("network", text);
     io::read(&source, format).unwrap_or_else(|wrong| panic!("{}\n{text}", wrong.render(&source, false)))
 }
 
-/// BIF with all that is odd in it.
+/// BIF with all its dialects.
 pub(crate) const ASIA_LIKE: &str = "\u{feff}// made by hand\r
 network \"Chest clinic\" { property author \"J. Doe; others\"; }\r
 # a comment\r

@@ -1,6 +1,6 @@
-//! Histories, enumerated, and the answers that are held to them.
+//! Enumeration of histories, and the comparison of answers with it.
 //!
-//! In: a world, and what was observed at each instant. Out: nothing where filter, predict, smooth, sequence and ln P agree
+//! In: a world, and the observations at each instant. Out: pass if filter, predict, smooth, sequence and ln P agree
 //! with the sum over every history. Invariant: a history's weight is a product of the world's own tables.
 
 use super::statistics::Enumerated;

@@ -1,8 +1,8 @@
-//! Random programs over time, against the enumeration of every history.
+//! Random programs over time, compared with the enumeration of every history.
 //!
 //! In: programs with zeros in start laws, transitions and observations; one chain or several; labels, numbers, bins and
-//! booleans; families; Diracs; reals; likelihoods; missing observations. Out: nothing where filter, predict, smooth,
-//! sequence and ln P agree. Invariant: the enumerator has its own tables and multiplies them history by history; it shares
+//! booleans; families; Diracs; reals; likelihoods; missing observations. Out: pass if filter, predict, smooth, sequence
+//! and ln P agree. Invariant: the enumerator has its own tables and multiplies them history by history; it shares
 //! nothing with the library but the text of the program that it writes.
 
 mod hold;

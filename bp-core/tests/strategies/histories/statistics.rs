@@ -1,8 +1,8 @@
-//! Statistics over time, made of the enumerated distributions.
+//! Statistics over time, compared with those of the enumerated distributions.
 //!
-//! In: a world, what was observed, and the probabilities that enumeration gives. Out: nothing where entropy, maximum,
-//! argmax, best, expectation, variance and divergence of each instant, and the best and drawn sequences, agree.
-//! Invariant: each statistic is written here from its definition.
+//! In: a world, observations, and the enumerated probabilities. Out: pass if entropy, maximum, argmax, best,
+//! expectation, variance and divergence of each instant, and the best and drawn sequences, agree. Invariant: each
+//! statistic is written here from its definition.
 
 use super::hold::{Row, near};
 use super::{Kind, World};

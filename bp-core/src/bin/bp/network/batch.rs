@@ -1,7 +1,7 @@
 //! `bp batch`: the posteriors of many cases.
 //!
-//! In: a network, and a table with a column for each observed variable. Out: a table with a row for each case. Invariant:
-//! the file is whole or not there; a case that cannot be has its row too, with nothing but the reason in it.
+//! In: a network, and a table with a column for each observed variable. Out: a table with a row for each case.
+//! Invariant: the file is complete or absent; an impossible case has a row with only the reason in it.
 
 use super::{network, numbered, uai_cases};
 use crate::data::{self, Separator};
@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         false => arguments.only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
     };
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} cases, {eta} left");
-    // Hidden where stderr is no terminal.
+    // Hidden if stderr is not a terminal.
     let bar = ProgressBar::new(cases.len() as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let answers = answer_cases(&named.network, &cases, &wanted, || bar.inc(1))?;
@@ -90,7 +90,10 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         page.into_inner().map_err(|error| Failure::Output(std::io::Error::other(error.to_string())))?;
     output::write(arguments.out.as_deref(), &page, out)?;
     if wrong > 0 {
-        program::warn(&format!("warning: {wrong} of {} cases cannot be; their rows say why", cases.len()));
+        program::warn(&format!(
+            "warning: {wrong} of {} cases are impossible; their rows give the reasons",
+            cases.len()
+        ));
     }
     Ok(())
 }

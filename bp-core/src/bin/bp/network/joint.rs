@@ -1,7 +1,7 @@
-//! `bp joint`: some variables of a network together.
+//! `bp joint`: the joint posterior of some variables of a network.
 //!
-//! In: a network, evidence, names of variables. Out: their joint posterior, its entropy, and what they share. Invariant:
-//! a row for each combination of values, the last variable fastest.
+//! In: a network, evidence, names of variables. Out: their joint posterior, its entropy, and their mutual information.
+//! Invariant: a row for each combination of values, the last variable fastest.
 
 use super::Asked;
 use crate::failure::Failure;
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// More rows than this are for machines, and for patient people.
+/// Limit of rows.
 const MOST_CELLS: f64 = 1e6;
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 //! `bp marginals`: the posterior of every variable of a network.
 //!
-//! In: a network and evidence. Out: a table, or JSON. Invariant: what is observed has its value for sure.
+//! In: a network and evidence. Out: a table, or JSON. Invariant: an observed variable has its value with probability 1.
 
 use super::Asked;
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
-//! Networks from the shell: what the commands that ask one have in common.
+//! The common parts of the network commands.
 //!
-//! In: a file, and evidence as JSON or as UAI has it. Out: a network by names, and its evidence. Invariant: a wrong name or value is reported
-//! before anything is computed.
+//! In: a file, and evidence in JSON or UAI format. Out: a network by names, and its evidence. Invariant: a wrong name
+//! or value is reported before anything is computed.
 
 pub(crate) mod batch;
 pub(crate) mod joint;
@@ -21,7 +21,7 @@ use serde_json::Value;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// A network, and what is known of it.
+/// A network and its evidence.
 #[derive(clap::Args)]
 pub(crate) struct Asked {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
@@ -67,7 +67,7 @@ impl Asked {
                     values.extend(value_text(&name, &value)?.map(|value| (name, value)));
                 }
             }
-            // What is no JSON object is read as UAI has it where it begins with a number.
+            // A text that begins with a number is read as UAI, others as JSON.
             Some(source) if source.text.trim_start().starts_with(|first: char| first.is_ascii_digit()) => {
                 let mut cases = uai_cases(&source, &network)?;
                 if cases.len() > 1 {
@@ -91,7 +91,7 @@ impl Asked {
     }
 }
 
-/// What was read from an evidence file of UAI, case by case.
+/// The content of a UAI evidence file, case by case.
 pub(crate) fn uai_cases(source: &Source, network: &Network) -> Result<Vec<Vec<Known>>, Failure> {
     uai::evidence(source, &network.model).map_err(|wrong| Failure::Wrong(wrong, source.clone()))
 }
@@ -115,7 +115,7 @@ pub(crate) fn numbered(
     case.iter().map(one).collect()
 }
 
-/// Reads a network: by names, and as it was read.
+/// Reads a network: by names, and as read.
 pub(crate) fn network(path: &Path) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
     let mut named = Named::new(read.model.clone(), &read.known)?;
@@ -139,10 +139,10 @@ pub(crate) fn free(named: &Named, evidence: &Evidence, names: &[String]) -> Resu
     Ok(found)
 }
 
-/// What messages call the text of an option.
+/// The name of an option's text in messages.
 const COMMAND_LINE: &str = "the command line";
 
-/// What is written on the command line, or in a file.
+/// The text on the command line, or in a file.
 fn written_or_read(written: &str) -> Result<Source, Failure> {
     match written.trim_start().starts_with('{') {
         true => Ok(Source::new(COMMAND_LINE, written)),
@@ -150,7 +150,7 @@ fn written_or_read(written: &str) -> Result<Source, Failure> {
     }
 }
 
-/// The members of a JSON object, in their order. A name that stands twice is an error.
+/// The members of a JSON object, in their order. A duplicate name is an error.
 struct Members(Vec<(String, Value)>);
 
 impl<'de> Deserialize<'de> for Members {
@@ -184,13 +184,13 @@ fn object(option: &str, source: &Source) -> Result<Vec<(String, Value)>, Failure
     read.map(|members| members.0).map_err(|error| {
         let what = match source.name.as_str() {
             COMMAND_LINE => format!("{option} is not a JSON object"),
-            name => format!("`{name}` is neither a JSON object nor evidence as UAI has it"),
+            name => format!("`{name}` is neither a JSON object nor UAI evidence"),
         };
         Failure::Words(format!("{what}, such as {{\"smoke\": \"yes\"}}: {error}"))
     })
 }
 
-/// The name of a value: text, a number or a truth value; `None` for `null`, which is not observed.
+/// The name of a value: text, a number or a boolean; `None` for `null`, which is not observed.
 fn value_text(name: &str, value: &Value) -> Result<Option<String>, Failure> {
     match value {
         Value::String(text) => Ok(Some(text.clone())),

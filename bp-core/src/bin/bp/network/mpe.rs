@@ -1,6 +1,6 @@
 //! `bp mpe`: the most probable value of all variables together.
 //!
-//! In: a network and evidence. Out: a table, or JSON. Invariant: as the evidence says where it says anything.
+//! In: a network and evidence. Out: a table, or JSON. Invariant: observed variables have their values.
 
 use super::Asked;
 use crate::failure::Failure;

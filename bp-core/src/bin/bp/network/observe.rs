@@ -1,7 +1,7 @@
-//! `bp observe`: which observation would tell most.
+//! `bp observe`: the most informative observation.
 //!
-//! In: a network, evidence, and what one wants to know. Out: the other variables, the most informative first. Invariant:
-//! information is in bits, and never more than is uncertain of either side.
+//! In: a network, evidence, and target variables. Out: the other variables, the most informative first. Invariant:
+//! information is in bits, and at most the entropy of either side.
 
 use super::Asked;
 use crate::failure::Failure;
@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     writeln!(
         out,
-        "  {} is uncertain by {} bits; observing tells, in bits:\n",
+        "  {} has an entropy of {} bits; information of each observation, in bits:\n",
         arguments.about.join(", "),
         six_digits(now)
     )?;

@@ -1,7 +1,7 @@
-//! `bp cost`: what a network would take, before anything runs.
+//! `bp cost`: the cost of a network, before anything runs.
 //!
-//! In: a network and perhaps evidence. Out: width, cells and bytes of one tree, and of what would be run. Invariant:
-//! nothing is computed but the plan.
+//! In: a network and optionally evidence. Out: width, cells and bytes of one tree, and of the plan. Invariant: only the
+//! plan is computed.
 
 use super::Asked;
 use crate::failure::Failure;
