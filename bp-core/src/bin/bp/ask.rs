@@ -170,7 +170,7 @@ fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
     filled(model, question, &open.filter(is_set).collect(), &BTreeSet::new())
 }
 
-/// One thing is written as itself, several as a list.
+/// A single answer is written as itself, several as a list.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum OneOrSeveral<'t, T> {
