@@ -1,8 +1,8 @@
 //! Bins: a real line, or a circle, cut into intervals.
 //!
-//! In: bounds. Out: [`Bins`], which knows the bin that holds a number and the centre that stands for it. Invariant:
-//! edges are finite and ascend; bin i is [edge i; edge i+1[, and the last one holds its upper edge too, unless the
-//! ends meet: then every number lies in some bin.
+//! In: bounds. Out: [`Bins`], with the bin of a number and the centre of a bin. Invariant: edges are finite and
+//! ascending; bin i is [edge i; edge i+1[, and the last one contains its upper edge too, unless the ends meet: then
+//! every number lies in some bin.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct Bins {
     circle: bool,
 }
 
-/// The most bins that a domain may have.
+/// Limit of the number of bins of a domain.
 pub const MOST_BINS: usize = 1 << 20;
 
 impl Bins {
@@ -33,7 +33,7 @@ impl Bins {
         valid.then_some(Self { edges, even: false, circle: false })
     }
 
-    /// How many bins.
+    /// The number of bins.
     pub fn count(&self) -> usize {
         self.edges.len() - 1
     }
@@ -53,13 +53,13 @@ impl Bins {
         self.circle
     }
 
-    /// The width that all bins have, if they have one.
+    /// The common width of the bins, if there is one.
     pub fn width(&self) -> Option<f64> {
         let (low, high) = self.ends();
         self.even.then(|| (high - low) / self.count() as f64)
     }
 
-    /// The number that stands for a bin.
+    /// The centre of a bin.
     pub fn centre(&self, bin: usize) -> f64 {
         match self.width() {
             Some(width) => self.edges[0] + width * (bin as f64 + 0.5),
@@ -67,21 +67,21 @@ impl Bins {
         }
     }
 
-    /// The bin that holds a number.
+    /// The bin of a number.
     pub fn holding(&self, number: f64) -> Option<usize> {
         holding(&self.edges, self.circle, number)
     }
 
-    /// The centre of a bin, with no more digits than tell it from its neighbours by a billionth.
+    /// The centre of a bin, with the digits that distinguish it from its neighbours by a billionth.
     pub fn name(&self, bin: usize) -> String {
         let digits = 10f64.powi(9 - (self.edges[bin + 1] - self.edges[bin]).log10().floor() as i32);
         let rounded = (self.centre(bin) * digits).round() / digits;
-        // −0 is 0; numbers too large to have such digits are written as they are.
+        // −0 is 0; numbers too large for such digits are written in full.
         if rounded.is_finite() { (rounded + 0.0).to_string() } else { self.centre(bin).to_string() }
     }
 }
 
-/// The bin between these edges that holds a number; the ends meet on a circle.
+/// The bin between these edges that contains a number; the ends meet on a circle.
 pub fn holding(edges: &[f64], circle: bool, number: f64) -> Option<usize> {
     let count = edges.len() - 1;
     let (low, high) = (edges[0], edges[count]);

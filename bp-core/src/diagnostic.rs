@@ -1,40 +1,41 @@
-//! What is wrong with a program: values, collected, and rendered in this one place.
+//! Diagnostics of programs: values, collected, and rendered here.
 //!
-//! In: spans and words from the parser and the checker. Out: [`Diagnostics`], which a macro maps onto its tokens, and
-//! which [`Diagnostics::render`] shows as source lines with carets. Invariant: a message is lower case, puts names in
-//! backticks, and says what was found and what was expected; `help` is there only when there is an evident way out.
+//! In: spans and messages from the parser and the checker. Out: [`Diagnostics`], which a macro maps onto its tokens,
+//! and which [`Diagnostics::render`] shows as source lines with carets. Invariant: a message is lower case, puts names
+//! in backticks, and states what was found and what was expected; `help` is given only if there is an obvious
+//! correction.
 
 use crate::source::{Source, Span};
 use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind};
 use std::fmt;
 
-/// One mistake, and where it is.
+/// One error with its span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// The words that are wrong.
+    /// The span of the error.
     pub span: Span,
-    /// What is wrong, in one sentence.
+    /// The message, one sentence.
     pub message: String,
-    /// Other places that explain it, each with a remark; a label may also stand on the main span.
+    /// Related spans, each with a remark; a label may also have the main span.
     pub labels: Vec<(Span, String)>,
-    /// The evident way out, if there is one.
+    /// The suggested correction, if there is one.
     pub help: Option<String>,
 }
 
 impl Diagnostic {
-    /// A mistake at a place.
+    /// An error at a span.
     pub fn new(span: Span, message: impl Into<String>) -> Self {
         Self { span, message: message.into(), labels: Vec::new(), help: None }
     }
 
-    /// With a remark at another place.
+    /// With a remark at another span.
     #[must_use]
     pub fn with_label(mut self, span: Span, remark: impl Into<String>) -> Self {
         self.labels.push((span, remark.into()));
         self
     }
 
-    /// With a way out.
+    /// With a suggested correction.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -42,33 +43,33 @@ impl Diagnostic {
     }
 }
 
-/// Everything that is wrong with a program, in the order of its text.
+/// The errors of a program, in the order of its text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
-    /// Adds a mistake.
+    /// Adds an error.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.0.push(diagnostic);
     }
 
-    /// True when nothing is wrong.
+    /// True if there are no errors.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The mistakes, in order.
+    /// The errors, in order.
     pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
         self.0.iter()
     }
 
-    /// Puts the mistakes in the order of the text, and keeps one of those that are the same.
+    /// Sorts the errors by their position, and removes duplicates.
     pub fn sort(&mut self) {
         self.0.sort_by(|a, b| a.span.cmp(&b.span).then_with(|| a.message.cmp(&b.message)));
         self.0.dedup();
     }
 
-    /// The value when nothing is wrong, else the mistakes in order.
+    /// The value if there are no errors, else the errors in order.
     pub fn or<T>(mut self, value: T) -> Result<T, Diagnostics> {
         if self.is_empty() {
             return Ok(value);
@@ -77,7 +78,7 @@ impl Diagnostics {
         Err(self)
     }
 
-    /// The mistakes as a person reads them: each with its source lines and carets, in colour or not.
+    /// The errors for users: each with its source lines and carets, with or without colour.
     pub fn render(&self, source: &Source, colour: bool) -> String {
         let mut text = String::new();
         for diagnostic in &self.0 {
@@ -93,7 +94,7 @@ impl From<Diagnostic> for Diagnostics {
     }
 }
 
-/// The bare messages, one to a line, for places that have no source at hand.
+/// The messages only, one per line, if there is no source.
 impl fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, diagnostic) in self.0.iter().enumerate() {
@@ -111,11 +112,11 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostics {}
 
-/// The longest line that is shown whole.
+/// The longest line that is shown in full.
 const LONGEST: usize = 400;
 
-/// The mistake beside what surrounds it on its line, where the line is too long to be shown: network files hold tables of
-/// a million numbers on one.
+/// The error with its surroundings, if the line is too long to be shown: network files have tables of a million numbers
+/// on one line.
 fn excerpt(diagnostic: &Diagnostic, source: &Source) -> Option<String> {
     let text = source.text.as_str();
     let long = |span: Span| {
@@ -149,7 +150,7 @@ fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String 
     }
     let name = source.name.as_str();
     let fit = |span: Span| {
-        // Whole characters: the page is cut at these places.
+        // Whole characters: the text is cut at these positions.
         let end = source.text.ceil_char_boundary(span.end);
         (name, source.text.floor_char_boundary(span.start).min(end)..end)
     };
@@ -171,9 +172,9 @@ fn render_one(diagnostic: &Diagnostic, source: &Source, colour: bool) -> String 
     let mut bytes = Vec::new();
     let written = report.finish().write((name, ariadne::Source::from(source.text.as_str())), &mut bytes);
     match written {
-        // Trailing blanks would make the golden pages hard to keep.
+        // Trailing blanks would complicate the golden files.
         Ok(()) => {
-            // The first word is the kind of report; commands write it small.
+            // The first word is the kind of report; commands print it in lower case.
             let text = String::from_utf8_lossy(&bytes).replacen("Error:", "error:", 1);
             text.lines().map(|line| format!("{}\n", line.trim_end())).collect()
         }

@@ -1,8 +1,8 @@
-//! What can be wrong: a program, data, and a question that cannot be answered.
+//! Errors of programs, data and questions.
 //!
-//! In: a name and what was found; of a wrong program its diagnostics and its text. Out: an [`Error`] that says what to mend.
-//! Invariant: the stages of the compiler report a wrong program as [`Diagnostics`]; with the text it becomes an [`Error`] where
-//! a user meets it.
+//! In: a name and what was found; for a wrong program its diagnostics and its text. Out: an [`Error`] that states how
+//! to correct it. Invariant: the stages of the compiler report a wrong program as [`Diagnostics`], which becomes an
+//! [`Error`] together with the text.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::memory::{self, bytes_text, count_text};
@@ -10,24 +10,24 @@ use crate::source::Source;
 use std::fmt::{self, Debug, Formatter};
 use std::path::{Path, PathBuf};
 
-/// What can be wrong: a program, data, and a question that cannot be answered. It prints as a user reads it, also with
-/// `{:?}`: a program that ends in an error shows the page.
+/// An error of a program, of data or of a question. It prints for users, also with `{:?}`: a program that ends in an
+/// error shows the diagnostics.
 #[derive(thiserror::Error)]
 pub enum Error {
-    /// A wrong program or question, with the text that it is wrong in.
+    /// A wrong program or question, with its text.
     #[error("{}", page(wrong, text))]
     Program {
         /// The text.
         text: Box<Source>,
-        /// What is wrong with it.
+        /// Its diagnostics.
         wrong: Diagnostics,
     },
-    /// Something looked up in an answer that it does not have.
+    /// A lookup of something that an answer does not have.
     #[error("`{question}`: {message}")]
     Lookup {
-        /// What was asked.
+        /// The question.
         question: String,
-        /// What was looked up, and what there is.
+        /// What was looked up, and what exists.
         message: String,
     },
     /// A file that cannot be read or written.
@@ -38,7 +38,7 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
-    /// An input that was not given, or does not fit.
+    /// An input that is missing or invalid.
     #[error("input `{name}`: {message}")]
     Input {
         /// The input.
@@ -46,17 +46,17 @@ pub enum Error {
         /// What was found, and what was expected.
         message: String,
     },
-    /// A number in a form that a distribution cannot have.
+    /// An invalid number in a form.
     #[error("`{form}`{}: {message}", in_context(context))]
     Number {
         /// The factor and its form, `P(Y | X) = bernoulli(X / 2)`.
         form: String,
-        /// The values of the right-hand variables, `X = 3`; empty where there are none.
+        /// The values of the right-hand variables, `X = 3`; empty if there are none.
         context: String,
         /// The number that was found, and what was expected.
         message: String,
     },
-    /// A cell of a table that is no value of its variable.
+    /// A cell of a table that is not a value of its variable.
     #[error("`{}`, row {row}, column `{column}`: `{value}` is {message}", path.display())]
     Cell {
         /// The file.
@@ -65,7 +65,7 @@ pub enum Error {
         row: usize,
         /// The name of the column.
         column: String,
-        /// What stands there.
+        /// Its text.
         value: String,
         /// What was expected.
         message: String,
@@ -99,7 +99,7 @@ pub enum Error {
         /// Why.
         reason: String,
     },
-    /// A model that a network file cannot hold.
+    /// A model that cannot be written as a network file.
     #[error("`{name}` cannot be written as a network file: {reason}")]
     Unwritable {
         /// The model.
@@ -115,22 +115,22 @@ pub enum Error {
         /// Why.
         error: Box<Error>,
     },
-    /// An answer that would not fit.
+    /// An answer that does not fit in memory.
     #[error(
         "`{name}` needs {} cells ({}), but at most {} are allowed{}; {help}",
         apart(*cells, *most)[0], bytes_text(*cells * 8.0), apart(*cells, *most)[1], free_text()
     )]
     TooLarge {
-        /// What would be too large.
+        /// The object that is too large.
         name: String,
-        /// How large.
+        /// Its size.
         cells: f64,
-        /// How large it may be.
+        /// The limit.
         most: f64,
         /// The way out.
         help: String,
     },
-    /// Work that was stopped before it had anything to say.
+    /// Work that was interrupted before there was an answer.
     #[error("interrupted before there was an answer")]
     Interrupted,
     /// An answer that would take too long.
@@ -143,30 +143,30 @@ pub enum Error {
         question: String,
         /// Products that are summed.
         products: f64,
-        /// How many there may be.
+        /// The limit.
         most: f64,
         /// The way out.
         help: String,
     },
 }
 
-/// Two counts in words, with all of their digits where fewer would make them equal.
+/// Two counts as text, with all digits if fewer would make them equal.
 fn apart(one: f64, other: f64) -> [String; 2] {
     let texts = [one, other].map(count_text);
     if texts[0] == texts[1] { [one, other].map(|count| format!("{count:.0}")) } else { texts }
 }
 
-/// What the machine has free, as a remark.
+/// The free memory, as a remark.
 fn free_text() -> String {
     memory::free().map_or_else(String::new, |bytes| format!("; {} of memory are free", bytes_text(bytes)))
 }
 
-/// Evidence of probability zero: the program says 0 of it, it is not merely small.
+/// Evidence of probability zero: some factor is exactly 0.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Impossible {
     /// The question.
     pub question: String,
-    /// What excludes it, where one observation or one factor does.
+    /// The reason, if a single observation or factor excludes it.
     pub reason: Option<String>,
 }
 
@@ -184,13 +184,13 @@ impl fmt::Display for Impossible {
     }
 }
 
-/// The page of what is wrong with a program, without its first word.
+/// The rendered diagnostics of a program, without the first word.
 fn page(wrong: &Diagnostics, text: &Source) -> String {
     let page = wrong.render(text, false);
     page.strip_prefix("error: ").unwrap_or(&page).trim_end().to_owned()
 }
 
-/// As it prints: `unwrap` and a `main` that ends in an error show what a user can read.
+/// As it prints: `unwrap` and a `main` that ends in an error show readable messages.
 impl Debug for Error {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{self}")
@@ -198,13 +198,12 @@ impl Debug for Error {
 }
 
 impl Error {
-    /// What is wrong with a program or a question, with its text.
+    /// The diagnostics of a program or a question, with its text.
     pub fn program(text: &Source, wrong: impl Into<Diagnostics>) -> Self {
         Error::Program { text: Box::new(text.clone()), wrong: wrong.into() }
     }
 
-    /// The mistakes of a wrong program, each with its span, its labels and perhaps a help, and the text that spans point
-    /// into.
+    /// The errors of a wrong program, each with its span, labels and optional help, and the text of the spans.
     pub fn diagnostics(&self) -> Option<(&Source, &[Diagnostic])> {
         match self {
             Error::Program { text, wrong } => Some((text, &wrong.0)),
@@ -212,7 +211,7 @@ impl Error {
         }
     }
 
-    /// An input that does not fit.
+    /// An invalid input.
     pub fn input(name: impl Into<String>, message: impl Into<String>) -> Self {
         Error::Input { name: name.into(), message: message.into() }
     }

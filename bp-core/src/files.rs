@@ -1,8 +1,7 @@
-//! Files: read with a bound, written whole or not at all.
+//! Reading of files with a size limit, and atomic writing.
 //!
-//! In: a path. Out: its bytes; or a file with new bytes. Invariant: a regular file is never seen half-written, keeps its
-//! permissions, and nothing is left beside it; what is not a regular file (a pipe, a device, a link) is written through,
-//! never replaced.
+//! In: a path. Out: its bytes; or a file with new bytes. Invariant: a regular file is never partially written, keeps
+//! its permissions, and no other file remains; pipes, devices and links are written directly, never replaced.
 
 use atomic_write_file::AtomicWriteFile;
 use flate2::read::MultiGzDecoder;
@@ -10,13 +9,13 @@ use std::fs::{File, Metadata, OpenOptions, metadata, symlink_metadata};
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::path::Path;
 
-/// The most bytes of a file that are read: what is longer, or never ends, is refused.
+/// Limit of the bytes read from a file.
 pub const MOST_BYTES: u64 = 1 << 28;
 
-/// How a file begins that was compressed by gzip.
+/// The first bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// All bytes of a file, decompressed where it is a gzip file.
+/// All bytes of a file, decompressed if it is a gzip file.
 ///
 /// # Errors
 /// It cannot be read, or holds more than [`MOST_BYTES`].
@@ -24,7 +23,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     bounded(File::open(path)?)
 }
 
-/// All bytes of an input, decompressed where it is a gzip file.
+/// All bytes of an input, decompressed if it is a gzip file.
 ///
 /// # Errors
 /// It cannot be read, or holds more than [`MOST_BYTES`].
@@ -54,9 +53,9 @@ fn all(from: impl Read) -> Result<Vec<u8>> {
     }
 }
 
-/// Writes a file. A regular file, or one that is not there, gets the bytes at once: they are written to a file without a
-/// name, which then takes the place of the old one. A pipe, a device or a file with several names is written through; of
-/// a symbolic link the file that it points to.
+/// Writes a file. A regular or new file is replaced atomically: the bytes are written to a file without a name, which
+/// then replaces the old one. A pipe, a device or a file with several hard links is written directly; for a symbolic
+/// link, its target is written.
 ///
 /// # Errors
 /// The file or its folder cannot be written; the old file is then as it was.
@@ -64,31 +63,31 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     check_name(path)?;
     let found = match metadata(path) {
         Ok(found) => found,
-        // A link to nothing makes what it points to.
+        // A dangling link creates its target.
         Err(error) if error.kind() == ErrorKind::NotFound && symlink_metadata(path).is_ok() => {
             return through(path, bytes);
         }
         Err(error) if error.kind() == ErrorKind::NotFound => return replaced(path, bytes),
         Err(error) => return Err(error),
     };
-    // What `/dev/stdout` stands for may be a regular file, which others are writing too.
+    // `/dev/stdout` may be a regular file that others write too.
     let stream = path.starts_with("/dev") || path.starts_with("/proc");
     if !found.is_file() || stream || names(&found) > 1 {
         return through(path, bytes);
     }
-    // Renaming would get round the write protection of the file.
+    // Renaming would circumvent the write protection of the file.
     if found.permissions().readonly() {
         return Err(Error::new(ErrorKind::PermissionDenied, "the file is read-only"));
     }
     let target = path.canonicalize()?;
     match replaced(&target, bytes) {
-        // Where the folder may not be written, the file may.
+        // The folder may be read-only, and the file not.
         Err(error) if error.kind() == ErrorKind::PermissionDenied => through(&target, bytes),
         done => done,
     }
 }
 
-/// Refuses what names a folder where a file is to be written.
+/// Refuses the name of a folder instead of a file.
 ///
 /// # Errors
 /// The path ends in a separator, or is that of a folder.
@@ -108,14 +107,14 @@ pub fn check_folder(folder: &Path) -> Result<()> {
     AtomicWriteFile::open(folder.join("probe"))?.discard()
 }
 
-/// Writes a file that takes the place of another.
+/// Replaces a file.
 fn replaced(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = AtomicWriteFile::open(path)?;
     file.write_all(bytes)?;
     file.commit()
 }
 
-/// Writes to what is there.
+/// Writes to an existing file.
 fn through(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut options = OpenOptions::new();
     match path.starts_with("/dev") || path.starts_with("/proc") {
@@ -127,7 +126,7 @@ fn through(path: &Path, bytes: &[u8]) -> Result<()> {
     file.flush()
 }
 
-/// How many names a file has.
+/// The number of hard links of a file.
 #[cfg(unix)]
 fn names(found: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::nlink(found)

@@ -1,9 +1,9 @@
-//! Kernels on a graphics processor, by WebGPU: the shaders of [`crate::emit::wgsl`], run.
+//! Kernels on a graphics processor, by WebGPU and the shaders of [`crate::emit::wgsl`].
 //!
-//! In: a kernel and its inputs, in f32. Out: its outputs. Invariant: the same inputs are checked in the same way as
-//! by the other back ends; where there is no adapter there is no [`Gpu`], and nothing else fails.
+//! In: a kernel and its inputs, in f32. Out: its outputs. Invariant: inputs are checked as by the other back ends;
+//! without an adapter there is no [`Gpu`], and nothing else fails.
 //!
-//! Needs the feature `gpu`. A software adapter, such as that of Mesa, will do.
+//! Needs the feature `gpu`. A software adapter, such as Mesa's, is sufficient.
 
 use crate::emit::wgsl::{MOST_WORKGROUPS, Shader, WORKGROUP, emit_wgsl};
 use crate::error::Error;
@@ -20,16 +20,16 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     name: String,
-    /// Bytes of one buffer, at most.
+    /// Limit of the bytes of one buffer.
     most: u64,
 }
 
-/// A kernel that is ready to be run on a device, again and again.
+/// A kernel prepared for repeated runs on a device.
 #[derive(Debug)]
 pub struct GpuKernel<'g> {
     gpu: &'g Gpu,
     kernel: Kernel,
-    /// The pipelines of the last run: they are written for its extents.
+    /// The pipelines of the last run, compiled for its extents.
     ready: Mutex<Option<Arc<Pipelines>>>,
 }
 
@@ -55,7 +55,7 @@ pub struct GpuRun<'g> {
     outputs: Vec<(OutputKey, u64, u64)>,
 }
 
-/// What goes to the device.
+/// The data sent to the device.
 #[derive(Default)]
 struct Upload {
     numbers: Vec<f32>,
@@ -65,7 +65,7 @@ struct Upload {
 }
 
 impl Gpu {
-    /// The most powerful device of this machine; `None` where it has none.
+    /// The most powerful device of this machine; `None` if it has none.
     pub fn open() -> Option<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let options = wgpu::RequestAdapterOptions {
@@ -80,12 +80,12 @@ impl Gpu {
         Some(Self { device, queue, name: adapter.get_info().name, most })
     }
 
-    /// What the device is called.
+    /// The name of the device.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// A kernel for this device; it is compiled when its extents are known.
+    /// A kernel for this device; it is compiled once its extents are known.
     pub fn prepare(&self, kernel: Kernel) -> GpuKernel<'_> {
         GpuKernel { gpu: self, kernel, ready: Mutex::default() }
     }
@@ -133,14 +133,14 @@ impl<'g> GpuKernel<'g> {
     /// Runs the kernel once.
     ///
     /// # Errors
-    /// An input that is missing or does not fit; arrays that are larger than what the device takes.
+    /// An input that is missing or invalid; arrays that are too large for the device.
     pub fn run(&self, inputs: &Inputs<'_, f32>) -> Result<Outputs<f32>, Error> {
         let run = self.load(inputs)?;
         run.dispatch();
         Ok(run.outputs())
     }
 
-    /// Brings the inputs to the device, and compiles the kernel for their extents unless the last ones were the same.
+    /// Copies the inputs to the device, and compiles the kernel for their extents unless the last ones were the same.
     ///
     /// # Errors
     /// As [`GpuKernel::run`].
@@ -217,7 +217,7 @@ fn upload(shader: &Shader, bound: &Bound<'_, f32>) -> Upload {
             upload.outputs.push((key, first as u64, count as u64));
         }
     }
-    // A binding of nothing is not allowed.
+    // An empty binding is not allowed.
     upload.positions.push(0);
     upload
 }
@@ -237,7 +237,7 @@ fn spread(bound: &Bound<'_, f32>, buffer: BufferId, cells: &[f32]) -> impl Itera
 }
 
 impl GpuRun<'_> {
-    /// Computes the outputs, and waits for them.
+    /// Computes the outputs and waits for them.
     pub fn dispatch(&self) {
         let gpu = self.gpu;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -253,7 +253,7 @@ impl GpuRun<'_> {
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("internal: the device answers");
     }
 
-    /// Brings the outputs back.
+    /// Copies the outputs back.
     pub fn outputs(&self) -> Outputs<f32> {
         let gpu = self.gpu;
         let read = |(key, first, count): &(OutputKey, u64, u64)| {

@@ -1,14 +1,14 @@
-//! What a name was probably meant to be.
+//! Suggestions for misspelled names.
 //!
-//! In: a name that nothing answers to, and those that something does. Out: the nearest, if it is near. Invariant: a
-//! suggestion is a slip of the hand away, never another word.
+//! In: an unknown name, and the known ones. Out: the nearest one, if it is near. Invariant: a suggestion differs by a
+//! typing error, and is never a different word.
 
-/// The nearest of the names, if one letter in four at most is wrong, or only capitals are.
+/// The nearest of the names, if at most one letter in four differs, or only the case.
 pub(crate) fn nearest<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     within(wanted.chars().count() / 4, wanted, known)
 }
 
-/// The nearest of the names where any other word would be odd: in a word of three letters one may be wrong too.
+/// The nearest of the names, if no other word is plausible: in a word of three letters one may differ too.
 pub(crate) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let letters = wanted.chars().count();
     within(if letters < 3 { 0 } else { letters.div_ceil(4) }, wanted, known)
@@ -16,7 +16,7 @@ pub(crate) fn near<'n>(wanted: &str, known: impl IntoIterator<Item = &'n str>) -
 
 fn within<'n>(most: usize, wanted: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let capital = |name: &str| name.starts_with(char::is_uppercase);
-    // Names come in any order: among equally near ones those written alike go first, then the alphabet decides.
+    // The order of names does not matter: among equally near ones equal case is preferred, then the alphabet decides.
     known
         .into_iter()
         .filter(|name| *name != wanted)
@@ -31,7 +31,7 @@ pub(crate) fn did_you_mean<'n>(wanted: &str, known: impl IntoIterator<Item = &'n
     nearest(wanted, known).map(|name| format!("did you mean `{name}`?"))
 }
 
-/// How many letters have to be put in, taken out, replaced or swapped with their neighbour.
+/// The edit distance: insertions, deletions, replacements and swaps of neighbours.
 fn distance(left: &str, right: &str) -> usize {
     let (left, right): (Vec<char>, Vec<char>) = (left.chars().collect(), right.chars().collect());
     let mut rows: Vec<Vec<usize>> = vec![(0..=right.len()).collect()];
@@ -52,10 +52,10 @@ fn distance(left: &str, right: &str) -> usize {
     rows[left.len()][right.len()]
 }
 
-/// The most names that a list writes out.
+/// Limit of the names in a list.
 const MOST_LISTED: usize = 40;
 
-/// Names as an English list in backticks: all of them, or the first ones and how many there are besides.
+/// Names as an English list in backticks: all of them, or the first ones and the number of the others.
 pub(crate) fn listed<'n>(names: impl IntoIterator<Item = &'n str>, last: &str) -> String {
     let mut words: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
     if words.len() > MOST_LISTED {

@@ -1,7 +1,7 @@
 //! Typed ids and the arena that they index.
 //!
-//! In: values, one after the other. Out: an id for each. Invariant: an id is only ever made by the arena
-//! that holds its value, so looking one up cannot fail.
+//! In: values, one after the other. Out: an id for each. Invariant: an id is made only by the arena that contains its
+//! value, so that a lookup cannot fail.
 
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
@@ -32,9 +32,9 @@ macro_rules! define_ids {
 }
 
 define_ids! {
-    /// A named set: bound from outside, or a grid, or its displacements.
+    /// A named set: given at run time, or a grid, or its displacements.
     SetId,
-    /// A parameter: a number, or a field of numbers, that a question is given when it is asked.
+    /// A parameter: a number, or a field of numbers, that is given when a question is asked.
     ParameterId,
     /// A variable of a model.
     VariableId,
@@ -54,7 +54,7 @@ define_ids! {
     ValueId,
 }
 
-/// Values in the order in which they came, looked up by the id that they were given.
+/// Values in the order of insertion, looked up by id.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Arena<I, T> {
     items: Vec<T>,
@@ -63,18 +63,18 @@ pub struct Arena<I, T> {
 }
 
 impl<I: Id, T> Arena<I, T> {
-    /// Adds a value and gives its id.
+    /// Adds a value and returns its id.
     pub fn push(&mut self, value: T) -> I {
         self.items.push(value);
         I::new(self.items.len() - 1)
     }
 
-    /// How many values there are.
+    /// The number of values.
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// Whether there is none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }

@@ -1,14 +1,14 @@
 //! Text in LaTeX.
 //!
-//! In: any text. Out: text in which LaTeX reads no command, for text mode or, as a name, for mathematics. Invariant:
-//! what comes out is ASCII wherever LaTeX has a command for the character, so that any engine reads it; letters of
-//! other scripts stay and need an engine that reads Unicode.
+//! In: any text. Out: escaped text, for text mode or, as a name, for mathematics. Invariant: the output is ASCII if
+//! LaTeX has a command for the character, so that any engine reads it; letters of other scripts stay and need an engine
+//! that reads Unicode.
 
-/// Greek letters that have a command of their own; the other capitals look like Latin ones.
+/// Greek letters with commands of their own; the other capitals look like Latin ones.
 const GREEK: &str = "αalpha βbeta γgamma δdelta εvarepsilon ζzeta ηeta θtheta ιiota κkappa λlambda μmu νnu ξxi πpi ρrho \
     σsigma τtau υupsilon φvarphi χchi ψpsi ωomega ΓGamma ΔDelta ΘTheta ΛLambda ΞXi ΠPi ΣSigma ΥUpsilon ΦPhi ΨPsi ΩOmega";
 
-/// Signs that stand in mathematics.
+/// Symbols in mathematics.
 const SIGNS: [(char, &str); 16] = [
     ('−', "-"),
     ('·', "\\cdot"),
@@ -28,14 +28,14 @@ const SIGNS: [(char, &str); 16] = [
     ('…', "\\ldots"),
 ];
 
-/// The command that a character has in mathematics.
+/// The command of a character in mathematics.
 fn command(character: char) -> Option<String> {
     let greek = GREEK.split_whitespace().find_map(|word| word.strip_prefix(character));
     let sign = || SIGNS.iter().find(|(sign, _)| *sign == character).map(|(_, command)| (*command).to_owned());
     greek.map(|name| format!("\\{name}")).or_else(sign)
 }
 
-/// A text in which LaTeX reads no command, for text mode.
+/// An escaped text, for text mode.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

@@ -46,9 +46,8 @@ pub mod program;
 
 pub use error::Error;
 
-/// The stages behind the door. Six values, six verbs: [`source::Source`] → parse → [`syntax::ast::Program`] → check →
-/// [`model::Model`] → plan → [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`]. `docs/architecture.md` says
-/// how they fit.
+/// The stages of the compiler: [`source::Source`] → parse → [`syntax::ast::Program`] → check → [`model::Model`] → plan
+/// → [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`]. `docs/architecture.md` describes them.
 pub mod compiler {
     #[cfg(feature = "gpu")]
     #[doc(inline)]

@@ -1,19 +1,19 @@
-//! How much memory there is for another array.
+//! The free memory for another array.
 //!
-//! In: what the operating system says. Out: bytes. Invariant: free memory may refuse a question, it never chooses how one is
-//! answered; where the system says nothing, nothing is refused.
+//! In: reports of the operating system. Out: bytes. Invariant: lack of memory may refuse a question, but never selects
+//! a strategy; without a report nothing is refused.
 //!
-//! On Linux: the least of `MemAvailable`, of what the control group of the process may still take, and of what its own
-//! limit of address space leaves (`ulimit -v`).
+//! On Linux: the minimum of `MemAvailable`, of the remaining limit of the control group, and of the remaining address
+//! space (`ulimit -v`).
 
 use std::fs::read_to_string;
 
-/// Bytes that can still be had; `None` where the system does not say.
+/// Available bytes; `None` if the system does not report them.
 pub(crate) fn free() -> Option<f64> {
     [available(), in_group(), in_limit()].into_iter().flatten().reduce(f64::min)
 }
 
-/// Bytes as people read them: `7.8 GB`.
+/// Bytes for display: `7.8 GB`.
 pub(crate) fn bytes_text(bytes: f64) -> String {
     const UNITS: [&str; 7] = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
     if bytes >= 1e21 {
@@ -25,7 +25,7 @@ pub(crate) fn bytes_text(bytes: f64) -> String {
     format!("{amount:.digits$} {}", UNITS[unit as usize])
 }
 
-/// A count as people read it: `4096`, `4.3e9`.
+/// A count for display: `4096`, `4.3e9`.
 pub(crate) fn count_text(count: f64) -> String {
     match count {
         _ if count.is_infinite() => "more than 1e308".to_owned(),
@@ -37,12 +37,12 @@ pub(crate) fn count_text(count: f64) -> String {
     }
 }
 
-/// What the machine has to give.
+/// The available memory of the machine.
 fn available() -> Option<f64> {
     field(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|kilobytes| kilobytes * 1024.0)
 }
 
-/// What the control group of this process may still take.
+/// The remaining memory of the control group.
 fn in_group() -> Option<f64> {
     let number = |path: String| read_to_string(path).ok()?.trim().parse::<f64>().ok();
     let groups = read_to_string("/proc/self/cgroup").ok()?;
@@ -64,14 +64,14 @@ fn in_group() -> Option<f64> {
     second.or(first).map(|bytes| bytes.max(0.0))
 }
 
-/// What the limit of address space leaves.
+/// The remaining address space.
 fn in_limit() -> Option<f64> {
     let most = field(&read_to_string("/proc/self/limits").ok()?, "Max address space")?;
     let taken = field(&read_to_string("/proc/self/status").ok()?, "VmSize:")? * 1024.0;
     Some((most - taken).max(0.0))
 }
 
-/// The number behind a name at the start of a line.
+/// The number after a name at the start of a line.
 fn field(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse().ok()

@@ -1,10 +1,10 @@
-//! Numbers and bars, as people read them.
+//! Numbers and bars for display.
 //!
-//! In: numbers. Out: text. Invariant: six significant digits, whatever the size.
+//! In: numbers. Out: text. Invariant: six significant digits, for any magnitude.
 
 /// A number with six significant digits.
 pub fn six_digits(number: f64) -> String {
-    // Zero has no sign for a reader.
+    // Zero is printed without a sign.
     let number = number + 0.0;
     if number == 0.0 || !number.is_finite() {
         return number.to_string();
@@ -27,7 +27,7 @@ pub fn two_digits(number: f64) -> String {
     }
 }
 
-/// A bar for a fraction of the width, in eighths of a cell; something that is not nothing shows.
+/// A bar for a fraction of the width, in eighths of a cell; a nonzero fraction is visible.
 pub fn bar(fraction: f64, width: usize) -> String {
     const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
     let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };

@@ -1,7 +1,7 @@
-//! The arithmetic that models and kernels share.
+//! The operators shared by models and kernels.
 //!
-//! In: numbers. Out: a number; truth values are 1 and 0. Invariant: every operator means the same in each
-//! back end; the interpreter's reading of it ([`Unary::apply`], [`Binary::apply`]) is the definition.
+//! In: numbers. Out: a number; truth values are 1 and 0. Invariant: every operator has the same meaning in each back
+//! end; the interpreter's evaluation ([`Unary::apply`], [`Binary::apply`]) is the definition.
 
 pub use crate::special::{ln_bessel, ln_gamma, normal_cumulative};
 use serde::{Deserialize, Serialize};
@@ -60,7 +60,7 @@ pub enum Binary {
     Maximum,
     /// xʸ
     Power,
-    /// what is left of x after whole multiples of y, in [0, y)
+    /// the remainder of x modulo y, in [0, y)
     Remainder,
     /// the angle of the point (y, x) in rad, in (−π, π]
     ArcTangent,
@@ -107,8 +107,8 @@ impl Unary {
         }
     }
 
-    /// The operator's value at a known `x`, unless f64 has no room for it: then it is left to whoever computes it, perhaps
-    /// in a wider range.
+    /// The operator's value at a known `x`, unless it is outside the range of f64: then it is computed at run time,
+    /// possibly in a wider range.
     pub fn folded(self, x: f64) -> Option<f64> {
         let value = self.apply(x);
         let may_lose = matches!(self, Unary::Exponential | Unary::NormalCumulative) && x.is_finite();
@@ -141,7 +141,7 @@ impl Binary {
         }
     }
 
-    /// The operator's value at known numbers, unless f64 has no room for it, as of [`Unary::folded`].
+    /// The operator's value at known numbers, unless it is outside the range of f64, as in [`Unary::folded`].
     pub fn folded(self, x: f64, y: f64) -> Option<f64> {
         let value = self.apply(x, y);
         let exact = match self {
@@ -159,7 +159,7 @@ impl Binary {
         matches!(self, Minimum | Maximum | Power | Remainder | ArcTangent)
     }
 
-    /// How tightly the operator binds when written, loosest first; and its sign.
+    /// The precedence of the operator, loosest first; and its sign.
     pub fn notation(self) -> (u8, &'static str) {
         match self {
             Binary::Or => (1, "or"),

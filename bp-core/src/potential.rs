@@ -1,11 +1,11 @@
 //! Potentials: unnormalised tables over slots, each with the logarithm of its scale.
 //!
-//! In: the values of a factor for the free slots on which it depends. Out: a [`Potential`], and products of potentials of
-//! which slots are summed or maximised out. Invariant: a cell is zero only where a factor is zero. No product underflows:
-//! cells are kept as numbers where their range allows that, else as logarithms.
+//! In: the values of a factor for the free slots on which it depends. Out: a [`Potential`], and products of potentials
+//! of which slots are summed or maximised out. Invariant: a cell is zero only if a factor is zero. No product
+//! underflows: cells are numbers if their range allows it, otherwise logarithms.
 //!
-//! A potential is what one part of the engine asks of another. It is never a conditional: P(X | Y) read from a joint
-//! distribution has no meaning where P(Y) = 0, while the factors have one everywhere.
+//! Strategies exchange potentials, never conditionals: P(X | Y) computed from a joint distribution is undefined if P(Y)
+//! = 0, while the factors are defined everywhere.
 
 mod eliminate;
 mod sweep;
@@ -14,7 +14,7 @@ pub(crate) use eliminate::{MOST_CELLS, Orders, Product, Trace};
 
 use std::borrow::Cow;
 
-/// The range ln(largest / smallest cell that is not zero) up to which cells are kept as numbers.
+/// Limit of ln(largest / smallest nonzero cell) for cells stored as numbers.
 const NARROW: f64 = 200.0;
 
 /// A table over slots; the last slot is the fastest.
@@ -22,18 +22,18 @@ const NARROW: f64 = 200.0;
 pub(crate) struct Potential {
     /// The slots, in the order of the axes.
     pub(crate) over: Vec<usize>,
-    /// Numbers, the largest in [1, 2); or logarithms, the largest 0. All numbers 0 where nothing is possible.
+    /// Numbers, the largest in [1, 2); or logarithms, the largest 0. All numbers are 0 if nothing is possible.
     cells: Vec<f64>,
     /// Whether the cells are logarithms.
     logarithms: bool,
-    /// ln(largest / smallest cell that is not zero), at least.
+    /// An upper bound of ln(largest / smallest nonzero cell).
     range: f64,
-    /// The logarithm of what each cell is to be multiplied by.
+    /// The logarithm of the common factor of the cells.
     ln_scale: f64,
 }
 
 impl Potential {
-    /// A potential of numbers that are not negative, one for each cell.
+    /// A potential of non-negative numbers, one for each cell.
     pub(crate) fn of_numbers(over: Vec<usize>, mut cells: Vec<f64>) -> Self {
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest == 0.0 {
@@ -41,7 +41,7 @@ impl Potential {
         }
         let mut ln_scale = 0.0;
         if !(1.0..2.0).contains(&largest) {
-            // A power of two: nothing is rounded.
+            // A power of two: no rounding.
             let exponent = largest.log2().floor().clamp(-1000.0, 1000.0);
             let scale = (-exponent).exp2();
             cells.iter_mut().for_each(|cell| *cell *= scale);
@@ -81,7 +81,7 @@ impl Potential {
         Self { over: self.over.iter().map(|own| slot(*own)).collect(), ..self.clone() }
     }
 
-    /// The same times a factor, of which this is the logarithm.
+    /// The same times a factor with this logarithm.
     pub(crate) fn scaled(mut self, ln_factor: f64) -> Self {
         self.ln_scale += ln_factor;
         self
@@ -93,7 +93,7 @@ impl Potential {
         (self, ln_scale)
     }
 
-    /// How many cells it has.
+    /// The number of cells.
     pub(crate) fn len(&self) -> usize {
         self.cells.len()
     }
@@ -111,7 +111,7 @@ impl Potential {
         }
     }
 
-    /// ln of a potential over no slot.
+    /// ln of a potential without slots.
     pub(crate) fn ln_scalar(&self) -> f64 {
         debug_assert!(self.over.is_empty(), "internal: a scalar has no slot");
         match self.logarithms {
@@ -120,8 +120,8 @@ impl Potential {
         }
     }
 
-    /// The cells divided by their sum, in an order of the slots that names each of its own; all 0 where nothing is
-    /// possible. A slot that the potential does not have changes nothing.
+    /// The cells divided by their sum, in an order of the slots that contains all of its own; all 0 if nothing is
+    /// possible. Additional slots have no effect.
     pub(crate) fn distribution(&self, slots: &[usize], counts: &[usize]) -> Vec<f64> {
         let numbers: Cow<'_, [f64]> = match self.logarithms {
             true => Cow::Owned(self.cells.iter().map(|cell| cell.exp()).collect()),
@@ -135,14 +135,14 @@ impl Potential {
         ordered
     }
 
-    /// The logarithms of the cells with their scale and another, in an order of the slots that names each of its own.
+    /// The logarithms of the cells with their scale and another, in an order of the slots that contains all of its own.
     fn ln_table(&self, slots: &[usize], counts: &[usize], ln_factor: f64) -> Vec<f64> {
         let mut ordered = self.ordered(&self.logarithms(), slots, counts);
         ordered.iter_mut().for_each(|cell| *cell += self.ln_scale + ln_factor);
         ordered
     }
 
-    /// Cells in an order of the slots that names each of the potential's own.
+    /// Cells in an order of the slots that contains all of the potential's own.
     fn ordered(&self, numbers: &[f64], slots: &[usize], counts: &[usize]) -> Vec<f64> {
         let strides: Vec<usize> = slots.iter().map(|slot| self.stride(*slot, counts)).collect();
         let cells: usize = slots.iter().map(|slot| counts[*slot]).product();
@@ -163,7 +163,7 @@ impl Potential {
         ordered
     }
 
-    /// How far apart the cells are that differ by one in a slot; 0 where the potential does not have it.
+    /// The stride of a slot; 0 if the potential does not have it.
     fn stride(&self, slot: usize, counts: &[usize]) -> usize {
         match self.over.iter().position(|own| *own == slot) {
             Some(position) => self.over[position + 1..].iter().map(|own| counts[*own]).product(),

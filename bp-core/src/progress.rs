@@ -1,8 +1,8 @@
-//! Long work: how far it has come, and a request to stop.
+//! The progress of long work, and requests to stop it.
 //!
-//! In: what draws, or goes from instant to instant, says what it has done; the host asks it to stop. Out: how far it is.
-//! Invariant: what is not stopped is not changed by being watched. One process does one long work at a time; that is why
-//! this is the state of the process, like the signals that it serves.
+//! In: steps reported by sampling or filtering; requests of the host to stop. Out: the progress. Invariant: the
+//! progress report does not change the result. A process does one long work at a time, so the state is global, like the
+//! signals.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
@@ -10,7 +10,7 @@ static DONE: AtomicUsize = AtomicUsize::new(0);
 static TOTAL: AtomicUsize = AtomicUsize::new(0);
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Asks the work that runs to stop with what it has; `false` where none runs that could.
+/// Requests that the current work stops early with its result so far; `false` if none can.
 pub fn stop() -> bool {
     let runs = TOTAL.load(Relaxed) > 0;
     if runs {
@@ -19,37 +19,37 @@ pub fn stop() -> bool {
     runs
 }
 
-/// Whether work was asked to stop.
+/// Whether a stop was requested.
 pub fn is_stopped() -> bool {
     STOPPED.load(Relaxed)
 }
 
-/// Steps that have been done, and all that are to be; `None` where nothing long runs, or nobody knows how long.
+/// The steps done, and the total; `None` if no long work runs, or the total is unknown.
 pub fn steps() -> Option<(usize, usize)> {
     let total = TOTAL.load(Relaxed);
     (total > 0 && total < WITHOUT_END).then(|| (DONE.load(Relaxed).min(total), total))
 }
 
-/// The steps of work that ends when it comes to rest.
+/// The steps of work that ends at convergence.
 const WITHOUT_END: usize = usize::MAX;
 
-/// Work that can be stopped with what it has.
+/// Work that can be stopped early with its result so far.
 pub(crate) struct Work(());
 
 impl Work {
-    /// Work of so many steps begins.
+    /// Begins work with this number of steps.
     pub(crate) fn of(steps: usize) -> Self {
         DONE.store(0, Relaxed);
         TOTAL.store(steps, Relaxed);
         Self(())
     }
 
-    /// Work of which nobody knows how many steps it takes.
+    /// Begins work with an unknown number of steps.
     pub(crate) fn without_end() -> Self {
         Self::of(WITHOUT_END)
     }
 
-    /// Whether it goes on; a step has been done where it does.
+    /// Reports a step; returns whether to continue.
     pub(crate) fn goes_on(&self) -> bool {
         DONE.fetch_add(1, Relaxed);
         !is_stopped()

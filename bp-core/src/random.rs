@@ -1,8 +1,8 @@
-//! Seeded randomness: in, a seed and the name of what will draw from it; out, a generator.
+//! Seeded random generators. In: a random seed and the name of the consumer. Out: a generator.
 //!
-//! The generator is named (xoshiro256++, Blackman and Vigna 2021), so that a seed means the same numbers on
-//! every machine and in every later version. Invariant: two names under one seed give unrelated streams, so
-//! that a sensor that draws more numbers leaves the world and the other sensors as they were.
+//! The generator is xoshiro256++ (Blackman and Vigna 2021), so that a seed gives the same numbers on every machine and
+//! in every later version. Invariant: two names with one seed give unrelated streams, so that a sensor that draws more
+//! numbers does not change the world and the other sensors.
 
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;

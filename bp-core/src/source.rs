@@ -1,15 +1,15 @@
-//! A text and where in it something stands.
+//! Source texts and positions in them.
 //!
-//! In: the name and text of a `.bp` file, or what a macro wrote back from its tokens. Out: [`Source`] and [`Span`],
-//! carried by every later value that may have to be shown to its author. Invariant: a span is two byte offsets into
-//! the text it was made from, `start <= end`.
+//! In: the name and text of a `.bp` file, or the text reconstructed by the macro. Out: [`Source`] and [`Span`], which
+//! are carried by every value that may be shown in a message. Invariant: a span is two byte offsets into the text it
+//! was made from, `start <= end`.
 
 use std::fmt;
 
-/// A program's text, and the name under which messages show it.
+/// A program's text, with its name for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// What messages call the text: usually the path of a file.
+    /// The name of the text in messages: usually the path of a file.
     pub name: String,
     /// The text itself.
     pub text: String,
@@ -34,7 +34,7 @@ impl Source {
     }
 }
 
-/// A stretch of a source: byte offsets, the end excluded.
+/// A range of a source: byte offsets, the end excluded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Span {
     /// Offset of the first byte.
@@ -49,7 +49,7 @@ impl Span {
         Self { start, end: end.max(start) }
     }
 
-    /// The shortest span that holds both.
+    /// The shortest span that contains both.
     pub fn to(self, other: Span) -> Self {
         Self { start: self.start.min(other.start), end: self.end.max(other.end) }
     }

@@ -1,21 +1,21 @@
-//! Spaces: grids of cells, and what it means to move on them.
+//! Spaces: grids of cells, and displacements on them.
 //!
-//! In: three extents and how the ends of each axis behave. Out: tables that say from which cell a displacement
-//! comes, which kernels read as positions. Invariant: a displacement moves all cells of a row alike along the
+//! In: three extents and the behaviour of each axis at its ends. Out: tables of the antecedent cell of each
+//! displacement, which kernels read as positions. Invariant: a displacement moves all cells of a row equally along the
 //! last axis, so that a gather along it is a rotation of contiguous memory.
 //!
 //! The axes are (depth, row, lane); the Bayesian Volumetric Map uses them as (log ρ, φ, θ).
 
 use serde::{Deserialize, Serialize};
 
-/// How the ends of an axis behave.
+/// The behaviour of an axis at its ends.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Edge {
-    /// Beyond them is outside.
+    /// Cells beyond the ends are outside.
     Open,
-    /// They meet. Only for lanes.
+    /// The ends meet. Only for lanes.
     Circle,
-    /// Only for rows: beyond them one comes back on the other side, half a turn further along the lanes.
+    /// Only for rows: a displacement beyond an end continues on the other side, half a turn further along the lanes.
     Pole,
 }
 
@@ -27,13 +27,13 @@ pub struct Space {
     steps: Moves,
 }
 
-/// A space that cannot be.
+/// An invalid space.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum SpaceError {
     /// An axis without cells.
     #[error("axis {0} of the grid has no cells")]
     Empty(usize),
-    /// An edge on an axis that cannot have it.
+    /// An axis with an invalid kind of ends.
     #[error("axis {0} of the grid cannot have {1:?} ends")]
     Edge(usize, Edge),
     /// Poles need an even number of lanes.
@@ -73,12 +73,12 @@ impl Space {
         self.extents.iter().product()
     }
 
-    /// Whether the last axis goes round.
+    /// Whether the last axis is periodic.
     pub fn wraps(&self) -> bool {
         self.edges[2] == Edge::Circle
     }
 
-    /// Where each displacement comes from: for a cell c and displacement v, the cell c − v.
+    /// The antecedents of each displacement: for a cell c and displacement v, the cell c − v.
     pub fn antecedents(&self, displacements: &[[i32; 3]]) -> Moves {
         antecedents(self.extents, self.edges, displacements)
     }
@@ -116,16 +116,16 @@ fn antecedents([depths, rows, lanes]: [usize; 3], edges: [Edge; 3], displacement
     moves
 }
 
-/// Where displacements come from; each table is \[displacement\]\[depth\]\[row\].
+/// The antecedents of displacements; each table is \[displacement\]\[depth\]\[row\].
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Moves {
     /// Depth of the antecedent, −1 outside.
     pub depth: Vec<i32>,
     /// Row of the antecedent, −1 outside.
     pub row: Vec<i32>,
-    /// What is added to the lane to find the antecedent's.
+    /// The offset of the antecedent's lane.
     pub turn: Vec<i32>,
-    /// How many displacements there are.
+    /// The number of displacements.
     pub displacements: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Names as the language writes them: bare where they are words of it, else in quotes. And numbers in messages.
+//! Notation of names and numbers.
 //!
 //! In: any name: `Rain`, `Asy/Patch`, `<5`. Out: its spelling: `Rain`, `"Asy/Patch"`, `"<5"`. Invariant: [`unquoted`] of
 //! [`quoted`] is the name, and the spelling is one token of Rust, so that it passes through a macro.
@@ -6,11 +6,11 @@
 use pest::unicode::{XID_CONTINUE, XID_START};
 use std::borrow::Cow;
 
-/// Words that are never names unless they are quoted.
+/// Words that are names only if quoted.
 pub const RESERVED: [&str; 13] =
     ["if", "else", "match", "let", "in", "and", "or", "not", "table", "prod", "true", "false", "P"];
 
-/// A name, in quotes unless it is a word that can stand without.
+/// A name, quoted unless it is a plain word.
 pub fn quoted(name: &str) -> Cow<'_, str> {
     let mut letters = name.chars();
     let begins = letters.next().is_some_and(|first| first == '_' || XID_START(first));
@@ -32,7 +32,7 @@ pub fn quoted(name: &str) -> Cow<'_, str> {
     Cow::Owned(text)
 }
 
-/// A number as a person writes it: 0.3 for 0.1 + 0.2, 1e-9, 123456. Fifteen digits, without zeros at the end.
+/// A number for display: 0.3 for 0.1 + 0.2, 1e-9, 123456. Fifteen digits, without trailing zeros.
 pub fn number(number: f64) -> String {
     if number == 0.0 {
         return "0".to_owned();
@@ -46,13 +46,13 @@ pub fn number(number: f64) -> String {
     }
 }
 
-/// A number with all of its digits, as it is typed back: 0.1, 1e200, 5e-324. Zero has no sign.
+/// A number with all of its digits, as it can be typed: 0.1, 1e200, 5e-324. Zero has no sign.
 pub fn exact(number: f64) -> String {
     let text = format!("{:?}", number + 0.0);
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
-/// The name that a spelling stands for.
+/// The name of a spelling.
 pub fn unquoted(spelling: &str) -> Cow<'_, str> {
     let Some(inside) = spelling.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) else {
         return Cow::Borrowed(spelling);
@@ -76,7 +76,7 @@ pub fn unquoted(spelling: &str) -> Cow<'_, str> {
     Cow::Owned(name)
 }
 
-/// How long the quoted name is with which a text begins, where it does: up to a `"` on the same line.
+/// The length of the quoted name at the start of a text, if there is one: up to a `"` on the same line.
 pub fn quoted_length(text: &str) -> Option<usize> {
     let mut escaped = false;
     for (position, byte) in text.bytes().enumerate().skip(1) {

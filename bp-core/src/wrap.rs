@@ -1,12 +1,12 @@
-//! Text in lines that fit a terminal.
+//! Line wrapping for a terminal.
 //!
-//! In: words. Out: lines of at most [`WIDTH`] columns. Invariant: lines break at blanks only; a single word that is too
-//! long stays whole.
+//! In: words. Out: lines of at most [`WIDTH`] columns. Invariant: lines break only at blanks; a single word that is too
+//! long is not broken.
 
-/// The columns of a terminal.
+/// The width of a terminal.
 pub const WIDTH: usize = 80;
 
-/// A text in lines; the first starts with `head`, the others with as many blanks as `hang` says.
+/// A text in lines; the first starts with `head`, the others are indented by `hang` blanks.
 pub fn wrapped(head: &str, text: &str, hang: usize) -> String {
     let mut lines = String::new();
     let mut line = head.to_owned();
@@ -29,11 +29,11 @@ pub fn wrapped(head: &str, text: &str, hang: usize) -> String {
     lines
 }
 
-/// An equation in lines: a distribution, and what follows a sum's sign, stay whole where they fit.
+/// An equation in lines: a distribution, and the terms after a sum sign, are not broken if they fit.
 pub fn wrapped_equation(head: &str, equation: &str, hang: usize) -> String {
     const KEPT: char = '\u{a0}';
     let mut kept = String::with_capacity(equation.len());
-    // For each bracket that is open, whether it belongs to a name before it.
+    // For each open bracket, whether it belongs to a name before it.
     let mut open: Vec<bool> = Vec::new();
     for (at, character) in equation.char_indices() {
         let word = equation[..at].rsplit([' ', '(']).next().unwrap_or("");
@@ -54,12 +54,12 @@ pub fn wrapped_equation(head: &str, equation: &str, hang: usize) -> String {
     wrapped(head, &words.join(" "), hang).replace(KEPT, " ")
 }
 
-/// The columns that a text takes.
+/// The width of a text.
 pub fn columns(text: &str) -> usize {
     text.chars().count()
 }
 
-/// A text, filled with blanks to a width.
+/// A text, padded with blanks to a width.
 pub fn filled(text: &str, width: usize) -> String {
     format!("{text}{}", " ".repeat(width.saturating_sub(columns(text))))
 }

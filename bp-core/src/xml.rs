@@ -1,7 +1,7 @@
-//! Text in XML: what SVG, MathML and HTML share.
+//! Escaping of text for SVG, MathML and HTML.
 //!
-//! In: any text. Out: text that stands in an element or in an attribute between double quotes, and is read back as the
-//! same text. Invariant: characters that XML 1.0 does not have become the replacement character; nothing else is lost.
+//! In: any text. Out: text for an element or for an attribute in double quotes, which is read back unchanged.
+//! Invariant: characters not allowed in XML 1.0 become the replacement character; nothing else is lost.
 
 /// A text without markup.
 pub fn escaped(text: &str) -> String {

@@ -1,7 +1,7 @@
-//! Making kernels: nodes are shared and simplified as they are made.
+//! The builder of kernels, which shares and simplifies nodes.
 //!
-//! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and an operator that
-//! has only constants under it is one whose value f64 cannot hold.
+//! In: calls from lowering. Out: a [`Kernel`]. Invariant: equal expressions have equal ids, and an operator with only
+//! constant operands has a value outside the range of f64.
 
 use super::{
     Axis, Buffer, Check, Extent, Fold, Index, InputKey, Kernel, Nest, Node, Reduce, Role, Size, Values,
@@ -10,7 +10,7 @@ use crate::ids::{Arena, AxisId, BufferId, SetId, ValueId};
 use crate::operators::{Binary, Unary};
 use std::collections::HashMap;
 
-/// A kernel in the making.
+/// A kernel under construction.
 #[derive(Clone, Debug, Default)]
 pub struct KernelBuilder {
     kernel: Kernel,
@@ -23,13 +23,13 @@ impl KernelBuilder {
         Self { kernel: Kernel { name: name.to_owned(), ..Kernel::default() }, known: HashMap::new() }
     }
 
-    /// The arrays and axes of a kernel, for its nodes to be made again.
+    /// Copies the arrays and axes of a kernel, for a rewrite of its nodes.
     pub(super) fn without_nodes(kernel: &Kernel) -> Self {
         let kernel = Kernel { nodes: Arena::default(), nests: Vec::new(), ..kernel.clone() };
         Self { kernel, known: HashMap::new() }
     }
 
-    /// A node, simplified as all are.
+    /// A node, simplified.
     pub(super) fn made_again(&mut self, node: Node) -> ValueId {
         match node {
             Node::Unary(operator, operand) => self.unary(operator, operand),
@@ -39,7 +39,7 @@ impl KernelBuilder {
         }
     }
 
-    /// What there is so far.
+    /// The kernel so far.
     pub fn so_far(&self) -> &Kernel {
         &self.kernel
     }
@@ -49,17 +49,17 @@ impl KernelBuilder {
         self.kernel.axes.push(Axis { name: name.to_owned(), extent })
     }
 
-    /// Names the sizes of the extents, and the sets whose grids and displacements are read.
+    /// Sets the names of the sizes of extents, and of the sets whose grids and displacements are read.
     pub fn named(&mut self, sizes: Vec<Size>, sets: Vec<(SetId, String)>) {
         (self.kernel.sizes, self.kernel.sets) = (sizes, sets);
     }
 
-    /// Says along which axes cells are independent.
+    /// Sets the axes along which cells are independent.
     pub fn parallel(&mut self, axes: &[AxisId]) {
         self.kernel.parallel = axes.to_vec();
     }
 
-    /// An array; the same one when an input is asked for again.
+    /// An array; repeated calls for an input return the same one.
     pub fn buffer(&mut self, name: &str, role: Role, axes: &[AxisId]) -> BufferId {
         let known = match (&role, role.input()) {
             (_, Some(key)) => self.kernel.input(key),
@@ -79,14 +79,14 @@ impl KernelBuilder {
         buffer
     }
 
-    /// Has a buffer checked: the one that a load reads.
+    /// Marks the buffer of a load as checked.
     pub fn check(&mut self, value: ValueId, check: Check) {
         if let Node::Load { buffer, .. } = self.kernel.nodes[value] {
             self.kernel.checks.push((buffer, check));
         }
     }
 
-    /// Has a buffer checked.
+    /// Marks a buffer as checked.
     pub fn check_buffer(&mut self, buffer: BufferId, check: Check) {
         self.kernel.checks.push((buffer, check));
     }
@@ -96,7 +96,7 @@ impl KernelBuilder {
         self.kernel.nests.push(Nest { out, reduce, value });
     }
 
-    /// A nest into a scratch buffer over `axes`, the same one where it is asked for again; gives the element at their running values.
+    /// A nest into a scratch buffer over `axes`, shared by repeated calls; returns the element at the current indices.
     pub fn compute(&mut self, name: &str, axes: &[AxisId], reduce: Reduce, value: ValueId) -> ValueId {
         let out = self.made(name, axes, reduce, value);
         self.load(out, axes.iter().map(|axis| Index::Axis(*axis)).collect())
@@ -132,7 +132,7 @@ impl KernelBuilder {
         self.node(Node::Constant(number.to_bits()))
     }
 
-    /// The number that a value is, if it is one.
+    /// The number of a constant value.
     pub fn as_constant(&self, id: ValueId) -> Option<f64> {
         match self.kernel.nodes[id] {
             Node::Constant(bits) => Some(f64::from_bits(bits)),
@@ -140,22 +140,22 @@ impl KernelBuilder {
         }
     }
 
-    /// The running value of an axis.
+    /// The current index of an axis.
     pub fn running(&mut self, axis: AxisId) -> ValueId {
         self.node(Node::Axis(axis))
     }
 
-    /// An element that exists.
+    /// An element with indices in range.
     pub fn load(&mut self, buffer: BufferId, indices: Vec<Index>) -> ValueId {
         self.node(Node::Load { buffer, indices, otherwise: None })
     }
 
-    /// An element, or `otherwise` where an index falls outside.
+    /// An element, or `otherwise` if an index is out of range.
     pub fn load_or(&mut self, buffer: BufferId, indices: Vec<Index>, otherwise: ValueId) -> ValueId {
         self.node(Node::Load { buffer, indices, otherwise: Some(otherwise) })
     }
 
-    /// An index at a value; the running axis itself where the value is that.
+    /// An index with a value; the axis itself if the value is its current index.
     pub fn at(&self, value: ValueId) -> Index {
         match self.kernel.nodes[value] {
             Node::Axis(axis) => Index::Axis(axis),

@@ -1,8 +1,8 @@
-//! Keys: what the sizes, inputs and outputs of a kernel are.
+//! Keys of the sizes, inputs and outputs of a kernel.
 //!
-//! In: ids of the model that the kernel was lowered from. Out: a key for each thing that passes between a kernel and its
-//! host. Invariant: back ends, readers and writers match on keys; the names beside them are made once, when the kernel is
-//! built, and serve the host's calls and messages.
+//! In: ids of the model that the kernel was lowered from. Out: a key for each value that passes between a kernel and
+//! its host. Invariant: back ends, readers and writers match on keys; names are made once, when the kernel is built,
+//! for the host's calls and messages.
 
 use crate::ids::{ParameterId, SetId, VariableId};
 
@@ -47,35 +47,35 @@ pub enum SizeKey {
 pub struct Size {
     /// Which.
     pub key: SizeKey,
-    /// The name under which the host gives it.
+    /// The name for the host.
     pub name: String,
-    /// What it is where the host does not give it.
+    /// Its default.
     pub default: Option<usize>,
 }
 
-/// Numbers that the host gives.
+/// An input of a kernel.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum InputKey {
     /// A parameter of the program.
     Parameter(ParameterId),
-    /// The marginal distribution of a variable that the last step kept.
+    /// The marginal distribution of a variable after the previous step.
     Previous(VariableId),
-    /// A value of a variable that the question names: `w` in `Wet = w`.
+    /// A named value of a variable in the question: `w` in `Wet = w`.
     Value(VariableId, String),
     /// The answer of another program, by the path of its question.
     Answer(String),
-    /// Whether the lanes of a grid go round.
+    /// Whether the lanes of a grid are periodic.
     Wraps(SetId),
 }
 
-/// Which coordinate of a cell a table of positions holds.
+/// The coordinate in a table of positions.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Coordinate {
     /// The position along the depth.
     Depth,
     /// The row.
     Row,
-    /// The number of lanes to turn by.
+    /// The rotation in lanes.
     Turn,
 }
 
@@ -96,19 +96,19 @@ impl Coordinate {
 /// Displacements on a grid.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Displacements {
-    /// Those of a set, which the host gives.
+    /// The displacements of a set, given by the host.
     Of(SetId),
     /// One cell back along each axis of a grid.
     Steps(SetId),
 }
 
-/// What an output is.
+/// The key of an output.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum OutputKey {
-    /// The answer of an ask, by its place among those of the route.
+    /// The answer of an ask, by its position in the plan.
     Ask(usize),
     /// ln P(evidence).
     LnEvidence,
-    /// What answers are divided by.
+    /// The normalising constant.
     Total,
 }

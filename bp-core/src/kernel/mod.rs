@@ -1,12 +1,12 @@
-//! Kernels: loops over arrays of numbers, which know nothing of probability.
+//! Kernels: loops over arrays of numbers, without any notion of probability.
 //!
-//! In: what lowering made of a plan. Out: a list of [`Nest`]s for a back end to run or to print. Invariant: a
-//! nest computes each cell of one buffer from buffers that earlier nests have finished, by a pure expression;
-//! so cells are independent, and threads, SIMD lanes and GPU threads are correct by construction.
+//! In: a lowered plan. Out: a list of [`Nest`]s for a back end to run or to print. Invariant: a nest computes each cell
+//! of one buffer from buffers that earlier nests have finished, by a pure expression; so that cells are independent,
+//! and threads, SIMD lanes and GPU threads are correct by construction.
 //!
-//! A nest means: *for every cell of `out`, fold `value` over the axes of `reduce`*. Expressions are nodes in one
-//! arena; equal nodes have equal ids. Extents may be named, and are then known only at run time. Time is not
-//! here: a filter is a host loop that runs kernels and swaps buffers.
+//! A nest means: *for every cell of `out`, fold `value` over the axes of `reduce`*. Expressions are nodes in one arena;
+//! equal nodes have equal ids. Named extents are known only at run time. Kernels have no notion of time: a filter is a
+//! host loop that runs kernels and swaps buffers.
 
 mod build;
 mod key;
@@ -30,17 +30,17 @@ use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, SetId, ValueId};
 use crate::operators::{Binary, Unary};
 
-/// How many values an axis has: `offset`, or `size + offset` where a size is known only at run time.
+/// The extent of an axis: `offset`, or `size + offset` with a size that is known only at run time.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Extent {
     /// A size given at run time.
     pub size: Option<SizeKey>,
-    /// What is added to it.
+    /// The offset.
     pub offset: i64,
 }
 
 impl Extent {
-    /// An extent that is known.
+    /// A known extent.
     pub fn constant(count: usize) -> Self {
         Self { size: None, offset: count as i64 }
     }
@@ -50,7 +50,7 @@ impl Extent {
         Self { size: Some(size), offset: 0 }
     }
 
-    /// The count, where no size is needed.
+    /// The number, if no size is needed.
     pub fn known(&self) -> Option<usize> {
         self.size.is_none().then(|| usize::try_from(self.offset).unwrap_or(0))
     }
@@ -61,12 +61,12 @@ impl Extent {
 pub struct Axis {
     /// The variable that it stands for.
     pub name: String,
-    /// How many values.
+    /// Its extent.
     pub extent: Extent,
 }
 
 impl Axis {
-    /// How many values it has where its size is this one.
+    /// Its number of values for this size.
     ///
     /// # Errors
     /// It would have none.
@@ -78,30 +78,30 @@ impl Axis {
     }
 }
 
-/// What a buffer is for.
+/// The kind of a buffer.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Role {
     /// Given by the host.
     Input {
         /// Which.
         key: InputKey,
-        /// What stands where the host gives none.
+        /// The value if the host gives none.
         default: Option<f64>,
         /// Whether it may be given without its parallel axes, one value for all.
         broadcast: bool,
     },
-    /// Numbers that come with the kernel, one for each cell.
+    /// Constants of the kernel, one for each cell.
     Table {
-        /// Which input they stand for, where the host may give others.
+        /// The input that replaces them, if the host may give one.
         key: Option<InputKey>,
         /// The numbers.
         numbers: Vec<f64>,
     },
-    /// Where displaced content comes from: whole numbers given by the host.
+    /// Antecedents of displacements: integers given by the host.
     Positions(Displacements, Coordinate),
-    /// Made by one nest for others.
+    /// Computed by one nest for others.
     Scratch,
-    /// Made for the host.
+    /// Computed for the host.
     Output(OutputKey),
 }
 
@@ -127,34 +127,35 @@ impl Role {
 /// An array, its last axis contiguous.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Buffer {
-    /// The name under which the host knows it.
+    /// The name for the host.
     pub name: String,
-    /// What it is for.
+    /// Its kind.
     pub role: Role,
     /// Its axes, slowest first.
     pub axes: Vec<AxisId>,
-    /// For an input that holds values of a variable: which. A kernel reads their ordinals; whoever binds inputs converts.
+    /// For an input of values of a variable: the variable. A kernel reads their ordinals; the binding of inputs
+    /// converts.
     pub values: Option<Values>,
 }
 
-/// What a buffer shows about an answer once it is made. Back ends that report count the cells that fail.
+/// The check of a computed buffer. Back ends count the cells that fail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Check {
-    /// Each cell is the total of one context: above 0, or the context cannot be. NaN is an invalid number.
+    /// Each cell is the total of one context: above 0, or the context is impossible. NaN is an invalid number.
     Total,
     /// No cell may be NaN.
     Number,
 }
 
-/// Where an axis of a buffer is read.
+/// An index of a load.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Index {
-    /// At the running value of this axis.
+    /// The current index of this axis.
     Axis(AxisId),
-    /// At this value.
+    /// A computed index.
     At(ValueId),
-    /// At the running value of this axis plus `by`, which does not depend on that axis; beyond the ends it goes
-    /// round where `wraps` is not 0.
+    /// The current index of this axis plus `by`, which does not depend on that axis; it wraps around at the ends if
+    /// `wraps` is not 0.
     Turned {
         /// The axis.
         axis: AxisId,
@@ -170,27 +171,27 @@ pub enum Index {
 pub enum Node {
     /// A number, by its bits.
     Constant(u64),
-    /// The running value of an axis, from 0.
+    /// The current index of an axis, from 0.
     Axis(AxisId),
-    /// An element of a buffer; `otherwise` where an index falls outside.
+    /// An element of a buffer; `otherwise` if an index is out of range.
     Load {
         /// Which.
         buffer: BufferId,
-        /// Where, one for each axis of the buffer.
+        /// The indices, one for each axis of the buffer.
         indices: Vec<Index>,
-        /// What stands outside; without it, indices are inside by construction.
+        /// The value out of range; without it, indices are in range by construction.
         otherwise: Option<ValueId>,
     },
     /// An operator on one value.
     Unary(Unary, ValueId),
     /// An operator on two.
     Binary(Binary, ValueId, ValueId),
-    /// The second value where the first is not 0, else the third.
+    /// The second value if the first is not 0, else the third.
     Select(ValueId, ValueId, ValueId),
 }
 
 impl Node {
-    /// The axes at whose running values the node itself is read; those of its operands apart.
+    /// The axes whose current indices the node itself reads, without its operands.
     pub fn axes(&self) -> Vec<AxisId> {
         match self {
             Node::Axis(axis) => vec![*axis],
@@ -205,7 +206,7 @@ impl Node {
     }
 }
 
-/// How values are folded.
+/// A fold.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Fold {
     /// Σ, from 0.
@@ -216,12 +217,12 @@ pub enum Fold {
     Maximum,
 }
 
-/// What a nest makes of its values.
+/// The reduction of a nest.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Reduce {
     /// One value for each cell.
     None,
-    /// A fold over these axes, which `out` does not have.
+    /// A fold over these axes, which `out` lacks.
     Fold(Fold, Vec<AxisId>),
     /// A first-order linear recurrence along an axis of `out`: with i′ the element before i,
     /// out\[first\] = initial and out\[i\] = keep\[i′\] · out\[i′\] + value\[i′\].
@@ -230,7 +231,7 @@ pub enum Reduce {
         axis: AxisId,
         /// From the last element to the first.
         backward: bool,
-        /// What is kept of the element before.
+        /// The factor of the previous element.
         keep: ValueId,
         /// The first element.
         initial: ValueId,
@@ -240,9 +241,9 @@ pub enum Reduce {
 /// For every cell of a buffer, a fold of an expression.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Nest {
-    /// What is made.
+    /// The result.
     pub out: BufferId,
-    /// How values become cells.
+    /// The reduction.
     pub reduce: Reduce,
     /// The expression.
     pub value: ValueId,
@@ -259,15 +260,15 @@ pub struct Kernel {
     pub buffers: Arena<BufferId, Buffer>,
     /// The nodes of all expressions.
     pub nodes: Arena<ValueId, Node>,
-    /// What is done, in order.
+    /// The nests, in order.
     pub nests: Vec<Nest>,
-    /// The sizes that extents are made of.
+    /// The sizes of extents.
     pub sizes: Vec<Size>,
     /// The names of the sets whose grids and displacements are read.
     pub sets: Vec<(SetId, String)>,
     /// The axes of the plate, slowest first: every cell along them is independent of the others.
     pub parallel: Vec<AxisId>,
-    /// What is checked while it is made.
+    /// The checks of computed buffers.
     pub checks: Vec<(BufferId, Check)>,
 }
 
@@ -280,7 +281,7 @@ impl Kernel {
     /// The keys of the sizes in use, in order of first use.
     pub(crate) fn size_keys(&self) -> Vec<SizeKey> {
         let axes = self.axes.values().map(|axis| &axis.extent);
-        // A domain of which values are given has a size too.
+        // A domain whose values are given has a size too.
         let domains = self.buffers.values().filter_map(|buffer| match &buffer.values {
             Some(Values { numbers: Numbers::Whole { count, .. }, .. }) => Some(count),
             _ => None,
@@ -306,12 +307,12 @@ impl Kernel {
         &found.expect("internal: a kernel knows its sets").1
     }
 
-    /// How many cells these axes span, where that is known and can be counted.
+    /// The number of cells of these axes, if it is known and can be counted.
     pub(crate) fn known_cells<'a>(&self, axes: impl IntoIterator<Item = &'a AxisId>) -> Option<usize> {
         axes.into_iter().try_fold(1usize, |cells, axis| cells.checked_mul(self.axes[*axis].extent.known()?))
     }
 
-    /// The same kernel for given sizes: extents that they settle are known.
+    /// The same kernel for given sizes, with their extents known.
     ///
     /// # Errors
     /// An axis that would have no values.
@@ -355,7 +356,7 @@ impl Kernel {
         self.buffers.find(|buffer| buffer.role.input() == Some(key))
     }
 
-    /// The values that a node is made of.
+    /// The operands of a node.
     pub fn operands(&self, id: ValueId) -> Vec<ValueId> {
         match &self.nodes[id] {
             Node::Constant(_) | Node::Axis(_) => Vec::new(),

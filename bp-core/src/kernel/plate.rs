@@ -1,7 +1,7 @@
-//! A nest without a plate, along the axes of what it makes: its cells are as independent as those of a plate.
+//! Vectorisation of a nest without a plate, along the axes of its result.
 //!
-//! In: a nest. Out: the axes that may be its plate, and a kernel of that nest alone which has it. Invariant: each cell is
-//! computed as before; a plate has enough cells to pay for blocks of lanes.
+//! In: a nest. Out: the axes that can be its plate, and a kernel of that nest with this plate. Invariant: each cell is
+//! computed as before; a plate has enough cells for blocks of lanes.
 //!
 //! Before: `total[x, y] = Σ_b f(x, y, b)`, cell by cell. After: x are rows, shared out among threads, and y lanes.
 
@@ -9,19 +9,19 @@ use super::schedule::{Schedule, reachable};
 use super::{Kernel, Node, Reduce, Role};
 use crate::ids::AxisId;
 
-/// Fewer cells are made one by one.
+/// Fewer cells are computed one by one.
 const LEAST_CELLS: usize = 256;
 
-/// Of fewer lanes, too few are worth their block.
+/// Blocks with fewer lanes are not worthwhile.
 const LEAST_LANES: usize = 32;
 
-/// The axes along which a nest is run that lacks a plate, if that pays.
+/// The axes along which a nest without a plate is vectorised, if that is worthwhile.
 pub(super) fn own_plate(kernel: &Kernel, nest: usize) -> Option<&[AxisId]> {
     let nest = &kernel.nests[nest];
     let axes = kernel.buffers[nest.out].axes.as_slice();
     let lanes = kernel.axes[*axes.last()?].extent.known()?;
     let pays = kernel.known_cells(axes)? >= LEAST_CELLS && lanes >= LEAST_LANES;
-    // What may be given once for the kernel's own plate is read along no other.
+    // An input that may be given once for the kernel's own plate is read along no other axis.
     let is_given_once = |node: &Node| match node {
         Node::Load { buffer, .. } => {
             matches!(kernel.buffers[*buffer].role, Role::Input { broadcast: true, .. })
@@ -33,12 +33,12 @@ pub(super) fn own_plate(kernel: &Kernel, nest: usize) -> Option<&[AxisId]> {
     (pays && !matches!(nest.reduce, Reduce::Scan { .. }) && !reads_such()).then_some(axes)
 }
 
-/// A nest alone, with a plate of its own and its schedule, if that pays.
+/// A single nest, with its own plate and schedule, if that is worthwhile.
 pub(crate) fn with_plate(kernel: &Kernel, nest: usize) -> Option<(Kernel, Schedule)> {
     let parallel = own_plate(kernel, nest)?.to_vec();
     let alone = Kernel { nests: vec![kernel.nests[nest].clone()], parallel, ..kernel.clone() };
     let mut schedule = Schedule::of(&alone);
-    // What is made is for other nests.
+    // The result is for other nests.
     schedule.local.fill(false);
     Some((alone, schedule))
 }

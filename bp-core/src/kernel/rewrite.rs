@@ -1,6 +1,6 @@
-//! Rewriting kernels: nodes are made again, one by one, and a rule may put others in their place.
+//! Rewriting of kernels: nodes are rebuilt one by one, with replacements by a rule.
 //!
-//! In: a kernel and a rule. Out: a kernel that means the same, if the rule does. Invariant: buffers and axes keep their
+//! In: a kernel and a rule. Out: an equivalent kernel, if the rule is correct. Invariant: buffers and axes keep their
 //! ids; nests keep their order.
 
 use super::schedule::roots;
@@ -8,7 +8,7 @@ use super::{Index, Kernel, KernelBuilder, Nest, Node, Reduce, Role};
 use crate::ids::{AxisId, Id, ValueId};
 use std::collections::HashMap;
 
-/// Puts in place of nodes what a rule says; the rule is given the node with its operands replaced already.
+/// Replaces nodes by a rule, which is given the node with its operands already replaced.
 pub(crate) fn rewritten(
     kernel: &Kernel,
     mut rule: impl FnMut(&mut KernelBuilder, &Node) -> Option<ValueId>,
@@ -58,7 +58,7 @@ fn nest_with(nest: &Nest, of: impl Fn(ValueId) -> ValueId) -> Nest {
     Nest { out: nest.out, reduce, value: of(nest.value) }
 }
 
-/// A value of the kernel in the making as it is where an axis is at another value.
+/// A value of the kernel under construction at another index of an axis.
 pub(super) fn at_another(
     builder: &mut KernelBuilder,
     value: ValueId,
@@ -79,7 +79,7 @@ pub(super) fn at_another(
     made
 }
 
-/// Nests that only copy what one before them made, and nobody else reads, are left out.
+/// Removes nests that only copy the result of an earlier nest that no other nest reads.
 pub(crate) fn without_copies(mut kernel: Kernel) -> Kernel {
     while let Some((maker, copy)) = copy_of(&kernel) {
         let (made, out) = (kernel.nests[maker].out, kernel.nests[copy].out);
@@ -90,7 +90,7 @@ pub(crate) fn without_copies(mut kernel: Kernel) -> Kernel {
     kernel
 }
 
-/// A nest that makes a scratch array, and the only one that reads it, which is a copy.
+/// A nest that computes a scratch array, and the only nest that reads it, which is a copy.
 fn copy_of(kernel: &Kernel) -> Option<(usize, usize)> {
     kernel.nests.iter().enumerate().find_map(|(copy, nest)| {
         let Node::Load { buffer, indices, otherwise: None } = &kernel.nodes[nest.value] else { return None };

@@ -1,7 +1,7 @@
-//! Schedules: in which order a kernel's loops run, and what is computed at which depth of them.
+//! Schedules: the order of a kernel's loops, and the depth at which each value is computed.
 //!
-//! In: a [`Kernel`]. Out: groups of nests that share one pass over the plate. Invariant: the back ends that run
-//! blocks of lanes (at run time, or printed as Rust) keep to these groups and to this order of arithmetic.
+//! In: a [`Kernel`]. Out: groups of nests that share one pass over the plate. Invariant: the back ends that run blocks
+//! of lanes (at run time, or printed as Rust) use these groups and this order of arithmetic.
 //!
 //! A value is *varying* if it differs along the last parallel axis, else *uniform*: computed once for a block.
 //! A scratch buffer that no other group reads is *local*: it lives for one block only.
@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 /// The order of a kernel's loops.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Schedule {
-    /// What runs, in order.
+    /// The groups, in order.
     pub groups: Vec<Group>,
     /// For each value: whether it differs along the lanes.
     pub varying: Vec<bool>,
@@ -33,9 +33,9 @@ pub struct Group {
 /// One nest's loops inside a pass.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Loops {
-    /// Which nest of the kernel.
+    /// The nest of the kernel.
     pub nest: usize,
-    /// Axes of the buffer that is made, outermost first, but the parallel ones and the scanned one.
+    /// Axes of the result, outermost first, without the parallel ones and the scanned one.
     pub outer: Vec<AxisId>,
     /// Folded axes, or the scanned one.
     pub inner: Vec<AxisId>,
@@ -105,7 +105,7 @@ fn is_parallel(kernel: &Kernel, position: usize) -> bool {
     !kernel.parallel.is_empty() && kernel.parallel.iter().all(|axis| axes.contains(axis))
 }
 
-/// The values that a value is made of, itself among them.
+/// The operands of a value and the value itself, recursively.
 pub(crate) fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
     let (mut seen, mut rest) = (BTreeSet::new(), vec![root]);
     while let Some(value) = rest.pop() {
@@ -141,7 +141,7 @@ fn loops(kernel: &Kernel, position: usize, parallel: bool) -> Loops {
     };
     let mut outer: Vec<AxisId> = kernel.buffers[nest.out].axes.clone();
     outer.retain(|axis| !(inner.contains(axis) || parallel && kernel.parallel.contains(axis)));
-    // Axes of unknown extent go outside: what does not depend on the short, known ones inside is then hoisted.
+    // Axes of unknown extent are outermost, so that values that do not depend on the short, known ones are hoisted.
     let known = |axis: &AxisId| kernel.axes[*axis].extent.known().is_some();
     outer.sort_by_key(known);
     inner.sort_by_key(known);

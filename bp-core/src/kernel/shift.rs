@@ -1,11 +1,11 @@
-//! Sharing between neighbours: what a cell computes, and the cell after it computes again.
+//! Sharing of values between neighbouring cells.
 //!
-//! In: a kernel. Out: one in which a costly value that is another's, one step further along a loop, is computed once for
-//! both: both are read from an array that is one longer than the loop. Invariant: the same numbers, but for the rounding
-//! of sums that are written another way.
+//! In: a kernel. Out: one in which a costly value that equals another at the next index of a loop is computed once for
+//! both, in an array that is one longer than the loop. Invariant: the same numbers, except for the rounding of
+//! rearranged sums.
 //!
-//! So do the bins of a histogram share their edges: Φ((j − m)/s) − Φ((j − 1 − m)/s) at the mean m, and the same at m + 1.
-//! Values are compared by their *forms*: sums of atoms with factors, and operators over forms.
+//! For example, the bins of a histogram share their edges: Φ((j − m)/s) − Φ((j − 1 − m)/s) at the mean m, and the same
+//! at m + 1. Values are compared by their *forms*: sums of atoms with factors, and operators over forms.
 
 use super::rewrite::{at_another, rewritten};
 use super::schedule::roots;
@@ -21,23 +21,23 @@ type Form = (BTreeMap<Atom, u64>, u64);
 enum Atom {
     /// The running value of the loop.
     Running,
-    /// What the loop does not change.
+    /// The part that does not depend on the loop.
     Value(ValueId),
     Unary(String, Box<Form>),
     Binary(String, Box<Form>, Box<Form>),
 }
 
-/// A value, and the one that is what it will be one step further.
+/// A value, and its value at the next index.
 struct Pair {
     here: ValueId,
     next: ValueId,
     axis: AxisId,
 }
 
-/// The most values that are looked at to tell a form.
+/// Limit of the values examined for a form.
 const MOST_VALUES: usize = 256;
 
-/// Shares what neighbours along a loop both compute.
+/// Shares values that neighbours along a loop both compute.
 pub(crate) fn share_between_neighbours(mut kernel: Kernel) -> Kernel {
     while let Some(pair) = find(&kernel) {
         kernel = shared(&kernel, &pair);
@@ -45,7 +45,7 @@ pub(crate) fn share_between_neighbours(mut kernel: Kernel) -> Kernel {
     kernel
 }
 
-/// The first pair of costly values, in use, along some loop.
+/// The first pair of costly values in use along some loop.
 fn find(kernel: &Kernel) -> Option<Pair> {
     let axes = kernel.axes_of();
     let is_costly = |value: &ValueId| {
@@ -121,7 +121,7 @@ fn shared(kernel: &Kernel, pair: &Pair) -> Kernel {
     made
 }
 
-/// Tells what values are, `by` steps further along an axis.
+/// The forms of values, `by` steps further along an axis.
 struct Forms<'k> {
     kernel: &'k Kernel,
     axes: &'k [BTreeSet<AxisId>],
@@ -131,7 +131,7 @@ struct Forms<'k> {
 }
 
 impl Forms<'_> {
-    /// The form of a value; nothing if it cannot be told.
+    /// The form of a value, if it can be determined.
     fn of(&mut self, value: ValueId) -> Option<Form> {
         self.seen += 1;
         if self.seen > MOST_VALUES {
@@ -191,7 +191,7 @@ mod tests {
         builder.build()
     }
 
-    /// What a nest over one axis makes, as its definition says.
+    /// The result of a nest over one axis, by definition.
     fn made(kernel: &Kernel, nest: &Nest, before: &HashMap<usize, Vec<f64>>) -> Vec<f64> {
         fn at(kernel: &Kernel, value: ValueId, i: f64, before: &HashMap<usize, Vec<f64>>) -> f64 {
             let of = |value: &ValueId| at(kernel, *value, i, before);

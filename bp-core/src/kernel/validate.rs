@@ -1,7 +1,7 @@
-//! Validation: what holds of every kernel before a back end sees it.
+//! Validation of kernels before they reach a back end.
 //!
-//! In: a kernel that has been built. Out: nothing; a panic with the word `internal` and the reason where the kernel breaks a
-//! rule, since only this crate builds kernels. Invariant: back ends do not ask again what is checked here.
+//! In: a kernel that has been built. Out: nothing; a panic with the word `internal` and the reason where the kernel
+//! breaks a rule, since only this crate builds kernels. Invariant: back ends rely on these checks.
 //!
 //! The rules: ids exist, and operands come before what is made of them; a load has an index for each axis of its buffer, and
 //! lies inside by its extents; a nest makes a buffer that no other makes, from buffers that are given or finished, and runs
@@ -14,10 +14,10 @@ use crate::ids::{AxisId, BufferId, Id, ValueId};
 use std::collections::BTreeSet;
 
 impl Kernel {
-    /// The kernel, if it keeps the rules.
+    /// The kernel, if it is valid.
     ///
     /// # Panics
-    /// It breaks one.
+    /// It is invalid.
     pub(crate) fn validated(self) -> Self {
         if let Err(reason) = self.validate() {
             panic!("internal: the kernel `{}` is not valid: {reason}", self.name);
@@ -156,12 +156,12 @@ impl Kernel {
     }
 }
 
-/// Whether a buffer is there before any nest runs.
+/// Whether a buffer exists before any nest runs.
 fn is_given(role: &Role) -> bool {
     matches!(role, Role::Input { .. } | Role::Table { .. } | Role::Positions(..))
 }
 
-/// Whether a loop surely runs beyond an extent.
+/// Whether a loop always exceeds an extent.
 fn exceeds(running: Extent, extent: Extent) -> bool {
     running.size == extent.size && running.offset > extent.offset
 }

@@ -1,17 +1,17 @@
-//! Values that the host gives: which numbers an input may hold, and which ordinal a kernel reads for each.
+//! Values given by the host: the valid numbers of an input, and the ordinal of each.
 //!
-//! In: the domain of the variable of which an input holds values. Out: [`Values`]. Invariant: a host gives values as the
-//! program writes them (the sum 9, the angle 37.5); a kernel reads ordinals, from 0; whoever binds inputs converts.
+//! In: the domain of the input's variable. Out: [`Values`]. Invariant: a host gives values as the program writes them
+//! (the sum 9, the angle 37.5); a kernel reads ordinals, from 0; the binding of inputs converts.
 
 use super::Extent;
 use crate::bins::Bins;
 
-/// The values that an input may hold.
+/// The valid values of an input.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Values {
     /// The variable of which they are values.
     pub variable: String,
-    /// Its domain, as the program writes it; behind it, which number a label is.
+    /// Its domain as in the program, followed by the numbers of labels.
     pub domain: String,
     /// The numbers.
     pub numbers: Numbers,
@@ -20,7 +20,7 @@ pub struct Values {
 /// Numbers that are values of a domain.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Numbers {
-    /// Whole numbers from `first` on, as many as the extents multiply to; the ordinal is the distance from `first`.
+    /// Integers from `first` on, as many as the product of the extents; the ordinal is the difference from `first`.
     Whole {
         /// The first of them.
         first: i64,
@@ -29,6 +29,6 @@ pub enum Numbers {
     },
     /// Numbers of a line or a circle in bins; the ordinal is that of the bin.
     Bins(Bins),
-    /// Finite reals, which are read as they are.
+    /// Finite reals, which are read unchanged.
     Real,
 }

@@ -1,6 +1,6 @@
-//! A kernel in words: what its schedule decided, and what it reads and writes.
+//! A description of a kernel: its schedule, and its reads and writes.
 //!
-//! In: a kernel. Out: lines. Invariant: nothing is decided here; the lines tell what [`Schedule`] says.
+//! In: a kernel. Out: lines. Invariant: the lines describe the [`Schedule`].
 
 use super::plate::own_plate;
 use super::schedule::{Group, Schedule};
@@ -13,7 +13,7 @@ pub fn in_words(kernel: &Kernel) -> Vec<String> {
     let passes: Vec<String> = schedule.groups.iter().map(|group| pass(kernel, group)).collect();
     let mut number = 1;
     let mut lines = Vec::new();
-    // Those that are alike are told together.
+    // Equal passes are described together.
     for alike in passes.chunk_by(|one, other| one == other) {
         lines.push(match alike.len() {
             1 => format!("pass {number}: {}", alike[0]),

@@ -1,14 +1,14 @@
-//! Arithmetic that is either done or written down.
+//! Arithmetic that is either evaluated or emitted.
 //!
 //! In: operators on numbers. Out: numbers. Invariant: an equation that is written once, over an [`Arithmetic`], is the
-//! same in f64 ([`Numbers`]), with exponents apart ([`Wide`]) and in a kernel, where its numbers are nodes.
+//! same in f64 ([`Numbers`]), with separate exponents ([`Wide`]) and in a kernel, where its numbers are nodes.
 
 use crate::exec::scalar::{self, Extended, Scalar};
 use crate::operators::{Binary, Unary};
 
-/// Something that an equation can be evaluated by.
+/// A type of arithmetic in which an equation can be evaluated.
 pub trait Arithmetic {
-    /// A number, or what stands for one.
+    /// A number, or a node.
     type Number: Copy;
     /// A known number.
     fn constant(&mut self, number: f64) -> Self::Number;
@@ -16,7 +16,7 @@ pub trait Arithmetic {
     fn unary(&mut self, operator: Unary, x: Self::Number) -> Self::Number;
     /// An operator on two.
     fn binary(&mut self, operator: Binary, x: Self::Number, y: Self::Number) -> Self::Number;
-    /// The second where the first is not 0, else the third.
+    /// The second if the first is not 0, else the third.
     fn select(
         &mut self,
         condition: Self::Number,
@@ -92,7 +92,7 @@ impl Arithmetic for Numbers {
     }
 }
 
-/// Arithmetic in numbers whose exponents have no end.
+/// Arithmetic in numbers with unbounded exponents.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wide;
 

@@ -1,17 +1,17 @@
-//! What the fits of the laws share: Newton's method, and the derivative of the digamma function.
+//! Common parts of the fits: Newton's method, and the derivative of the digamma function.
 //!
 //! In: a function with its derivative. Out: its root. Invariant: an iterate stays positive, and the number of steps is
 //! bounded.
 
-/// Why a law cannot be fitted to a sample.
+/// The reason why a law cannot be fitted to a sample.
 pub type Refusal = &'static str;
 
 pub(super) const TOO_EQUAL: Refusal = "needs values that differ";
 pub(super) const NOT_POSITIVE: Refusal = "needs values greater than 0";
 pub(crate) const NO_CONVERGENCE: Refusal = "finds no maximum of the likelihood for these values";
 
-/// The largest shape, concentration, or sum of `a` and `b`: a law whose shape alone says how narrow it is becomes no
-/// narrower. Its density keeps ten digits there.
+/// Limit of the shape, concentration, or sum of `a` and `b`, which bounds the width of the law from below. The density
+/// keeps ten digits there.
 pub(crate) const MOST_SHAPE: f64 = 1e6;
 
 /// ln x − ψ(x) for x > 0 and its derivative: ψ(x + 1) = ψ(x) + 1/x, then the asymptotic series (Abramowitz and Stegun

@@ -1,9 +1,9 @@
-//! Laws: distributions of one number that have a name and some parameters.
+//! Laws: named parametric distributions of one number.
 //!
 //! In: parameters, and a number. Out: density, cumulative distribution, mass of an interval, a draw, moments; from a
-//! sample, the parameters of maximum likelihood. Invariant:
-//! each law is one file beside its equation; its density is written once, over an [`Arithmetic`], and so is the same for
-//! a kernel and in f64. Parameters are valid ([`Law::refuses`]); outside the support the density is 0.
+//! sample, the parameters of maximum likelihood. Invariant: each law has one file, with its equation; its density is
+//! written once, over an [`Arithmetic`], for kernels and for f64. Parameters are valid ([`Law::refuses`]); outside the
+//! support the density is 0.
 
 mod arithmetic;
 mod beta;
@@ -29,7 +29,7 @@ pub use sample::Sample;
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-/// What a parameter of a law may be.
+/// The domain of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Constraint {
     /// Any finite number.
@@ -42,7 +42,7 @@ pub enum Constraint {
     Count,
 }
 
-/// The numbers that a law can give.
+/// The support of a law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Support {
     /// All reals, or an interval of them: a density.
@@ -67,17 +67,17 @@ macro_rules! laws {
             /// All of them.
             pub const ALL: &[Law] = &[$(Law::$law),+];
 
-            /// The name under which the language knows it.
+            /// Its name in the language.
             pub fn name(self) -> &'static str {
                 match self { $(Law::$law => $file::NAME,)+ }
             }
 
-            /// Its parameters in order: what each is called, and what it may be.
+            /// Its parameters in order: name and domain.
             pub fn parameters(self) -> &'static [(&'static str, Constraint)] {
                 match self { $(Law::$law => &$file::PARAMETERS,)+ }
             }
 
-            /// The numbers that it can give.
+            /// Its support.
             pub fn support(self) -> Support {
                 match self { $(Law::$law => $file::SUPPORT,)+ }
             }
@@ -87,7 +87,7 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::ln_density(by, x, exactly(parameters)),)+ }
             }
 
-            /// P(low < X ≤ high), low ≤ high, where it has a closed form.
+            /// P(low < X ≤ high), low ≤ high, if it has a closed form.
             pub fn mass<A: Arithmetic>(
                 self,
                 by: &mut A,
@@ -113,10 +113,10 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::variance(exactly(parameters)),)+ }
             }
 
-            /// The parameters under which a sample is most likely; those that are known are the first ones.
+            /// The maximum-likelihood parameters of a sample; the known ones are the first.
             ///
             /// # Errors
-            /// No parameters are best: too few values that differ, or values that the law cannot give.
+            /// There is no maximum: too few distinct values, or values outside the support.
             pub fn fit(self, sample: &Sample, known: &[f64]) -> Result<Vec<f64>, Refusal> {
                 if sample.is_empty() || !sample.iter().all(|(number, weight)| number.is_finite() && weight >= 0.0) {
                     return Err("needs values");
@@ -133,7 +133,7 @@ macro_rules! laws {
 }
 
 laws! {
-    /// Every real between two bounds alike.
+    /// Uniform between two bounds.
     Uniform in uniform, mass by uniform::mass;
     /// Normal.
     Normal in normal, mass by normal::mass;
@@ -166,7 +166,7 @@ impl Law {
         self.tails(x, parameters).0
     }
 
-    /// P(low < X ≤ high), low ≤ high: a difference of the tails in which it lies.
+    /// P(low < X ≤ high), low ≤ high: a difference in the tail that contains it.
     pub fn between(self, low: f64, high: f64, parameters: &[f64]) -> f64 {
         if let Some(mass) = self.mass(&mut Numbers, low, high, parameters) {
             return mass.max(0.0);
@@ -181,7 +181,7 @@ impl Law {
         self.ln_density(&mut Numbers, x, parameters).exp()
     }
 
-    /// What is wrong with these parameters: the position of one, and what it must be.
+    /// The first invalid parameter: its position, and its domain.
     pub fn refuses(self, parameters: &[f64]) -> Option<(usize, &'static str)> {
         let wrong = (self.parameters().iter().zip(parameters).enumerate())
             .find_map(|(position, ((_, constraint), number))| Some((position, constraint.refuses(*number)?)));
@@ -195,7 +195,7 @@ impl Law {
 }
 
 impl Constraint {
-    /// What the number must be, if it is not that.
+    /// The requirement on a number, if it is violated.
     pub fn refuses(self, number: f64) -> Option<&'static str> {
         let (holds, expected) = match self {
             Constraint::Real => (number.is_finite(), "a finite number"),

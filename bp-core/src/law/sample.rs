@@ -1,7 +1,7 @@
-//! A sample: numbers that were seen, each with how often.
+//! A sample: numbers with weights.
 //!
-//! In: numbers and weights. Out: weighted means. Invariant: equal numbers are one entry, and sums are made in the order of
-//! the entries, so that the order in which whole weights came in leaves no trace, not even in the last digit.
+//! In: numbers and weights. Out: weighted means. Invariant: equal numbers are one entry, and sums are computed in the
+//! order of the entries, so that with integer weights the result does not depend on the order of observations.
 //!
 //! E\[g\] = Σ wᵢ g(xᵢ) / Σ wᵢ
 
@@ -15,13 +15,13 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// A number was seen this often.
+    /// Adds a number with a weight.
     pub fn add(&mut self, number: f64, weight: f64) {
         // −0 is 0.
         *self.weights.entry((number + 0.0).to_bits()).or_default() += weight;
     }
 
-    /// All that another sample has.
+    /// Adds another sample.
     pub fn add_all(&mut self, other: &Sample) {
         other.iter().for_each(|(number, weight)| self.add(number, weight));
     }
@@ -36,12 +36,12 @@ impl Sample {
         self.weights.values().sum()
     }
 
-    /// Whether nothing was seen.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.total() <= 0.0
     }
 
-    /// Σ wᵢ g(xᵢ) / Σ wᵢ; numbers of weight 0 are not looked at.
+    /// Σ wᵢ g(xᵢ) / Σ wᵢ; numbers of weight 0 are skipped.
     pub fn mean_of(&self, g: impl Fn(f64) -> f64) -> f64 {
         let seen = self.iter().filter(|(_, weight)| *weight > 0.0);
         seen.map(|(number, weight)| weight * g(number)).sum::<f64>() / self.total()

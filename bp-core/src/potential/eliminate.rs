@@ -1,15 +1,15 @@
 //! Products of potentials, of which slots are eliminated one by one.
 //!
-//! In: potentials. Out: their product without some of the slots, as a list whose members are multiplied no further than
-//! sums and maxima require. Invariant: the next slot is one whose elimination makes the smallest table; orders are kept,
-//! so that each instant of a long sequence does not search for them again.
+//! In: potentials. Out: their product without some of the slots, as a list whose members are multiplied only as far as
+//! sums and maxima require. Invariant: the next slot is one whose elimination makes the smallest table; elimination
+//! orders are stored, so that each instant of a long sequence reuses them.
 
 use super::Potential;
 use super::sweep::{Fold, folded};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// The most cells of one table.
+/// Limit of the cells of one table.
 pub(crate) const MOST_CELLS: f64 = 1e7;
 
 /// A product of potentials and a number.
