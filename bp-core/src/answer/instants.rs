@@ -105,14 +105,13 @@ fn columns<'m, 't>(
             let guess = near(name, by_name.keys().map(String::as_str));
             let guess = guess.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
             return Err(wrong(format!(
-                "column `{column}` names no variable of `{}`{guess}; to leave it out: `--ignore {column}`",
+                "column `{column}` is not a variable of `{}`{guess}; to ignore it: `--ignore {column}`",
                 model.name
             )));
         };
         if fixed.contains(variable) {
-            let message = format!(
-                "the question gives `{column}` a value, and so does a column: leave one of the two out"
-            );
+            let message =
+                format!("the question gives `{column}` a value, and so does a column: remove one of the two");
             return Err(wrong(message));
         }
         if known.contains(variable) {

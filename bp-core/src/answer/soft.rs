@@ -53,7 +53,7 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
                 }
                 let (value, q) = (model.value_name(*id, value), exact(weights[value]));
                 let message = format!(
-                    "soft evidence gives `{value}` the probability {q}, but it is impossible by what else `{}` knows",
+                    "soft evidence gives `{value}` the probability {q}, but it is impossible given the other evidence of `{}`",
                     model.ask_text(ask)
                 );
                 return Err(Error::input(model.variable_name(*id), message));

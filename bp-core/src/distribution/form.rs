@@ -149,7 +149,10 @@ impl Evaluation<'_> {
                         Distribution::Truncated { law, parameters, bounds, mass }
                     }
                     (form, _) => {
-                        return Err(self.unplanned(format!("`truncated` cuts a law, not `{}`", form.name())));
+                        return Err(self.unplanned(format!(
+                            "`truncated` takes a distribution such as `normal`, not `{}`",
+                            form.name()
+                        )));
                     }
                 }
             }
@@ -202,7 +205,7 @@ impl Evaluation<'_> {
             }
             Form::Previous { .. } | Form::Ask { .. } => {
                 let head = setting.model.head(&setting.model.factors[self.instance.factor]);
-                return Err(self.unplanned(format!("`{head}` is what another program or another cell says")));
+                return Err(self.unplanned(format!("`{head}` depends on another program or another cell")));
             }
         })
     }

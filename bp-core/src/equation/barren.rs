@@ -61,10 +61,7 @@ pub(crate) fn remove(draft: &mut Draft<'_>) {
     });
     if !removed.is_empty() {
         let verb = if removed.len() == 1 { "sums" } else { "sum" };
-        draft.record(
-            "barren variables",
-            format!("{} on no other factor's right: each {verb} to 1", are(&removed)),
-        );
+        draft.record("barren variables", format!("{} in no other factor: each {verb} to 1", are(&removed)));
     }
 }
 

@@ -48,10 +48,10 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
         }
     }
     if !dropped.is_empty() {
-        draft.record(CONSTANTS, format!("constant in what is normalised: {}", listed(&dropped)));
+        draft.record(CONSTANTS, format!("constant in the normalisation: {}", listed(&dropped)));
     }
     if !reduced.is_empty() {
-        let reason = format!("constant in what is normalised, unless it is 0: {}", listed(&reduced));
+        let reason = format!("constant in the normalisation, unless it is 0: {}", listed(&reduced));
         draft.record(CONSTANTS, reason);
     }
 }
@@ -110,7 +110,6 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
     let whole = draft.free.iter().chain(&draft.searched).all(|variable| distributed.contains(variable));
     if proper && whole {
         draft.normalise = false;
-        draft
-            .record("normaliser", "what is left is a product of distributions, which sums to one".to_owned());
+        draft.record("normaliser", "the remaining product of distributions sums to one".to_owned());
     }
 }

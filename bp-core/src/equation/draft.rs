@@ -73,7 +73,7 @@ impl<'m> Draft<'m> {
         }
         draft.record(
             DEFINITION,
-            "a conditional distribution is the joint one over that of what is known".to_owned(),
+            "a conditional distribution is the joint one divided by that of the known variables".to_owned(),
         );
         draft
     }
@@ -137,7 +137,7 @@ impl<'m> Draft<'m> {
         for item in self.asks.iter().flat_map(|ask| &ask.searched) {
             if let (Some(value), false) = (&item.at, self.model.variables[item.variable].domain.is_finite()) {
                 self.bindings.insert(item.variable, Binding::Value(value.clone()));
-                reasons.push(format!("`{}` is wanted at one value", self.model.variable_name(item.variable)));
+                reasons.push(format!("`{}` has a given value", self.model.variable_name(item.variable)));
             }
         }
         if !reasons.is_empty() {
@@ -186,7 +186,7 @@ impl<'m> Draft<'m> {
         let bound = |variable: &&VariableId| !self.model.variables[**variable].domain.is_finite();
         if let (Some(variable), true) = (self.searched.iter().find(bound), self.normalise) {
             let name = self.model.variable_name(*variable);
-            return Err(self.unplanned(format!("its normaliser is an integral over `{name}`")));
+            return Err(self.unplanned(format!("its normalising constant is an integral over `{name}`")));
         }
         for variable in self.searched.iter().chain(&self.each) {
             if !self.bindings.contains_key(variable) {

@@ -58,7 +58,7 @@ pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
     }
     draft.factors = factors.into_iter().flatten().collect();
     let reason =
-        format!("{} summed as early as can be, about {:.0} products in all", are(&names), draft.cost);
+        format!("{} summed as early as possible, about {:.0} products in all", are(&names), draft.cost);
     draft.record("order of sums", reason);
     Ok(())
 }

@@ -71,7 +71,7 @@ pub(crate) fn lines(model: &Model, ask: &Ask, notation: Notation) -> Vec<Line> {
             let plain = notation.choose("P", "P", "<mi>P</mi>");
             let left = notation.distribution(&searched, &hard(known)).replacen(plain, prime, 1);
             let reason = format!(
-                "what was believed of `{}` is replaced (Jeffrey); what depends on it still does",
+                "the posterior of `{}` is replaced (Jeffrey); distributions given it are unchanged",
                 model.variable_name(soft.variable)
             );
             lines.push((
@@ -89,7 +89,7 @@ pub(crate) fn lines(model: &Model, ask: &Ask, notation: Notation) -> Vec<Line> {
         let body = format!("{}{}", notation.sum(&searched), p_ln(notation, &notation.ratio(&p, &q)));
         let equation = notation.equation(&notation.label("D"), "=", &body);
         let with = [notation.relation(&p, "=", &of(&ask.known)), notation.relation(&q, "=", &of(from))];
-        let reason = "how far the first is from the second, in nats".to_owned();
+        let reason = "the divergence of the first from the second, in nats".to_owned();
         lines.push(("divergence".to_owned(), reason, where_(notation, &equation, &with)));
     }
     lines

@@ -57,14 +57,14 @@ impl Exact {
         if self.normalised || (printer.evidence().is_none() && !printer.proportional) {
             let names: Vec<_> = wanted.iter().map(|(id, _)| printer.model.variable_name(*id)).collect();
             return (!wanted.is_empty()).then(|| {
-                let reason = format!("{} wanted at one value", are(&names));
+                let reason = format!("{} at a given value", are(&names));
                 ("value".to_owned(), reason, printer.notation.equation(&asked, "=", &above))
             });
         }
         let notation = printer.notation;
         let searched = notation.sum(&notation.names(printer.model, &self.searched));
         let below = format!("{searched}{}", printer.term(self.joint));
-        let reason = "over all that is searched, the answer sums to one".to_owned();
+        let reason = "over all searched variables, the answer sums to one".to_owned();
         let equation = notation.equation(&asked, "=", &notation.normalised(&above, &below));
         Some(("normalisation".to_owned(), reason, equation))
     }
@@ -113,6 +113,6 @@ impl Exact {
             | Statistic::Information => parts::read_out(ask, &names, &left, notation)?,
             Statistic::Divergence { .. } => return None,
         };
-        Some((rule.to_owned(), "what is asked is made of the distribution".to_owned(), equation))
+        Some((rule.to_owned(), "the statistic of the distribution".to_owned(), equation))
     }
 }

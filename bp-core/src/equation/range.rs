@@ -138,10 +138,8 @@ impl Exact {
             _ if model.plate.is_some() => {
                 (Mark::Linear, "probabilities over a plate, whose error is absolute".to_owned())
             }
-            (_, None) => (Mark::Guarded, "how many probabilities depends on a size".to_owned()),
-            (None, Some(_)) => {
-                (Mark::Guarded, "how small its probabilities are depends on inputs".to_owned())
-            }
+            (_, None) => (Mark::Guarded, "the number of probabilities depends on a size".to_owned()),
+            (None, Some(_)) => (Mark::Guarded, "the size of its probabilities depends on inputs".to_owned()),
             (Some(smallest), Some(_)) => {
                 (Mark::Guarded, format!("its smallest product above 0 is 2^{smallest:.0}, below 2^-512"))
             }
@@ -212,7 +210,7 @@ fn density(model: &Model, factor: &Factor, form: &Form) -> Option<&'static str> 
         _ if !finite => Some("is a density of a real"),
         // Over a plate their totals are those of probabilities: the error is absolute.
         Form::Law { .. } | Form::Weights(_) | Form::Truncated { .. } if model.plate.is_none() => {
-            Some("is normalised over its values, which may be tiny before")
+            Some("is normalised over its values, which may be very small before")
         }
         _ => None,
     }

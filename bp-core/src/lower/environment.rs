@@ -62,7 +62,7 @@ impl Lowering<'_> {
                 Ok(meaning)
             }
             Some(Binding::Antecedent { cell, displacement }) => self.antecedent(cell, displacement),
-            None => Err(self.unplanned(format!("`{name}` would be needed, but nothing says what it is"))),
+            None => Err(self.unplanned(format!("`{name}` is needed, but it has no value"))),
         }
     }
 
@@ -228,7 +228,7 @@ impl Lowering<'_> {
             }
             Meaning::Cell(_) | Meaning::Family(_) => {
                 let name = self.model.variable_name(variable);
-                Err(self.unplanned(format!("`{name}` is used as a number, but it is none")))
+                Err(self.unplanned(format!("`{name}` is used as a number, but it is not one")))
             }
         }
     }

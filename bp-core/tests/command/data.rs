@@ -216,7 +216,7 @@ fn sequences_are_answered_apart_and_columns_have_names() {
 
     let wrong = folder.ill(&on(&[]));
     assert!(
-        wrong.contains("column `town` names no variable of `K`") && wrong.contains("--ignore town"),
+        wrong.contains("column `town` is not a variable of `K`") && wrong.contains("--ignore town"),
         "{wrong}"
     );
     let wrong = folder.ill(&["ask", "k.bp", "filter P(X | Z)", "--data", "typo.csv"]);

@@ -293,7 +293,7 @@ fn a_value_that_the_question_gives_holds_at_every_instant() {
     let answers = asked("filter P(Open | Seen = true)", "Day\nMonday\nTuesday\n").unwrap();
     near(&numbers(&answers[0]), &[0.1, 0.9]);
     let twice = asked("filter P(Open | Seen = true)", "Seen\nfalse\n").unwrap_err().to_string();
-    assert!(twice.contains("leave one of the two out"), "{twice}");
+    assert!(twice.contains("remove one of the two"), "{twice}");
     let far = asked("predict(1000000000) P(Open | Seen)", "Seen\nfalse\n").unwrap_err();
     assert!(matches!(far, Error::TooLarge { .. }), "{far}");
 }

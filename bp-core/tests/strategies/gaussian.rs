@@ -226,7 +226,7 @@ fn what_is_determined_agrees_or_is_impossible() {
     let (both, ln_both) = law(&model, "P(X | Y = 3, Z = 2.5)", &Inputs::new());
     assert_eq!((both, ln_both), (one, ln));
     let error = ask(&model, &question(&model, "P(X | Y = 3, Z = 2)"), &Inputs::new()).unwrap_err();
-    let told = "`Z = 2` cannot be: what is observed before it determines `Z`, to be 2.5";
+    let told = "`Z = 2` is impossible: earlier observations determine `Z` = 2.5";
     assert!(message(error).contains(told));
 }
 

@@ -191,6 +191,6 @@ fn the_route_says_why_and_how() {
     let text: Vec<String> =
         lines.iter().map(|(rule, reason, equation)| format!("{rule}: {reason}: {equation}")).collect();
     assert!(text[0].ends_with("draw ~ P(S) P(X | S)") && text[1].ends_with("wₙ = P(Y | X)"), "{text:?}");
-    assert!(text[2].contains("no exact route applies") && text[2].contains("`X`"), "{text:?}");
+    assert!(text[2].contains("no exact strategy applies") && text[2].contains("`X`"), "{text:?}");
     assert!(text[2].ends_with("P(S | Y) ≈ Σₙ wₙ [Sⁿ = S] / Σₙ wₙ"), "{text:?}");
 }

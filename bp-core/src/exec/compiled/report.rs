@@ -20,7 +20,7 @@ pub struct Report {
 /// that the compiler refuses whoever asks it.
 #[diagnostic::on_unimplemented(
     message = "this question is not compiled",
-    label = "the documentation of its function says why",
+    label = "the documentation of its function gives the reason",
     note = "`bp_core::answer::ask` asks it of the program's `model()` at run time"
 )]
 pub trait Compiled {}

@@ -172,7 +172,7 @@ impl<'s> Factors<'s> {
 
     /// The error that a table would have too many cells.
     pub(super) fn too_large(&self, cells: f64) -> Error {
-        let help = "carry, search or observe fewer variables together, or in fewer values".to_owned();
+        let help = "carry, search or observe fewer variables, or fewer values of them".to_owned();
         Error::TooLarge { name: self.setting.model.name.clone(), cells, most: MOST_CELLS, help }
     }
 

@@ -138,7 +138,7 @@ impl<'s> Chain<'s> {
 
     /// The error that an instant cannot be, with the first observation that excludes it.
     fn impossible(&mut self, last: Option<&Product>, instant: &Instant, number: usize) -> Error {
-        let mut reason = "no value of what is carried is possible there".to_owned();
+        let mut reason = "no value of the carried variables is possible there".to_owned();
         for count in 0..=instant.len() {
             let some = instant[..count].to_vec();
             let product = self.factors.product(&some, number == 0, true);
@@ -147,7 +147,9 @@ impl<'s> Chain<'s> {
             if message.ln_total(counts, orders) == Ok(f64::NEG_INFINITY) {
                 if let Some((slot, value)) = some.last() {
                     let (observed, head) = self.factors.named(*slot, *value);
-                    reason = format!("`{observed}` cannot be there, given what came before: `{head}` is 0");
+                    reason = format!(
+                        "`{observed}` is impossible there, given the earlier instants: `{head}` is 0"
+                    );
                 }
                 break;
             }

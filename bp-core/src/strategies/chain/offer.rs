@@ -52,7 +52,7 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
         }
         match known.contains(&id) {
             true if has_point(form) => {
-                return Some(format!("`{}` is observed, and a `dirac` says what it is", name(id)));
+                return Some(format!("`{}` is observed, and has a `dirac` form", name(id)));
             }
             false if !says_a_value(form) => {
                 return Some(format!(

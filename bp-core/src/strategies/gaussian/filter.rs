@@ -232,7 +232,7 @@ impl Filter {
             }
             before = covariance;
         }
-        Err(Error::input("covariance", "it does not settle: something is carried that nothing observes"))
+        Err(Error::input("covariance", "it does not converge: a carried variable is not observed"))
     }
 }
 
@@ -259,7 +259,7 @@ pub(super) fn observe(
     let determined = law.mean(row);
     law.observe(row, value).ok_or_else(|| {
         let reason = format!(
-            "`{name} = {value}` cannot be: what is observed before it determines `{name}`, to be {determined}"
+            "`{name} = {value}` is impossible: earlier observations determine `{name}` = {determined}"
         );
         Error::Impossible(Impossible { question: question.to_owned(), reason: Some(reason) })
     })

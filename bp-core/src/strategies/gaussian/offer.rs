@@ -210,7 +210,7 @@ fn derive(
         let carried = names(&mut carried.iter().map(|(_, previous)| *previous));
         lines.push((
             "prediction".to_owned(),
-            format!("`{carried}` has the law that the last instant left; each factor extends it"),
+            format!("`{carried}` has the distribution of the previous instant; each factor extends it"),
             [
                 "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
                 "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),

@@ -73,7 +73,7 @@ impl<'s> Blankets<'s> {
                     if let Some(slot) =
                         slots.iter().find(real).filter(|_| may_be_point(form, instance.component))
                     {
-                        return Err(stuck(setting, *slot, "is, in part of its form, what a `dirac` says"));
+                        return Err(stuck(setting, *slot, "has a `dirac` in part of its form"));
                     }
                     drawn.extend(slots);
                     Node::Weighed(instance.clone())
@@ -90,7 +90,7 @@ impl<'s> Blankets<'s> {
             Some(slot) => Err(stuck(
                 setting,
                 slot,
-                "is observed, and its `dirac` ties several variables that are not, of which one cannot move alone",
+                "is observed, and its `dirac` constrains several unobserved variables, which cannot be sampled one by one",
             )),
             None => Ok(blankets),
         }

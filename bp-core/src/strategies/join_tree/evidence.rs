@@ -124,8 +124,7 @@ impl Known {
         weight: impl Fn(usize) -> f64,
     ) -> Result<(), Error> {
         if tree.likelihoods[variable] == usize::MAX {
-            let message =
-                "something is known of it, but it is neither a given nor a weighed variable of this plan";
+            let message = "there is evidence for it, but it is neither an observed nor a weighted variable of this plan";
             return Err(Error::input(format!("variable {variable}"), message));
         }
         self.weighed[variable] = true;

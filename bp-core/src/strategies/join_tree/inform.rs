@@ -43,7 +43,7 @@ pub fn entropy(probabilities: &[f64]) -> f64 {
 /// No variable, one that is observed or named twice; no room; evidence of probability zero.
 pub fn joint(network: &Network, evidence: &Evidence, variables: &[usize]) -> Result<Joint, Error> {
     let Some((last, first)) = variables.split_last() else {
-        return Err(Error::input("joint posterior", "it needs a variable at least"));
+        return Err(Error::input("joint posterior", "it needs at least one variable"));
     };
     let mut probabilities = Vec::new();
     let ln_evidence = condition(network, evidence, first, &[*last], |p, marginals| {
@@ -109,7 +109,7 @@ fn condition(
         if given.contains(variable) || variables.iter().chain(wanted).take(place).any(|one| one == variable) {
             return Err(Error::input(
                 format!("variable {variable}"),
-                "it is observed, or named twice: its joint posterior with the others says nothing new",
+                "it is observed, or named twice: its joint posterior with the others is redundant",
             ));
         }
     }

@@ -137,7 +137,7 @@ impl Named {
             let expected = match () {
                 () if found != count => format!("its likelihood must have {count} numbers, but has {found}"),
                 () if !weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite()) => {
-                    format!("a likelihood is made of finite numbers, none negative, but this is {weights:?}")
+                    format!("a likelihood needs finite numbers, none negative, but this is {weights:?}")
                 }
                 () if weights.iter().all(|weight| *weight == 0.0) => {
                     "its likelihood is 0 for every value".to_owned()

@@ -60,7 +60,7 @@ impl Network {
         let mut network = Network::default();
         for id in model.variables.ids() {
             if !model.variables[id].domain.is_finite() {
-                let reason = format!("`{}` has no list of values", model.variable_name(id));
+                let reason = format!("`{}` is not finite", model.variable_name(id));
                 return Err(refused(model, reason));
             }
             let slots = setting.slots_of(id);

@@ -194,7 +194,7 @@ fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
     let stopped = || format!("interrupted: this is the answer after instant {}", effective.len());
     let warning = progress::is_stopped().then(stopped).or((least.1 < sampled::FEW).then(|| {
         format!(
-            "at instant {} the particles say no more than {:.0} of equal weight would: take more (--particles)",
+            "at instant {} the effective number of particles is {:.0}: use more (--particles)",
             least.0 + 1,
             least.1
         )

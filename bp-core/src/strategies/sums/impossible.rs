@@ -48,7 +48,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
                 true => String::new(),
                 false => format!(" where {}", names(model, &own, inputs)),
             };
-            return Some(format!("`{head}` says 0 of `{left}`{right}"));
+            return Some(format!("`{head}` is 0 for `{left}`{right}"));
         }
     }
     let head = model.head(&model.factors[model.factor_of(known.variable)?]);
@@ -56,7 +56,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
         true => String::new(),
         false => format!(" beside {}", names(model, before, inputs)),
     };
-    Some(format!("`{}` cannot be{given}; see `{head}`", observed(model, known, inputs)))
+    Some(format!("`{}` is impossible{given}; see `{head}`", observed(model, known, inputs)))
 }
 
 /// Whether some of the evidence has a probability above 0; nothing where that has no exact answer.

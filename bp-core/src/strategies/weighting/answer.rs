@@ -130,16 +130,15 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
             Some(format!("interrupted: {made} draws were made, of the {} asked for", sampling.particles))
         }
         Some(r_hat) if r_hat > MOST_R_HAT => Some(format!(
-            "the chains do not tell the same (R-hat {r_hat:.2} > {MOST_R_HAT}): they have not been everywhere; \
-             take more (--particles), or `--by weighting`"
+            "the chains have not converged (R-hat {r_hat:.2} > {MOST_R_HAT}); take more draws (--particles), or \
+             use `--by weighting`"
         )),
         Some(_) if effective < FEW => Some(format!(
-            "the draws say no more than {effective:.0} independent ones would: the chains move slowly; take more \
-             (--particles)"
+            "the effective number of draws is {effective:.0}: the chains mix slowly; take more draws (--particles)"
         )),
         None if effective < FEW => Some(format!(
-            "the draws say no more than {effective:.0} of the answer itself would: the evidence is unlikely \
-             a priori; take more (--particles)"
+            "the effective number of draws is {effective:.0}: the evidence is improbable a priori; take more draws \
+             (--particles)"
         )),
         _ => None,
     };

@@ -140,7 +140,7 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
         let name = model.variable_name(searched.variable);
         if searched.at.is_some() && !model.variables[searched.variable].domain.is_finite() {
             return Some(format!(
-                "draws do not tell the density of `{name}` at one value: ask for `P({name} | …)`"
+                "draws do not give the density of `{name}` at one value: ask for `P({name} | …)`"
             ));
         }
     }
@@ -185,7 +185,7 @@ pub(crate) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
             // A subroutine has a table; what else is asked is bound from outside.
             Form::Ask { path, .. } if model.subroutine(path).is_none() => Some("asks another program"),
             Form::Unknown(_) => Some("is to be learned from data first"),
-            Form::Previous { at: Some(_), .. } => Some("speaks of a cell of the last step"),
+            Form::Previous { at: Some(_), .. } => Some("reads a cell of the previous step"),
             _ => None,
         };
         form.each_part(&mut |part| found = found.or_else(|| of_form(model, part)));
@@ -231,7 +231,7 @@ fn steps(
         }
         let name = model.variable_name(left);
         let Form::Dirac(value) = factor.form else {
-            return Err(format!("`{name}` is observed, but in part of its form a `dirac` says what it is"));
+            return Err(format!("`{name}` is observed, but has a `dirac` in part of its form"));
         };
         let free = |candidate: &FactorId| {
             let of = &model.factors[*candidate];
@@ -372,18 +372,18 @@ impl Sampled {
             let (solved, seen) = (&model.factors[*id].left[0], &model.factors[*dirac].left[0]);
             let (solved, seen) = (model.variable_name(solved.variable), model.variable_name(seen.variable));
             let reason =
-                format!("`{seen}` is observed and linear in `{solved}`, which is solved for and weighed");
+                format!("`{seen}` is observed and linear in `{solved}`, which is solved for and weighted");
             let form = notation.said(" / |a|", " / |a|");
             lines.push(("Dirac solved".to_owned(), reason, format!("{}{form}", head(*id))));
         }
         let weighed = of(&|treatment| treatment == Treatment::Weighed);
         let reason = match weighed.is_empty() {
-            true => "nothing is observed that a draw must be weighed by".to_owned(),
-            false => "what is observed weighs each draw".to_owned(),
+            true => "no observation weights the draws".to_owned(),
+            false => "the observations weight each draw".to_owned(),
         };
         let weight = if weighed.is_empty() { "1".to_owned() } else { weighed.join(&space) };
         lines.push(("weights".to_owned(), reason, format!("{}{weight}", notation.said("wₙ = ", "w_n = "))));
-        let reason = format!("no exact route applies: {}; the answer is estimated by draws", self.reason);
+        let reason = format!("no exact strategy applies: {}; the answer is estimated by draws", self.reason);
         lines.push(("likelihood weighting".to_owned(), reason, estimator));
         lines
     }

@@ -296,9 +296,9 @@ fn what_cannot_be_names_its_factor() {
         error.to_string()
     };
     let message = told("P(A | N = 1, B = true, C = false)");
-    assert!(message.contains("`P(C | B)` says 0 of `C = false` where `B = true`"), "{message}");
+    assert!(message.contains("`P(C | B)` is 0 for `C = false` where `B = true`"), "{message}");
     let message = told("P(A | C = true, N = 2)");
-    assert!(message.contains("`P(N)` says 0 of `N = 2`"), "{message}");
+    assert!(message.contains("`P(N)` is 0 for `N = 2`"), "{message}");
     let message = told("P(B | C = false, A = true)");
     assert!(message.contains("`A = true` cannot be beside `C = false`; see `P(A)`"), "{message}");
     // What is merely unlikely is answered.
