@@ -392,8 +392,7 @@ fn help_is_at_most_80_columns_wide() {
     for verb in std::iter::once(None).chain(verbs.split(' ').map(Some)) {
         for flag in ["-h", "--help"] {
             let arguments: Vec<&str> = verb.into_iter().chain([flag]).collect();
-            let output = bp(&arguments);
-            let text = String::from_utf8(output.stdout).unwrap();
+            let text = String::from_utf8(bp(&arguments).stdout).unwrap();
             let long = text.lines().find(|line| line.chars().count() > 80);
             assert!(text.contains("Usage:") && long.is_none(), "{arguments:?}: {long:?}");
         }
