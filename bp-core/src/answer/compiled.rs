@@ -107,7 +107,7 @@ impl CompiledQuestion<'_> {
     pub fn ask_with(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
         if let Some(ask) = self.question.asks.iter().find(|ask| ask.when.is_over_time()) {
             let message =
-                "it is asked over time: give what was observed, a row for each instant (`--data FILE`)";
+                "it is asked over time: give the observations, a row for each instant (`--data FILE`)";
             return Err(Error::input(self.model.ask_text(ask), message));
         }
         self.answers(&Case { question: &self.question, inputs, instants: &[], sampling })

@@ -279,7 +279,7 @@ pub(crate) struct Engine;
 
 impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
-        let not_all = || refused(model, asks, "not all is real, linear and Gaussian");
+        let not_all = || refused(model, asks, "not all variables are real, linear and Gaussian");
         if !asks[0].when.is_over_time() {
             return match asks.iter().all(|ask| applies(model, ask)) {
                 true => Ok(Route::Gaussian(offer(model, asks.to_vec())?)),
@@ -310,7 +310,7 @@ impl Offered for Gaussian {
     }
 
     fn reason(&self) -> &'static str {
-        "exact, in closed form: all is real, linear and Gaussian"
+        "exact, in closed form: all variables are real, linear and Gaussian"
     }
 
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {

@@ -30,7 +30,7 @@ pub struct JoinTree {
 /// # Errors
 /// Why not.
 fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Result<JoinTree, String> {
-    let few = |count: usize| format!("{count} factors: loops are written faster than a tree is made");
+    let few = |count: usize| format!("{count} factors: loops are compiled faster than a tree");
     if model.plate.is_some() {
         return Err("the program is repeated over a plate".to_owned());
     }
@@ -48,9 +48,9 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
             Term::Factor(factor) if has_table(model, *factor) => factors.push(*factor),
             Term::Likelihood(variable, weights) => likelihoods.push((*variable, weights.clone())),
             Term::Factor(factor) => {
-                return Err(format!("`{}` is no table of numbers", model.head(&model.factors[*factor])));
+                return Err(format!("`{}` is not a table of numbers", model.head(&model.factors[*factor])));
             }
-            _ => return Err("a factor is no table of numbers".to_owned()),
+            _ => return Err("a factor is not a table of numbers".to_owned()),
         }
     }
     let is_finite = |variable: &VariableId| model.variables[*variable].domain.is_finite();

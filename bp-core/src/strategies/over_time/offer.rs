@@ -91,7 +91,7 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
         (When::Sequence, Statistic::Argmax { .. }) => return None,
         (_, statistic) => statistic.word(),
     };
-    Some(format!("`{word}` is not made of it: ask for the distribution, its `expectation` or its `variance`"))
+    Some(format!("`{word}` is not available: ask for the distribution, its `expectation` or its `variance`"))
 }
 
 impl Offered for OverTime {
@@ -109,8 +109,8 @@ impl Offered for OverTime {
 
     fn reason(&self) -> &'static str {
         match self.by {
-            By::Chain => "exact, instant by instant: what is carried is finite",
-            By::Gaussian(_) => "exact, instant by instant: what is carried is linear and Gaussian",
+            By::Chain => "exact, instant by instant: the carried variables are finite",
+            By::Gaussian(_) => "exact, instant by instant: the carried variables are linear and Gaussian",
             By::Particles { .. } => "estimated, instant by instant, by particles",
         }
     }
@@ -206,31 +206,32 @@ impl OverTime {
             By::Chain => {
                 let start: Vec<String> =
                     before.iter().map(|id| format!("`P({})`", model.variable_name(*id))).collect();
-                let start = format!("{} is as its form says", start.join(", "));
+                let start = format!("{} has its form", start.join(", "));
                 let reason = format!(
-                    "{told} is carried and finite: each instant is a sum over what it was; at the first, {start}"
+                    "{told} is carried and finite: each instant is a sum over its previous value; at the first, {start}"
                 );
                 ("forward", reason)
             }
-            By::Gaussian(_) => {
-                ("Kalman filter", format!("{told} is carried, linear and Gaussian: a normal law is carried"))
-            }
+            By::Gaussian(_) => (
+                "Kalman filter",
+                format!("{told} is carried, linear and Gaussian: a normal distribution is carried"),
+            ),
             By::Particles { reason, .. } => (
                 "particle filter",
-                format!("{reason}: draws follow the program and are weighed by what is observed"),
+                format!("{reason}: draws follow the program and are weighted by the observations"),
             ),
         };
         let mut lines = vec![(rule.to_owned(), reason, forward)];
         if let By::Particles { linear, .. } = &self.by {
             let resampled =
-                "particles are resampled (systematically) when they are worth less than half of them";
+                "particles are resampled (systematically) when their effective number is less than half";
             let equation = notation.said("1 / Σₙ wₙ² < N / 2", "1 / \\sum_n w_n^2 < N / 2").to_owned();
             lines.push(("resampling".to_owned(), resampled.to_owned(), equation));
             if !linear.is_empty() {
                 let names: Vec<String> =
                     linear.iter().map(|id| format!("`{}`", model.variable_name(*id))).collect();
                 let reason = format!(
-                    "given the others, {} is linear and Gaussian: not drawn, carried as a normal law by each particle",
+                    "given the others, {} is linear and Gaussian: not sampled, carried as a normal distribution by each particle",
                     names.join(", ")
                 );
                 lines.push((
@@ -243,7 +244,7 @@ impl OverTime {
         let last = match self.ask().when {
             When::Smooth => Some((
                 "backward",
-                "what came after speaks too",
+                "with later observations",
                 notation.said(
                     "βₜ₋₁(X⁻¹) ∝ Σ φₜ βₜ(X)",
                     "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
@@ -259,7 +260,7 @@ impl OverTime {
             )),
             When::Predict(_) => Some((
                 "prediction",
-                "instants follow of which nothing is observed",
+                "instants follow without observations",
                 notation.said("Σ P(X | X⁻¹) P(X⁻¹)", "\\sum P(X | X^{-1}) P(X^{-1})"),
             )),
             _ => None,
@@ -272,8 +273,8 @@ impl OverTime {
     pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let reason = match self.by {
             By::Gaussian(_) => return Vec::new(),
-            By::Chain => "over time each potential keeps its scale apart",
-            By::Particles { .. } => "draws are weighed by logarithms",
+            By::Chain => "over time each potential has a separate scale",
+            By::Particles { .. } => "weights of draws are logarithms",
         };
         let last = self.derivation(model, notation).pop().map(|(_, _, equation)| equation);
         let marked = |product| Marked { product, mark: Mark::Log, reason: reason.to_owned() };

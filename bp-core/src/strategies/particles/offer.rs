@@ -43,5 +43,5 @@ impl strategies::Engine for Engine {
 fn virtually(model: &Model, ask: &Ask) -> Option<String> {
     let known = ask.known.iter().find(|known| matches!(known.evidence, Evidence::Virtual(_)))?;
     let name = model.variable_name(known.variable);
-    Some(format!("draws are weighed by observations: `{name}` has a likelihood"))
+    Some(format!("draws are weighted by observations: `{name}` has a likelihood"))
 }

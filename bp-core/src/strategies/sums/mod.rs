@@ -43,11 +43,9 @@ impl Offered for Exact {
 
     fn reason(&self) -> &'static str {
         match self.has_scan() {
-            true => "exact, by sums, products and a scan: all that is summed is finite",
-            false if self.eliminations.is_empty() => {
-                "exact, by products: nothing is left to be summed but what is searched"
-            }
-            false => "exact, by sums and products: all that is summed is finite",
+            true => "exact, by sums, products and a scan: all summed variables are finite",
+            false if self.eliminations.is_empty() => "exact, by products: only searched variables are summed",
+            false => "exact, by sums and products: all summed variables are finite",
         }
     }
 

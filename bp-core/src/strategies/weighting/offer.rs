@@ -108,7 +108,7 @@ impl Offered for Sampled {
     }
 
     fn reason(&self) -> &'static str {
-        "estimated, by draws: what is summed is not finite, nor linear and Gaussian"
+        "estimated, by draws: a summed variable is neither finite nor linear and Gaussian"
     }
 
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
