@@ -1,8 +1,8 @@
-//! Barren variables disappear: Σ_X P(X | parents) = 1.
+//! Removal of barren variables: Σ_X P(X | parents) = 1.
 //!
-//! In: a draft. Out: the draft without factors whose left-hand variables are free and appear nowhere else.
-//! Invariant: only a factor that sums to one for every parent value may go; an improper one (a Dirac that can
-//! fall outside its domain) stays, because it renormalises the rest.
+//! In: a draft. Out: the draft without factors whose left-hand variables are free and appear nowhere else. Invariant:
+//! only a factor that sums to one for every parent value is removed; an improper one (a Dirac that can fall outside its
+//! domain) stays, because it renormalises the rest.
 //!
 //! before: Σ_Roof P(Rain) P(Roof | Rain)      after: P(Rain)
 
@@ -20,7 +20,7 @@ pub(crate) fn remove(draft: &mut Draft<'_>) {
     }
     let scope = |term: &_| scope::of_term(draft.model, &draft.terms, &draft.bindings, *term);
     let scopes: Vec<Scope> = draft.factors.iter().map(scope).collect();
-    // In how many factors each variable is, and which factor distributes it.
+    // The number of factors of each variable, and the factor that distributes it.
     let (mut uses, mut distributes) = (HashMap::new(), HashMap::new());
     for (position, scope) in scopes.iter().enumerate() {
         scope.iter().for_each(|variable| *uses.entry(*variable).or_insert(0) += 1);
@@ -48,7 +48,7 @@ pub(crate) fn remove(draft: &mut Draft<'_>) {
             draft.free.remove(&variable);
             removed.push(draft.model.variable_name(variable));
         }
-        // Its parents are used once less: they may be barren now.
+        // Its parents have one use less: they may be barren now.
         for variable in &scopes[position] {
             *uses.get_mut(variable).expect("internal: uses were counted") -= 1;
             candidates.extend(distributes.get(variable).filter(|position| !gone.contains(position)));
@@ -87,19 +87,19 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
             Domain::Real | Domain::Vector(_) => true,
             _ => false,
         },
-        // Over the plate's own set weights are left as they are.
+        // Over the plate's own set weights are not normalised.
         Form::Weights(_) => !model.plate.is_some_and(|plate| *domain == Domain::Set(plate.set)),
-        // Outside its support a law has nothing to normalise.
+        // Outside its support a law cannot be normalised.
         Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
         Form::Truncated { .. } => matches!(domain, Domain::Real),
         Form::Unknown(_) => false,
-        // A context that is impossible has a row of zeros.
+        // An impossible context has a row of zeros.
         Form::Constants(numbers) => {
             let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));
             rows.into_iter().all(|row| row.iter().any(|number| *number > 0.0))
         }
         Form::Mixture(parts) => parts.iter().all(|(_, part)| proper_form(model, part, domain)),
-        // What was kept is a distribution, but for the cells outside the grid, where `otherwise` holds.
+        // A carried marginal is a distribution, except in cells outside the grid, where `otherwise` holds.
         Form::Previous { otherwise, .. } => proper_form(model, otherwise, domain),
         Form::If { then, otherwise, .. } => {
             proper_form(model, then, domain) && proper_form(model, otherwise, domain)

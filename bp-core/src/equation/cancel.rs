@@ -1,8 +1,7 @@
-//! What cancels: factors that are the same above and below the bar of the normaliser, and a normaliser of 1.
+//! Cancellation: factors common to numerator and normalising constant, and a normalising constant of 1.
 //!
-//! In: a draft. Out: the draft without them. Invariant: where ln P(evidence) is wanted, nothing that is part of
-//! it goes; of what can be 0 it stays whether it is,
-//! since a context of probability zero answers all zeros.
+//! In: a draft. Out: the draft without them. Invariant: if ln P(evidence) is needed, none of its factors is removed; a
+//! factor that can be 0 is replaced by an indicator, since a context of probability zero has an answer of zeros.
 //!
 //! before: P(C) P(O | C) P(Z | O C) / Σ_Z …      after: P(Z | O C)
 
@@ -16,7 +15,7 @@ use std::collections::HashSet;
 /// The rule by which constants are dropped.
 pub(super) const CONSTANTS: &str = "cancellation";
 
-/// Drops factors of known variables only, and uniform factors, which are constants.
+/// Removes factors of known variables only, and uniform factors, which are constants.
 pub(super) fn constants(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.cancel || draft.options.ln_evidence {
         return;
@@ -83,7 +82,7 @@ fn is_family(draft: &Draft<'_>, variable: crate::ids::VariableId) -> bool {
     draft.model.variables[variable].family.is_some()
 }
 
-/// Drops the normaliser where what is left is a product of distributions of searched and free variables alone.
+/// Removes the normalising constant if the rest is a product of distributions of searched and free variables only.
 pub(super) fn normaliser(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.cancel || draft.options.ln_evidence {
         return;
@@ -106,7 +105,7 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
         Term::Possible(_) => true,
         _ => false,
     });
-    // Every free variable that is left must still have its own distribution in the product.
+    // Every remaining free variable must still have its own distribution in the product.
     let whole = draft.free.iter().chain(&draft.searched).all(|variable| distributed.contains(variable));
     if proper && whole {
         draft.normalise = false;

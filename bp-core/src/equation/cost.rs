@@ -1,7 +1,7 @@
-//! What an answer costs: tables, multiplications and additions.
+//! The cost of an answer: tables, multiplications and additions.
 //!
-//! In: an exact route. Out: a [`Cost`] for each sum, and for what is left when all are made. Invariant: a size that is
-//! not known counts 16; what is repeated over the plate is counted once.
+//! In: an exact plan. Out: a [`Cost`] for each sum, and for the final product. Invariant: an unknown size counts as 16;
+//! the plate is counted once.
 //!
 //! A sum over X of k factors that depend on X and on T makes a table of |T| numbers with |X| · |T| · (k − 1)
 //! multiplications and (|X| − 1) · |T| additions.
@@ -11,10 +11,10 @@ use super::{Exact, Term};
 use crate::ids::VariableId;
 use crate::model::Model;
 
-/// What one table costs.
+/// The cost of one table.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Cost {
-    /// What it depends on.
+    /// Its variables.
     pub table: Vec<VariableId>,
     /// Numbers in it.
     pub entries: f64,
@@ -27,9 +27,9 @@ pub struct Cost {
 /// A sum over one variable.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Elimination {
-    /// What is summed.
+    /// The variable.
     pub variable: VariableId,
-    /// What it costs.
+    /// The cost.
     pub cost: Cost,
 }
 
@@ -41,7 +41,7 @@ impl Cost {
 }
 
 impl Exact {
-    /// What is left when all sums are made: the product over all that is searched, and its sum where it is normalised.
+    /// The product over the searched variables after all sums, and its normalisation if needed.
     pub fn answer_cost(&self, model: &Model) -> Cost {
         let open = |id: &VariableId| !self.bindings.contains_key(id) && Some(*id) != model.plate_index();
         let count =
@@ -55,13 +55,13 @@ impl Exact {
         Cost {
             table: self.searched.iter().chain(&self.each).copied().filter(open).collect(),
             entries,
-            // To normalise is one product with the inverse of the sum for each number.
+            // Normalisation is one product with the inverse of the sum for each number.
             multiplications: entries * (factors.max(1) - usize::from(self.normalised)) as f64,
             additions: if self.normalised { 0.0 } else { entries - contexts },
         }
     }
 
-    /// Whether a sum is made by a scan, at a few operations for each element; those are not counted.
+    /// Whether a sum is a scan, at a few operations for each element; those are not counted.
     pub fn has_scan(&self) -> bool {
         let (mut rest, mut found) = (vec![self.joint], false);
         while let Some(term) = rest.pop() {

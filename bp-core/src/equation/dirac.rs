@@ -1,7 +1,7 @@
-//! A Dirac is a substitution, not a sum.
+//! Substitution of Diracs.
 //!
-//! In: a draft. Out: the draft in which a summed variable stands for what its Dirac says. Invariant: a value
-//! outside the variable's domain has probability 0: where that can happen, an indicator stays.
+//! In: a draft. Out: the draft in which a summed variable is replaced by the expression of its Dirac. Invariant: a
+//! value outside the variable's domain has probability 0: if that is possible, an indicator stays.
 //!
 //! before: Σ_A P(V | A) P(C | V A)      with P(C | V A) = dirac(A + V), C known
 //! after:  P(V | C − V)                 the sum over antecedents is a gather
@@ -13,14 +13,15 @@ use crate::model::{Domain, Expression, Form, Model, SetKind};
 use crate::operators::Binary;
 use std::collections::HashSet;
 
-/// How many substitutions have a line of the derivation each; the others share one, since each line holds all factors.
+/// Number of substitutions with a line of the derivation each; the others share one, since each line contains all
+/// factors.
 const MOST_LINES: usize = 16;
 
 pub(super) fn substitute(draft: &mut Draft<'_>) {
     if !draft.options.rewrites.dirac {
         return;
     }
-    // What is solved makes nothing else solvable, so one walk along the factors finds all.
+    // A solved variable makes no other variable solvable, so one pass over the factors finds all.
     let (mut next, mut substituted) = (0, 0);
     let mut reasons = Vec::new();
     let mut left_out = HashSet::new();
@@ -68,7 +69,7 @@ pub(super) fn substitute(draft: &mut Draft<'_>) {
     }
 }
 
-/// Takes factors out of the product.
+/// Removes factors from the product.
 fn remove(draft: &mut Draft<'_>, left_out: &mut HashSet<usize>, next: &mut usize) {
     let mut position = 0;
     draft.factors.retain(|_| {
@@ -96,7 +97,7 @@ fn solve(draft: &Draft<'_>, term: TermId) -> Option<(VariableId, Binding)> {
     (known && free).then_some((antecedent, Binding::Antecedent { cell: left.variable, displacement }))
 }
 
-/// `A + V`, a cell moved by a displacement.
+/// `A + V`, a cell plus a displacement.
 fn displaced(model: &Model, factor: FactorId, value: ExpressionId) -> Option<(VariableId, VariableId)> {
     let Expression::Binary(Binary::Add, left, right) = model.expressions[value] else { return None };
     let variable = |id| match &model.expressions[id] {

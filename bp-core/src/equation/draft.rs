@@ -1,4 +1,4 @@
-//! A plan in the making: a normaliser, a sum and a product of factors, on which the rules work.
+//! A plan under construction: a normalising constant, a sum and a product of factors, transformed by the rules.
 //!
 //! In: a question. Out: [`Exact`]. Invariant: at any time the draft denotes
 //! Σ_free Π factors, normalised, under its bindings; each change is recorded with its reason.
@@ -10,17 +10,17 @@ use crate::model::{Ask, Domain, Evidence, Form, Model, Value};
 use crate::spelling::exact;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// The rule by which a question means what it means.
+/// The rule of the definition of a question.
 pub(super) const DEFINITION: &str = "definition";
 
-/// The rule by which values take the place of what is known.
+/// The rule of substituting known values.
 pub(super) const EVIDENCE: &str = "evidence";
 
 pub(crate) struct Draft<'m> {
     pub(crate) model: &'m Model,
     pub(crate) options: Options,
     asks: Vec<Ask>,
-    /// The plate's index and what the question knows, but for virtual evidence.
+    /// The plate's index and the known variables, without virtual evidence.
     known: HashSet<VariableId>,
     pub(crate) terms: Arena<TermId, Term>,
     /// The factors of the product; before the decomposition, the joint alone.
@@ -102,7 +102,7 @@ impl<'m> Draft<'m> {
         self.record("decomposition", "the program's conditional independences".to_owned());
     }
 
-    /// What is known takes the place of its variables; virtual evidence multiplies.
+    /// Substitutes known values; virtual evidence multiplies.
     pub(crate) fn condition(&mut self) {
         let mut reasons = Vec::new();
         for known in self.asks[0].known.clone() {
@@ -133,7 +133,7 @@ impl<'m> Draft<'m> {
             };
             self.bindings.insert(known.variable, Binding::Value(value));
         }
-        // A searched real that is wanted at one value has no axis: it stands for that value from the start.
+        // A searched real with a given value has no axis: the value is substituted from the start.
         for item in self.asks.iter().flat_map(|ask| &ask.searched) {
             if let (Some(value), false) = (&item.at, self.model.variables[item.variable].domain.is_finite()) {
                 self.bindings.insert(item.variable, Binding::Value(value.clone()));
@@ -171,7 +171,7 @@ impl<'m> Draft<'m> {
         }
     }
 
-    /// The plan, once nothing is left to be summed.
+    /// The plan, once all sums are made.
     pub(crate) fn finish(mut self) -> Result<Exact, Error> {
         assert!(self.free.is_empty(), "internal: variables are left unsummed");
         let real = |variable: &&VariableId| {
@@ -209,7 +209,7 @@ impl<'m> Draft<'m> {
         })
     }
 
-    /// The sum of products as it stands, for an engine that finds an order of the sums itself.
+    /// The sum of products, for a strategy with its own elimination order.
     pub(crate) fn unordered(mut self) -> Exact {
         let mut joint = self.body();
         if !self.free.is_empty() {
@@ -230,7 +230,7 @@ impl<'m> Draft<'m> {
         }
     }
 
-    /// The error that no exact route answers.
+    /// The error that no exact strategy applies.
     pub(crate) fn unplanned(&self, reason: String) -> Error {
         Error::Unplanned { question: self.model.ask_text(&self.asks[0]), reason }
     }

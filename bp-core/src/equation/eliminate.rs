@@ -1,7 +1,7 @@
-//! Sums are pushed inwards, in the cheapest order found.
+//! Elimination: sums are pushed inwards, in the cheapest order found.
 //!
-//! In: a draft. Out: the draft with nothing left to be summed: nested sums of products. Invariant: each variable
-//! is summed over exactly the factors that depend on it.
+//! In: a draft. Out: nested sums of products. Invariant: each variable is summed over exactly the factors that depend
+//! on it.
 //!
 //! before: Σ_V Σ_O⁻¹ P(V | …) P(O⁻¹ | …) P(O | O⁻¹)      after: Σ_V P(V | …) (Σ_O⁻¹ P(O⁻¹ | …) P(O | O⁻¹))
 //!
@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::ids::{TermId, VariableId};
 use crate::model::{Domain, IndexSpace, Model};
 
-/// What a size that is not known counts for.
+/// The count for an unknown size.
 pub(super) const UNKNOWN_SIZE: f64 = 16.0;
 
 pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
@@ -33,7 +33,7 @@ pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
     let scopes: Vec<_> = draft.factors.iter().map(scope).collect();
     let sums = order::cheaper(draft.model, &scopes, &free);
     let names: Vec<_> = sums.iter().map(|sum| draft.model.variable_name(sum.variable)).collect();
-    // The factors that no sum stands over yet: those of the draft, then the sums as they are made.
+    // The factors not yet under a sum: those of the draft, then the sums.
     let mut factors: Vec<Option<TermId>> = draft.factors.iter().copied().map(Some).collect();
     for sum in sums {
         let taken = sum.inside.iter().map(|position| factors[*position].take());
@@ -72,7 +72,7 @@ pub(super) fn size(model: &Model, variable: VariableId) -> f64 {
     }
 }
 
-/// Whether all values of a variable can be run through.
+/// Whether a variable is finite.
 pub(super) fn summable(draft: &Draft<'_>, variable: VariableId) -> Result<(), Error> {
     let name = draft.model.variable_name(variable);
     let declared = &draft.model.variables[variable];

@@ -1,18 +1,18 @@
-//! Long lists, with what is in the middle left out.
+//! Long lists with the middle omitted.
 //!
-//! In: the items of a list. Out: its first and last ones, and how many stand between them. Invariant: a list that is not
-//! long is left as it is, so that the text of a derivation is bounded, however many variables a program has.
+//! In: the items of a list. Out: its first and last ones, and the number between them. Invariant: short lists are
+//! unchanged; the text of a derivation is bounded for any number of variables.
 
 use super::Notation;
 
 /// A list of more items is shortened.
 pub(super) const MANY: usize = 64;
 
-/// How many items are shown first, and how many last.
+/// Number of items shown first, and last.
 const FIRST: usize = 24;
 const LAST: usize = 2;
 
-/// What is shown of a list: positions, and how many are left out after the first of them.
+/// The shown positions, and the number of omitted ones after the first of them.
 pub(super) fn shown(count: usize) -> (Vec<usize>, Option<usize>) {
     match count > MANY {
         false => ((0..count).collect(), None),
@@ -20,7 +20,7 @@ pub(super) fn shown(count: usize) -> (Vec<usize>, Option<usize>) {
     }
 }
 
-/// The items of a list that are shown, with what is said in place of the others.
+/// The shown items of a list, with a replacement for the others.
 pub(super) fn list(
     count: usize,
     mut item: impl FnMut(usize) -> String,
@@ -34,7 +34,7 @@ pub(super) fn list(
     items
 }
 
-/// What stands in an equation for things that are left out.
+/// The replacement in an equation.
 pub(super) fn dots(notation: Notation, left_out: usize, what: &str) -> String {
     let words = format!("… ({} more {what}) …", grouped(left_out));
     notation.said(&words, &format!("\\dots \\text{{ ({} more {what}) }} \\dots", grouped(left_out)))

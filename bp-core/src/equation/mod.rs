@@ -1,8 +1,8 @@
-//! Equations: what a question computes as sums and products of factors, and how that came about.
+//! Equations: the sums and products of a question, and their derivation.
 //!
-//! In: a [`Model`] and asks that know the same. Out: an [`Exact`]: terms, what variables stand for, and a derivation whose steps
-//! print as equations, each with its reason. Invariant: every step of a derivation denotes the same answer; a rule may be turned
-//! off ([`Rewrites`]) and the answer stays what it was.
+//! In: a [`Model`] and asks with the same known variables. Out: an [`Exact`]: terms, bindings of variables, and a
+//! derivation whose steps print as equations, each with its reason. Invariant: every step of a derivation denotes the
+//! same answer; switching off a rule ([`Rewrites`]) does not change the answer.
 //!
 //! P(S | K) = Σ_F P(S F K) / P(K): searched, known and free variables partition the variables of the program.
 
@@ -46,25 +46,25 @@ use std::collections::BTreeMap;
 pub enum Term {
     /// The joint distribution, not yet decomposed.
     Joint,
-    /// A factor of the decomposition; under a `prod`, the product of all that it stands for.
+    /// A factor of the decomposition; under a `prod`, the product of all its elements.
     Factor(FactorId),
-    /// The likelihood that virtual evidence gives to the values of a variable.
+    /// The likelihood of virtual evidence.
     Likelihood(VariableId, Vec<f64>),
-    /// 1 where the value that a variable is bound to lies in its domain, else 0.
+    /// 1 if the value bound to a variable lies in its domain, else 0.
     Inside(VariableId),
-    /// 1 where a factor of known variables is positive, else 0: its number cancels, an impossible context does not.
+    /// 1 if a factor of known variables is positive, else 0: its value cancels, but an impossible context does not.
     Possible(FactorId),
     /// A product.
     Product(Vec<TermId>),
     /// A sum over the values of variables.
     Sum(Vec<VariableId>, TermId),
-    /// Σ over the hidden elements of a family that matter only through the first true one, as a scan.
+    /// Σ over the hidden elements of a family of which only the first true one matters, as a scan.
     FirstScan(FirstScan),
     /// The body divided by its sum over variables.
     Normalise(Vec<VariableId>, TermId),
 }
 
-/// A sum over the 2ᴺ states of a family of booleans whose other factor depends only on which is the first true.
+/// A sum over the 2ᴺ states of a family of booleans whose other factor depends only on the first true element.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FirstScan {
     /// The family that is summed out.
@@ -73,27 +73,27 @@ pub struct FirstScan {
     pub prior: FactorId,
     /// The factor that depends on its first true element.
     pub factor: FactorId,
-    /// What stands in the place of one element: (value, index).
+    /// The replacement of one element: (value, index).
     pub with: Option<(ExpressionId, ExpressionId)>,
 }
 
-/// What a variable that is not summed stands for.
+/// The binding of a variable that is not summed.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Binding {
-    /// A value that the question gives.
+    /// A value given by the question.
     Value(Value),
-    /// What a Dirac says that it is.
+    /// The expression of a Dirac.
     Expression(ExpressionId),
-    /// The cell from which the content of `cell` came by `displacement`: `cell − displacement`.
+    /// The antecedent of `cell` by `displacement`: `cell − displacement`.
     Antecedent {
-        /// Where it arrived.
+        /// The cell.
         cell: VariableId,
-        /// How it moved.
+        /// The displacement.
         displacement: VariableId,
     },
 }
 
-/// Which rules a planner may use. All, but in tests of a rule against its absence.
+/// The enabled rules: all, except in tests of a rule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rewrites {
     /// Barren variables disappear.
@@ -114,16 +114,16 @@ impl Default for Rewrites {
     }
 }
 
-/// How a plan is to be made.
+/// Options of the planner.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Options {
     /// The rules.
     pub rewrites: Rewrites,
-    /// Whether ln P(evidence) is wanted too; then nothing that cancels may be dropped.
+    /// Whether ln P(evidence) is needed; then its factors may not be dropped.
     pub ln_evidence: bool,
-    /// The strategy that is to answer; the planner's choice where none is named.
+    /// The selected strategy, if any; otherwise the planner chooses.
     pub by: Option<Strategy>,
-    /// Whether the offers of strategies that are not needed are wanted too.
+    /// Whether to collect the offers of all strategies.
     pub all_offers: bool,
 }
 
@@ -132,18 +132,18 @@ pub struct Options {
 pub struct Step {
     /// The rule's name.
     pub rule: &'static str,
-    /// Why it applies here.
+    /// The reason.
     pub reason: String,
     /// The right-hand side after it.
     pub term: TermId,
-    /// What variables stand for after it.
+    /// The bindings after it.
     pub bindings: BTreeMap<VariableId, Binding>,
 }
 
 /// An answer by sums and products over finite domains.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exact {
-    /// What is asked, all of it of the same known variables.
+    /// The asks, all with the same known variables.
     pub asks: Vec<Ask>,
     /// The nodes of the equations.
     pub terms: Arena<TermId, Term>,
@@ -151,27 +151,27 @@ pub struct Exact {
     pub joint: TermId,
     /// Whether the joint sums to one by construction.
     pub normalised: bool,
-    /// What variables stand for.
+    /// The bindings.
     pub bindings: BTreeMap<VariableId, Binding>,
-    /// The known variables of which each value is a row of the answer, in the order of the question.
+    /// The known variables with a row of the answer for each value, in the order of the question.
     pub each: Vec<VariableId>,
     /// The searched variables, all asks together, in order of first appearance.
     pub searched: Vec<VariableId>,
     /// Whether ln P(evidence) is computed.
     pub ln_evidence: bool,
-    /// How the equation came about.
+    /// The derivation.
     pub derivation: Vec<Step>,
-    /// Products that are summed, where sizes are not known counting 16 for each.
+    /// Number of summed products, with unknown sizes counted as 16.
     pub cost: f64,
-    /// The sums in their order, with what each costs.
+    /// The sums in their order, each with its cost.
     pub eliminations: Vec<Elimination>,
 }
 
-/// Products from which on an exact plan is compared with one that sums over what its Diracs would be put in for.
+/// Number of products above which an exact plan is compared with one that sums over its Diracs.
 const MANY_PRODUCTS: f64 = 1e6;
 
-/// An exact plan; where it is dear, the cheaper of two. Putting a Dirac's value in the place of its variable spares a
-/// sum, but brings together all that the value depends on: a chain of them may bring everything together.
+/// An exact plan; if it is expensive, the cheaper of two. Substituting a Dirac saves a sum, but joins all variables of
+/// its expression: a chain of them may join all variables.
 pub(crate) fn exact(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Exact, Error> {
     let mut exact = stages(model, asks.clone(), options)?;
     if exact.cost < MANY_PRODUCTS || !options.rewrites.dirac {
@@ -179,7 +179,7 @@ pub(crate) fn exact(model: &Model, asks: Vec<Ask>, options: Options) -> Result<E
         return Ok(exact);
     }
     let summed = Options { rewrites: Rewrites { dirac: false, ..options.rewrites }, ..options };
-    // What cannot be summed, such as a real, keeps its substitution.
+    // A variable that cannot be summed, such as a real, is substituted anyway.
     let other = stages(model, asks, summed).ok().filter(|other| other.cost < exact.cost);
     exact = other.unwrap_or(exact);
     size::check(model, &exact)?;

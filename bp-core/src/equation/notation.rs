@@ -1,8 +1,8 @@
-//! How mathematics is written: the small pieces of an equation, in Unicode, in LaTeX and in MathML.
+//! Notation: the small parts of an equation, in Unicode, in LaTeX and in MathML.
 //!
-//! In: names and texts. Out: pieces of one line of mathematics. Invariant: everything that comes from a program
-//! (names, labels, expressions) is escaped where LaTeX would read it as a command, or XML as markup. In MathML a blank
-//! between two elements is where a line may be broken; there is no other blank between elements.
+//! In: names and texts. Out: pieces of one line of mathematics. Invariant: text from a program (names, labels,
+//! expressions) is escaped for LaTeX and XML. In MathML a blank between two elements is a possible line break; there is
+//! no other blank between elements.
 //!
 //! MathML Core, W3C 2025: presentation elements alone, as browsers draw them.
 
@@ -16,13 +16,13 @@ use crate::xml;
 pub(crate) const OPEN: &str = "<mo stretchy=\"false\" form=\"prefix\">(</mo>";
 pub(crate) const CLOSE: &str = "<mo stretchy=\"false\" form=\"postfix\">)</mo>";
 
-/// With more variables than this, what stands in `P(…)` may be broken.
+/// Number of variables above which `P(…)` may be broken.
 const MANY: usize = 5;
 
-/// With more distributions than this, a fraction is too wide for a page.
+/// Number of distributions above which a fraction is too wide for a page.
 const LONG: usize = 3;
 
-/// How mathematics is written.
+/// The notation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Notation {
     /// For terminals and comments.
@@ -34,7 +34,7 @@ pub enum Notation {
 }
 
 impl Notation {
-    /// One of the spellings.
+    /// A piece in each notation.
     pub(crate) fn choose<'t>(self, unicode: &'t str, latex: &'t str, mathml: &'t str) -> &'t str {
         match self {
             Notation::Unicode => unicode,
@@ -43,7 +43,7 @@ impl Notation {
         }
     }
 
-    /// Words and signs that stand between the parts of an equation.
+    /// Text between the parts of an equation.
     pub(crate) fn said(self, unicode: &str, latex: &str) -> String {
         match self {
             Notation::Unicode => unicode.to_owned(),
@@ -52,7 +52,7 @@ impl Notation {
         }
     }
 
-    /// A variable, as mathematics prints it.
+    /// A variable in mathematics.
     pub(crate) fn name(self, model: &Model, id: VariableId) -> String {
         let variable = &model.variables[id];
         let long = variable.name.chars().count() > 1;
@@ -139,10 +139,10 @@ impl Notation {
         }
     }
 
-    /// A term that others follow, in brackets.
+    /// A term followed by others, in brackets.
     pub(crate) fn group(self, what: &str) -> String {
         match self {
-            // What holds sums inside sums grows long: it may be broken.
+            // Nested sums grow long: they may be broken.
             Notation::MathMl if what.matches("<munder>").count() > 1 => format!("{OPEN}{what}{CLOSE}"),
             Notation::MathMl if what.contains("<munder>") => {
                 format!("<mrow>{}{what}{}</mrow>", operator("("), operator(")"))
@@ -210,7 +210,7 @@ impl Notation {
         }
     }
 
-    /// A sign with what it runs over below it, and the blank behind it.
+    /// A sign with its range below it, and a blank after it.
     fn under(self, sign: [&str; 3], over: &[String]) -> String {
         let sign = self.choose(sign[0], sign[1], sign[2]);
         let others = |count| elision::dots(self, count, "variables");
@@ -264,7 +264,7 @@ impl Notation {
         }
     }
 
-    /// A term over its own sum; where it is long, and not in one line of text, the sum gets a name.
+    /// A term over its own sum; a long sum gets a name, except in one line of text.
     pub(crate) fn normalised(self, above: &str, below: &str) -> String {
         let distributions = above.matches(self.choose("P(", "P(", "<mi>P</mi>")).count();
         match self {
@@ -278,7 +278,7 @@ impl Notation {
         }
     }
 
-    /// A term over its normaliser: `(1/P(K)) …`.
+    /// A term over its normalising constant: `(1/P(K)) …`.
     pub(crate) fn over(self, body: &str, below: &str) -> String {
         match self {
             Notation::Unicode => format!("1/{below} · {body}"),

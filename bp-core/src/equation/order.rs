@@ -1,12 +1,12 @@
-//! In which order to sum: two greedy orders, of which the cheaper is taken.
+//! Elimination orders: two greedy orders, of which the cheaper is used.
 //!
 //! In: the variables on which each factor depends, and those that are to be summed out. Out: the sums in order, each
-//! with the factors that stand under it. Invariant: each variable is summed over exactly the factors that depend on it;
-//! scopes are kept for each factor and change only where a sum takes the place of some, so that a sparse network of n
-//! variables is ordered in about n log n steps.
+//! with its factors. Invariant: each variable is summed over exactly the factors that depend on it; scopes are stored
+//! for each factor and change only if a sum replaces some, so that a sparse network of n variables is ordered in about
+//! n log n steps.
 //!
-//! *Min-weight* sums next the variable whose sum makes the smallest table; *min-fill* the one that brings the fewest
-//! variables together that were apart (Kjærulff 1990; Koller and Friedman 2009, section 9.4.3.2).
+//! *Min-weight* eliminates next the variable whose sum makes the smallest table; *min-fill* the one that adds the
+//! fewest edges between its neighbours (Kjærulff 1990; Koller and Friedman 2009, section 9.4.3.2).
 
 use super::eliminate::size;
 use super::scope::Scope;
@@ -14,31 +14,31 @@ use crate::ids::VariableId;
 use crate::model::Model;
 use std::collections::{BTreeSet, HashMap};
 
-/// Up to this many variables together no other order is looked for: nothing much can be gained.
+/// Number of joint variables up to which no other order is tried, since little can be gained.
 const NARROW: usize = 3;
 
-/// With more neighbours than this, all of them count as apart: counting would cost more than it brings.
+/// Number of neighbours above which all pairs count as not adjacent, since counting would cost more.
 const MANY: usize = 32;
 
-/// One sum: over which factors, and what comes of it.
+/// One sum: its factors and its result.
 pub(super) struct Sum {
     pub(super) variable: VariableId,
     /// Positions of the factors under the sum: those of the draft first, then the sums in their order.
     pub(super) inside: Vec<usize>,
-    /// What its table depends on.
+    /// The variables of its table.
     pub(super) table: Scope,
-    /// Products that are summed: the values of the variable and of the table together.
+    /// Number of summed products: the joint values of the variable and of the table.
     pub(super) weight: f64,
 }
 
-/// What is summed next.
+/// The next sum.
 #[derive(Clone, Copy, PartialEq)]
 enum Next {
     MinWeight,
     MinFill,
 }
 
-/// The cheaper of the two orders; min-weight where they cost the same.
+/// The cheaper of the two orders; min-weight if they cost the same.
 pub(super) fn cheaper(model: &Model, scopes: &[Scope], free: &BTreeSet<VariableId>) -> Vec<Sum> {
     let by_weight = Product::new(model, scopes).sums(free, Next::MinWeight);
     if by_weight.iter().all(|sum| sum.table.len() < NARROW) {
@@ -49,10 +49,10 @@ pub(super) fn cheaper(model: &Model, scopes: &[Scope], free: &BTreeSet<VariableI
     if cost(&by_fill) < cost(&by_weight) { by_fill } else { by_weight }
 }
 
-/// A product of factors in the making.
+/// A product of factors during elimination.
 struct Product<'m> {
     model: &'m Model,
-    /// The scope of each factor, emptied once it stands under a sum.
+    /// The scope of each factor, empty once it is under a sum.
     scopes: Vec<Scope>,
     /// The factors that depend on each variable.
     users: HashMap<VariableId, BTreeSet<usize>>,
@@ -121,13 +121,13 @@ impl<'m> Product<'m> {
         together
     }
 
-    /// How many combinations of values there are.
+    /// The number of combinations of values.
     fn weight(&self, together: &Scope) -> f64 {
         let own = together.iter().filter(|variable| Some(**variable) != self.model.plate_index());
         own.map(|variable| size(self.model, *variable)).product()
     }
 
-    /// What makes a variable come early where it is small, as bits that order like the number.
+    /// The priority of a variable, as bits in the order of the number: small first.
     fn score(&self, variable: VariableId, next: Next) -> u64 {
         let together = self.together(variable);
         let score = match next {
@@ -137,7 +137,7 @@ impl<'m> Product<'m> {
         score.to_bits()
     }
 
-    /// How many pairs of neighbours share no factor yet.
+    /// The number of pairs of neighbours that share no factor.
     fn fill(&self, variable: VariableId, together: &Scope) -> f64 {
         let neighbours: Vec<_> = together.iter().copied().filter(|other| *other != variable).collect();
         let pairs = neighbours.len() * neighbours.len().saturating_sub(1) / 2;

@@ -1,7 +1,7 @@
-//! The distributions that an ask is made of, and how the host makes its answer of them.
+//! The distributions that an ask combines, and their combination.
 //!
-//! In: an ask. Out: asks that are planned, and lines for its derivation. Invariant: no part compares distributions or
-//! knows anything softly; an ask that is a part already is its own only part.
+//! In: an ask. Out: asks to be planned, and lines for its derivation. Invariant: no part is a divergence or has soft
+//! evidence; a simple ask is its own only part.
 //!
 //! Soft evidence (Jeffrey 1965): P′(S) = Σ_X q(X) P(S | X); it is made of P(S X | the rest of what is known).
 //! Divergence (Kullback and Leibler 1951): Σ_S P(S | K) ln (P(S | K) / P(S | K′)); it is made of the two.
@@ -11,7 +11,7 @@ use super::print::Line;
 use crate::ids::VariableId;
 use crate::model::{Ask, Evidence, Known, Model, Searched, Statistic};
 
-/// The distributions that an ask is made of, in order.
+/// The distributions that an ask combines, in order.
 pub fn parts(model: &Model, ask: &Ask) -> Vec<Ask> {
     match &ask.statistic {
         Statistic::Divergence { when, from } => {
@@ -28,16 +28,16 @@ pub fn parts(model: &Model, ask: &Ask) -> Vec<Ask> {
     }
 }
 
-/// What is known softly is searched too: its own distribution is what soft evidence replaces.
+/// Variables with soft evidence are searched too: soft evidence replaces their distribution.
 fn without_soft(model: &Model, ask: &Ask) -> Ask {
     let is_soft = |known: &&Known| matches!(known.evidence, Evidence::Soft(_));
     let (soft, known): (Vec<&Known>, Vec<&Known>) = ask.known.iter().partition(is_soft);
-    // Over time it is refused.
+    // It is refused over time.
     if soft.is_empty() || ask.when.is_over_time() {
         return ask.clone();
     }
     let soft = soft.into_iter().map(|known| Searched { variable: known.variable, at: None });
-    // The values that are wanted are picked in the end: what is replaced is believed of all of them.
+    // Given values are selected at the end: soft evidence applies to all values.
     let open = |item: &Searched| match model.variables[item.variable].domain.is_finite() {
         true => Searched { variable: item.variable, at: None },
         false => item.clone(),
@@ -51,7 +51,7 @@ fn without_soft(model: &Model, ask: &Ask) -> Ask {
     }
 }
 
-/// What the host makes of the parts.
+/// The combination of the parts.
 pub(crate) fn lines(model: &Model, ask: &Ask, notation: Notation) -> Vec<Line> {
     let name = |id: VariableId| notation.name(model, id);
     let searched: Vec<String> = ask.searched.iter().map(|item| name(item.variable)).collect();
@@ -95,7 +95,7 @@ pub(crate) fn lines(model: &Model, ask: &Ask, notation: Notation) -> Vec<Line> {
     lines
 }
 
-/// What is made of one distribution: the rule and its equation.
+/// A statistic of one distribution: the rule and its equation.
 pub(super) fn read_out(
     ask: &Ask,
     names: &[String],
@@ -152,7 +152,7 @@ fn p_ln(notation: Notation, ratio: &str) -> String {
     format!("{}{ln}{}", notation.label("p"), notation.group(ratio))
 }
 
-/// An equation, and what the letters in it stand for.
+/// An equation with the meaning of its letters.
 fn where_(notation: Notation, equation: &str, with: &[String]) -> String {
     let comma = notation.choose(", ", ",\\quad ", "<mo separator=\"true\">,</mo><mspace width=\"1em\"/> ");
     std::iter::once(equation).chain(with.iter().map(String::as_str)).collect::<Vec<_>>().join(comma)

@@ -1,7 +1,7 @@
 //! Derivations: from the question to the equation that is computed, line by line.
 //!
 //! In: a plan. Out: for each step its rule, its reason and its equation, in Unicode or in LaTeX. Invariant: every line
-//! is true as it stands: values enter on both sides at once, and `∝` stands where constants have been dropped.
+//! is a true equation: values are substituted on both sides at once, and `∝` is used after constants have been dropped.
 
 use super::draft::{DEFINITION, EVIDENCE, are};
 use super::printer::Printer;
@@ -18,7 +18,7 @@ const LN_P: &str = "<mi>p</mi><mspace width=\"0.17em\"/><mi>ln</mi><mspace width
 pub(crate) type Line = (String, String, String);
 
 impl Exact {
-    /// The lines that lead to the distribution, and those that make the answers of it.
+    /// The lines of the distribution, and those of the answers.
     pub(crate) fn lines(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
         let known = BTreeMap::new();
         let mut printer = Printer {
@@ -35,7 +35,7 @@ impl Exact {
             printer.conditioned |= *rule == EVIDENCE;
             printer.proportional |= *rule == cancel::CONSTANTS;
             let equation = printer.equation(*term);
-            // Where nothing is known, the definition says nothing, and a normaliser of 1 goes without being seen.
+            // Without known variables, the definition is trivial, and a normalising constant of 1 is not shown.
             let repeats = lines.last().is_some_and(|(_, _, before): &Line| *before == equation);
             let says_nothing = printer.evidence().is_none() && *rule == DEFINITION;
             if !repeats && !says_nothing {
@@ -47,7 +47,7 @@ impl Exact {
         (lines, read_outs)
     }
 
-    /// The whole answer, normaliser and wanted values included, where the last step does not yet say it.
+    /// The whole answer, with normalising constant and given values, if the last step does not show it.
     fn last_line(&self, printer: &Printer<'_>) -> Option<Line> {
         let wanted = self.wanted_alone();
         let mut bindings = printer.bindings.clone();
@@ -69,7 +69,7 @@ impl Exact {
         Some(("normalisation".to_owned(), reason, equation))
     }
 
-    /// The values at which the variables of a single ask are wanted.
+    /// The given values of the searched variables of a single ask.
     fn wanted_alone(&self) -> Vec<(VariableId, crate::model::Value)> {
         let [Ask { statistic: Statistic::Distribution, searched, .. }] = self.asks.as_slice() else {
             return Vec::new();
@@ -78,7 +78,7 @@ impl Exact {
         searched.iter().filter(free).filter_map(|item| Some((item.variable, item.at.clone()?))).collect()
     }
 
-    /// What an ask makes of the joint distribution, where it makes anything of it.
+    /// The statistic of an ask.
     fn read_out(&self, ask: &Ask, printer: &Printer<'_>) -> Option<Line> {
         let (model, notation) = (printer.model, printer.notation);
         let own: Vec<VariableId> = ask.searched.iter().map(|searched| searched.variable).collect();

@@ -1,6 +1,6 @@
 //! Terms as mathematics.
 //!
-//! In: a term under its bindings. Out: one line of mathematics. Invariant: what is printed is what is computed:
+//! In: a term under its bindings. Out: one line of mathematics. Invariant: the printed equation is the computed one:
 //! the printer reads the same terms as lowering.
 
 use super::{Binding, Exact, FirstScan, Notation, Term, elision, scope};
@@ -9,14 +9,14 @@ use crate::model::{Evidence, Expression, IndexSpace, Model, Value, VariableUse};
 use crate::spelling::exact;
 use std::collections::BTreeMap;
 
-/// How deeply sums may nest that are written out.
+/// Limit of the depth of printed sums.
 const DEEPEST: usize = 24;
 
 pub(super) struct Printer<'p> {
     pub(super) model: &'p Model,
     pub(super) exact: &'p Exact,
     pub(super) bindings: &'p BTreeMap<VariableId, Binding>,
-    /// Whether the evidence has taken its place.
+    /// Whether the evidence has been substituted.
     pub(super) conditioned: bool,
     /// Whether constants have been dropped, so that the body is only proportional to the answer.
     pub(super) proportional: bool,
@@ -38,14 +38,14 @@ impl Printer<'_> {
         self.notation.equation(&self.asked(), relation, &right)
     }
 
-    /// What is asked, as far as its values are already in place: `P(Rain | Wet)`, then `P(Rain | Wet = true)`.
+    /// The question, with the values substituted so far: `P(Rain | Wet)`, then `P(Rain | Wet = true)`.
     pub(super) fn asked(&self) -> String {
         let mut right = self.known();
         right.extend(self.plate());
         self.notation.distribution(&self.searched(), &right)
     }
 
-    /// The probability of what is known; `None` where nothing is.
+    /// The probability of the evidence; `None` if there is none.
     pub(super) fn evidence(&self) -> Option<String> {
         let known = self.known();
         (!known.is_empty()).then(|| self.notation.distribution(&known, &self.plate()))
@@ -66,19 +66,19 @@ impl Printer<'_> {
         known.chain(self.index(true)).collect()
     }
 
-    /// The plate's index, where no factor distributes it: then everything is given it.
+    /// The plate's index, if no factor distributes it: then everything is conditioned on it.
     fn plate(&self) -> Vec<String> {
         self.index(false).into_iter().collect()
     }
 
-    /// The plate's index, if it is one that a factor distributes, or one that none does.
+    /// The plate's index, with or without a factor.
     fn index(&self, distributed: bool) -> Option<String> {
         let index = self.model.plate_index()?;
         let is_distributed = self.model.factor_of(index).is_some();
         (is_distributed == distributed).then(|| self.notation.name(self.model, index))
     }
 
-    /// A term; sums that nest more deeply than anybody reads are left out.
+    /// A term; deeply nested sums are omitted.
     pub(super) fn term(&self, id: TermId) -> String {
         self.term_at(id, 0)
     }
@@ -86,7 +86,7 @@ impl Printer<'_> {
     fn term_at(&self, id: TermId, depth: usize) -> String {
         let notation = self.notation;
         match &self.exact.terms[id] {
-            // Before anything is summed out, the joint is that of what the question mentions.
+            // Before the first sum, the joint distribution is over the variables of the question.
             Term::Joint => {
                 let mut all = self.searched();
                 all.extend(self.known());
@@ -141,7 +141,7 @@ impl Printer<'_> {
         self.notation.distribution(&all, &self.plate())
     }
 
-    /// A term that others follow.
+    /// A term followed by others.
     fn grouped(&self, id: TermId, depth: usize) -> String {
         match &self.exact.terms[id] {
             Term::Sum(..) | Term::FirstScan(_) => self.notation.group(&self.term_at(id, depth)),
@@ -194,7 +194,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A variable, or what it stands for.
+    /// A variable or its binding.
     fn variable(&self, id: VariableId) -> String {
         let written = self.notation.name(self.model, id);
         match self.bindings.get(&id) {

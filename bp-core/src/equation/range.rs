@@ -1,29 +1,29 @@
-//! The range of numbers: how the products of a plan are kept from underflow and overflow.
+//! The range of numbers: how the products of a plan avoid underflow and overflow.
 //!
-//! In: a model and an exact route. Out: each product with its [`Mark`] and the reason. Invariant: a mark depends on the
+//! In: a model and an exact plan. Out: each product with its [`Mark`] and the reason. Invariant: a mark depends on the
 //! program and the question alone, never on inputs.
 //!
-//! Probabilities are at most 1, so a product of them only falls: where the total of what is normalised is at least
-//! 2⁻⁵¹², all that was lost on the way is below 2⁻⁵¹⁰ of it. Densities may fall and rise again.
+//! Probabilities are at most 1, so a product of them only decreases: if the normalising constant is at least 2⁻⁵¹², the
+//! terms lost to underflow are below 2⁻⁵¹⁰ of it. Densities may decrease and increase again.
 
 use super::printer::Printer;
 use super::{Exact, Notation, Term};
 use crate::ids::{ExpressionId, FactorId, TermId};
 use crate::model::{Expression, Factor, Form, IndexSpace, Model};
 
-/// How a product is computed.
+/// The method of computing a product.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Mark {
-    /// As it stands: it cannot underflow, or it is one of many over a plate.
+    /// Plain multiplication: it cannot underflow, or it is one of many over a plate.
     Linear,
-    /// As it stands, and again with exponents apart where the total is below 2⁻⁵¹².
+    /// Plain multiplication, and again with separate exponents if the total is below 2⁻⁵¹².
     Guarded,
-    /// With exponents apart from the start.
+    /// With separate exponents.
     Log,
 }
 
 impl Mark {
-    /// How it is called.
+    /// Its name.
     pub fn word(self) -> &'static str {
         match self {
             Mark::Linear => "linear",
@@ -33,35 +33,35 @@ impl Mark {
     }
 }
 
-/// A product, how it is computed, and why.
+/// A product with its mark and the reason.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Marked {
     /// The product, as an equation.
     pub product: String,
-    /// How it is computed.
+    /// Its mark.
     pub mark: Mark,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
-/// The most products that are printed.
+/// Limit of the number of printed products.
 const MOST_MARKED: usize = 8;
 
 /// log₂ of the total below which a guarded product is computed again.
 const BOUND: f64 = -512.0;
 
-/// The most probabilities that printed code multiplies where nothing guarantees that their product stays above 2⁻⁵¹²: with
-/// more of them the total is often smaller, and to compute again takes longer than logarithms do.
+/// Number of probabilities that emitted code multiplies without a guarantee that their product stays above 2⁻⁵¹²: with
+/// more of them the total is often smaller, and computing again takes longer than logarithms.
 const MOST_MULTIPLIED: usize = 16;
 
-/// What is known of the operands of a product.
+/// The properties of the operands of a product.
 #[derive(Clone, PartialEq, Debug, Default)]
 struct Operands {
-    /// The first that may exceed 1 on the way, or underflow before it is normalised.
+    /// The first operand that may exceed 1, or underflow before it is normalised.
     density: Option<String>,
-    /// How many probabilities; nothing where that depends on sizes.
+    /// The number of probabilities; `None` if it depends on sizes.
     count: Option<usize>,
-    /// log₂ of the smallest product that is not 0; nothing where it depends on inputs.
+    /// log₂ of the smallest nonzero product; `None` if it depends on inputs.
     smallest: Option<f64>,
 }
 
@@ -84,18 +84,18 @@ impl Operands {
 }
 
 impl Exact {
-    /// How the whole answer is computed: by the strictest mark of its products.
+    /// The mark of the whole answer: the strictest mark of its products.
     pub fn mark(&self, model: &Model) -> Mark {
         self.mark_of(model, self.joint).0
     }
 
-    /// Whether printed code multiplies: it computes again what is suspect, so a few probabilities need no logarithms.
+    /// Whether emitted code multiplies: it computes suspect cells again, so a few probabilities need no logarithms.
     pub(crate) fn is_multiplied(&self, model: &Model) -> bool {
         let operands = self.operands(model, self.joint);
         operands.density.is_none() && operands.count.is_some_and(|count| count <= MOST_MULTIPLIED)
     }
 
-    /// The products that are computed, outermost first; of many the first few.
+    /// The products, outermost first; only the first few of many.
     pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let printer = Printer {
             model,
@@ -146,7 +146,7 @@ impl Exact {
         }
     }
 
-    /// What a term multiplies. A chain of terms is as long as the program, so there is no recursion.
+    /// The factors of a term. A chain of terms is as long as the program, so there is no recursion.
     fn operands(&self, model: &Model, id: TermId) -> Operands {
         let (mut open, mut all) = (vec![id], Operands::nothing());
         while let Some(id) = open.pop() {
@@ -196,7 +196,7 @@ fn of_factor(model: &Model, id: FactorId) -> Operands {
     operands
 }
 
-/// Why a form's values are no mere probabilities, if so.
+/// The reason why the values of a form are not plain probabilities, if they are not.
 fn density(model: &Model, factor: &Factor, form: &Form) -> Option<&'static str> {
     let finite = factor.left.iter().all(|left| model.variables[left.variable].domain.is_finite());
     match form {
@@ -205,7 +205,7 @@ fn density(model: &Model, factor: &Factor, form: &Form) -> Option<&'static str> 
         }
         Form::Mixture(parts) => parts.iter().find_map(|(_, part)| density(model, factor, part)),
         Form::Previous { otherwise, .. } => density(model, factor, otherwise),
-        // A question to another program has been normalised there; what a Dirac says is 0 or 1.
+        // A question to another program is normalised there; a Dirac is 0 or 1.
         Form::Ask { .. } | Form::Dirac(_) => None,
         _ if !finite => Some("is a density of a real"),
         // Over a plate their totals are those of probabilities: the error is absolute.
@@ -216,7 +216,7 @@ fn density(model: &Model, factor: &Factor, form: &Form) -> Option<&'static str> 
     }
 }
 
-/// log₂ of the smallest probability of a form that is not 0, if it is known.
+/// log₂ of the smallest nonzero probability of a form, if it is known.
 fn smallest(model: &Model, factor: &Factor, form: &Form) -> Option<f64> {
     let left = factor.left.iter().map(|left| &model.variables[left.variable].domain);
     match form {
@@ -238,7 +238,7 @@ fn smallest_of(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(positive.fold(1.0, f64::min).log2())
 }
 
-/// The numbers that some expressions may be, where they choose among numbers that are written out.
+/// The possible values of expressions that select among constants.
 fn numbers(model: &Model, expressions: &[ExpressionId]) -> Option<Vec<f64>> {
     let (mut open, mut found) = (expressions.to_vec(), Vec::new());
     while let Some(id) = open.pop() {

@@ -1,4 +1,4 @@
-//! A chain is a scan, not an enumeration.
+//! Chains as scans instead of enumerations.
 //!
 //! In: a draft. Out: the draft in which the sum over a hidden family of booleans, of which only the first true
 //! one matters, is a [`FirstScan`]. Invariant: the elements are independent of each other given the rest.
@@ -42,7 +42,7 @@ fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])
     if variable.domain != Domain::Boolean || variable.family.is_none() {
         return None;
     }
-    // What depends on the family through a Dirac that was substituted depends on it too.
+    // A factor that depends on the family through a substituted Dirac depends on it too.
     let depends =
         |term: &TermId| scope::of_term(model, &draft.terms, &draft.bindings, *term).contains(&family);
     let dependent: Vec<(usize, TermId)> =
@@ -54,7 +54,7 @@ fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])
     let distributes =
         |factor: FactorId| model.factors[factor].left.iter().any(|use_| use_.variable == family);
     let (prior, factor) = if distributes(*first) { (*first, *second) } else { (*second, *first) };
-    // The elements may not depend on each other, and the other factor may only ask for the first of them.
+    // The elements must be independent, and the other factor may depend only on the first true one.
     let independent = distributes(prior) && !scope::of_form(model, prior).contains(&family);
     let mut uses = Vec::new();
     model.factors[factor]
@@ -65,7 +65,7 @@ fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])
     (independent && same).then_some((FirstScan { family, prior, factor, with }, [*a, *b]))
 }
 
-/// How an expression uses a family: `Some(with)` for each `first`, `None` for any other use.
+/// The use of a family in an expression: `Some(with)` for each `first`, `None` for any other use.
 fn first_uses(
     model: &Model,
     id: ExpressionId,

@@ -1,4 +1,4 @@
-//! On which variables a factor, an expression or a term really depends.
+//! The variables on which a factor, an expression or a term depends.
 //!
 //! In: ids. Out: sets of variables. Invariant: a right-hand variable that a form does not use is not in its
 //! scope: `P(G[j] | O C) = uniform` depends on G alone.
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 pub(crate) type Scope = BTreeSet<VariableId>;
 
-/// The variables that an expression mentions. A node that several share, as a `let` makes them, is visited once.
+/// The variables of an expression. A shared node, as of a `let`, is visited once.
 pub(crate) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) {
     let (mut rest, mut seen) = (vec![id], HashSet::new());
     while let Some(id) = rest.pop() {
@@ -76,7 +76,7 @@ pub(crate) fn of_factor(model: &Model, factor: FactorId) -> Scope {
     scope
 }
 
-/// The variables on which a term depends, once bound ones stand for what they are bound to.
+/// The variables of a term, with bindings substituted.
 pub(crate) fn of_term(
     model: &Model,
     terms: &Arena<TermId, Term>,

@@ -1,19 +1,19 @@
-//! What is too large is refused before anything is made.
+//! Refusal of plans that are too large.
 //!
-//! In: an exact route. Out: nothing, or an error with the figure and the way out. Invariant: sizes that are not known are
-//! judged when they are (`exec/inputs.rs`); the bounds are fixed, so that the same question is refused on every machine.
+//! In: an exact plan. Out: nothing, or an error with the figure and a suggestion. Invariant: unknown sizes are checked
+//! at run time (`exec/inputs.rs`); the limits are fixed, so that the same question is refused on every machine.
 
 use super::Exact;
 use crate::error::Error;
 use crate::model::Model;
 
-/// The most cells of one table.
+/// Limit of the cells of one table.
 const MOST_CELLS: f64 = 1e9;
 
-/// The most products that are summed: some ten seconds of one core.
+/// Limit of the summed products: some ten seconds of one core.
 const MOST_PRODUCTS: f64 = 1e10;
 
-/// Refuses a route that needs a larger table, or more products.
+/// Refuses a plan with a larger table, or more products.
 pub(super) fn check(model: &Model, exact: &Exact) -> Result<(), Error> {
     let question = || model.ask_text(&exact.asks[0]);
     let large = exact.eliminations.iter().find(|sum| sum.cost.entries > MOST_CELLS);

@@ -4,23 +4,23 @@
 
 use serde::Serialize;
 
-/// One way to answer.
+/// A strategy.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Strategy {
-    /// All is linear and Gaussian: closed form; over time a Kalman filter and smoother.
+    /// Linear and Gaussian: closed form; over time a Kalman filter and smoother.
     Gaussian,
     /// Sums and products of finite variables over a join tree.
     JoinTree,
     /// Sums and products of finite variables as a kernel.
     Sums,
-    /// Over time, finite: messages forward and backward.
+    /// Over time, finite: forward and backward messages.
     Chain,
-    /// Draws of the prior, weighed by the evidence.
+    /// Draws from the prior, weighted by the evidence.
     Weighting,
-    /// Chains, in which one variable after the other is drawn given all the others.
+    /// Markov chains, in which each variable in turn is sampled given all the others.
     Gibbs,
-    /// Over time: draws that follow the program and are weighed by what is observed.
+    /// Over time: draws that follow the program and are weighted by the observations.
     Particles,
 }
 
@@ -36,7 +36,7 @@ impl Strategy {
         Strategy::Particles,
     ];
 
-    /// Its name, as `--by` takes it.
+    /// Its name for `--by`.
     pub fn name(self) -> &'static str {
         match self {
             Strategy::Gaussian => "gaussian",

@@ -1,30 +1,30 @@
-//! Running a kernel so that f64 loses nothing: in f64 where that is enough, else with exponents apart.
+//! Guarded runs of a kernel: in f64 if that is sufficient, else with separate exponents.
 //!
-//! In: a kernel and its inputs in f64. Out: its outputs. Invariant: what is 0 is 0 by the program, not because a number was
-//! too small; whether a kernel runs anew depends on its outputs alone, not on the number of threads.
+//! In: a kernel and its inputs in f64. Out: its outputs. Invariant: a result of 0 comes from the program, not from
+//! underflow; whether a kernel runs again depends only on its outputs, not on the number of threads.
 
 use super::scalar::{Extended, Scalar};
 use super::{Inputs, Lanes, Outputs};
 use crate::error::Error;
 use crate::kernel::OutputKey;
 
-/// A total below this may have lost something: 2⁻⁵¹².
+/// A total below this may have lost terms: 2⁻⁵¹².
 const SMALLEST_TOTAL: f64 = f64::from_bits((1023 - 512) << 52);
 
-/// What a guarded run gives.
+/// The result of a guarded run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Guarded {
     /// The outputs.
     pub outputs: Outputs<f64>,
-    /// The same with exponents apart, where they were computed so.
+    /// The same with separate exponents, if they were computed so.
     pub extended: Option<Outputs<Extended>>,
-    /// How many values each axis of each output has.
+    /// The extent of each axis of each output.
     pub extents: Vec<Vec<usize>>,
 }
 
 impl Lanes {
-    /// Runs the kernel in f64, and anew with exponents apart where a total is below 2⁻⁵¹² or a number is not finite; with
-    /// exponents apart from the start where `log` says so.
+    /// Runs the kernel in f64, and again with separate exponents if a total is below 2⁻⁵¹² or a number is not finite;
+    /// with separate exponents from the start if `log` is set.
     ///
     /// # Errors
     /// As [`Lanes::run`].

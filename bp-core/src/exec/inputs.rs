@@ -1,4 +1,4 @@
-//! What the host gives to a kernel and what it gets.
+//! The inputs and outputs of a kernel.
 //!
 //! In: sizes, numbers and arrays by name. Out: a [`Bound`] kernel: every extent known, every array of the right
 //! length. Invariant: errors name the input, what was found and what was expected.
@@ -18,10 +18,10 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
-/// The largest array that is allocated without being asked for, in cells.
+/// Size of the largest array that is allocated without a memory check, in cells.
 pub(super) const MOST_CELLS: f64 = 1e9;
 
-/// What the host gives, by name.
+/// The inputs of the host, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs<'a, T: Clone> {
     sizes: HashMap<String, usize>,
@@ -31,7 +31,7 @@ pub struct Inputs<'a, T: Clone> {
 }
 
 impl<'a, T: Clone> Inputs<'a, T> {
-    /// Nothing yet.
+    /// No inputs.
     pub fn new() -> Self {
         Self {
             sizes: HashMap::new(),
@@ -59,14 +59,14 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self
     }
 
-    /// An array that may be the host's own or made for it.
+    /// An array, borrowed or owned.
     pub fn numbers(mut self, name: &str, values: Cow<'a, [T]>) -> Self {
         self.arrays.insert(name.to_owned(), values);
         self
     }
 
-    /// A function of integers, for a field that ranges over them: `f[0..=10, 1..=6]` takes its value at each place from
-    /// `value(&[a, b])`. So a program uses what is written in Rust: `dirac(f[A, B])`.
+    /// A function of integers, for a field that ranges over them: the element of `f[0..=10, 1..=6]` at each index is
+    /// `value(&[a, b])`. So a program uses a Rust function: `dirac(f[A, B])`.
     pub fn function<const N: usize>(
         mut self,
         name: &str,
@@ -75,7 +75,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
     ) -> Self {
         let mut values = Vec::new();
         let mut at: [i64; N] = std::array::from_fn(|axis| *over[axis].start());
-        // An odometer, the last place fastest; a range without values leaves nothing.
+        // An odometer, the last index fastest; an empty range has no elements.
         while over.iter().zip(&at).all(|(range, place)| range.contains(place)) {
             values.push(value(&at));
             let Some(turned) = (0..N).rev().find(|axis| at[*axis] < *over[*axis].end()) else { break };
@@ -86,7 +86,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self
     }
 
-    /// The extents of a grid, and whether its lanes go round.
+    /// The extents of a grid, and whether its lanes are periodic.
     pub fn grid(mut self, name: &str, space: &'a Space) -> Self {
         for (axis, extent) in GridAxis::ALL.iter().zip(space.extents()) {
             self.sizes.insert(format!("{name}.{}", axis.name()), extent);
@@ -102,23 +102,23 @@ impl<'a, T: Clone> Inputs<'a, T> {
         self
     }
 
-    /// The same sizes and numbers, which borrow nothing; the positions of grids, which kernels alone read, are left out.
+    /// An owned copy of sizes and numbers, without the positions of grids, which only kernels read.
     pub fn into_owned(self) -> Inputs<'static, T> {
         let owned = |(name, values): (String, Cow<'_, [T]>)| (name, Cow::Owned(values.into_owned()));
         Inputs { sizes: self.sizes, arrays: self.arrays.into_iter().map(owned).collect(), ..Inputs::new() }
     }
 
-    /// What was given under a name.
+    /// The input of a name.
     pub fn find(&self, name: &str) -> Option<&[T]> {
         self.arrays.get(name).map(|values| values.as_ref())
     }
 
-    /// The size that was given under a name.
+    /// The size of a name.
     pub fn find_size(&self, name: &str) -> Option<usize> {
         self.sizes.get(name).copied()
     }
 
-    /// The same, of numbers whose exponent has no end.
+    /// The same, for numbers with unbounded exponents.
     pub(crate) fn extended(&self) -> Inputs<'_, Extended>
     where
         T: Scalar,
@@ -236,7 +236,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
     }
 }
 
-/// Numbers as they are computed with: where that is in f64, they are not copied.
+/// Numbers in the type of the computation; no copy if that is f64.
 #[allow(clippy::ptr_arg)] // only what has a size can be asked for its type
 fn in_precision<T: Scalar>(numbers: &Vec<f64>) -> Cow<'_, [T]> {
     match (numbers as &dyn Any).downcast_ref::<Vec<T>>() {
@@ -252,7 +252,7 @@ fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> 
     }
 }
 
-/// What a kernel reads of an input: for values of a variable their ordinals.
+/// The form of an input that a kernel reads: for values of a variable their ordinals.
 fn ordinals<'n, T: Scalar>(
     buffer: &Buffer,
     numbers: &'n [T],
@@ -276,7 +276,7 @@ fn ordinals<'n, T: Scalar>(
     values::Domain { input: &buffer.name, variable, text: domain, numbers: known }.ordinals(numbers)
 }
 
-/// How a buffer is backed.
+/// The storage of a buffer.
 pub(crate) enum Array<'k, T: Clone> {
     Given(Cow<'k, [T]>),
     /// One value for all cells along the parallel axes.
@@ -296,14 +296,14 @@ pub(crate) struct Bound<'k, T: Clone> {
     pub(crate) arrays: Arena<BufferId, Array<'k, T>>,
 }
 
-/// Arrays of more bytes than these are made only where there is memory for them.
+/// Size in bytes above which an array is allocated only after a memory check.
 const SMALL_BYTES: f64 = 256e6;
 
-/// The most cells that all loops together go through: some ten seconds of one core.
+/// Limit of the iterations of all loops: some ten seconds of one core.
 const MOST_WORK: f64 = 2e10;
 
 impl<T: Clone> Bound<'_, T> {
-    /// Refuses arrays for which there is no memory, and loops without an end in sight.
+    /// Refuses arrays that do not fit in memory, and loops that are too long.
     fn fits(&self) -> Result<(), Error> {
         let (mut cells, mut largest) = (0.0, (0.0, ""));
         let (mut work, mut longest) = (0.0, (0.0, ""));
@@ -347,13 +347,13 @@ impl<T: Clone> Bound<'_, T> {
         self.kernel.buffers[buffer].axes.iter().map(|axis| self.extent(*axis)).product()
     }
 
-    /// Cells of a buffer that remain where its parallel axes are left out.
+    /// Number of cells of a buffer without its parallel axes.
     pub(crate) fn serial_length(&self, buffer: BufferId) -> usize {
         let axes = self.kernel.buffers[buffer].axes.iter();
         axes.filter(|axis| !self.kernel.parallel.contains(axis)).map(|axis| self.extent(*axis)).product()
     }
 
-    /// How far apart neighbours along each axis of a buffer are.
+    /// The stride of each axis of a buffer.
     pub(crate) fn strides(&self, buffer: BufferId) -> Vec<usize> {
         let axes = &self.kernel.buffers[buffer].axes;
         let broadcast = matches!(self.arrays[buffer], Array::Broadcast(_) | Array::Default);
@@ -379,10 +379,10 @@ impl<T: Clone> Bound<'_, T> {
     }
 }
 
-/// What the host gets: the kernel's outputs, in order.
+/// The kernel's outputs, in order.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Outputs<T> {
-    /// Which each is, and its cells, the last axis contiguous.
+    /// The key of each, and its cells, the last axis contiguous.
     pub arrays: Vec<(OutputKey, Vec<T>)>,
 }
 
@@ -390,7 +390,7 @@ impl<T> Outputs<T> {
     /// An output.
     ///
     /// # Panics
-    /// Where the kernel has no such one.
+    /// If the kernel has no such output.
     pub fn get(&self, key: OutputKey) -> &[T] {
         let found = self.arrays.iter().find(|(known, _)| *known == key);
         &found.unwrap_or_else(|| panic!("internal: the kernel has no output {key:?}")).1

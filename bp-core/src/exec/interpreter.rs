@@ -1,7 +1,7 @@
 //! The interpreter: the meaning of a kernel, in f64, one cell at a time.
 //!
-//! In: a kernel and its inputs. Out: its outputs. Invariant: what this computes is right by definition; every
-//! other back end is tested against it. It is slow, and simple.
+//! In: a kernel and its inputs. Out: its outputs. Invariant: its results are correct by definition; every other back
+//! end is tested against it. It is slow and simple.
 
 use super::inputs::{Array, Bound};
 use super::{Inputs, Outputs};
@@ -35,7 +35,7 @@ struct Machine<'k> {
     made: Vec<Vec<f64>>,
     strides: Vec<Vec<usize>>,
     running: Vec<usize>,
-    /// Of each node the round in which it was computed last, and its value then.
+    /// The round in which each node was last computed, and its value.
     known: Vec<(u64, f64)>,
     round: u64,
 }
@@ -77,7 +77,7 @@ impl Machine<'_> {
         self.made[out.position()] = cells;
     }
 
-    /// Runs through all values of some axes, the last one fastest.
+    /// Iterates over all values of some axes, the last one fastest.
     fn each(&mut self, axes: &[AxisId], body: &mut dyn FnMut(&mut Self)) {
         match axes {
             [] => body(self),
@@ -90,8 +90,8 @@ impl Machine<'_> {
         }
     }
 
-    /// The value of a node where the axes are. A chain of nodes is as long as the program, so there is no recursion: what a
-    /// node still needs is computed before it.
+    /// The value of a node at the current indices. A chain of nodes is as long as the program, so there is no
+    /// recursion: operands are computed first.
     fn value(&mut self, id: ValueId) -> f64 {
         self.round += 1;
         let mut open = vec![id];
@@ -169,7 +169,7 @@ impl Machine<'_> {
 }
 
 impl Fold {
-    /// What a fold starts from.
+    /// The initial value of a fold.
     pub(crate) fn start(self) -> f64 {
         match self {
             Fold::Sum => 0.0,

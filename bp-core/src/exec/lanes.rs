@@ -1,12 +1,12 @@
-//! Lanes: kernels run at run time, a flat program of tight loops over blocks of cells.
+//! Lanes: kernels executed at run time, as a flat program of tight loops over blocks of cells.
 //!
-//! In: a kernel and its inputs, in f32 or f64. Out: its outputs. Invariant: each cell is computed in the same order
-//! whatever the number of threads, so results do not depend on it.
+//! In: a kernel and its inputs, in f32 or f64. Out: its outputs. Invariant: each cell is computed in the same order for
+//! any number of threads, so that results do not depend on it.
 //!
-//! When all extents are known, the schedule becomes a flat program: [`passes`] says how the axes run, [`build`] unrolls
-//! short loops, so that indices and conditions become known and equal values one, [`layout`] fuses what recurs and gives
-//! slots. The program is kept, with all that it computes in, for the next run of the same extents. `machine` walks it:
-//! pieces of the plate are shared out among threads (rayon).
+//! When all extents are known, the schedule becomes a flat program: [`passes`] assigns the axes, [`build`] unrolls
+//! short loops, so that indices and conditions become constants and equal values are merged, [`layout`] fuses
+//! instructions and assigns slots. The program and its memory are reused by the next run with the same extents.
+//! `machine` executes it: pieces of the plate are divided among threads (rayon).
 
 mod arithmetic;
 mod build;
@@ -34,15 +34,15 @@ use shape::Known;
 use std::any::Any;
 use std::sync::Mutex;
 
-/// Work for a thread at a time, in cells.
+/// Size of a thread's work unit, in cells.
 const CHUNK_CELLS: usize = 8192;
 
-/// A kernel that is ready to be run again and again.
+/// A kernel prepared for repeated runs.
 #[derive(Debug)]
 pub struct Lanes {
     kernel: Kernel,
     schedule: Schedule,
-    /// Programs of earlier runs, each a [`Ready`] of its precision: as many as have run at the same time.
+    /// Programs of earlier runs, each a [`Ready`] of its precision: one for each concurrent run.
     ready: Mutex<Vec<Box<dyn Any + Send>>>,
 }
 
@@ -52,7 +52,7 @@ impl Clone for Lanes {
     }
 }
 
-/// How an input is given, as far as a program depends on it.
+/// The kind of an input, as far as a program depends on it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Given {
     /// By the kernel itself.
@@ -62,19 +62,19 @@ enum Given {
     Default,
 }
 
-/// A program for extents and ways to give inputs, and what it computes in.
+/// A program for given extents and kinds of inputs, with its memory.
 #[derive(Debug)]
 struct Ready<T: Scalar> {
     extents: Vec<usize>,
     given: Vec<Given>,
     defaults: Vec<T>,
     passes: Vec<Pass>,
-    /// Passes that come out the same whatever is given, and whether they have run.
+    /// Passes that depend on no input, and whether they have run.
     settled: Vec<bool>,
     has_run: bool,
     /// Machines that no thread uses, by pass.
     machines: Vec<Mutex<Vec<Machine<T>>>>,
-    /// What passes make for each other, and for the host, by buffer.
+    /// The arrays that passes compute for each other and for the host, by buffer.
     made: Vec<Vec<T>>,
 }
 
@@ -165,7 +165,7 @@ impl<T: Scalar> Ready<T> {
     }
 }
 
-/// Shares out the rows of a pass; where there is only one, its lanes.
+/// Divides the rows of a pass among threads; if there is only one, its lanes.
 fn pieces<'p, T>(pass: &Pass, made: &'p mut [Vec<T>]) -> Vec<Piece<'p, T>> {
     let (rows, cells) = pass.rows_of_cells();
     let (units, unit) = if pass.has_rows() { (rows, cells) } else { (pass.lanes, 1) };
@@ -213,7 +213,7 @@ impl Lanes {
         Ok(self.run_shaped(inputs)?.0)
     }
 
-    /// Runs the kernel; gives besides how many values each axis of each output has.
+    /// Runs the kernel; also returns the extent of each axis of each output.
     ///
     /// # Errors
     /// As [`Lanes::run`].
@@ -229,10 +229,10 @@ impl Lanes {
         Ok((outputs, self.kernel.outputs().map(|(id, _)| extents(id)).collect()))
     }
 
-    /// Runs the kernel again, into the arrays of an earlier answer: large ones are not asked of the system anew.
+    /// Runs the kernel again, into the arrays of an earlier answer, without new allocations.
     ///
     /// # Errors
-    /// As [`Lanes::run`]; the earlier answer is as it was then.
+    /// As [`Lanes::run`]; the earlier answer is then unchanged.
     pub fn run_into<T: Scalar>(&self, inputs: &Inputs<'_, T>, outputs: &mut Outputs<T>) -> Result<(), Error> {
         self.run_bound(&inputs.bind(&self.kernel)?, outputs);
         Ok(())

@@ -1,4 +1,4 @@
-//! Running kernels: what the host gives, what it gets, and the back ends.
+//! Execution of kernels: inputs, outputs, and the back ends.
 //!
 //! In: a [`Kernel`](crate::kernel::Kernel) and [`Inputs`]. Out: [`Outputs`]. Invariant: every buffer's length is
 //! checked against the kernel once, in [`Inputs`]' binding; after that no back end can fail.

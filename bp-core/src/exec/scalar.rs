@@ -1,4 +1,4 @@
-//! Numbers that kernels compute with: f32, f64, and f64's digits with an exponent without end.
+//! Number types of kernels: f32, f64, and f64's digits with an unbounded exponent.
 //!
 //! In: a number. Out: a number. Invariant: exponential and logarithm of f32 and f64 have no branches and no calls, so that
 //! loops over lanes of them become SIMD.
@@ -15,7 +15,7 @@ use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number that kernels compute with.
+/// A number type of kernels.
 pub trait Scalar:
     Copy
     + Debug
@@ -32,13 +32,13 @@ pub trait Scalar:
     + From<f32>
     + 'static
 {
-    /// What a value that is the same in all lanes is computed in.
+    /// The type of values that are the same in all lanes.
     type Number: Number;
     /// 0
     const ZERO: Self;
     /// 1
     const ONE: Self;
-    /// A total below it may have lost something: 2⁻⁵¹² in f64, 2⁻⁶⁴ in f32.
+    /// A total below it may have lost terms: 2⁻⁵¹² in f64, 2⁻⁶⁴ in f32.
     const LEAST_TOTAL: Self;
     /// The nearest number.
     fn from_f64(number: f64) -> Self;
@@ -50,7 +50,7 @@ pub trait Scalar:
     fn to_number(self) -> Self::Number;
     /// The nearest number to such a value.
     fn from_number(number: Self::Number) -> Self;
-    /// Whether it is neither infinite nor NaN: then, and only then, it is 0 less than itself.
+    /// Whether it is finite: then, and only then, x − x is 0.
     #[inline(always)]
     #[allow(clippy::eq_op, reason = "the difference tells infinities and NaN without a branch")]
     fn is_finite_number(self) -> bool {
@@ -78,7 +78,7 @@ pub trait Scalar:
     fn entropy_term(self) -> Self;
     /// Whether it is one of the whole numbers 0, 1, … below `count`; counts beyond 2³¹ are taken for 2³¹.
     fn is_below(self, count: usize) -> bool;
-    /// An operator that has no version of its own in this precision: it is computed in f64.
+    /// An operator without a version in this precision: it is computed in f64.
     #[inline]
     fn in_f64(self, f: impl Fn(f64) -> f64) -> Self {
         Self::from_f64(f(self.to_f64()))
@@ -123,7 +123,7 @@ pub trait Scalar:
     fn power(self, exponent: Self) -> Self {
         self.in_f64(|x| x.powf(exponent.to_f64()))
     }
-    /// What is left of x after whole multiples of y, in [0, y).
+    /// The remainder of x modulo y, in [0, y).
     #[inline(always)]
     fn remainder(self, divisor: Self) -> Self {
         self - divisor * (self / divisor).round_down()

@@ -1,7 +1,7 @@
-//! Values that the host gives, checked against their domain and turned into what kernels read.
+//! Checks values given by the host, and converts them to what kernels read.
 //!
-//! In: numbers of an input, and the domain that they are values of. Out: ordinals (reals as they are), or an error that
-//! names the input, the place, the number and the domain. Invariant: nothing that is not a value reaches a kernel.
+//! In: numbers of an input, and the domain that they are values of. Out: ordinals (reals unchanged), or an error that
+//! names the input, the index, the number and the domain. Invariant: only valid values reach a kernel.
 
 use super::scalar::Scalar;
 use crate::bins::holding;
@@ -14,9 +14,9 @@ use std::borrow::Cow;
 pub struct Domain<'d> {
     /// The name of the input.
     pub input: &'d str,
-    /// The variable of which it holds values.
+    /// Its variable.
     pub variable: &'d str,
-    /// The domain of the variable in words.
+    /// The domain of the variable, as text.
     pub text: &'d str,
     /// The numbers that are values.
     pub numbers: Numbers<'d>,
@@ -44,7 +44,7 @@ pub enum Numbers<'d> {
 }
 
 impl Domain<'_> {
-    /// What a kernel reads for one value.
+    /// The converted value.
     ///
     /// # Errors
     /// A number that is not a value of the domain.
@@ -52,10 +52,10 @@ impl Domain<'_> {
         self.find(number.to_f64()).map(T::from_f64).ok_or_else(|| self.refused(None, number.to_f64()))
     }
 
-    /// What a kernel reads for an array of values: the array itself where values are their own ordinals.
+    /// The converted array: the array itself if values are their own ordinals.
     ///
     /// # Errors
-    /// As [`Domain::ordinal`]; the error names the first place, counted from 0.
+    /// As [`Domain::ordinal`]; the error names the first index, counted from 0.
     pub fn ordinals<'n, T: Scalar>(&self, numbers: &'n [T]) -> Result<Cow<'n, [T]>, Error> {
         let valid = match self.numbers {
             Numbers::Whole { first: 0, count } => all(numbers, |number| number.is_below(count)),
@@ -89,7 +89,7 @@ impl Domain<'_> {
         }
     }
 
-    /// The error of a number that is no value; places of arrays are counted from 0.
+    /// The error of an invalid number; indices of arrays are counted from 0.
     fn refused(&self, place: Option<usize>, number: f64) -> Error {
         let Domain { input, variable, text, .. } = self;
         let place = place.map_or_else(String::new, |place| format!("[{place}]"));

@@ -1,7 +1,7 @@
-//! What the host gives to a question, judged before it runs.
+//! Checks of the inputs of a question before it runs.
 //!
-//! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant:
-//! kernels know nothing of probability, so this is the one place where given numbers meet their domains.
+//! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant: kernels
+//! have no notion of probability, so given numbers are checked against their domains only here.
 
 use super::{Answer, Estimate, Figure};
 use crate::distribution::Setting;
@@ -70,7 +70,7 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
     Ok(())
 }
 
-/// Answers as they are, if all of their numbers can be written: none is NaN or infinite, but for a divergence.
+/// Answers unchanged, if all of their numbers can be written: none is NaN or infinite, except a divergence.
 pub(crate) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
     for answer in &answers {
         let numbers = answer.answer.iter().flat_map(|row| figures(&row.figure)).chain(answer.ln_evidence);
@@ -100,7 +100,7 @@ fn figures(figure: &Figure) -> Vec<f64> {
     }
 }
 
-/// Why an answer is not a number: the form of which a number cannot be, with its context.
+/// The reason why an answer is not a number: the form with an invalid number, with its context.
 pub(crate) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
     match Setting::new(model, inputs) {
         Err(error) => error,
@@ -108,7 +108,7 @@ pub(crate) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -
     }
 }
 
-/// The number that a form refuses, if one does.
+/// The number that a form refuses, if there is one.
 pub(crate) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<Error> {
     match Setting::new(model, inputs) {
         Err(error) => Some(error),
@@ -116,7 +116,7 @@ pub(crate) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Opt
     }
 }
 
-/// What an ask knows, a value for each slot.
+/// The known values of an ask, one for each slot.
 fn known(setting: &Setting<'_>, ask: &Ask) -> Vec<f64> {
     Observations::of(setting, ask).unwrap_or_else(|_| Observations::none(setting)).values
 }

@@ -1,4 +1,4 @@
-//! Two distributions of the same variables, compared.
+//! Comparison of two distributions of the same variables.
 //!
 //! In: the tables P(S | K) and P(S | K′). Out: a row for each context of either: the known variables of the first, then
 //! those that only the second has. Invariant: a context that is impossible in one of them has no row; a variable that

@@ -1,7 +1,7 @@
-//! What is made of a part: some of its slots, its probabilities, its rows.
+//! Marginals of a part: some of its slots, its probabilities, its rows.
 //!
-//! In: a [`Part`]. Out: a part of fewer slots, numbers, rows. Invariant: what is left out is summed out; slots stay in their
-//! order.
+//! In: a [`Part`]. Out: a part of fewer slots, numbers, rows. Invariant: omitted slots are summed out; slots stay in
+//! their order.
 
 use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
 use super::{Figure, Row};
@@ -9,7 +9,7 @@ use crate::model::Model;
 use std::sync::Arc;
 
 impl Part {
-    /// The distribution of the slots at some places, ascending.
+    /// The distribution of the slots at some positions, ascending.
     pub fn marginal(&self, places: &[usize]) -> Self {
         let law = match &self.law {
             PartLaw::Normal { mean, covariance } => PartLaw::Normal {
@@ -41,7 +41,7 @@ impl Part {
         Part { instant: self.instant, given: self.given.clone(), of, law }
     }
 
-    /// The probability of each combination of finite slots; `None` where a slot is real.
+    /// The probability of each combination of finite slots; `None` if a slot is real.
     pub fn probabilities(&self) -> Option<Vec<f64>> {
         let finite = self.of.iter().all(|slot| slot.count > 0);
         match &self.law {
@@ -60,7 +60,7 @@ impl Part {
             _ => None,
         }
     }
-    /// The rows of a part, as an answer shows them.
+    /// The rows of a part, for display.
     pub fn rows(&self, model: &Model) -> Vec<Row> {
         let instant = self.instant.map(|instant| ("t".to_owned(), instant.to_string()));
         let named = |slots: &[Slot], place: usize| -> Vec<(String, String)> {

@@ -1,7 +1,7 @@
 //! Answers as values: distributions with the names of their values.
 //!
-//! In: what a strategy has computed. Out: an [`Answer`], with its rows and its parts. Invariant: the probabilities of a row's context
-//! sum to one, or are all zero where the context itself has probability zero.
+//! In: the result of a strategy. Out: an [`Answer`], with its rows and its parts. Invariant: the probabilities of a
+//! row's context sum to one, or are all zero where the context itself has probability zero.
 
 pub(crate) mod check;
 pub(crate) mod compare;
@@ -22,40 +22,40 @@ use crate::model::When;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-/// What is answered to one thing asked.
+/// The answer to one ask.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Answer {
-    /// What was asked, as a user would type it.
+    /// The question, as a user would type it.
     pub question: String,
-    /// ln P(evidence), where the evidence is one event; a density where it is real.
+    /// ln P(evidence), if the evidence is one event; a density if it is real.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ln_evidence: Option<f64>,
-    /// How it was estimated, where it is not exact.
+    /// The estimate, if it is not exact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<Estimate>,
     /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
     pub answer: Vec<Row>,
-    /// How it was computed.
+    /// The strategy.
     #[serde(skip)]
     pub strategy: Strategy,
-    /// Of which instants it speaks.
+    /// Its instants.
     #[serde(skip)]
     pub when: When,
-    /// The distributions that the rows are made of, by variable and element.
+    /// The distributions of the rows, by variable and element.
     #[serde(skip)]
     pub parts: Vec<Part>,
 }
 
-/// How an answer was estimated.
+/// The estimate of an answer.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Estimate {
-    /// How many draws.
+    /// Number of draws.
     pub particles: usize,
-    /// How many draws of the answer itself would say as much.
+    /// The effective number of draws.
     pub effective: f64,
-    /// Where the random numbers began.
+    /// The random seed.
     pub seed: u64,
-    /// The standard error of ln P(evidence), where that is told.
+    /// The standard error of ln P(evidence), if available.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ln_evidence_error: Option<f64>,
     /// A warning about the estimate, if there is one.
@@ -69,12 +69,12 @@ pub struct Row {
     /// The names of the values, variable by variable, in the order of the question.
     #[serde(serialize_with = "as_map")]
     pub values: Vec<(String, String)>,
-    /// What is said of them.
+    /// The entry of the row.
     #[serde(flatten)]
     pub figure: Figure,
 }
 
-/// What is said of a row.
+/// The entry of a row.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Figure {
@@ -116,21 +116,21 @@ pub enum Figure {
         #[serde(skip_serializing_if = "Option::is_none")]
         error: Option<f64>,
     },
-    /// What two variables say of each other.
+    /// The mutual information of two variables.
     Information {
         /// In nats.
         information: f64,
     },
-    /// How far one distribution is from another.
+    /// The divergence of one distribution from another.
     Divergence {
         /// In nats. JSON has no infinity: there it is the word `"infinite"`.
         #[serde(serialize_with = "finite_or_word")]
         divergence: f64,
-        /// Whether the second excludes what the first does not.
+        /// Whether the second is zero where the first is not.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         infinite: bool,
     },
-    /// What draws say of a real; behind each number its standard error.
+    /// The estimates of a real from draws; each with its standard error.
     Real {
         /// Mean.
         mean: [f64; 2],
@@ -159,7 +159,7 @@ impl Row {
 }
 
 impl Figure {
-    /// The number, of a figure that is one.
+    /// The number of a figure that has one.
     pub fn number(&self) -> Option<f64> {
         match *self {
             Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
@@ -185,13 +185,13 @@ fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S
     map.end()
 }
 
-/// Scores of which the best is kept.
+/// Scores, of which the best is kept.
 const PART: usize = 4096;
 
-/// The positions at which a score is largest; with `nearest`, the one of these at which that field is smallest
-/// (the first, if several), so that at most one is left. None where no score is positive.
+/// The positions of the largest score; with `nearest`, the one of these with the smallest value of that field (the
+/// first, if several), so that at most one is left. None if no score is positive.
 pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
-    // The best of each part: most parts need not be looked at again.
+    // The best of each part: most parts need no second look.
     let parts: Vec<T> = scores.chunks(PART).map(greatest).collect();
     let best = greatest(&parts);
     if best <= T::ZERO {

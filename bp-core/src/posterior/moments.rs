@@ -1,7 +1,7 @@
-//! Numbers that are made of a distribution.
+//! Statistics of a distribution.
 //!
-//! In: the probabilities of one context. Out: moments, entropies and their kin, in nats. Invariant: 0 ln 0 is 0, and what
-//! cannot be negative is not.
+//! In: the probabilities of one context. Out: moments, entropies, information and divergences, in nats. Invariant: 0 ln
+//! 0 is 0, and non-negative quantities are not negative.
 
 use crate::exec::scalar::{Extended, Scalar};
 
@@ -17,7 +17,7 @@ pub(crate) fn of(numbers: &[f64], values: impl Iterator<Item = f64> + Clone) -> 
     (expectation, weighted.map(|(p, value)| p * (value - expectation).powi(2)).sum())
 }
 
-/// Mutual information: Σ p(x, y) ln (p(x, y) / (p(x) p(y))), with `second` values of y standing together for each x
+/// Mutual information: Σ p(x, y) ln (p(x, y) / (p(x) p(y))), with the `second` values of y contiguous for each x
 /// (Shannon 1948).
 pub(crate) fn information(numbers: &[f64], second: usize) -> f64 {
     let rows: Vec<f64> = numbers.chunks(second).map(|row| row.iter().sum()).collect();

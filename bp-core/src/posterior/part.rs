@@ -1,7 +1,8 @@
 //! The numbers of an answer, by variable and element.
 //!
-//! In: what a route has computed. Out: [`Part`]s, which are looked up by [`Slot`], never by a printed name. Invariant: the
-//! slots of a part stand in the order of the question; in a finite part the last slot goes fastest, and contexts before slots.
+//! In: the result of a strategy. Out: [`Part`]s, which are looked up by [`Slot`], never by a printed name. Invariant:
+//! the slots of a part are in the order of the question; in a finite part the last slot is the fastest, and contexts
+//! come before slots.
 
 use super::table::{Column, Table};
 use crate::distribution::Setting;
@@ -15,18 +16,18 @@ use std::sync::Arc;
 pub struct Slot {
     /// The variable.
     pub variable: VariableId,
-    /// Which element, as the program numbers them; `None` for a variable that is one number.
+    /// The element, numbered as in the program; `None` for a single variable.
     pub index: Option<i64>,
-    /// How many values it has; 0 for a real.
+    /// Its number of values; 0 for a real.
     pub count: usize,
 }
 
-/// What is believed of some slots together.
+/// The distribution of some slots.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Part {
-    /// The instant that it speaks of, from 1, where an answer has several.
+    /// Its instant, from 1, if an answer has several.
     pub instant: Option<usize>,
-    /// The known slots of which each value is a context.
+    /// The known slots with a context for each value.
     pub given: Vec<Slot>,
     /// The searched slots.
     pub of: Vec<Slot>,
@@ -50,17 +51,17 @@ pub enum PartLaw {
     Draws(Arc<Draws>, Vec<Drawn>),
 }
 
-/// Where the numbers of a slot stand among draws.
+/// The position of a slot's numbers among draws.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Drawn {
     /// At this position of each draw.
     At(usize),
-    /// It was not drawn: each draw has a normal law of it, and these are the moments of their mixture.
+    /// It was not sampled: each draw has a normal distribution of it, and these are the moments of their mixture.
     Moments(Moments),
 }
 
 impl Slot {
-    /// The slot of a setting with this number.
+    /// The slot with this number in a setting.
     pub fn of(setting: &Setting<'_>, slot: usize) -> Self {
         let variable = setting.variable_of(slot);
         let declared = &setting.model.variables[variable];
@@ -82,7 +83,7 @@ impl Slot {
 }
 
 impl Part {
-    /// The part that a table is.
+    /// The part of a table.
     pub(crate) fn of_table(model: &Model, table: &Table) -> Self {
         Self {
             instant: None,
@@ -92,7 +93,7 @@ impl Part {
         }
     }
 
-    /// How many numbers a context of a finite part has.
+    /// The number of numbers in a context of a finite part.
     pub fn width(&self) -> usize {
         self.of.iter().map(|slot| slot.count).product()
     }

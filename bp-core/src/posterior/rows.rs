@@ -1,7 +1,7 @@
-//! What is made of a table: all of it, its largest, draws from it, its moments.
+//! Statistics of a table: all of it, its maximum, draws, moments.
 //!
-//! In: a table, the ask, what the host gave. Out: rows. Invariant: it is made in each context, never among contexts; an
-//! impossible context has rows of zeros where its probabilities are asked, and no row otherwise.
+//! In: a table, the ask, what the host gave. Out: rows. Invariant: a statistic is computed in each context separately;
+//! an impossible context has rows of zeros if probabilities are asked, and no row otherwise.
 
 use super::table::{Column, Table};
 use super::{Figure, Row, argmax, moments};
@@ -13,10 +13,10 @@ use crate::random::seeded;
 use crate::spelling::exact;
 use rand::RngExt;
 
-/// The most rows with the names of their values.
+/// Limit of the rows with names.
 const MOST_ROWS: f64 = 5e6;
 
-/// The most values that are drawn at once.
+/// Limit of the values drawn at once.
 const MOST_DRAWS: f64 = 1e7;
 
 pub(crate) struct Reader<'r> {
@@ -31,7 +31,7 @@ impl Reader<'_> {
     /// The rows, context by context.
     ///
     /// # Errors
-    /// A field that breaks ties and does not fit; more draws than there is room for.
+    /// A field for ties of the wrong length; more draws than fit in memory.
     pub(crate) fn rows(&self) -> Result<Vec<Row>, Error> {
         let field = self.field()?;
         let mut random = seeded(self.seed, &self.table.question);
@@ -82,7 +82,7 @@ impl Reader<'_> {
                         .collect();
                     let mut draw = |number: usize| {
                         let at = random.random::<f64>() * reached;
-                        // The first that reaches beyond has a probability above 0.
+                        // The first cumulative value above has a probability above 0.
                         (cumulative.partition_point(|sum| *sum <= at), Figure::Draw { draw: number })
                     };
                     (1..=*count).map(&mut draw).collect()
@@ -125,7 +125,7 @@ impl Reader<'_> {
         Ok(rows)
     }
 
-    /// Refuses more rows than there is room for. What is made of a context is less than the context itself.
+    /// Refuses more rows than fit in memory. A statistic of a context is smaller than the context itself.
     fn fits(&self) -> Result<(), Error> {
         let cells = self.table.numbers.len() as f64;
         if cells > MOST_ROWS {
@@ -155,7 +155,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where the numbers of a context are largest.
+    /// The positions of the maxima of a context.
     fn largest(
         &self,
         numbers: &[f64],
@@ -177,7 +177,7 @@ impl Reader<'_> {
         Row { values: named(right, &Column::ordinals(right, context)).collect(), figure }
     }
 
-    /// Names the searched variables that have no column: those of which the kernel took one value.
+    /// Names the searched variables without a column: those with a given value.
     fn name_bound(&self, row: &mut Row, context: usize) {
         for searched in &self.ask.searched {
             let has_column = self.table.left.iter().any(|column| column.variable == Some(searched.variable));
@@ -188,7 +188,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether a cell lies at the values at which the question wants its variables.
+    /// Whether a cell is at the given values of the question.
     fn is_wanted(&self, ordinals: &[usize], context: usize) -> bool {
         self.table.left.iter().zip(ordinals).all(|(column, ordinal)| {
             let searched = self.ask.searched.iter().find(|it| Some(it.variable) == column.variable);
@@ -204,8 +204,8 @@ impl Reader<'_> {
         })
     }
 
-    /// What was given under a name: one number for all, or one for each element of the plate, which goes fastest
-    /// among the contexts.
+    /// The input of a name: one number for all, or one for each element of the plate, which is the fastest among the
+    /// contexts.
     fn given(&self, name: &str, context: usize) -> Option<f64> {
         let values = self.inputs.find(name)?;
         values.get(context % values.len().max(1)).copied()

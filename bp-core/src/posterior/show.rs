@@ -9,10 +9,10 @@ use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
 use std::fmt::{self, Display, Formatter, Write};
 
-/// The rows of a large table that are shown unless all are wanted.
+/// Number of rows of a large table that are shown by default.
 const FIRST_ROWS: usize = 40;
 
-/// The widest bar, and the narrowest that is worth showing.
+/// The widest bar, and the narrowest that is shown.
 const BARS: std::ops::RangeInclusive<usize> = 8..=40;
 
 /// The table with bars; the first rows of a large one, all of them with `{:#}`.
@@ -24,7 +24,7 @@ impl Display for Answer {
 }
 
 impl Answer {
-    /// The table with bars: `all` of it, or its first rows, with what shows the others.
+    /// The table with bars: `all` of it, or its first rows with a hint about the others.
     pub fn table(&self, all: bool, how: &str) -> String {
         let mut text = String::new();
         write(self, all, how, &mut text).expect("internal: a text takes what is written");
@@ -79,8 +79,7 @@ fn largest(rows: &[Row]) -> f64 {
     rows.iter().filter_map(Row::p).fold(0.0, f64::max)
 }
 
-/// The headings of a row: its variables, and what is said of them. A variable without a value heads its row, not a
-/// column.
+/// The headings of a row: its variables, and its entry. A variable without a value heads its row, not a column.
 fn headings(row: &Row) -> Vec<String> {
     let named = row.values.iter().any(|(_, value)| value.is_empty());
     let valued = row.values.iter().filter(|(_, value)| !value.is_empty()).map(|(name, _)| name.clone());

@@ -1,8 +1,8 @@
 //! A conditional distribution as a table of numbers.
 //!
-//! In: the cells of an output, its variables and its extents. Out: a [`Table`]. Invariant: the numbers of one context stand together;
-//! contexts go through the known variables as the question names them, the last fastest (the plate's index is the very
-//! last), and within a context the searched ones do, the last fastest. An impossible context is a row of zeros.
+//! In: the cells of an output, its variables and its extents. Out: a [`Table`]. Invariant: the numbers of one context
+//! are contiguous; contexts are in the order of the known variables in the question, the last fastest (the plate's
+//! index is the very last), and within a context the searched ones likewise. An impossible context is a row of zeros.
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
@@ -13,16 +13,16 @@ use std::ops::Range;
 /// A conditional distribution: one row of numbers for each context.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Table {
-    /// What was asked, as a user would type it.
+    /// The question, as a user would type it.
     pub question: String,
-    /// The known variables of which each value is a context.
+    /// The known variables with a context for each value.
     pub right: Vec<Column>,
     /// The searched ones.
     pub left: Vec<Column>,
-    /// The numbers, those of a context together.
+    /// The numbers, contiguous for each context.
     #[serde(rename = "table")]
     pub numbers: Vec<f64>,
-    /// The same with exponents apart, where they were computed so.
+    /// The same with separate exponents, if they were computed so.
     #[serde(skip)]
     pub(crate) extended: Option<Vec<Extended>>,
 }
@@ -84,12 +84,12 @@ impl Table {
         }
     }
 
-    /// How many numbers a context has.
+    /// The number of numbers in a context.
     pub(crate) fn width(&self) -> usize {
         self.left.iter().map(|column| column.values.len()).product()
     }
 
-    /// The numbers with exponents apart.
+    /// The numbers with separate exponents.
     pub(crate) fn extended(&self) -> Vec<Extended> {
         let widened = || self.numbers.iter().map(|number| Extended::from_f64(*number)).collect();
         self.extended.clone().unwrap_or_else(widened)
@@ -107,7 +107,7 @@ impl Column {
         (self.variable, self.element) == (other.variable, other.element)
     }
 
-    /// Which value each column has at a position, the last fastest.
+    /// The value of each column at a position, the last fastest.
     pub(crate) fn ordinals(columns: &[Column], position: usize) -> Vec<usize> {
         let (mut rest, mut ordinals) = (position, vec![0; columns.len()]);
         for (column, ordinal) in columns.iter().zip(&mut ordinals).rev() {
@@ -146,7 +146,7 @@ fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
     }
 }
 
-/// Cells whose axes are put in another order; the last is contiguous before and after.
+/// Cells with permuted axes; the last is contiguous before and after.
 fn transposed<T: Copy>(cells: Vec<T>, extents: &[usize], order: &[usize]) -> Vec<T> {
     if order.is_sorted() {
         return cells;
@@ -173,7 +173,7 @@ fn transposed<T: Copy>(cells: Vec<T>, extents: &[usize], order: &[usize]) -> Vec
     numbers
 }
 
-/// How many axes a variable has in an output; `None` where it shares those of the plate.
+/// The number of axes of a variable in an output; `None` if it shares those of the plate.
 fn count_of_axes(model: &Model, variable: VariableId, searched: bool) -> Option<usize> {
     let declared = &model.variables[variable];
     if let Some(family) = declared.family {

@@ -1,8 +1,7 @@
 //! Operators on blocks of lanes.
 //!
-//! In: operands, each one number for all lanes or one for each. Out: lanes. Invariant: each lane gets what
-//! [`Scalar`] makes of its own operands, with whatever instructions the processor has: each operator is one tight loop,
-//! compiled for each set of them.
+//! In: operands, each one number for all lanes or one for each. Out: lanes. Invariant: each lane is the result of
+//! [`Scalar`] for its operands, with any instruction set: each operator is one tight loop, compiled for each of them.
 
 use super::code::{Operand, Work};
 use crate::exec::scalar::Scalar;
@@ -33,7 +32,7 @@ impl<T: Copy> Lane<'_, T> {
     }
 }
 
-/// Makes lanes of lanes. Always inlined, so that it is compiled for each set of instructions.
+/// Maps lanes to lanes. Always inlined, so that it is compiled for each instruction set.
 #[inline(always)]
 pub(super) fn run<'l, T: Scalar>(
     out: &mut [T],
@@ -71,7 +70,7 @@ pub(super) fn folded<T: Scalar>(fold: Fold, start: T, lanes: Lane<'_, T>, width:
     }
 }
 
-// Loops are written as loops: what iterators call inside would be compiled apart, without these instructions.
+// Explicit loops: functions called by iterators would be compiled separately, without these instructions.
 #[inline(always)]
 fn map<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T) -> T) {
     match operand {

@@ -1,7 +1,7 @@
-//! From loops to a flat program: short loops are unrolled, so that indices, conditions and sums become known.
+//! From loops to a flat program: short loops are unrolled, so that indices, conditions and sums become constants.
 //!
-//! In: the nests of a pass, how its axes run, all extents. Out: values and what is done with them ([`Built`]). Invariant:
-//! each cell's arithmetic has the order of the schedule's loops.
+//! In: the nests of a pass, the kinds of its axes, all extents. Out: values and actions ([`Built`]). Invariant: each
+//! cell's arithmetic has the order of the schedule's loops.
 
 use super::code::{Loop, Numeric, Planes, Target, Term, Work};
 use super::shape::{Action, Built, Doing, Known, Shape};
@@ -12,7 +12,7 @@ use crate::kernel::{Fold, Node, Reduce};
 use crate::operators::Binary;
 use std::collections::{HashMap, HashSet};
 
-/// How an axis runs.
+/// The kind of an axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Running {
     At(usize),
@@ -26,20 +26,20 @@ pub(super) struct Builder<'k> {
     pub(super) values: Values,
     pub(super) running: Vec<Running>,
     pub(super) at: Vec<Value>,
-    /// What the pass has made, by buffer and plane.
+    /// The results of the pass, by buffer and plane.
     pub(super) forward: HashMap<(BufferId, usize), Value>,
-    /// What it makes: which planes live for a block, which go into memory.
+    /// Its results: planes that live for a block, and planes in memory.
     pub(super) of_block: HashMap<BufferId, usize>,
     into_memory: HashMap<BufferId, usize>,
     here: HashSet<BufferId>,
     doing: Doing,
     kept: usize,
-    /// Whether a value would be found only when it runs among those that have been unrolled.
+    /// Whether an unrolled value can be selected only at run time.
     pub(super) lost: bool,
 }
 
 impl<'k> Builder<'k> {
-    /// Builds a pass; nothing where it cannot be unrolled as it should be.
+    /// Builds a pass; `None` if it cannot be unrolled as required.
     pub(super) fn build(
         known: &'k Known<'k>,
         shape: &'k Shape,
@@ -113,12 +113,12 @@ impl<'k> Builder<'k> {
         self.known.extents[axis.position()]
     }
 
-    /// Whether the pass has made a buffer that it reads.
+    /// Whether the pass has computed a buffer that it reads.
     pub(super) fn makes(&self, buffer: BufferId) -> bool {
         self.here.contains(&buffer)
     }
 
-    /// Says how each axis runs in a nest: the innermost loops are unrolled, as far as they may be.
+    /// Assigns each axis of a nest: the innermost loops are unrolled, as far as possible.
     fn begin_nest(&mut self, loops: &Loops, block: usize) {
         for axis in &self.shape.rows {
             self.running[axis.position()] = Running::Counts;
@@ -227,7 +227,7 @@ impl<'k> Builder<'k> {
         }
     }
 
-    /// Keeps a state for the next step of the loops. A state that a step leaves as it was (a sum of zeros) is kept already.
+    /// Stores a state for the next step of the loops, unless it is unchanged (a sum of zeros).
     fn keep(&mut self, kept: usize, state: Value) {
         if state != self.values.lanes(Work::Kept(kept)) {
             self.doing.each.push(Action::Keep(kept, state));
@@ -279,7 +279,7 @@ impl<'k> Builder<'k> {
         };
     }
 
-    /// What of a value is left where it is stored.
+    /// The value after storing.
     fn stored(&mut self, value: Value) -> Value {
         match value {
             Value::Number(number) if self.known.narrow => match self.values.known(value) {

@@ -1,25 +1,26 @@
-//! The flat program that a kernel becomes for given extents: instructions whose operands have their places.
+//! The flat program of a kernel for given extents: instructions with located operands.
 //!
-//! In: what `build` made. Out: plain data that `machine` walks. Invariant: within a level, numbers come before
-//! places and places before instructions, and each uses only what stands before it or on an outer level.
+//! In: the output of `build`. Out: plain data that `machine` executes. Invariant: within a level, numbers come before
+//! places and places before instructions, and each uses only earlier entries or outer levels.
 //!
-//! A *number* is the same in all lanes of a block. A *place* is where lanes stand that are read: in the array itself, or,
-//! where a row goes round or lies outside, in a copy. An *instruction* is one tight loop over a block. *Levels* are the
-//! loops around a block, outermost first: done once, then each axis of the rows, then the block; then the loops of a stage.
+//! A *number* is the same in all lanes of a block. A *place* is the location of lanes to be read: in the array itself
+//! or, if a row wraps around or is out of range, in a copy. An *instruction* is one tight loop over a block. *Levels*
+//! are the loops around a block, outermost first: done once, then each axis of the rows, then the block; then the loops
+//! of a stage.
 
 use crate::ids::BufferId;
 use crate::kernel::Fold;
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
-/// Which numbers are read: a buffer that is whole in memory, or the planes of a pass that live for a block.
+/// The source of numbers: a buffer in memory, or the planes of a pass that live for a block.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Source {
     Whole(BufferId),
     Block(usize),
 }
 
-/// One index that is known when it runs: a number, how far apart its values are, how many there are.
+/// One index known at run time: a number, its stride, its extent.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Term {
     pub(super) number: usize,
@@ -27,7 +28,7 @@ pub(super) struct Term {
     pub(super) extent: usize,
 }
 
-/// A cell of a buffer: a part that is known, and terms.
+/// A cell of a buffer: a constant offset, and terms.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Address {
     pub(super) source: Source,
@@ -35,18 +36,18 @@ pub(super) struct Address {
     pub(super) terms: Vec<Term>,
 }
 
-/// How a number is made.
+/// The computation of a number.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Numeric {
     Constant(u64),
-    /// The running value of an axis, by its position.
+    /// The current index of an axis, by its position.
     Counter(usize),
     Unary(Unary, usize),
     Binary(Binary, usize, usize),
     Select(usize, usize, usize),
-    /// A cell, or the other number where it lies outside.
+    /// A cell, or the other number if it is out of range.
     Load(Address, Option<usize>),
-    /// What is left of it in a buffer.
+    /// Its value after storing in a buffer.
     Stored(usize),
 }
 
@@ -65,23 +66,23 @@ impl Numeric {
     }
 }
 
-/// How lanes go through a row that is read where it stands.
+/// The order of lanes in a row that is read in place.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Along {
     /// From the address on.
     Straight,
-    /// From as many after the running lane as the first number says; round where the second is not 0.
+    /// From an offset after the current lane, the first number; wrapped if the second is not 0.
     Turned { by: usize, wraps: usize, extent: usize },
     /// At the offsets of a pattern.
     Pattern(usize),
 }
 
-/// Lanes that are read where they stand.
+/// Lanes that are read in place.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Place {
     pub(super) address: Address,
     pub(super) along: Along,
-    /// The number that stands outside.
+    /// The value out of range.
     pub(super) otherwise: Option<usize>,
 }
 
@@ -103,7 +104,7 @@ pub(super) enum Operand {
     Place(usize),
 }
 
-/// What a block of lanes is made of, `O` being how operands are named.
+/// The computation of a block of lanes; `O` is the type of operands.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Work<O> {
     /// The numbers of a pattern.
@@ -119,16 +120,16 @@ pub(super) enum Work<O> {
     Mixture(O, O, O, O),
     /// a + b · c
     AddProduct(O, O, O),
-    /// A place that is copied: because of what stands outside, or of its pattern.
+    /// A place that is copied: because of values out of range, or of its pattern.
     Fetch(usize, Option<O>),
-    /// Cells that are found lane by lane: index, stride and extent of each axis; and what stands outside.
+    /// Cells that are located lane by lane: index, stride and extent of each axis; and the value out of range.
     Gather(Source, Box<[(O, usize, usize)]>, Option<O>),
-    /// What a reduction has kept.
+    /// The state of a reduction.
     Kept(usize),
 }
 
 impl<O: Copy> Work<O> {
-    /// With other names for the operands.
+    /// With other operands.
     pub(super) fn map<P>(&self, mut name: impl FnMut(O) -> P) -> Work<P> {
         match self {
             Work::Pattern(pattern) => Work::Pattern(*pattern),
@@ -156,14 +157,14 @@ impl<O: Copy> Work<O> {
     }
 }
 
-/// Which planes a block is stored in: of what the pass makes, or of what lives for a block.
+/// The planes in which a block is stored: of the results of the pass, or of those that live for a block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Planes {
     Made(usize),
     Block(usize),
 }
 
-/// Where a block is stored: one of some planes.
+/// The target of a block: one of some planes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Target {
     pub(super) planes: Planes,
@@ -175,15 +176,15 @@ pub(super) struct Target {
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Instruction {
     Set(usize, Work<Operand>),
-    /// Made where it is stored.
+    /// Computed in its target.
     Write(Target, Work<Operand>),
     Store(Target, Operand),
     Keep(usize, Operand),
-    /// The first lane of a slot takes all lanes, one after the other.
+    /// The first lane of a slot accumulates all lanes, one after the other.
     Fold(usize, Fold, Operand),
 }
 
-/// What is done on one level.
+/// The work of one level.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Code {
     pub(super) numbers: Vec<(usize, Numeric)>,
@@ -200,11 +201,11 @@ pub(super) struct Loop {
     pub(super) backward: bool,
 }
 
-/// Loops within a block; without any where all of them have been unrolled.
+/// Loops within a block; none if all of them have been unrolled.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Stage {
     pub(super) loops: Vec<Loop>,
-    /// How many of them are outside the reduction.
+    /// The number of those outside the reduction.
     pub(super) outer: usize,
     /// Level by level; the first is that of the block.
     pub(super) levels: Vec<Code>,
@@ -222,11 +223,11 @@ pub(super) struct Pass {
     /// Lanes of a row, and of a block.
     pub(super) lanes: usize,
     pub(super) block: usize,
-    /// Whether the lanes are folded, so that a row makes one cell.
+    /// Whether the lanes are folded, so that a row gives one cell.
     pub(super) folded: bool,
-    /// What is made, and how many planes of rows × lanes it has.
+    /// The results, with the number of planes of rows × lanes.
     pub(super) made: Vec<(BufferId, usize)>,
-    /// What is read, of buffers that are whole in memory.
+    /// The buffers in memory that are read.
     pub(super) reads: BTreeSet<BufferId>,
     /// How many planes of a block each of those has that live for a block.
     pub(super) of_block: Vec<usize>,
@@ -235,18 +236,18 @@ pub(super) struct Pass {
     pub(super) slots: usize,
     pub(super) places: Vec<Place>,
     pub(super) patterns: Vec<Vec<u32>>,
-    /// Done once, and for each axis of the rows; where a row is one block, the last of these is the block's.
+    /// The levels: once, and for each axis of the rows; if a row is one block, the last of these is the block's.
     pub(super) levels: Vec<Code>,
     pub(super) stages: Vec<Stage>,
 }
 
 impl Pass {
-    /// Whether rows are shared out, rather than the lanes of the only one.
+    /// Whether rows are divided among threads, rather than the lanes of the only one.
     pub(super) fn has_rows(&self) -> bool {
         self.folded || self.rows.iter().any(|(_, extent)| *extent > 1)
     }
 
-    /// Whether it comes out the same whatever is given: it reads only what does, and the host gets nothing of it.
+    /// Whether it depends on no input: it reads only such arrays, and has no outputs for the host.
     pub(super) fn is_settled(
         &self,
         stays: impl Fn(BufferId) -> bool,
@@ -256,7 +257,7 @@ impl Pass {
             && !self.made.iter().any(|(buffer, _)| is_output(*buffer))
     }
 
-    /// Rows, and the cells that each of them makes.
+    /// Rows, and the cells of each.
     pub(super) fn rows_of_cells(&self) -> (usize, usize) {
         let rows = self.rows.iter().map(|(_, extent)| extent).product();
         (rows, if self.folded { 1 } else { self.lanes })

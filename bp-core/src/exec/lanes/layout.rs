@@ -1,7 +1,7 @@
-//! From values to instructions: what nobody needs is left out, what recurs is fused, and lanes get slots.
+//! From values to instructions: unused values are removed, patterns are fused, and lanes get slots.
 //!
-//! In: a [`Built`] pass. Out: a [`Pass`]. Invariant: a slot of the innermost level is given on when its lanes have been
-//! read for the last time; all others keep theirs. Fused arithmetic has the order of its parts.
+//! In: a [`Built`] pass. Out: a [`Pass`]. Invariant: a slot of the innermost level is reused after the last read of its
+//! lanes; other slots are not. Fused arithmetic has the order of its parts.
 
 use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Stage, Work};
 use super::shape::{Action, Built, Doing, Shape};
@@ -9,15 +9,15 @@ use super::values::Value;
 use crate::ids::{AxisId, Id};
 use crate::operators::Binary;
 
-/// Bytes of slots that a block may take: they stay in the nearest caches of a processor of today.
+/// Limit of the bytes of slots of a block, which stay in the nearest caches.
 const MOST_BYTES: usize = 64 << 10;
 
-/// What of the values is needed, and how often.
+/// The used values, and their numbers of uses.
 struct Needs {
     lanes: Vec<usize>,
     numbers: Vec<bool>,
     places: Vec<bool>,
-    /// Whether lanes must keep their slot: what is read on another level, or around the inner loops.
+    /// Whether lanes must keep their slot: those read on another level, or around the inner loops.
     lasting: Vec<bool>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Lays out a pass for rows of so many lanes, of `bytes` each.
+    /// Lays out a pass for rows of this number of lanes, of `bytes` each.
     pub(super) fn of(built: Built, shape: &Shape, extents: &[usize], bytes: usize) -> Pass {
         let needs = Needs {
             lanes: vec![0; built.values.lanes.all.len()],
@@ -45,7 +45,7 @@ impl Layout {
         let block = shape.block_level();
         let levels = (0..block).map(|level| layout.shared(level)).collect();
         let stages: Vec<Doing> = std::mem::take(&mut layout.built.stages);
-        // Numbers and slots of outer levels first: those of the innermost are given on.
+        // Numbers and slots of outer levels first: those of the innermost are reused.
         let stages = stages.into_iter().map(|doing| layout.stage(doing, block)).collect();
         let Built { values, made, of_block, .. } = layout.built;
         let constants = values.numbers.all.iter().enumerate().filter_map(|(at, (how, _))| match how {
@@ -74,8 +74,8 @@ impl Layout {
         }
     }
 
-    /// Products of three, sums of two products, sums with a product, choices by a comparison: where what is between is needed
-    /// nowhere else.
+    /// Products of three, sums of two products, sums with a product, choices by a comparison: if the intermediate value is
+    /// not used elsewhere.
     fn fuse(&mut self) {
         let count = self.uses();
         let all = &mut self.built.values.lanes.all;
@@ -115,7 +115,7 @@ impl Layout {
         })
     }
 
-    /// How often the lanes of each value are read, by those that are needed themselves.
+    /// The number of reads of the lanes of each value by used values.
     fn uses(&self) -> Vec<usize> {
         let all = &self.built.values.lanes.all;
         let mut count = vec![0; all.len()];
@@ -203,7 +203,7 @@ impl Layout {
         })
     }
 
-    /// What is done outside the blocks.
+    /// The work outside the blocks.
     fn shared(&mut self, level: usize) -> Code {
         let values = &self.built.values;
         let all = [values.numbers.all.len(), values.places.all.len(), values.lanes.all.len()];
@@ -259,13 +259,13 @@ impl Layout {
         }
     }
 
-    /// The instructions of the innermost level, whose slots are given on.
+    /// The instructions of the innermost level, whose slots are reused.
     fn innermost(&mut self, doing: &Doing, level: usize) -> Vec<Instruction> {
         let is_own = |layout: &Self, at: usize| {
             let (work, own) = &layout.built.values.lanes.all[at];
             layout.needs.lanes[at] > 0 && *own == level && !matches!(work, Work::Kept(_))
         };
-        // What is only stored is made where it is stored.
+        // A value that is only stored is computed in its target.
         let mut stored = std::collections::HashMap::new();
         let mut stores = doing.inside.iter().peekable();
         for (_, action) in &doing.inside {

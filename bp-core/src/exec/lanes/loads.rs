@@ -1,7 +1,7 @@
-//! Where a pass reads: as much of each address as is known.
+//! Addresses of loads, with their constant parts.
 //!
-//! In: a buffer and indices. Out: a value. Invariant: lanes that are neighbours in a buffer are read where they are;
-//! others go through a pattern that is made once, or are found one by one.
+//! In: a buffer and indices. Out: a value. Invariant: contiguous lanes are read in place; others use a pattern that is
+//! computed once, or are located one by one.
 
 use super::build::{Builder, Running};
 use super::code::{Address, Along, Numeric, Place, Source, Term, Work};
@@ -10,24 +10,24 @@ use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::{Index, Role};
 use crate::operators::Binary;
 
-/// An index that is never outside.
+/// An index that is always in range.
 const ANY: usize = i64::MAX as usize;
 
-/// What has been found of an address.
+/// The known parts of an address.
 #[derive(Default)]
 struct Found {
     base: usize,
     terms: Vec<Term>,
     /// Indices that differ among lanes: stride and extent.
     scattered: Vec<(Value, usize, usize)>,
-    /// How far apart neighbours along each axis of the lanes are.
+    /// The strides along the axes of the lanes.
     lanes: Vec<usize>,
     turned: Option<(usize, usize, usize)>,
     outside: bool,
 }
 
 impl Builder<'_> {
-    /// The running value of an axis.
+    /// The current index of an axis.
     pub(super) fn axis(&mut self, axis: AxisId) -> Value {
         match self.running[axis.position()] {
             Running::At(at) => self.values.constant(at as f64),
@@ -41,7 +41,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The offsets of all lanes, for neighbours that are so far apart along each axis.
+    /// The offsets of all lanes, for these strides.
     fn pattern(&mut self, strides: &[usize]) -> usize {
         let mut offsets = vec![0u32];
         for (axis, stride) in self.shape.lanes.iter().zip(strides) {
@@ -115,7 +115,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether neighbours so far apart are those of the lanes, in their order.
+    /// Whether these strides are those of the lanes, in order.
     fn is_contiguous(&self, strides: &[usize]) -> bool {
         let mut expected = 1;
         self.shape.lanes.iter().zip(strides).rev().all(|(axis, stride)| {
@@ -161,7 +161,7 @@ impl Builder<'_> {
         if found.turned.is_some()
             && (found.lanes.iter().any(|stride| *stride > 0) || !found.scattered.is_empty())
         {
-            // Turned, and read along the lanes otherwise too: found one by one.
+            // Wrapped, and read along the lanes in another way too: located one by one.
             let (by, wraps, extent) = found.turned.take().expect("internal: it is turned");
             let at = self.turned(self.shape.lanes[0], Value::Number(by), Value::Number(wraps), extent);
             found.scattered.push((at, 1, extent));
@@ -169,7 +169,7 @@ impl Builder<'_> {
         found
     }
 
-    /// The plane of a buffer that this pass makes: rows and lanes are those that run.
+    /// The plane of a buffer that this pass computes, at the current rows and lanes.
     fn find_made(&mut self, buffer: BufferId, indices: &[Index]) -> Found {
         let mut found = Found::default();
         let axes = &self.known.kernel.buffers[buffer].axes;
@@ -205,7 +205,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The running value of an axis plus an offset; it goes round where it wraps.
+    /// The current index of an axis plus an offset, possibly wrapped.
     fn turned(&mut self, axis: AxisId, by: Value, wraps: Value, extent: usize) -> Value {
         let running = self.axis(axis);
         let at = self.values.binary(Binary::Add, running, by);

@@ -1,7 +1,7 @@
-//! One thread's walk over a pass: rows, blocks of lanes, instructions.
+//! Execution of a pass by one thread: rows, blocks of lanes, instructions.
 //!
-//! In: a [`Pass`], what it reads, a [`Piece`] of what it makes. Out: that piece. Invariant: a lane's arithmetic does not
-//! depend on which block it is in, so that pieces may be cut anywhere.
+//! In: a [`Pass`], its inputs, a [`Piece`] of its results. Out: that piece. Invariant: a lane's arithmetic does not
+//! depend on its block, so that pieces may be cut anywhere.
 
 use super::arithmetic;
 use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Source, Stage, Target, Work};
@@ -9,7 +9,7 @@ use super::reads::{Arrays, Found, Slot};
 use crate::exec::scalar::{Number, Scalar};
 use pulp::{Arch, NullaryFnOnce};
 
-/// Consecutive rows (or lanes, where there is one row), and their part of each plane that is made.
+/// Consecutive rows (or lanes, if there is one row), and their part of each result plane.
 pub(super) struct Piece<'p, T> {
     pub(super) first: usize,
     pub(super) count: usize,
@@ -30,7 +30,7 @@ impl<T> Piece<'_, T> {
     }
 }
 
-/// Some instructions, to be compiled for each set that processors have.
+/// Some instructions, compiled for each instruction set.
 struct Walk<'w, 'a, 'p, T: Scalar> {
     machine: &'w mut Machine<T>,
     pass: &'w Pass,
@@ -50,7 +50,7 @@ impl<T: Scalar> NullaryFnOnce for Walk<'_, '_, '_, T> {
     }
 }
 
-/// What one thread computes with.
+/// The memory of one thread.
 #[derive(Debug)]
 pub(super) struct Machine<T: Scalar> {
     pub(super) numbers: Vec<T::Number>,
@@ -62,7 +62,7 @@ pub(super) struct Machine<T: Scalar> {
     pub(super) blocks: Vec<Vec<T>>,
     pub(super) start: usize,
     pub(super) width: usize,
-    /// Where the block begins in a plane of this piece.
+    /// The start of the block in a plane of this piece.
     pub(super) offset: usize,
     pub(super) set_of_instructions: Arch,
 }
@@ -86,14 +86,14 @@ impl<T: Scalar> Machine<T> {
         machine
     }
 
-    /// Makes a piece.
+    /// Computes a piece.
     pub(super) fn piece(&mut self, pass: &Pass, arrays: &Arrays<'_, T>, piece: &mut Piece<'_, T>) {
         let by_rows = pass.has_rows();
         let (rows, lanes) = match by_rows {
             true => (piece.first..piece.first + piece.count, 0..pass.lanes),
             false => (0..1, piece.first..piece.first + piece.count),
         };
-        // What is done once reads whole blocks, where the lanes are one block.
+        // Work done once reads whole blocks, if the lanes are one block.
         (self.start, self.width) = (lanes.start, pass.block.min(lanes.len()));
         for once in pass.levels.iter().take(1) {
             self.code(pass, arrays, once, piece);
@@ -117,7 +117,7 @@ impl<T: Scalar> Machine<T> {
         }
     }
 
-    /// Sets the counters of a row; gives the first axis of the rows that has changed.
+    /// Sets the counters of a row; returns the first axis of the rows that has changed.
     fn turn(&mut self, pass: &Pass, mut row: usize, first: bool) -> usize {
         let mut changed = pass.rows.len();
         for (number, (axis, extent)) in pass.rows.iter().enumerate().rev() {
@@ -215,7 +215,7 @@ impl<T: Scalar> Machine<T> {
     ) {
         match instruction {
             Instruction::Set(slot, work) => {
-                // No instruction reads what it makes, so that its lanes can be taken out.
+                // No instruction reads its own result, so that its lanes can be taken out.
                 let mut out = std::mem::take(&mut self.slots[*slot]);
                 self.work(pass, arrays, work, out.lanes_mut(self.width));
                 self.slots[*slot] = out;

@@ -1,11 +1,10 @@
-//! Which passes a kernel is run in, and how the axes of each run.
+//! The passes of a kernel, and the kinds of their axes.
 //!
-//! In: a kernel's schedule, all extents. Out: passes. Invariant: a pass reads of what others have made only what earlier
-//! ones have finished.
+//! In: a kernel's schedule, all extents. Out: passes. Invariant: a pass reads only results of earlier passes.
 //!
-//! A group of the plate is one pass: its last axis is lanes, or all of them are where neighbours along them stand beside
-//! each other everywhere. Small nests without a plate are put together and unrolled into numbers. A large one has its
-//! innermost axes as lanes: those of the buffer that is made, or those that are folded where there are more of them.
+//! A group of the plate is one pass: its last axis becomes lanes, or all of them if they are contiguous everywhere.
+//! Small nests without a plate are merged and unrolled into numbers. A large one has its innermost axes as lanes: those
+//! of its result, or those that it folds if these are longer.
 
 use super::build::Builder;
 use super::code::Pass;
@@ -16,27 +15,27 @@ use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Index, Node, Reduce, Role};
 use std::collections::HashSet;
 
-/// Values of a nest that is unrolled into numbers, and of all nests that share such a pass.
+/// Limit of the values of a nest that is unrolled into numbers, and of all nests that share such a pass.
 const SMALL: usize = 256;
 const MOST_NUMBERS: usize = 4096;
 
-/// Values of a group of the plate that is unrolled.
+/// Limit of the values of an unrolled group of the plate.
 const MOST_UNROLLED: usize = 30_000;
 
-/// Values within the loops that are left.
+/// Limit of the values within the remaining loops.
 const MOST_WITHIN: usize = 256;
 
-/// Lanes of a row that is one block, so that what is alike in all rows is made once.
+/// Limit of the lanes of a row in one block, so that values common to all rows are computed once.
 const ONE_BLOCK: usize = 512;
 
-/// Axes are taken together as lanes up to so many; fewer than the other number are too few.
+/// Limits of the lanes of merged axes.
 const MANY_LANES: usize = 1024;
 const FEW_LANES: usize = 16;
 
-/// The most lanes that are folded at once: more would not fit into memory. The others are a loop.
+/// Limit of the lanes folded at once, by memory. The others are a loop.
 const MOST_FOLDED: usize = 1 << 20;
 
-/// The passes of a kernel, whose numbers have so many bytes.
+/// The passes of a kernel, with numbers of this many bytes.
 pub(super) fn passes(known: &Known<'_>, schedule: &Schedule, bytes: usize) -> Vec<Pass> {
     let mut readers = vec![Vec::new(); known.kernel.buffers.len()];
     for nest in schedule.groups.iter().flat_map(|group| &group.nests) {
@@ -62,7 +61,7 @@ struct Choice<'c> {
     /// Which nests read each buffer.
     readers: Vec<Vec<usize>>,
     passes: Vec<Pass>,
-    /// Small nests that wait for others, and their values.
+    /// Pending small nests, and their values.
     small: Vec<&'c Loops>,
     values: usize,
 }
@@ -106,7 +105,7 @@ impl<'c> Choice<'c> {
         self.product(&nest.outer).saturating_mul(self.product(&nest.inner)).saturating_mul(values)
     }
 
-    /// Whether a nest reads one of the small ones at a place that is known only when it runs.
+    /// Whether a nest reads a small one at an index known only at run time.
     fn searches_small(&self, nest: &Loops) -> bool {
         let kernel = self.known.kernel;
         nest.levels.iter().flatten().any(|value| match &kernel.nodes[*value] {
@@ -162,8 +161,8 @@ impl<'c> Choice<'c> {
         self.passes.push(Layout::of(built, &shape, self.known.extents, self.bytes));
     }
 
-    /// Whether the plate can be one row: every buffer is read at the running cell, and where it has the plate's axes they
-    /// are its last ones.
+    /// Whether the plate can be one row: every buffer is read at the current cell, and its plate axes are the last
+    /// ones.
     fn is_plain(&self, group: &Group) -> bool {
         let (kernel, parallel) = (self.known.kernel, &self.known.kernel.parallel);
         group.nests.iter().flat_map(|nest| nest.levels.iter().flatten()).all(|value| {
@@ -191,7 +190,7 @@ impl<'c> Choice<'c> {
         })
     }
 
-    /// The last of these axes, together, up to many lanes.
+    /// The last of these axes, merged, up to the limit of lanes.
     fn last_axes(&self, axes: &[AxisId]) -> usize {
         let mut first = axes.len().saturating_sub(1);
         while first > 0 && self.product(&axes[first - 1..]) <= MANY_LANES {

@@ -1,7 +1,7 @@
-//! What a pass reads: numbers, rows of lanes where they stand, lanes that are copied or found one by one.
+//! Reads of a pass: numbers, lanes in place, copied lanes, and single lanes.
 //!
-//! In: addresses, places, indices. Out: numbers and lanes; what stands outside. Invariant: a place is a view of an array
-//! wherever its lanes stand there side by side.
+//! In: addresses, places, indices. Out: numbers and lanes; values out of range. Invariant: a place is a view of an
+//! array if its lanes are contiguous.
 
 use super::arithmetic::Lane;
 use super::code::{Address, Along, Operand, Pass, Place, Source, Term, Work};
@@ -9,7 +9,7 @@ use super::machine::Machine;
 use crate::exec::scalar::{Number, Scalar};
 use crate::ids::{BufferId, Id};
 
-/// What a pass may read, by buffer; nothing of what it makes.
+/// The arrays that a pass may read, by buffer; not its own results.
 pub(super) struct Arrays<'a, T> {
     pub(super) numbers: Vec<&'a [T]>,
     pub(super) positions: Vec<&'a [i32]>,
@@ -25,14 +25,14 @@ impl<T: Scalar> Arrays<'_, T> {
     }
 }
 
-/// Where the lanes of a place have been found.
+/// The location of the lanes of a place.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Found {
     There(usize),
     Copied,
 }
 
-/// Lanes that begin where a line of the cache does: instructions of 64 bytes read one line then, not two.
+/// Lanes aligned to a cache line: instructions of 64 bytes then read one line, not two.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Slot<T> {
     cells: Vec<T>,
@@ -63,7 +63,7 @@ impl<T: Scalar> Slot<T> {
 }
 
 impl<T: Scalar> Machine<T> {
-    /// The base and the terms; nothing outside.
+    /// The base and the terms; `None` out of range.
     pub(super) fn find(&self, terms: &[Term], base: usize) -> Option<usize> {
         terms.iter().try_fold(base, |at, term| {
             let index = self.numbers[term.number].rounded() as i64;
@@ -80,7 +80,7 @@ impl<T: Scalar> Machine<T> {
         }
     }
 
-    /// Where in its source a place begins, for this block.
+    /// The start of a place in its source, for this block.
     fn begin(&self, pass: &Pass, address: &Address) -> Option<usize> {
         let at = self.find(&address.terms, address.base)?;
         Some(match address.source {
@@ -121,7 +121,7 @@ impl<T: Scalar> Machine<T> {
         if self.numbers[wraps].is_zero() { from } else { from.rem_euclid(extent as i64) }
     }
 
-    /// Copies a place, stretch by stretch; the other lanes where it lies outside.
+    /// Copies a place, range by range; the other lanes if it is out of range.
     fn fetch(&self, pass: &Pass, arrays: &Arrays<'_, T>, place: &Place, other: Lane<'_, T>, out: &mut [T]) {
         let source = self.source(arrays, place.address.source);
         let Some(at) = self.begin(pass, &place.address) else { return other.copy(0, out) };

@@ -1,7 +1,7 @@
-//! How the axes of a pass run, and what a pass is before it is laid out.
+//! The kinds of the axes of a pass, and a pass before layout.
 //!
-//! In: what `passes` decides, what `build` makes. Out: plain data. Invariant: an axis is a row, or lanes, or a loop of
-//! the nests: unrolled, or left as a loop of a stage.
+//! In: the output of `passes` and `build`. Out: plain data. Invariant: an axis is a row, or lanes, or a loop of the
+//! nests: unrolled, or left as a loop of a stage.
 
 use super::code::{Loop, Target};
 use super::values::{Value, Values};
@@ -9,7 +9,7 @@ use crate::ids::{AxisId, BufferId};
 use crate::kernel::{Fold, Kernel};
 use std::ops::Range;
 
-/// How a pass runs.
+/// The shape of a pass.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shape {
     pub(super) rows: Vec<AxisId>,
@@ -19,30 +19,30 @@ pub(super) struct Shape {
     pub(super) one_block: bool,
     /// Whether the lanes are folded.
     pub(super) folded: bool,
-    /// How many values may be made by unrolling a nest; without it, all loops are unrolled.
+    /// Limit of the values of an unrolled nest; `None` if all loops are unrolled.
     pub(super) unroll: Option<usize>,
 }
 
 impl Shape {
-    /// The level of a block: that of the last axis of the rows, where a row is one block.
+    /// The level of a block: that of the last axis of the rows, if a row is one block.
     pub(super) fn block_level(&self) -> usize {
         self.rows.len() + usize::from(!self.one_block)
     }
 }
 
-/// What is known of a kernel when it runs.
+/// The known parts of a kernel at run time.
 pub(super) struct Known<'k> {
     pub(super) kernel: &'k Kernel,
     pub(super) extents: &'k [usize],
-    /// How far apart neighbours along each axis of a buffer are.
+    /// The strides of a buffer.
     pub(super) strides: &'k [Vec<usize>],
-    /// Whether a buffer has the numbers that come with the kernel.
+    /// Whether a buffer has the kernel's constants.
     pub(super) own: &'k dyn Fn(BufferId) -> bool,
     /// Whether storing a number rounds it.
     pub(super) narrow: bool,
 }
 
-/// What is done with values.
+/// An action on values.
 #[derive(Clone, Debug)]
 pub(super) enum Action {
     Store(Target, Value),
@@ -58,7 +58,7 @@ impl Action {
     }
 }
 
-/// What is done in a stage, and when: with how many lanes made before, or around the inner loops.
+/// The actions of a stage, and their order: lanes computed before, or around the inner loops.
 #[derive(Debug, Default)]
 pub(super) struct Doing {
     pub(super) loops: Vec<Loop>,
@@ -72,7 +72,7 @@ pub(super) struct Doing {
     pub(super) end: Vec<Action>,
 }
 
-/// A pass before it is laid out.
+/// A pass before layout.
 #[derive(Debug)]
 pub(super) struct Built {
     pub(super) values: Values,

@@ -1,6 +1,6 @@
-//! Values that instructions will make: equal ones are one, and what is known already is worked out.
+//! Values of instructions: equal ones are merged, and constants are evaluated.
 //!
-//! In: operators and operands. Out: a [`Value`]. Invariant: a value stands after its operands, on the outermost level on
+//! In: operators and operands. Out: a [`Value`]. Invariant: a value comes after its operands, on the outermost level on
 //! which all of them are known.
 
 use super::code::{Along, Numeric, Place, Source, Work};
@@ -9,7 +9,7 @@ use crate::operators::{Binary, Unary};
 use std::collections::{BTreeSet, HashMap};
 use std::hash::Hash;
 
-/// A value in the making, by its position among its like.
+/// A value under construction, by its position among its kind.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Value {
     Number(usize),
@@ -17,7 +17,7 @@ pub(super) enum Value {
     Lanes(usize),
 }
 
-/// Distinct things in the order in which they came, each on its level.
+/// Distinct items in order of insertion, each on its level.
 #[derive(Debug)]
 pub(super) struct Distinct<K> {
     pub(super) all: Vec<(K, usize)>,
@@ -55,14 +55,14 @@ pub(super) struct Values {
     pub(super) patterns: Distinct<Vec<u32>>,
     /// The level of each axis that counts.
     pub(super) level_of: Vec<usize>,
-    /// The level of what differs among blocks.
+    /// The level of values that differ among blocks.
     pub(super) lane_level: usize,
-    /// The level on which what is kept changes.
+    /// The level on which a state changes.
     pub(super) innermost: usize,
 }
 
 impl Values {
-    /// Forgets what belongs to the blocks of a stage: the next one makes it anew.
+    /// Removes the values of a stage's blocks: the next one computes them again.
     pub(super) fn next_stage(&mut self, block: usize) {
         let Self { numbers, places, lanes, .. } = self;
         numbers.known.retain(|_, at| numbers.all[*at].1 < block);
@@ -136,7 +136,7 @@ impl Values {
         let mut level = (terms.chain(turned).chain(place.otherwise))
             .fold(self.lane_level, |level, number| level.max(self.numbers.level(number)));
         if matches!(place.address.source, Source::Block(_)) {
-            // What lives for a block is made within it.
+            // A block's arrays are computed within it.
             level = self.innermost;
         }
         self.places.add(place, |_| level)
@@ -175,7 +175,7 @@ impl Values {
         }
         match (a, b) {
             (Value::Number(a), Value::Number(b)) => self.number(Numeric::Binary(operator, a, b)),
-            // What is the same in all lanes stands second, where the order does not matter.
+            // The uniform operand comes second, if the order does not matter.
             (Value::Number(_), _) if matches!(operator, Binary::Add | Binary::Multiply) => {
                 self.lanes(Work::Binary(operator, b, a))
             }

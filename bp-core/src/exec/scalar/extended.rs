@@ -13,7 +13,7 @@ use std::cmp::Ordering;
 use std::iter::Sum;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number m · 2ᵉ: f64's digits, and an exponent that no product of probabilities exhausts.
+/// A number m · 2ᵉ: f64's digits, and an exponent large enough for any product of probabilities.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Extended {
     mantissa: f64,
@@ -215,7 +215,7 @@ impl Scalar for Extended {
         if self.exponent < -60 {
             return Self::ONE;
         }
-        // Beyond, the exponent of the answer has no place in an i64.
+        // Beyond, the exponent of the answer does not fit in an i64.
         let x = if self.exponent < 62 { self.to_f64() } else { self.mantissa * f64::INFINITY };
         if !x.is_finite() {
             return Self::scaled(if x < 0.0 { 0.0 } else { x }, 0);
