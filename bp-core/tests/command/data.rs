@@ -146,7 +146,7 @@ fn every_command_refuses_the_same_files_in_the_same_words() {
         (b"\xff\xfeA\0,\0B\0\n\0", "`d.csv`: UTF-16 text; save it as UTF-8"),
         (b"A,B,C\n1,true,\xe4\n", "`d.csv`: row 2 is not UTF-8 text"),
         (b"", "`d.csv`: row 1 must name the columns, but the file is empty"),
-        (b"A,B,C\n1,true,low\0\n", "`d.csv`: row 2 holds a zero byte"),
+        (b"A,B,C\n1,true,low\0\n", "`d.csv`: row 2 contains a zero byte"),
     ];
     for (bytes, expected) in wrong {
         folder.write("d.csv", bytes);
@@ -234,7 +234,7 @@ fn sequences_are_answered_apart_and_columns_have_names() {
     ]);
     assert!(wrong.contains("`z`") && wrong.contains("each instant has its own value"), "{wrong}");
     let wrong = folder.ill(&["ask", "k.bp", "filter P(X | Z)"]);
-    assert!(wrong.contains("it is asked over time: give what was observed"), "{wrong}");
+    assert!(wrong.contains("it is asked over time: give the observations"), "{wrong}");
 }
 
 #[test]

@@ -95,7 +95,7 @@ fn a_learned_program_is_asked_as_any_other() {
     assert!((left - 0.36 / (0.36 + 0.4 / 3.0)).abs() < 1e-12, "{answer}");
     let again = folder.bp(&["learn", "learned.bp", "--data", "d.csv", "--ignore", "Day"]);
     assert_eq!(again.status.code(), Some(1));
-    assert!(said(&again).contains("nothing is to be learned"), "{}", said(&again));
+    assert!(said(&again).contains("there is nothing to learn"), "{}", said(&again));
 }
 
 #[test]

@@ -131,7 +131,7 @@ fn several_variables_are_a_tuple_and_one_of_them_is_chosen() {
     near(both.covariance("Sprinkler", "Rain").unwrap(), expected);
     fails(both.p(true), &["found 1 values", "`Rain` and `Sprinkler`: give 2"]);
     fails(both.of("Rian"), &["did you mean `Rain`?"]);
-    fails(both.of("Wet"), &["not about `Wet`, but about `Rain` and `Sprinkler`"]);
+    fails(both.of("Wet"), &["does not contain `Wet`, but `Rain` and `Sprinkler`"]);
     fails(both.mean(), &["choose one with `of`"]);
     fails(grass().ask("both"), &["asks several questions", "`ask_all`"]);
     assert_eq!(grass().ask_all("both").unwrap().len(), 2);

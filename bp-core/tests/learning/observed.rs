@@ -301,7 +301,7 @@ fn what_cannot_be_learned_is_told() {
         learner.map(|_| ()).unwrap_err().to_string()
     };
     let known = program("X : bool;", "P(X)", "P(X) = bernoulli(0.5);");
-    assert!(refused(&known, "X\n1\n").contains("nothing is to be learned"));
+    assert!(refused(&known, "X\n1\n").contains("there is nothing to learn"));
     let real = program("X, Y : real;", "P(X) P(Y | X)", "P(X) = unknown; P(Y | X) = unknown;");
     assert!(refused(&real, "X\n1\n").contains("learn `unknown(linear_regression)`"));
     let same = program("X : real;", "P(X)", "P(X) = unknown(gamma);");

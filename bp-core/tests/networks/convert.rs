@@ -60,7 +60,7 @@ fn what_cannot_be_converted_leaves_no_file() {
     std::fs::write(folder.path().join("a.dat"), NETWORK).unwrap();
     for (arguments, told) in [
         (vec!["a.bif", "b.bp"], "a.bif:1:13"),
-        (vec!["a.dat", "b.bp"], "say `--from` and one of `bp`, `bif`, `xmlbif`, `uai`, `net`"),
+        (vec!["a.dat", "b.bp"], "give `--from` and one of `bp`, `bif`, `xmlbif`, `uai`, `net`"),
         (vec!["a.dat", "b.bp", "--from", "gif"], "the formats are"),
         (vec!["none.bif", "b.bp"], "none.bif"),
     ] {

@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     writeln!(
         out,
-        "  {} has an entropy of {} bits; information of each observation, in bits:\n",
+        "  {}: entropy {} bits; information of each observation in bits:\n",
         arguments.about.join(", "),
         six_digits(now)
     )?;
