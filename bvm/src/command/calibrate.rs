@@ -35,7 +35,7 @@ pub(crate) struct Vision {
     /// Left image, right image, calibration and ground truth; may be repeated.
     #[arg(long, num_args = 4, value_names = ["LEFT", "RIGHT", "CALIB", "TRUTH"], required = true)]
     pair: Vec<PathBuf>,
-    /// Grey levels per pixel of disparity, if the truth is an image.
+    /// Grey levels per pixel, if the ground truth is an image.
     #[arg(long, default_value_t = 1.0)]
     truth_scale: f64,
     /// Output folder.
