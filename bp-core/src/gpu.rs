@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::exec::{Array, Bound, Inputs, Outputs};
 use crate::ids::BufferId;
 use crate::kernel::{Kernel, OutputKey, Role};
+use crate::radix;
 use std::sync::{Arc, Mutex};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, ShaderStages};
@@ -226,13 +227,9 @@ fn upload(shader: &Shader, bound: &Bound<'_, f32>) -> Upload {
 fn spread(bound: &Bound<'_, f32>, buffer: BufferId, cells: &[f32]) -> impl Iterator<Item = f32> {
     let extents = bound.kernel.buffers[buffer].axes.iter().map(|axis| bound.extent(*axis));
     let axes: Vec<(usize, usize)> = extents.zip(bound.strides(buffer)).rev().collect();
-    (0..bound.length(buffer)).map(move |mut at| {
-        let mut place = 0;
-        for (extent, stride) in &axes {
-            place += at % extent * stride;
-            at /= extent;
-        }
-        cells[place]
+    (0..bound.length(buffer)).map(move |at| {
+        let ordinals = radix::ordinals(at, axes.iter().map(|(extent, _)| *extent));
+        cells[axes.iter().zip(ordinals).map(|((_, stride), ordinal)| ordinal * stride).sum::<usize>()]
     })
 }
 

@@ -81,6 +81,7 @@ pub mod error;
 pub mod exec;
 #[doc(hidden)]
 pub mod files;
+mod forms;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub mod gpu;
@@ -112,6 +113,7 @@ mod posterior;
 mod potential;
 #[doc(hidden)]
 pub mod progress;
+mod radix;
 #[doc(hidden)]
 pub mod random;
 #[doc(hidden)]

@@ -66,7 +66,25 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 18] = [
+const DIRECTIONS: [(&str, &[&str]); 19] = [
+    (
+        "forms",
+        &[
+            "syntax",
+            "equation",
+            "kernel",
+            "lower",
+            "distribution",
+            "emit",
+            "exec",
+            "posterior",
+            "strategies",
+            "plan",
+            "learn",
+            "answer",
+            "io",
+        ],
+    ),
     ("model", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "equation", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),

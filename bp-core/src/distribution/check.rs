@@ -1,14 +1,16 @@
-//! The numbers of a form, checked: the one place where a form refuses a number.
+//! The numbers of a form, checked: which number a form refuses, and why.
 //!
 //! In: a form with numbers where its right-hand variables have values. Out: the numbers, or an [`Error::Number`] that
 //! names the form, the context and the number. Invariant: what passes is a distribution: probabilities lie in [0, 1] and
 //! sum to one, weights are finite and not negative, parameters lie in the domain of their law.
 
 use super::form::Evaluation;
+use super::number::Known;
 use crate::error::Error;
-use crate::exec::scalar::Scalar;
+use crate::exec::scalar::Number;
+use crate::forms::{bernoulli, dirac, row, surely, truncated, weights};
 use crate::ids::ExpressionId;
-use crate::law::{Constraint, Dirichlet, Law};
+use crate::law::{Dirichlet, Law, Numbers};
 use crate::model::{Form, VariableUse, row_tolerance};
 use crate::spelling::number as written;
 
@@ -57,46 +59,58 @@ impl Evaluation<'_> {
         Some(slots.start + element * setting.components(use_.variable)).filter(|slot| slots.contains(slot))
     }
 
-    /// A probability. What lies outside [0, 1] by rounding is the nearer end.
-    pub(super) fn probability(&self, form: &Form, number: f64) -> Result<f64, Error> {
-        let nearest = number.clamp(0.0, 1.0);
-        if (number - nearest).abs() <= row_tolerance(1) {
-            return Ok(nearest);
+    /// A probability; what lies outside [0, 1] by rounding is the nearer end.
+    pub(super) fn probability(&self, form: &Form, id: ExpressionId) -> Result<f64, Error> {
+        let number = self.scope.number(id);
+        let (by, tolerance) = (&mut Numbers, row_tolerance(1));
+        if bernoulli::holds(by, number, 0.0) != 0.0 {
+            return Ok(number);
+        }
+        // Outside by rounding, where it is computed.
+        if bernoulli::holds(by, number, tolerance) != 0.0 && surely::is_computed(self.scope.setting.model, id)
+        {
+            return Ok(bernoulli::nearest(by, number));
         }
         Err(self.refused(form, must("the probability", number, "lie between 0 and 1")))
     }
 
     /// The probabilities of one row.
-    pub(super) fn row(&self, form: &Form, numbers: Vec<f64>) -> Result<Vec<f64>, Error> {
+    pub(super) fn row(&self, form: &Form, mut numbers: Vec<f64>) -> Result<Vec<f64>, Error> {
+        if row::holds(&mut Numbers, &numbers, |_| false) != 0.0 {
+            numbers.iter_mut().for_each(|number| *number = bernoulli::nearest(&mut Numbers, *number));
+            return Ok(numbers);
+        }
         let what = if matches!(form, Form::Mixture(_)) { "weight" } else { "probability" };
         let tolerance = row_tolerance(numbers.len());
-        let outside = |number: &f64| {
-            let beyond = (number - number.clamp(0.0, 1.0)).abs();
-            beyond.is_nan() || beyond > tolerance
+        let outside = |number: &f64| bernoulli::holds(&mut Numbers, *number, tolerance) == 0.0;
+        let message = match numbers.iter().position(outside) {
+            Some(position) => {
+                let what = format!("{what} {}", position + 1);
+                must(&what, numbers[position], "lie between 0 and 1")
+            }
+            None => {
+                let all = if what == "weight" { "weights" } else { "probabilities" };
+                must(&format!("the sum of the {all}"), numbers.iter().sum(), "be 1")
+            }
         };
-        if let Some(position) = numbers.iter().position(outside) {
-            let what = format!("{what} {}", position + 1);
-            return Err(self.refused(form, must(&what, numbers[position], "lie between 0 and 1")));
-        }
-        let sum: f64 = numbers.iter().sum();
-        if (sum - 1.0).abs() > tolerance {
-            let what =
-                if what == "weight" { "the sum of the weights" } else { "the sum of the probabilities" };
-            return Err(self.refused(form, must(what, sum, "be 1")));
-        }
-        Ok(numbers.into_iter().map(|number| number.clamp(0.0, 1.0)).collect())
+        Err(self.refused(form, message))
     }
 
     /// Weights of values.
-    pub(super) fn weights<T: Scalar>(&self, form: &Form, numbers: Vec<T>) -> Result<Vec<T>, Error> {
-        match numbers.iter().position(|weight| !(*weight >= T::ZERO && weight.is_finite_number())) {
+    pub(super) fn weights<A: Known>(
+        &self,
+        form: &Form,
+        numbers: Vec<A::Number>,
+    ) -> Result<Vec<A::Number>, Error> {
+        match numbers.iter().position(|weight| weights::holds(&mut A::default(), *weight).is_zero()) {
             None => Ok(numbers),
             Some(position) => {
                 let slot = self.instance.left[0];
                 let variable = self.left();
                 let value = self.scope.setting.model.value_name(variable, position);
                 let what = format!("the weight of {} = {value}", self.scope.setting.slot_name(slot));
-                Err(self.refused(form, must(&what, numbers[position].to_f64(), "be finite and not negative")))
+                Err(self
+                    .refused(form, must(&what, numbers[position].rounded(), "be finite and not negative")))
             }
         }
     }
@@ -130,16 +144,16 @@ impl Evaluation<'_> {
 
     /// The bounds of a truncated form, the lower one first.
     pub(super) fn bounds(&self, form: &Form, [low, high]: [f64; 2]) -> Result<[f64; 2], Error> {
-        if low < high {
+        if truncated::holds(&mut Numbers, [low, high]) != 0.0 {
             return Ok([low, high]);
         }
         let expected = format!("be greater than the lower one, {}", written(low));
         Err(self.refused(form, must("the upper bound", high, &expected)))
     }
 
-    /// A finite number.
+    /// The number that a Dirac is at.
     pub(super) fn finite(&self, form: &Form, number: f64) -> Result<f64, Error> {
-        match Constraint::Real.refuses(number) {
+        match dirac::VALUE.refuses(number) {
             None => Ok(number),
             Some(expected) => Err(self.refused(form, must("the value", number, &format!("be {expected}")))),
         }

@@ -8,9 +8,11 @@ use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
+use crate::forms::{bernoulli, dirac, mixture, normal_bins, truncated, uniform};
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::Law;
-use crate::model::{Domain, Form};
+use crate::law::{Law, Numbers, Wide};
+use crate::model::{Domain, Form, VariableUse};
+use crate::radix;
 
 impl Setting<'_> {
     /// The distribution of an instance's left-hand side where variables have these values.
@@ -49,19 +51,23 @@ impl Setting<'_> {
     pub fn left_value(&self, instance: &Instance, values: &[f64]) -> f64 {
         match instance.left.as_slice() {
             [one] => values[*one],
-            several => several
-                .iter()
-                .fold(0.0, |joint, slot| joint * self.count(self.variable_of(*slot)) as f64 + values[*slot]),
+            several if several.iter().any(|slot| values[*slot].is_nan()) => f64::NAN,
+            several => {
+                let digit = |slot: &usize| (values[*slot] as usize, self.count(self.variable_of(*slot)));
+                radix::position(several.iter().map(digit)) as f64
+            }
         }
     }
 
     /// Writes a value of an instance's left-hand side into an assignment.
     pub fn put(&self, instance: &Instance, value: f64, values: &mut [f64]) {
-        let mut rest = value;
-        for (position, slot) in instance.left.iter().enumerate().rev() {
-            let count = self.count(self.variable_of(*slot)) as f64;
-            values[*slot] = if position == 0 { rest } else { rest % count };
-            rest = (rest / count).floor();
+        if let [one] = instance.left.as_slice() {
+            values[*one] = value;
+            return;
+        }
+        let counts = instance.left.iter().rev().map(|slot| self.count(self.variable_of(*slot)));
+        for (slot, ordinal) in instance.left.iter().rev().zip(radix::ordinals(value as usize, counts)) {
+            values[*slot] = ordinal as f64;
         }
     }
 }
@@ -90,30 +96,38 @@ impl Evaluation<'_> {
         ids.iter().map(|id| self.scope.number(*id)).collect()
     }
 
+    /// The row of a table for the values of these variables.
+    fn row_of(&self, right: &[VariableUse]) -> usize {
+        let setting = self.scope.setting;
+        // A value that is not known counts as the first one.
+        let digit =
+            |use_: &VariableUse| (self.scope.value(use_).max(0.0) as usize, setting.count(use_.variable));
+        radix::position(right.iter().map(digit))
+    }
+
     /// A form's distribution.
     fn form(&self, form: &Form) -> Result<Distribution, Error> {
         let setting = self.scope.setting;
         let (left, count) = (self.left(), self.count());
         let domain = &setting.model.variables[left].domain;
         Ok(match form {
-            Form::Uniform => Distribution::Finite(vec![1.0 / count as f64; count]),
+            Form::Uniform => {
+                Distribution::Finite(vec![uniform::probability(&mut Numbers, count as f64); count])
+            }
             Form::Bernoulli(probability) => {
-                let probability = self.probability(form, self.scope.number(*probability))?;
-                Distribution::Finite(vec![1.0 - probability, probability])
+                let probability = self.probability(form, *probability)?;
+                let of = |truth| bernoulli::probability(&mut Numbers, truth, probability);
+                Distribution::Finite(vec![of(0.0), of(1.0)])
             }
             Form::Categorical(entries) => Distribution::Finite(self.row(form, self.numbers(entries))?),
             Form::Table(rows) => {
-                let row = (setting.model.factors[self.instance.factor].right.iter()).fold(0, |row, use_| {
-                    row * setting.count(use_.variable) + self.scope.value(use_).max(0.0) as usize
-                });
+                let row = self.row_of(&setting.model.factors[self.instance.factor].right);
                 let row =
                     rows.get(row).ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?;
                 Distribution::Finite(self.row(form, self.numbers(row))?)
             }
             Form::Constants(numbers) => {
-                let row = (setting.model.factors[self.instance.factor].right.iter()).fold(0, |row, use_| {
-                    row * setting.count(use_.variable) + self.scope.value(use_).max(0.0) as usize
-                });
+                let row = self.row_of(&setting.model.factors[self.instance.factor].right);
                 let row = numbers.chunks_exact(count.max(1)).nth(row);
                 Distribution::Finite(
                     row.ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?.to_vec(),
@@ -132,13 +146,10 @@ impl Evaluation<'_> {
                 let bounds = self.bounds(form, [self.scope.number(*low), self.scope.number(*high)])?;
                 match (inner.as_ref(), self.form(inner)?) {
                     (_, finite @ (Distribution::Finite(_) | Distribution::Wide(_))) => {
+                        let bounds = bounds.map(Extended::from_f64);
                         let inside = |(ordinal, probability): (usize, Extended)| {
-                            let number = setting.number_at(left, ordinal as f64);
-                            if bounds[0] <= number && number <= bounds[1] {
-                                probability
-                            } else {
-                                Extended::ZERO
-                            }
+                            let number = Extended::from_f64(setting.number_at(left, ordinal as f64));
+                            truncated::density(&mut Wide, probability, number, bounds)
                         };
                         let probabilities = finite.extended().unwrap_or_default();
                         let inside = probabilities.into_iter().enumerate().map(inside).collect();
@@ -158,7 +169,17 @@ impl Evaluation<'_> {
             }
             Form::NormalBins { mean, deviation } => {
                 let [mean, deviation] = self.parameters(form, Law::Normal, &[*mean, *deviation])?;
-                Distribution::finite(normal_bins(count - 1, mean, deviation))
+                let by = &mut Wide;
+                let [mean, deviation, bins] = [mean, deviation, (count - 1) as f64].map(Extended::from_f64);
+                let is_beyond = normal_bins::is_beyond(by, mean, bins) != Extended::ZERO;
+                let probability = |bin: usize| {
+                    let bin = Extended::from_f64(bin as f64);
+                    match is_beyond {
+                        true => normal_bins::beyond(by, bin),
+                        false => normal_bins::within(by, bin, bins, [mean, deviation]),
+                    }
+                };
+                Distribution::finite((0..count).map(probability).collect())
             }
             Form::Dirac(value) => {
                 let number = self.finite(form, self.scope.number(*value))?;
@@ -166,14 +187,15 @@ impl Evaluation<'_> {
                     return Ok(Distribution::Point(number));
                 }
                 let value = setting.value_at(left, number);
-                let is = |ordinal: usize| f64::from(u8::from(Some(ordinal as f64) == value));
+                let value = value.unwrap_or(f64::NAN);
+                let is = |ordinal: usize| dirac::probability(&mut Numbers, ordinal as f64, value);
                 Distribution::Finite((0..count).map(is).collect())
             }
             Form::Previous { of, at: None, otherwise } => {
                 let kept = format!("previous {}", setting.model.variable_name(*of));
                 match setting.inputs.find(&kept) {
                     Some(kept) if kept.len() == count && domain.is_finite() => {
-                        Distribution::Finite(self.weights(form, kept.to_vec())?)
+                        Distribution::Finite(self.weights::<Numbers>(form, kept.to_vec())?)
                     }
                     _ => self.form(otherwise)?,
                 }
@@ -183,11 +205,13 @@ impl Evaluation<'_> {
                 let at = |ordinal: usize| Scope { instead: Some((slot, ordinal as f64)), ..self.scope };
                 let numbers: Vec<f64> = (0..count).map(|ordinal| at(ordinal).number(*weight)).collect();
                 Distribution::finite(law::shares(match numbers.iter().all(|number| number.is_normal()) {
-                    true => self.weights(form, numbers)?.into_iter().map(Extended::from_f64).collect(),
+                    true => {
+                        self.weights::<Numbers>(form, numbers)?.into_iter().map(Extended::from_f64).collect()
+                    }
                     // Perhaps one that f64 does not hold.
                     false => {
-                        let wide = (0..count).map(|ordinal| at(ordinal).number_in(*weight));
-                        self.weights::<Extended>(form, wide.collect())?
+                        let wide = (0..count).map(|ordinal| at(ordinal).number_by::<Wide>(*weight));
+                        self.weights::<Wide>(form, wide.collect())?
                     }
                 }))
             }
@@ -213,9 +237,8 @@ impl Evaluation<'_> {
     /// What a subroutine answers where its known variables have these values.
     fn subroutine(&self, path: &str, given: &[VariableId], count: usize) -> Result<Distribution, Error> {
         let setting = self.scope.setting;
-        let row = given.iter().fold(0, |row, variable| {
-            row * setting.count(*variable) + self.scope.value(&(*variable).into()).max(0.0) as usize
-        });
+        let given: Vec<VariableUse> = given.iter().map(|variable| (*variable).into()).collect();
+        let row = self.row_of(&given);
         let table = setting.model.subroutine(path).map_or(&[][..], |subroutine| &subroutine.table);
         match table.chunks_exact(count.max(1)).nth(row) {
             Some(row) => Ok(Distribution::Finite(row.to_vec())),
@@ -243,34 +266,17 @@ impl Evaluation<'_> {
         if !domain.is_finite() {
             return Ok(Distribution::Mixture(parts));
         }
-        let mut sum = vec![Extended::ZERO; self.count()];
-        for (weight, part) in parts {
-            let weight = Extended::from_f64(weight);
-            let part = part.extended().expect("internal: a finite variable has a finite form");
-            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum = *sum + weight * part);
-        }
+        let parts: Vec<(Extended, Vec<Extended>)> = (parts.into_iter())
+            .map(|(weight, part)| {
+                let part = part.extended().expect("internal: a finite variable has a finite form");
+                (Extended::from_f64(weight), part)
+            })
+            .collect();
+        let at = |ordinal: usize| {
+            let parts = parts.iter().map(|(weight, part)| (*weight, part[ordinal]));
+            mixture::density(&mut Wide, parts)
+        };
+        let sum = (0..self.count()).map(at).collect();
         Ok(Distribution::finite(sum))
     }
-}
-
-/// "Nothing", then `count` unit bins, the first of which takes all that lies below it. Above the mean a bin is a difference of
-/// upper tails, Φ(−b) − Φ(−a): there Φ(b) − Φ(a) would cancel.
-fn normal_bins(count: usize, mean: f64, deviation: f64) -> Vec<Extended> {
-    let standard = |edge: usize| (edge as f64 - mean) / deviation;
-    let normal_cumulative = |x: f64| Extended::from_f64(x).normal_cumulative();
-    let mut probabilities = vec![Extended::ZERO; count + 1];
-    if mean >= count as f64 + 0.5 {
-        probabilities[0] = Extended::ONE;
-        return probabilities;
-    }
-    probabilities[0] = normal_cumulative(-standard(count));
-    for (bin, probability) in probabilities.iter_mut().enumerate().skip(1) {
-        let (low, high) = (standard(bin - 1), standard(bin));
-        *probability = match bin {
-            1 => normal_cumulative(high),
-            _ if low > 0.0 => normal_cumulative(-low) - normal_cumulative(-high),
-            _ => normal_cumulative(high) - normal_cumulative(low),
-        };
-    }
-    probabilities
 }

@@ -2,7 +2,7 @@
 //!
 //! In: a model with numbers for its parameters ([`Setting`]), one factor for one left-hand variable ([`Instance`]), and
 //! the values of the variables. Out: a [`Distribution`]: the logarithm of its density at a value, or a draw. Invariant:
-//! written from the meaning of the forms, apart from `lower/`; tests hold the two against each other.
+//! the equations are those of `forms/`, worked out as numbers; where f64 would lose a probability, with exponents apart.
 //!
 //! A value is the ordinal of a finite domain's value, or a real. An assignment is one number for each slot: a variable
 //! has a slot, a family one for each element, a vector one for each component.

@@ -8,7 +8,8 @@
 use super::setting::{Instance, Setting};
 use crate::exec::scalar::Number;
 use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
-use crate::model::{Domain, Expression, Folded, IndexSpace, VariableUse};
+use crate::law::{Arithmetic, Numbers, Wide};
+use crate::model::{Domain, Environment, Expression, Folded, IndexSpace, Read, VariableUse};
 
 /// Where an expression stands: what its variables and indices are.
 #[derive(Clone, Copy)]
@@ -129,137 +130,56 @@ impl Scope<'_> {
     /// The number that an expression is. A short one is walked as a tree; in a longer one, and in one that shares many of
     /// its parts, each node is worked out once.
     pub(super) fn number(&self, id: ExpressionId) -> f64 {
-        self.number_in(id)
+        self.number_by::<Numbers>(id)
     }
 
-    /// As [`Scope::number`], in numbers of another range.
-    pub(super) fn number_in<N: Number>(&self, id: ExpressionId) -> N {
-        self.walked(id, &mut { MOST_STEPS }).unwrap_or_else(|| self.in_order(id))
-    }
-
-    /// The number that an expression is; `None` where that takes more steps than are left.
-    fn walked<N: Number>(&self, id: ExpressionId, steps: &mut usize) -> Option<N> {
-        *steps = steps.checked_sub(1)?;
-        let scalar = self.with_component(0);
-        let index = |id: &ExpressionId, steps: &mut usize| scalar.walked::<f64>(*id, steps);
-        Some(match &self.setting.model.expressions[id] {
-            Expression::Number(number) => N::known(*number),
-            Expression::Parameter { parameter, indices } => {
-                let indices = indices.iter().map(|id| index(id, steps));
-                N::known(self.parameter(*parameter, indices.collect::<Option<Vec<f64>>>()?.into_iter()))
-            }
-            Expression::Variable(use_) => {
-                let index = match &use_.element {
-                    Some(element) => Some(index(element, steps)?),
-                    None => None,
-                };
-                N::known(self.setting.number_at(use_.variable, self.element_value(use_, index)))
-            }
-            Expression::Index(depth) => N::known(self.indices.get(*depth).copied().unwrap_or(f64::NAN)),
-            Expression::Unary(operator, operand) => N::unary(*operator, self.walked(*operand, steps)?),
-            Expression::Binary(operator, left, right) => {
-                N::binary(*operator, self.walked(*left, steps)?, self.walked(*right, steps)?)
-            }
-            Expression::If { condition, then, otherwise } => {
-                let condition: N = scalar.walked(*condition, steps)?;
-                return self.walked(if condition.is_zero() { *otherwise } else { *then }, steps);
-            }
-            Expression::First { family, with } => {
-                let with = match with {
-                    Some((value, at)) => Some((self.walked(*value, steps)?, self.walked(*at, steps)?)),
-                    None => None,
-                };
-                N::known(self.first(*family, with))
-            }
-            // What looks at several components of a vector works out all of them.
-            Expression::Vector(name, parts) if name == "vector" => match parts.get(self.component) {
-                Some(part) => return scalar.walked(*part, steps),
-                None => N::known(f64::NAN),
-            },
-            Expression::Vector(..) => return None,
-            other => N::known(self.foreign(other)),
-        })
+    /// As [`Scope::number`], by another arithmetic.
+    pub(super) fn number_by<A: Known>(&self, id: ExpressionId) -> A::Number {
+        let mut reading = Reading { scope: *self, steps: MOST_STEPS, below: None, by: A::default() };
+        reading.operand(id).unwrap_or_else(|TooLong| self.in_order::<A>(id))
     }
 
     /// The number that an expression is, each node worked out once, all components of a vector together.
-    fn in_order<N: Number>(&self, id: ExpressionId) -> N {
-        let of = |expression: &Expression, below: &Folded<Vec<N>>| self.components(expression, below);
+    fn in_order<A: Known>(&self, id: ExpressionId) -> A::Number {
+        let of = |expression: &Expression, below: &Below<A>| self.components::<A>(expression, below);
         let all = self.setting.model.fold(id, of).root();
         component(&all, self.component)
     }
 
     /// The components of a node, given those of its operands.
-    fn components<N: Number>(&self, expression: &Expression, below: &Folded<Vec<N>>) -> Vec<N> {
+    fn components<A: Known>(&self, expression: &Expression, below: &Below<A>) -> Vec<A::Number> {
         let first = |id: &ExpressionId| component(below.of(*id), 0);
-        let index = |id: &ExpressionId| first(id).rounded();
         let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at).rounded());
-        match expression {
-            Expression::Number(number) => vec![N::known(*number)],
-            Expression::Parameter { parameter, indices } => {
-                vec![N::known(self.parameter(*parameter, indices.iter().map(index)))]
-            }
-            Expression::Variable(use_) => {
-                let index = use_.element.as_ref().map(index);
-                let of = |component| {
-                    let value = self.with_component(component).element_value(use_, index);
-                    N::known(self.setting.number_at(use_.variable, value))
+        let known = |number: f64| A::default().constant(number);
+        let count = match expression {
+            Expression::Vector(name, parts) => {
+                return match (name.as_str(), parts.as_slice()) {
+                    ("vector", parts) => parts.iter().map(first).collect(),
+                    ("component", [vector, at]) => {
+                        let (vector, at) = (below.of(*vector), first(at).rounded());
+                        let inside = at >= 0.0 && at.fract() == 0.0 && at < vector.len() as f64;
+                        vec![if inside { vector[at as usize] } else { known(f64::NAN) }]
+                    }
+                    ("rotate", [vector, by]) => rotated(three(vector), three(by)).map(known).to_vec(),
+                    ("norm", [vector]) => {
+                        let squares = below.of(*vector).iter().map(|part| part.rounded().powi(2));
+                        vec![known(squares.sum::<f64>().sqrt())]
+                    }
+                    _ => vec![known(f64::NAN)],
                 };
-                (0..self.setting.components(use_.variable)).map(of).collect()
             }
-            Expression::Index(depth) => {
-                vec![N::known(self.indices.get(*depth).copied().unwrap_or(f64::NAN))]
-            }
-            Expression::Unary(operator, operand) => {
-                below.of(*operand).iter().map(|number| N::unary(*operator, *number)).collect()
-            }
-            Expression::Binary(operator, left, right) => {
-                let (left, right) = (below.of(*left), below.of(*right));
-                let of = |at| N::binary(*operator, component(left, at), component(right, at));
-                (0..left.len().max(right.len())).map(of).collect()
-            }
-            Expression::If { condition, then, otherwise } => {
-                below.of(if first(condition).is_zero() { *otherwise } else { *then }).clone()
-            }
-            Expression::First { family, with } => {
-                let with = with.as_ref().map(|(value, at)| (index(value), index(at)));
-                vec![N::known(self.first(*family, with))]
-            }
-            Expression::Vector(name, parts) => match (name.as_str(), parts.as_slice()) {
-                ("vector", parts) => parts.iter().map(first).collect(),
-                ("component", [vector, at]) => {
-                    let (vector, at) = (below.of(*vector), index(at));
-                    let inside = at >= 0.0 && at.fract() == 0.0 && at < vector.len() as f64;
-                    vec![if inside { vector[at as usize] } else { N::known(f64::NAN) }]
-                }
-                ("rotate", [vector, by]) => rotated(three(vector), three(by)).map(N::known).to_vec(),
-                ("norm", [vector]) => {
-                    let squares = below.of(*vector).iter().map(|part| part.rounded().powi(2));
-                    vec![N::known(squares.sum::<f64>().sqrt())]
-                }
-                _ => vec![N::known(f64::NAN)],
-            },
-            other => vec![N::known(self.foreign(other))],
-        }
-    }
-
-    /// One number of another program; its fields are not read here.
-    fn foreign(&self, expression: &Expression) -> f64 {
-        match expression {
-            Expression::Foreign { path, at: None } => match self.setting.inputs.find(path) {
-                Some([number]) => *number,
-                _ => f64::NAN,
-            },
-            _ => f64::NAN,
-        }
-    }
-
-    fn parameter(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> f64 {
-        let numbers = &self.setting.parameters[parameter.position()];
-        if numbers.len() == 1 {
-            return numbers[0];
-        }
-        let place = self.place(parameter, indices);
-        place.and_then(|place| numbers.get(place)).copied().unwrap_or(f64::NAN)
+            Expression::Variable(use_) => self.setting.components(use_.variable),
+            Expression::Unary(_, operand) => below.of(*operand).len(),
+            Expression::Binary(_, left, right) => below.of(*left).len().max(below.of(*right).len()),
+            Expression::If { then, otherwise, .. } => below.of(*then).len().max(below.of(*otherwise).len()),
+            _ => 1,
+        };
+        let of = |component: usize| {
+            let scope = self.with_component(component);
+            let mut reading = Reading { scope, steps: 0, below: Some(below), by: A::default() };
+            reading.value(expression).unwrap_or_else(|TooLong| known(f64::NAN))
+        };
+        (0..count).map(of).collect()
     }
 
     /// The place of a field that some indices mean, row-major.
@@ -297,6 +217,105 @@ impl Scope<'_> {
 
 /// Steps of a walk after which each node is worked out once instead.
 const MOST_STEPS: usize = 256;
+
+/// An arithmetic whose numbers are known.
+pub(super) trait Known: Arithmetic<Number: Number> + Default {}
+
+impl Known for Numbers {}
+impl Known for Wide {}
+
+/// The components of the nodes that have been worked out.
+type Below<A> = Folded<Vec<<A as Arithmetic>::Number>>;
+
+/// An expression that is being worked out, at one component of a vector.
+struct Reading<'s, A: Known> {
+    scope: Scope<'s>,
+    /// How many nodes may still be walked to.
+    steps: usize,
+    /// What has been worked out already, where each node is worked out once.
+    below: Option<&'s Below<A>>,
+    by: A,
+}
+
+impl<A: Known> Reading<'_, A> {
+    /// An index, or a place in a family.
+    fn place_of(&mut self, id: ExpressionId) -> Result<f64, TooLong> {
+        Ok(self.scalar(id)?.rounded())
+    }
+}
+
+/// A walk took too many steps, or met what looks at several components of a vector.
+struct TooLong;
+
+impl<A: Known> Environment for Reading<'_, A> {
+    type By = A;
+    type Stop = TooLong;
+
+    fn by(&mut self) -> &mut A {
+        &mut self.by
+    }
+
+    fn operand(&mut self, id: ExpressionId) -> Read<Self> {
+        if let Some(below) = self.below {
+            return Ok(component(below.of(id), self.scope.component));
+        }
+        self.steps = self.steps.checked_sub(1).ok_or(TooLong)?;
+        let setting = self.scope.setting;
+        self.value(&setting.model.expressions[id])
+    }
+
+    fn scalar(&mut self, id: ExpressionId) -> Read<Self> {
+        let component = std::mem::replace(&mut self.scope.component, 0);
+        let number = self.operand(id);
+        self.scope.component = component;
+        number
+    }
+
+    fn parameter(&mut self, parameter: ParameterId, indices: &[ExpressionId]) -> Read<Self> {
+        let numbers = &self.scope.setting.parameters[parameter.position()];
+        if let [number] = numbers.as_slice() {
+            return Ok(self.by.constant(*number));
+        }
+        let indices = indices.iter().map(|index| self.place_of(*index)).collect::<Result<Vec<f64>, _>>()?;
+        let place = self.scope.place(parameter, indices.into_iter());
+        Ok(self.by.constant(place.and_then(|place| numbers.get(place)).copied().unwrap_or(f64::NAN)))
+    }
+
+    fn variable(&mut self, use_: &VariableUse) -> Read<Self> {
+        let index = use_.element.map(|element| self.place_of(element)).transpose()?;
+        let number = self.scope.setting.number_at(use_.variable, self.scope.element_value(use_, index));
+        Ok(self.by.constant(number))
+    }
+
+    fn index(&mut self, depth: usize) -> Read<Self> {
+        Ok(self.by.constant(self.scope.indices.get(depth).copied().unwrap_or(f64::NAN)))
+    }
+
+    fn first(&mut self, family: VariableId, with: Option<(ExpressionId, ExpressionId)>) -> Read<Self> {
+        let with = match with {
+            Some((value, at)) => Some((self.place_of(value)?, self.place_of(at)?)),
+            None => None,
+        };
+        Ok(self.by.constant(self.scope.first(family, with)))
+    }
+
+    fn other(&mut self, expression: &Expression) -> Read<Self> {
+        match expression {
+            Expression::Vector(name, parts) if name == "vector" => match parts.get(self.scope.component) {
+                Some(part) => self.scalar(*part),
+                None => Ok(self.by.constant(f64::NAN)),
+            },
+            Expression::Vector(..) => Err(TooLong),
+            // One number of another program; its fields are not read here.
+            Expression::Foreign { path, at: None } => {
+                let given = self.scope.setting.inputs.find(path);
+                let number = given.and_then(|numbers| numbers.first().filter(|_| numbers.len() == 1));
+                Ok(self.by.constant(number.copied().unwrap_or(f64::NAN)))
+            }
+            _ => Ok(self.by.constant(f64::NAN)),
+        }
+    }
+}
 
 /// A component of a vector; a number is its own component everywhere.
 fn component<N: Number>(all: &[N], at: usize) -> N {

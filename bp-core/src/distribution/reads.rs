@@ -6,7 +6,7 @@
 use super::setting::{Instance, Setting};
 use crate::ids::ExpressionId;
 use crate::model::{Expression, Form, VariableUse};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 impl Setting<'_> {
@@ -34,11 +34,13 @@ impl Setting<'_> {
 
     fn slots_read(&self, id: ExpressionId, indices: &[f64]) -> BTreeSet<usize> {
         let mut slots = BTreeSet::new();
-        self.each_node(id, &mut |node| match node {
-            Expression::Variable(use_) => slots.extend(self.slots_used(use_, indices)),
-            Expression::First { family, .. } => slots.extend(self.slots_of(*family)),
-            _ => {}
-        });
+        for node in self.model.nodes_below(id) {
+            match &self.model.expressions[node] {
+                Expression::Variable(use_) => slots.extend(self.slots_used(use_, indices)),
+                Expression::First { family, .. } => slots.extend(self.slots_of(*family)),
+                _ => {}
+            }
+        }
         slots
     }
 
@@ -50,50 +52,17 @@ impl Setting<'_> {
             matches!(form, Form::Ask { .. } | Form::Unknown(_) | Form::Previous { at: Some(_), .. })
         });
         form.each_expression(&mut |id| {
-            self.each_node(id, &mut |node| {
-                found |= matches!(
-                    node,
+            found |= self.model.nodes_below(id).into_iter().any(|node| {
+                matches!(
+                    self.model.expressions[node],
                     Expression::Foreign { .. }
                         | Expression::GradientNorm { .. }
                         | Expression::Frontier { .. }
                         | Expression::Innermost { .. }
-                );
+                )
             });
         });
         found
-    }
-
-    /// Visits an expression and all that it is made of, each once.
-    fn each_node(&self, id: ExpressionId, visit: &mut dyn FnMut(&Expression)) {
-        let (mut rest, mut seen) = (vec![id], HashSet::new());
-        while let Some(id) = rest.pop() {
-            if !seen.insert(id) {
-                continue;
-            }
-            let node = &self.model.expressions[id];
-            visit(node);
-            match node {
-                Expression::Number(_) | Expression::Index(_) => {}
-                Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => {
-                    rest.extend(indices)
-                }
-                Expression::Variable(use_) => rest.extend(use_.element),
-                Expression::Unary(_, operand) => rest.push(*operand),
-                Expression::Binary(_, left, right) => rest.extend([*left, *right]),
-                Expression::If { condition, then, otherwise } => {
-                    rest.extend([*condition, *then, *otherwise]);
-                }
-                Expression::First { with, .. } => {
-                    rest.extend(with.iter().flat_map(|(value, at)| [*value, *at]));
-                }
-                Expression::Foreign { at, .. } => rest.extend(at),
-                Expression::GradientNorm { field, at, before } => {
-                    rest.extend([*field, *at].into_iter().chain(*before))
-                }
-                Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
-                Expression::Innermost { at } => rest.push(*at),
-            }
-        }
     }
 
     /// The slots that a use may mean: all of a family, where the index depends on a variable.

@@ -101,10 +101,7 @@ impl<'m> Setting<'m> {
                 return Err(Error::input(model.variable_name(id), "its domain has no value"));
             }
             let family = variable.family.map_or(Ok(1), |family| setting.length(&family.over))?;
-            let components = match variable.domain {
-                Domain::Vector(length) => length,
-                _ => 1,
-            };
+            let components = model.components(id);
             setting.counts.push(count);
             let slots = family.saturating_mul(components).saturating_add(setting.offsets[id.position()]);
             if slots > MOST_SLOTS {
@@ -177,10 +174,7 @@ impl<'m> Setting<'m> {
 
     /// The components that a value of a variable has.
     pub(super) fn components(&self, variable: VariableId) -> usize {
-        match self.model.variables[variable].domain {
-            Domain::Vector(length) => length,
-            _ => 1,
-        }
+        self.model.components(variable)
     }
 
     fn bound(&self, bound: Bound) -> i64 {

@@ -5,38 +5,20 @@
 
 use super::{Binding, Term};
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
-use crate::model::{Expression, Form, Model};
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use crate::model::{Expression, Form, Model, VariableUse};
+use std::collections::{BTreeMap, BTreeSet};
 
 pub(crate) type Scope = BTreeSet<VariableId>;
 
 /// The variables of an expression. A shared node, as of a `let`, is visited once.
 pub(crate) fn of_expression(model: &Model, id: ExpressionId, scope: &mut Scope) {
-    let (mut rest, mut seen) = (vec![id], HashSet::new());
-    while let Some(id) = rest.pop() {
-        if !seen.insert(id) {
-            continue;
-        }
-        match &model.expressions[id] {
-            Expression::Number(_) | Expression::Index(_) => {}
-            Expression::Parameter { indices, .. } | Expression::Vector(_, indices) => rest.extend(indices),
-            Expression::Variable(use_) => {
-                scope.insert(use_.variable);
-                rest.extend(use_.element);
+    for node in model.nodes_below(id) {
+        match &model.expressions[node] {
+            Expression::Variable(VariableUse { variable, .. })
+            | Expression::First { family: variable, .. } => {
+                scope.insert(*variable);
             }
-            Expression::Unary(_, operand) => rest.push(*operand),
-            Expression::Binary(_, left, right) => rest.extend([*left, *right]),
-            Expression::If { condition, then, otherwise } => rest.extend([*condition, *then, *otherwise]),
-            Expression::First { family, with } => {
-                scope.insert(*family);
-                rest.extend(with.iter().flat_map(|(value, at)| [*value, *at]));
-            }
-            Expression::Foreign { at, .. } => rest.extend(at),
-            Expression::GradientNorm { field, at, before } => {
-                rest.extend([*field, *at].into_iter().chain(*before))
-            }
-            Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
-            Expression::Innermost { at } => rest.push(*at),
+            _ => {}
         }
     }
 }

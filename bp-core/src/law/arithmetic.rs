@@ -12,6 +12,8 @@ pub trait Arithmetic {
     type Number: Copy;
     /// A known number.
     fn constant(&mut self, number: f64) -> Self::Number;
+    /// The number that a value is, where that is known now.
+    fn known(&self, x: Self::Number) -> Option<f64>;
     /// An operator on one number.
     fn unary(&mut self, operator: Unary, x: Self::Number) -> Self::Number;
     /// An operator on two.
@@ -81,6 +83,9 @@ impl Arithmetic for Numbers {
     fn constant(&mut self, number: f64) -> f64 {
         number
     }
+    fn known(&self, x: f64) -> Option<f64> {
+        Some(x)
+    }
     fn unary(&mut self, operator: Unary, x: f64) -> f64 {
         operator.apply(x)
     }
@@ -100,6 +105,11 @@ impl Arithmetic for Wide {
     type Number = Extended;
     fn constant(&mut self, number: f64) -> Extended {
         Extended::from_f64(number)
+    }
+    fn known(&self, x: Extended) -> Option<f64> {
+        // What f64 has no room for is not known as one.
+        let number = x.to_f64();
+        (number.is_normal() || x == Extended::ZERO).then_some(number)
     }
     fn unary(&mut self, operator: Unary, x: Extended) -> Extended {
         scalar::unary(operator, x)

@@ -13,7 +13,7 @@ mod exponential;
 mod fit;
 mod gamma;
 mod lognormal;
-mod normal;
+pub(crate) mod normal;
 mod poisson;
 mod sample;
 mod uniform;
@@ -26,6 +26,7 @@ pub use fit::Refusal;
 pub(crate) use fit::{MOST_SHAPE, NO_CONVERGENCE};
 pub use sample::Sample;
 
+use crate::operators::{Binary, Unary};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
@@ -161,6 +162,16 @@ impl Law {
         Law::ALL.iter().copied().find(|law| law.name() == name)
     }
 
+    /// The density, or the probability of a whole number.
+    pub fn density_by<A: Arithmetic>(self, by: &mut A, x: A::Number, parameters: &[A::Number]) -> A::Number {
+        if self == Law::Normal {
+            // Without the two logarithms and the exponential that would undo them.
+            return normal::density(by, x, exactly(parameters));
+        }
+        let ln_density = self.ln_density(by, x, parameters);
+        by.exp(ln_density)
+    }
+
     /// P(X ≤ x)
     pub fn cumulative(self, x: f64, parameters: &[f64]) -> f64 {
         self.tails(x, parameters).0
@@ -181,29 +192,77 @@ impl Law {
         self.ln_density(&mut Numbers, x, parameters).exp()
     }
 
+    /// Whether the parameters are valid. Those that `surely` satisfy their constraint are skipped.
+    pub fn holds<A: Arithmetic>(
+        self,
+        by: &mut A,
+        parameters: &[A::Number],
+        surely: impl Fn(usize, Constraint) -> bool,
+    ) -> A::Number {
+        let mut holds = by.constant(1.0);
+        for (position, (number, (_, constraint))) in parameters.iter().zip(self.parameters()).enumerate() {
+            if !surely(position, *constraint) {
+                let one = constraint.holds(by, *number);
+                holds = by.binary(Binary::And, holds, one);
+            }
+        }
+        match (self, parameters) {
+            (Law::Uniform, [low, high]) => {
+                let ordered = by.binary(Binary::Less, *low, *high);
+                by.binary(Binary::And, holds, ordered)
+            }
+            _ => holds,
+        }
+    }
+
     /// The first invalid parameter: its position, and its domain.
     pub fn refuses(self, parameters: &[f64]) -> Option<(usize, &'static str)> {
+        if self.holds(&mut Numbers, parameters, |_, _| false) != 0.0 {
+            return None;
+        }
         let wrong = (self.parameters().iter().zip(parameters).enumerate())
             .find_map(|(position, ((_, constraint), number))| Some((position, constraint.refuses(*number)?)));
-        match (self, parameters) {
-            (Law::Uniform, [low, high]) if wrong.is_none() && low >= high => {
-                Some((1, "greater than the first"))
-            }
-            _ => wrong,
-        }
+        // Two valid bounds are in the wrong order.
+        wrong.or(Some((1, "greater than the first")))
     }
 }
 
 impl Constraint {
+    /// Whether a number satisfies it.
+    pub fn holds<A: Arithmetic>(self, by: &mut A, x: A::Number) -> A::Number {
+        let (zero, infinity) = (by.constant(0.0), by.constant(f64::INFINITY));
+        match self {
+            Constraint::Real => {
+                let size = by.unary(Unary::Absolute, x);
+                by.binary(Binary::Less, size, infinity)
+            }
+            Constraint::Positive => {
+                let positive = by.binary(Binary::Greater, x, zero);
+                let finite = by.binary(Binary::Less, x, infinity);
+                by.binary(Binary::And, positive, finite)
+            }
+            Constraint::Probability => {
+                let one = by.constant(1.0);
+                let above = by.binary(Binary::GreaterOrEqual, x, zero);
+                let below = by.binary(Binary::LessOrEqual, x, one);
+                by.binary(Binary::And, above, below)
+            }
+            Constraint::Count => {
+                let (count, finite) = (by.is_count(x), by.binary(Binary::Less, x, infinity));
+                by.binary(Binary::And, count, finite)
+            }
+        }
+    }
+
     /// The requirement on a number, if it is violated.
     pub fn refuses(self, number: f64) -> Option<&'static str> {
-        let (holds, expected) = match self {
-            Constraint::Real => (number.is_finite(), "a finite number"),
-            Constraint::Positive => (number > 0.0 && number.is_finite(), "greater than 0"),
-            Constraint::Probability => ((0.0..=1.0).contains(&number), "between 0 and 1"),
-            Constraint::Count => (number >= 0.0 && number.fract() == 0.0, "a whole number, not negative"),
+        let expected = match self {
+            Constraint::Real => "a finite number",
+            Constraint::Positive => "greater than 0",
+            Constraint::Probability => "between 0 and 1",
+            Constraint::Count => "a whole number, not negative",
         };
-        (!holds).then_some(expected)
+        (self.holds(&mut Numbers, number) == 0.0).then_some(expected)
     }
 }
 

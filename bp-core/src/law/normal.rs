@@ -13,8 +13,7 @@ pub(super) const PARAMETERS: [(&str, Constraint); 2] =
 pub(super) const SUPPORT: Support = Support::Reals;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, s]: [A::Number; 2]) -> A::Number {
-    let centred = by.subtract(x, m);
-    let z = by.divide(centred, s);
+    let z = standard(by, x, [m, s]);
     let (square, minus_half) = (by.multiply(z, z), by.constant(-0.5));
     let exponent = by.multiply(minus_half, square);
     let (ln_s, ln_root) = (by.ln(s), by.constant(0.5 * std::f64::consts::TAU.ln()));
@@ -22,18 +21,36 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, s]: [A::Nu
     by.subtract(exponent, ln_total)
 }
 
+pub(super) fn density<A: Arithmetic>(by: &mut A, x: A::Number, parameters: [A::Number; 2]) -> A::Number {
+    let (standard, zero) = (standard(by, x, parameters), by.constant(0.0));
+    let bell = bell(by, standard, zero);
+    let root = by.constant(std::f64::consts::TAU.sqrt());
+    let total = by.multiply(parameters[1], root);
+    by.divide(bell, total)
+}
+
+/// z = (x − m) / s
+pub(crate) fn standard<A: Arithmetic>(by: &mut A, x: A::Number, [m, s]: [A::Number; 2]) -> A::Number {
+    let centred = by.subtract(x, m);
+    by.divide(centred, s)
+}
+
+/// exp(−½ z²) / exp(−½ z₀²) = exp(½ (z₀ − z) (z₀ + z))
+pub(crate) fn bell<A: Arithmetic>(by: &mut A, z: A::Number, from: A::Number) -> A::Number {
+    let (difference, sum) = (by.subtract(from, z), by.add(from, z));
+    let (product, half) = (by.multiply(difference, sum), by.constant(0.5));
+    let exponent = by.multiply(half, product);
+    by.exp(exponent)
+}
+
 /// Φ(b) − Φ(a); above the mean Φ(−a) − Φ(−b), which does not lose the digits of a far tail.
 pub(super) fn mass<A: Arithmetic>(
     by: &mut A,
     low: A::Number,
     high: A::Number,
-    [m, s]: [A::Number; 2],
+    parameters: [A::Number; 2],
 ) -> Option<A::Number> {
-    let standard = |by: &mut A, x| {
-        let centred = by.subtract(x, m);
-        by.divide(centred, s)
-    };
-    let (low, high) = (standard(by, low), standard(by, high));
+    let (low, high) = (standard(by, low, parameters), standard(by, high, parameters));
     let zero = by.constant(0.0);
     let above = by.greater(low, zero);
     let (minus_low, minus_high) = (by.unary(Unary::Negate, low), by.unary(Unary::Negate, high));

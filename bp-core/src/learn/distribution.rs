@@ -14,6 +14,7 @@ use crate::exec::Inputs;
 use crate::ids::{ExpressionId, FactorId, ParameterId};
 use crate::law::Law;
 use crate::model::{Domain, Expression, Fit, Model};
+use crate::radix;
 use std::collections::HashMap;
 
 /// A learned number of the model.
@@ -216,10 +217,9 @@ impl Finder<'_> {
         let Some(total) = total.filter(|total| *total <= MOST_CONTEXTS) else { return Ok(()) };
         let mut values = vec![0.0; self.program.slots.len()];
         for position in 0..total {
-            let mut rest = position;
-            for (slot, count) in right.iter().zip(&counts).rev() {
-                values[*slot] = (rest % count) as f64;
-                rest /= count;
+            let ordinals = radix::ordinals(position, counts.iter().rev().copied());
+            for (slot, ordinal) in right.iter().rev().zip(ordinals) {
+                values[*slot] = ordinal as f64;
             }
             if let Some(found) = self.find(family, &values)? {
                 visit(&self.catalogue.distributions[found].kind, &values);

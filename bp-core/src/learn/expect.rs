@@ -15,6 +15,7 @@ use super::program::Program;
 use super::statistics::{Statistic, grow};
 use crate::error::Error;
 use crate::ids::VariableId;
+use crate::radix;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -260,11 +261,9 @@ pub(super) fn cells(program: &Program, slots: &[usize]) -> usize {
 
 /// Sets slots to the values of a joint ordinal, the last slot fastest.
 pub(super) fn put(program: &Program, slots: &[usize], cell: usize, values: &mut [f64]) {
-    let mut rest = cell;
-    for slot in slots.iter().rev() {
-        let count = program.slots[*slot].count.unwrap_or(1);
-        values[*slot] = (rest % count) as f64;
-        rest /= count;
+    let counts = slots.iter().rev().map(|slot| program.slots[*slot].count.unwrap_or(1));
+    for (slot, ordinal) in slots.iter().rev().zip(radix::ordinals(cell, counts)) {
+        values[*slot] = ordinal as f64;
     }
 }
 

@@ -13,6 +13,7 @@ use super::density::Densities;
 use super::expect::put;
 use super::program::Program;
 use crate::error::Error;
+use crate::radix;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -97,7 +98,7 @@ impl Messages {
         hidden.dedup();
         let seen = |slot: &usize| if values[*slot].is_nan() { 0 } else { values[*slot] as usize };
         let count = |slot: usize| program.slots[slot].count.unwrap_or(1);
-        let now = self.now.iter().fold(0, |now, slot| now * count(*slot) + seen(slot));
+        let now = radix::position(self.now.iter().map(|slot| (seen(slot), count(*slot))));
         let kind = (first, hidden, parts.iter().map(|part| all[*part].family).collect(), now);
         let shape = match self.kinds.get(&kind) {
             Some(shape) => *shape,

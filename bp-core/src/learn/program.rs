@@ -9,7 +9,7 @@ use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
-use crate::model::{Domain, Expression, Form, Model, ParameterKind, SetKind, VariableUse};
+use crate::model::{Domain, Expression, Form, Model, ParameterKind, SetKind};
 use std::collections::HashSet;
 
 /// One number of a case: a variable, or an element of a family of variables.
@@ -216,39 +216,12 @@ impl Program {
 
     /// Whether an expression contains learned numbers.
     pub(super) fn mentions(&self, id: ExpressionId) -> bool {
-        let mut rest = vec![id];
-        let mut seen = HashSet::new();
-        while let Some(id) = rest.pop() {
-            if !seen.insert(id) {
-                continue;
-            }
-            if self.unknowns.entries.contains_key(&id) {
-                return true;
-            }
-            match &self.model.expressions[id] {
-                Expression::Parameter { parameter, indices } => {
-                    if self.unknowns.parameters.contains_key(parameter) {
-                        return true;
-                    }
-                    rest.extend(indices);
-                }
-                Expression::Unary(_, operand) => rest.push(*operand),
-                Expression::Binary(_, left, right) => rest.extend([*left, *right]),
-                Expression::If { condition, then, otherwise } => {
-                    rest.extend([*condition, *then, *otherwise]);
-                }
-                Expression::First { with: Some((value, at)), .. } => rest.extend([*value, *at]),
-                Expression::Variable(VariableUse { element: Some(element), .. }) => rest.push(*element),
-                Expression::Vector(_, parts) => rest.extend(parts),
-                Expression::GradientNorm { field, at, before } => {
-                    rest.extend([*field, *at].into_iter().chain(*before));
-                }
-                Expression::Frontier { condition, at } => rest.extend([*condition, *at]),
-                Expression::Foreign { at: Some(at), .. } => rest.push(*at),
-                _ => {}
-            }
-        }
-        false
+        let is_learned = |id: ExpressionId| {
+            self.unknowns.entries.contains_key(&id)
+                || matches!(&self.model.expressions[id], Expression::Parameter { parameter, .. }
+                    if self.unknowns.parameters.contains_key(parameter))
+        };
+        self.model.nodes_below(id).into_iter().any(is_learned)
     }
 
     /// Whether a form contains learned numbers.

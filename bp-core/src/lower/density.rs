@@ -1,14 +1,16 @@
 //! The density of each form, as a value of a kernel.
 //!
-//! In: a form, and what the left-hand variable stands for. Out: its probability, or its density. Invariant: the
-//! one place where forms become arithmetic; summed over a finite left-hand domain each gives one, but for a
-//! Dirac outside its domain and for weights. Where the form refuses one of its numbers, it is NaN.
+//! In: a form, and what the left-hand variable stands for. Out: its probability, or its density. Invariant: the equations are
+//! those of `forms/`; summed over a finite left-hand domain each gives one, but for a Dirac outside its domain and for
+//! weights. Where the form refuses one of its numbers, it is NaN.
 
 use super::{Lowering, Meaning};
 use crate::equation::Binding;
 use crate::error::Error;
+use crate::forms::{bernoulli, dirac, mixture, uniform};
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, GridAxis, Reduce, SizeKey};
+use crate::law::Constraint;
 use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
 
@@ -148,12 +150,11 @@ impl Lowering<'_> {
         match form {
             Form::Uniform => Ok(self.uniform(&domain)),
             Form::Bernoulli(probability) => {
-                let (Meaning::Ordinal(ordinal), one) = (at, self.builder.constant(1.0)) else {
+                let Meaning::Ordinal(truth) = *at else {
                     return Err(self.unplanned("`bernoulli` distributes a bool"));
                 };
                 let probability = self.probability(*probability)?;
-                let complement = self.builder.binary(Binary::Subtract, one, probability);
-                Ok(self.builder.select(*ordinal, probability, complement))
+                Ok(bernoulli::probability(&mut self.builder, truth, probability))
             }
             Form::Categorical(entries) => {
                 let Meaning::Ordinal(ordinal) = at else {
@@ -164,16 +165,13 @@ impl Lowering<'_> {
             }
             Form::Law { law, arguments } => self.law(*law, variable, at, arguments),
             Form::Mixture(parts) => {
-                let mut sum = self.builder.constant(0.0);
                 let weights: Vec<ExpressionId> = parts.iter().map(|(weight, _)| *weight).collect();
-                for (weight, (_, part)) in self.row(&weights)?.into_iter().zip(parts) {
-                    let density = self.density(factor, part, variable, at)?;
-                    let share = self.builder.binary(Binary::Multiply, weight, density);
-                    sum = self.builder.binary(Binary::Add, sum, share);
-                }
-                Ok(sum)
+                let weights = self.row(&weights)?;
+                let parts = (parts.iter().map(|(_, part)| self.density(factor, part, variable, at)))
+                    .collect::<Result<Vec<ValueId>, Error>>()?;
+                Ok(mixture::density(&mut self.builder, weights.into_iter().zip(parts)))
             }
-            Form::Truncated { form, low, high } => self.truncated(factor, form, variable, at, (*low, *high)),
+            Form::Truncated { form, low, high } => self.truncated(factor, form, variable, at, [*low, *high]),
             Form::Dirichlet(_) => {
                 Err(self.unplanned("`dirichlet` distributes a vector, which has no kernel"))
             }
@@ -184,21 +182,18 @@ impl Lowering<'_> {
             }
             Form::NormalBins { mean, deviation } => {
                 let density = self.normal_bins(&domain, at, *mean, *deviation)?;
-                let holds = self.is_finite(*mean)?;
+                let holds = self.keeps(*mean, Constraint::Real)?;
                 Ok(self.only_if(holds, density))
             }
             Form::Dirac(value) => {
-                let holds = self.is_finite(*value)?;
+                let holds = self.keeps(*value, dirac::VALUE)?;
                 let value = self.expression(*value)?;
-                if let (Domain::Bins(_), Meaning::Ordinal(ordinal)) = (&domain, at) {
-                    let Meaning::Ordinal(said) = self.meaning_of(variable, value) else {
-                        unreachable!("internal: a bin has an ordinal")
-                    };
-                    let equal = self.builder.binary(Binary::Equal, *ordinal, said);
-                    return Ok(self.only_if(holds, equal));
-                }
-                let x = self.number_of(variable, at)?;
-                let equal = self.builder.binary(Binary::Equal, x, value);
+                let (x, value) = match (&domain, at) {
+                    // A number anywhere in a bin is that bin.
+                    (Domain::Bins(bins), Meaning::Ordinal(bin)) => (*bin, self.bin_holding(bins, value)),
+                    _ => (self.number_of(variable, at)?, value),
+                };
+                let equal = dirac::probability(&mut self.builder, x, value);
                 Ok(self.only_if(holds, equal))
             }
             Form::Previous { of, at: cell, otherwise } => {
@@ -241,7 +236,6 @@ impl Lowering<'_> {
             let factor = self.count_of(extent);
             count = self.builder.binary(Binary::Multiply, count, factor);
         }
-        let one = self.builder.constant(1.0);
-        self.builder.binary(Binary::Divide, one, count)
+        uniform::probability(&mut self.builder, count)
     }
 }

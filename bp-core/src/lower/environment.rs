@@ -219,18 +219,22 @@ impl Lowering<'_> {
     pub(super) fn number_of(&mut self, variable: VariableId, meaning: &Meaning) -> Result<ValueId, Error> {
         match meaning {
             Meaning::Real(value) => Ok(*value),
-            Meaning::Ordinal(ordinal) => {
-                if let Domain::Bins(bins) = &self.model.variables[variable].domain {
-                    return Ok(self.centre(bins, *ordinal));
-                }
-                let base = self.builder.constant(self.model.variables[variable].domain.base() as f64);
-                Ok(self.builder.binary(Binary::Add, *ordinal, base))
-            }
+            Meaning::Ordinal(ordinal) => Ok(self.number_at(variable, *ordinal)),
             Meaning::Cell(_) | Meaning::Family(_) => {
                 let name = self.model.variable_name(variable);
                 Err(self.unplanned(format!("`{name}` is used as a number, but it is not one")))
             }
         }
+    }
+
+    /// The number that the value of this ordinal is in an expression.
+    pub(super) fn number_at(&mut self, variable: VariableId, ordinal: ValueId) -> ValueId {
+        let domain = &self.model.variables[variable].domain;
+        if let Domain::Bins(bins) = domain {
+            return self.centre(bins, ordinal);
+        }
+        let base = self.builder.constant(domain.base() as f64);
+        self.builder.binary(Binary::Add, ordinal, base)
     }
 
     /// The value of a variable that is this number in an expression.

@@ -5,10 +5,89 @@
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{ExpressionId, ValueId, VariableId};
-use crate::kernel::{Displacements, Fold, Index, InputKey, Reduce, Role};
-use crate::model::{Expression, IndexSpace, SetKind};
+use crate::ids::{ExpressionId, ParameterId, ValueId, VariableId};
+use crate::kernel::{Displacements, Fold, Index, InputKey, KernelBuilder, Reduce, Role};
+use crate::model::{Environment, Expression, IndexSpace, Parameter, SetKind, VariableUse};
 use crate::operators::{Binary, Unary};
+
+impl Environment for Lowering<'_> {
+    type By = KernelBuilder;
+    type Stop = Error;
+
+    fn by(&mut self) -> &mut KernelBuilder {
+        &mut self.builder
+    }
+
+    fn operand(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
+        self.node(id)
+    }
+
+    fn parameter(&mut self, parameter: ParameterId, indices: &[ExpressionId]) -> Result<ValueId, Error> {
+        let model = self.model;
+        let Parameter { name, over, default, .. } = &model.parameters[parameter];
+        // Numbers that come with the program stand in the order of the indices.
+        let is_table = default.len() > 1;
+        let mut axes = Vec::new();
+        let (mut places, mut plate_places) = (Vec::new(), Vec::new());
+        for (index, space) in indices.iter().zip(over) {
+            let place = self.place(*index, space)?;
+            let on_plate = matches!(space, IndexSpace::Set(set)
+                if self.model.plate.is_some_and(|plate| plate.set == *set));
+            if on_plate && !is_table { plate_places.extend(place) } else { places.extend(place) }
+        }
+        let key = InputKey::Parameter(parameter);
+        let known = self.builder.so_far().input(&key);
+        if known.is_none() {
+            for space in over.iter() {
+                axes.extend(self.index_axes(name, space));
+            }
+            // Of what is given the plate's axes come last, whatever the order of the indices.
+            if !is_table {
+                axes.sort_by_key(|axis| self.plate.contains(axis));
+            }
+        }
+        places.extend(plate_places);
+        let role = match default.as_slice() {
+            [_, _, ..] => Role::Table { key: Some(key), numbers: default.clone() },
+            _ => Role::Input { key, default: default.first().copied(), broadcast: false },
+        };
+        let buffer = self.builder.buffer(name, role, &axes);
+        Ok(self.builder.load(buffer, places))
+    }
+
+    fn variable(&mut self, use_: &VariableUse) -> Result<ValueId, Error> {
+        let meaning = self.use_meaning(use_)?;
+        self.number_of(use_.variable, &meaning)
+    }
+
+    fn index(&mut self, depth: usize) -> Result<ValueId, Error> {
+        Ok(self.products[depth])
+    }
+
+    fn first(
+        &mut self,
+        family: VariableId,
+        with: Option<(ExpressionId, ExpressionId)>,
+    ) -> Result<ValueId, Error> {
+        match self.first {
+            Some(first) => Ok(first),
+            None => self.first_of(family, with),
+        }
+    }
+
+    fn other(&mut self, expression: &Expression) -> Result<ValueId, Error> {
+        match expression {
+            Expression::Foreign { path, at } => self.foreign(path, *at),
+            Expression::GradientNorm { field, at, before } => self.gradient_norm(*field, *at, *before),
+            Expression::Frontier { condition, at } => self.frontier(*condition, *at),
+            Expression::Innermost { at } => self.innermost(*at),
+            Expression::Vector(name, _) => {
+                Err(self.unplanned(format!("`{name}` works on vectors, which have no kernel")))
+            }
+            _ => Err(self.unplanned("this expression has no kernel")),
+        }
+    }
+}
 
 impl Lowering<'_> {
     /// The value of an expression. What a `let` shares is lowered once, and depth takes no stack: operands come first, from
@@ -54,73 +133,8 @@ impl Lowering<'_> {
         if let Some(known) = self.lowered.as_ref().and_then(|known| known.get(&id)) {
             return Ok(*known);
         }
-        match self.model.expressions[id].clone() {
-            Expression::Number(number) => Ok(self.builder.constant(number)),
-            Expression::Parameter { parameter, indices } => {
-                let declared = &self.model.parameters[parameter];
-                let (name, over, default) =
-                    (declared.name.clone(), declared.over.clone(), declared.default.clone());
-                // Numbers that come with the program stand in the order of the indices.
-                let is_table = default.len() > 1;
-                let mut axes = Vec::new();
-                let (mut places, mut plate_places) = (Vec::new(), Vec::new());
-                for (index, space) in indices.iter().zip(&over) {
-                    let place = self.place(*index, space)?;
-                    let on_plate = matches!(space, IndexSpace::Set(set)
-                        if self.model.plate.is_some_and(|plate| plate.set == *set));
-                    if on_plate && !is_table { plate_places.extend(place) } else { places.extend(place) }
-                }
-                let key = InputKey::Parameter(parameter);
-                let known = self.builder.so_far().input(&key);
-                if known.is_none() {
-                    for space in over.iter() {
-                        axes.extend(self.index_axes(&name, space));
-                    }
-                    // Of what is given the plate's axes come last, whatever the order of the indices.
-                    if !is_table {
-                        axes.sort_by_key(|axis| self.plate.contains(axis));
-                    }
-                }
-                places.extend(plate_places);
-                let role = match default.as_slice() {
-                    [_, _, ..] => Role::Table { key: Some(key), numbers: default },
-                    _ => Role::Input { key, default: default.first().copied(), broadcast: false },
-                };
-                let buffer = self.builder.buffer(&name, role, &axes);
-                Ok(self.builder.load(buffer, places))
-            }
-            Expression::Variable(use_) => {
-                let element =
-                    use_.element.map(|element| self.element_ordinal(use_.variable, element)).transpose()?;
-                let meaning = self.meaning(use_.variable, element)?;
-                self.number_of(use_.variable, &meaning)
-            }
-            Expression::Index(depth) => Ok(self.products[depth]),
-            Expression::Unary(operator, operand) => {
-                let operand = self.node(operand)?;
-                Ok(self.builder.unary(operator, operand))
-            }
-            Expression::Binary(operator, left, right) => {
-                let (left, right) = (self.node(left)?, self.node(right)?);
-                Ok(self.builder.binary(operator, left, right))
-            }
-            Expression::If { condition, then, otherwise } => {
-                let condition = self.node(condition)?;
-                let (then, otherwise) = (self.node(then)?, self.node(otherwise)?);
-                Ok(self.builder.select(condition, then, otherwise))
-            }
-            Expression::First { family, with } => match self.first {
-                Some(first) => Ok(first),
-                None => self.first_of(family, with),
-            },
-            Expression::Foreign { path, at } => self.foreign(&path, at),
-            Expression::GradientNorm { field, at, before } => self.gradient_norm(field, at, before),
-            Expression::Frontier { condition, at } => self.frontier(condition, at),
-            Expression::Innermost { at } => self.innermost(at),
-            Expression::Vector(name, _) => {
-                Err(self.unplanned(format!("`{name}` works on vectors, which have no kernel")))
-            }
-        }
+        let model = self.model;
+        self.value(&model.expressions[id])
     }
 
     /// Where one index of a parameter points, as the indices of its axes.

@@ -3,30 +3,24 @@
 //! In: a law and its parameters. Out: a density of a real, or the probability of a value. Invariant: over a finite domain
 //! the probabilities sum to one, or are all 0 where the law gives the whole domain nothing.
 //!
-//! Integers: f(k) / Σⱼ f(j).  Bins: (F(bᵢ₊₁) − F(bᵢ)) / (F(b_n) − F(b₀)); without a closed form of F, each mass is that
-//! of five Gauss–Legendre points.  Circles: distances from the mean go the shorter way round.
+//! P(k) = w(k) / Σⱼ w(j), w as in `forms/law.rs`; of bins Σⱼ w(j) is F(b_n) − F(b₀) where F has a closed form.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
+use crate::forms::{self, share, truncated};
 use crate::ids::{ExpressionId, ValueId, VariableId};
 use crate::kernel::{Fold, KernelBuilder};
-use crate::law::{Arithmetic, Law, Support};
-use crate::model::{Bins, Domain, Factor, Form};
+use crate::law::{Arithmetic, Law};
+use crate::model::{Domain, Factor, Form};
 use crate::operators::{Binary, Unary};
-
-/// Nodes and weights of the Gauss–Legendre rule of five points on [−1, 1] (Abramowitz and Stegun, table 25.4).
-const RULE: [(f64, f64); 5] = [
-    (0.0, 0.568_888_888_888_888_9),
-    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
-    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
-];
 
 impl Arithmetic for KernelBuilder {
     type Number = ValueId;
     fn constant(&mut self, number: f64) -> ValueId {
         KernelBuilder::constant(self, number)
+    }
+    fn known(&self, x: ValueId) -> Option<f64> {
+        self.as_constant(x)
     }
     fn unary(&mut self, operator: Unary, x: ValueId) -> ValueId {
         KernelBuilder::unary(self, operator, x)
@@ -61,111 +55,32 @@ impl Lowering<'_> {
         arguments: &[ExpressionId],
     ) -> Result<ValueId, Error> {
         let domain = self.model.variables[variable].domain.clone();
-        if let (Law::Normal, false) = (law, matches!(domain, Domain::Bins(_))) {
-            return self.normal(variable, &domain, at, arguments[0], arguments[1]);
+        let parameters = self.expressions(arguments)?;
+        let Meaning::Ordinal(ordinal) = *at else {
+            let x = self.number_of(variable, at)?;
+            return Ok(law.density_by(&mut self.builder, x, &parameters));
+        };
+        if law == Law::Normal && domain.bins().is_none() {
+            return self.normal(variable, &domain, ordinal, [parameters[0], parameters[1]]);
         }
-        let parameters: Vec<ValueId> =
-            arguments.iter().map(|argument| self.expression(*argument)).collect::<Result<_, _>>()?;
-        match (&domain, at) {
-            (Domain::Bins(bins), Meaning::Ordinal(ordinal)) => {
-                self.law_in_bins(law, variable, bins, *ordinal, &parameters)
+        if let Domain::Bins(bins) = &domain
+            && !forms::law::goes_round(law, bins)
+        {
+            let (low, high) = (self.builder.constant(bins.ends().0), self.builder.constant(bins.ends().1));
+            // The mass of the whole domain, where that is known without a sum.
+            if let Some(total) = law.mass(&mut self.builder, low, high, &parameters) {
+                let mut value = Ordinal { lowering: self, variable, ordinal };
+                let mass = forms::law::weight(&mut value, law, Some(bins), &parameters);
+                return Ok(share(&mut self.builder, mass, total));
             }
-            (_, Meaning::Ordinal(_)) => self.normalised_over(variable, at, &mut |lowering, at| {
-                let x = lowering.number_of(variable, at)?;
-                let ln_density = law.ln_density(&mut lowering.builder, x, &parameters);
-                Ok(lowering.builder.unary(Unary::Exponential, ln_density))
-            }),
-            _ => {
-                let x = self.number_of(variable, at)?;
-                let ln_density = law.ln_density(&mut self.builder, x, &parameters);
-                Ok(self.builder.unary(Unary::Exponential, ln_density))
-            }
         }
-    }
-
-    fn law_in_bins(
-        &mut self,
-        law: Law,
-        variable: VariableId,
-        bins: &Bins,
-        ordinal: ValueId,
-        parameters: &[ValueId],
-    ) -> Result<ValueId, Error> {
-        if bins.is_circle() && matches!(law, Law::Normal | Law::VonMises) {
-            return self.law_on_circle(law, variable, bins, ordinal, parameters);
-        }
-        let (low, high) = (self.builder.constant(bins.ends().0), self.builder.constant(bins.ends().1));
-        let (from, to) = self.bounds(bins, ordinal);
-        if let Some(total) = law.mass(&mut self.builder, low, high, parameters) {
-            let mass = law.mass(&mut self.builder, from, to, parameters).expect("internal: as for the whole");
-            return Ok(self.share(mass, total));
-        }
-        let (bins, counts) = (bins.clone(), law.support() == Support::Counts);
-        self.normalised_over(variable, &Meaning::Ordinal(ordinal), &mut |lowering, at| {
-            let Meaning::Ordinal(ordinal) = at else { unreachable!("internal: a bin has an ordinal") };
-            let (from, to) = lowering.bounds(&bins, *ordinal);
-            if counts {
-                // The whole number at the centre stands for the bin.
-                let centre = lowering.centre(&bins, *ordinal);
-                let ln_density = law.ln_density(&mut lowering.builder, centre, parameters);
-                return Ok(lowering.builder.unary(Unary::Exponential, ln_density));
-            }
-            Ok(lowering.quadrature(law, from, to, parameters))
-        })
-    }
-
-    /// ∫ f between two numbers, by five points.
-    fn quadrature(&mut self, law: Law, from: ValueId, to: ValueId, parameters: &[ValueId]) -> ValueId {
-        let by = &mut self.builder;
-        let half = KernelBuilder::constant(by, 0.5);
-        let (sum, width) = (by.add(from, to), by.subtract(to, from));
-        let (middle, half_width) = (by.multiply(half, sum), by.multiply(half, width));
-        let mut mass = KernelBuilder::constant(by, 0.0);
-        for (node, weight) in RULE {
-            let (node, weight) = (KernelBuilder::constant(by, node), KernelBuilder::constant(by, weight));
-            let offset = by.multiply(node, half_width);
-            let x = by.add(middle, offset);
-            let ln_density = law.ln_density(by, x, parameters);
-            let density = by.exp(ln_density);
-            let part = by.multiply(weight, density);
-            mass = by.add(mass, part);
-        }
-        by.multiply(mass, half_width)
-    }
-
-    /// A law around a mean on a circle. Normal: the mass of the bin where it lies nearest to the mean. Von Mises: its
-    /// density there, the turn being 2π.
-    fn law_on_circle(
-        &mut self,
-        law: Law,
-        variable: VariableId,
-        bins: &Bins,
-        ordinal: ValueId,
-        parameters: &[ValueId],
-    ) -> Result<ValueId, Error> {
-        let (low, high) = bins.ends();
-        let (turn, width) = (high - low, bins.width().expect("internal: a circle has even bins"));
-        let bins = bins.clone();
-        self.normalised_over(variable, &Meaning::Ordinal(ordinal), &mut |lowering, at| {
-            let Meaning::Ordinal(ordinal) = at else { unreachable!("internal: a bin has an ordinal") };
-            let centre = lowering.centre(&bins, *ordinal);
-            let by = &mut lowering.builder;
-            let (half, whole) = (KernelBuilder::constant(by, 0.5 * turn), KernelBuilder::constant(by, turn));
-            let centred = by.subtract(centre, parameters[0]);
-            let shifted = by.add(centred, half);
-            let around = KernelBuilder::binary(by, Binary::Remainder, shifted, whole);
-            let distance = by.subtract(around, half);
-            let zero = KernelBuilder::constant(by, 0.0);
-            let centred = [zero, parameters[1]];
-            if law == Law::VonMises {
-                let scale = KernelBuilder::constant(by, std::f64::consts::TAU / turn);
-                let angle = by.multiply(distance, scale);
-                let ln_density = law.ln_density(by, angle, &centred);
-                return Ok(by.exp(ln_density));
-            }
-            let half_width = KernelBuilder::constant(by, 0.5 * width);
-            let (from, to) = (by.subtract(distance, half_width), by.add(distance, half_width));
-            Ok(law.mass(by, from, to, &centred).expect("internal: a normal law has masses"))
+        let bins = domain.bins();
+        self.normalised_over(variable, at, &mut |lowering, at| {
+            let Meaning::Ordinal(ordinal) = *at else {
+                return Err(lowering.unplanned("a law over a grid"));
+            };
+            let mut value = Ordinal { lowering, variable, ordinal };
+            Ok(forms::law::weight(&mut value, law, bins, &parameters))
         })
     }
 
@@ -176,44 +91,35 @@ impl Lowering<'_> {
         form: &Form,
         variable: VariableId,
         at: &Meaning,
-        (low, high): (ExpressionId, ExpressionId),
+        bounds: [ExpressionId; 2],
     ) -> Result<ValueId, Error> {
-        let mut holds = self.is_less(low, high)?;
+        let mut holds = self.are_bounds(bounds)?;
         if let Form::Law { law, arguments } = form {
             let law = self.law_holds(*law, arguments)?;
             holds = self.builder.binary(Binary::And, holds, law);
         }
-        let (low, high) = (self.expression(low)?, self.expression(high)?);
+        let [low, high] = [self.expression(bounds[0])?, self.expression(bounds[1])?];
         let inside = |lowering: &mut Self, at: &Meaning| -> Result<ValueId, Error> {
+            let density = lowering.density(factor, form, variable, at)?;
             let x = lowering.number_of(variable, at)?;
-            let above = lowering.builder.binary(Binary::GreaterOrEqual, x, low);
-            let below = lowering.builder.binary(Binary::LessOrEqual, x, high);
-            Ok(lowering.builder.binary(Binary::And, above, below))
+            Ok(truncated::density(&mut lowering.builder, density, x, [low, high]))
         };
-        let zero = self.builder.constant(0.0);
         if self.model.variables[variable].domain.is_finite() {
-            let share = self.normalised_over(variable, at, &mut |lowering, at| {
-                let density = lowering.density(factor, form, variable, at)?;
-                let inside = inside(lowering, at)?;
-                Ok(lowering.builder.select(inside, density, zero))
-            })?;
+            let share = self.normalised_over(variable, at, &mut |lowering, at| inside(lowering, at))?;
             return Ok(self.only_if(holds, share));
         }
         let Form::Law { law, arguments } = form else {
             return Err(self.unplanned("only a law of a real can be truncated"));
         };
-        let parameters: Vec<ValueId> =
-            arguments.iter().map(|argument| self.expression(*argument)).collect::<Result<_, _>>()?;
+        let parameters = self.expressions(arguments)?;
         let Some(total) = law.mass(&mut self.builder, low, high, &parameters) else {
             let name = law.name();
             return Err(self.unplanned(format!(
                 "a truncated `{name}` of a real has no closed form; over `bins(low, high, count)` it can be computed"
             )));
         };
-        let density = self.density(factor, form, variable, at)?;
-        let inside = inside(self, at)?;
-        let density = self.builder.select(inside, density, zero);
-        let share = self.share(density, total);
+        let density = inside(self, at)?;
+        let share = share(&mut self.builder, density, total);
         Ok(self.only_if(holds, share))
     }
 
@@ -245,14 +151,32 @@ impl Lowering<'_> {
             Some(outer) => self.run(variable, outer),
             None => self.stop(variable),
         }
-        Ok(self.share(here, total))
+        Ok(share(&mut self.builder, here, total))
+    }
+}
+
+/// A value of a finite variable, by its ordinal.
+struct Ordinal<'l, 'm> {
+    lowering: &'l mut Lowering<'m>,
+    variable: VariableId,
+    ordinal: ValueId,
+}
+
+impl forms::law::Value for Ordinal<'_, '_> {
+    type By = KernelBuilder;
+
+    fn by(&mut self) -> &mut KernelBuilder {
+        &mut self.lowering.builder
     }
 
-    /// A part of a total; 0 where the total is 0.
-    fn share(&mut self, part: ValueId, total: ValueId) -> ValueId {
-        let zero = self.builder.constant(0.0);
-        let nothing = self.builder.binary(Binary::Equal, total, zero);
-        let share = self.builder.binary(Binary::Divide, part, total);
-        self.builder.select(nothing, zero, share)
+    fn number(&mut self) -> ValueId {
+        self.lowering.number_at(self.variable, self.ordinal)
+    }
+
+    fn edges(&mut self) -> [ValueId; 2] {
+        let model = self.lowering.model;
+        let bins = model.variables[self.variable].domain.bins().expect("internal: bins have edges");
+        let (from, to) = self.lowering.bounds(bins, self.ordinal);
+        [from, to]
     }
 }

@@ -8,6 +8,7 @@ use crate::equation::{Binding, Term};
 use crate::error::Error;
 use crate::ids::{AxisId, TermId, ValueId, VariableId};
 use crate::kernel::Fold;
+use crate::law::Constraint;
 use crate::operators::{Binary, Unary};
 
 /// The longest sum that is written out.
@@ -183,7 +184,7 @@ impl Lowering<'_> {
     /// Whether the value that a variable is bound to lies in its domain, and whether it is a finite number.
     pub(super) fn inside(&mut self, variable: VariableId) -> Result<(ValueId, ValueId), Error> {
         let holds = match self.exact.bindings.get(&variable) {
-            Some(Binding::Expression(expression)) => self.is_finite(*expression)?,
+            Some(Binding::Expression(expression)) => self.keeps(*expression, Constraint::Real)?,
             _ => self.builder.constant(1.0),
         };
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {

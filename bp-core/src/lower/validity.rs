@@ -1,7 +1,7 @@
 //! Numbers that a form cannot have: their density is NaN.
 //!
 //! In: the numbers of a form, as values of a kernel. Out: what is computed from them, or NaN where the form refuses one
-//! of them. Invariant: the conditions are those of `distribution/check.rs`; they depend on the numbers alone, so that
+//! of them. Invariant: the conditions are those of `forms/` and `law/`; they depend on the numbers alone, so that
 //! numbers known now cost nothing and those of a parameter are checked once.
 //!
 //! A NaN reaches the answer through every sum and product; who runs the kernel then asks `Setting::not_a_number` which
@@ -9,10 +9,10 @@
 
 use super::Lowering;
 use crate::error::Error;
+use crate::forms::{bernoulli, row, surely, truncated, weights};
 use crate::ids::{ExpressionId, ValueId};
 use crate::law::{Constraint, Law};
-use crate::model::{Expression, ParameterKind, row_tolerance};
-use crate::operators::{Binary, Unary};
+use crate::model::{Expression, row_tolerance};
 
 impl Lowering<'_> {
     /// The value where the condition holds, else NaN.
@@ -21,12 +21,9 @@ impl Lowering<'_> {
         self.builder.select(holds, value, nothing)
     }
 
-    /// x ≥ low and x ≤ high
-    fn between(&mut self, x: ValueId, low: f64, high: f64) -> ValueId {
-        let (low, high) = (self.builder.constant(low), self.builder.constant(high));
-        let above = self.builder.binary(Binary::GreaterOrEqual, x, low);
-        let below = self.builder.binary(Binary::LessOrEqual, x, high);
-        self.builder.binary(Binary::And, above, below)
+    /// The values of some expressions.
+    pub(super) fn expressions(&mut self, ids: &[ExpressionId]) -> Result<Vec<ValueId>, Error> {
+        ids.iter().map(|id| self.expression(*id)).collect()
     }
 
     /// A probability; what lies outside [0, 1] by rounding is the nearer end.
@@ -38,157 +35,65 @@ impl Lowering<'_> {
             return Ok(self.builder.select(condition, then, otherwise));
         }
         let value = self.expression(id)?;
-        if self.is_probability(id) {
+        if surely::is_probability(self.model, id) {
             return Ok(value);
         }
-        let tolerance = if self.is_computed(id) { row_tolerance(1) } else { 0.0 };
-        let holds = self.between(value, -tolerance, 1.0 + tolerance);
+        let tolerance = if surely::is_computed(self.model, id) { row_tolerance(1) } else { 0.0 };
+        let holds = bernoulli::holds(&mut self.builder, value, tolerance);
         let nearest = self.nearest_probability(id, value);
         Ok(self.only_if(holds, nearest))
     }
 
     /// The probabilities of a row, which sum to one.
     pub(super) fn row(&mut self, entries: &[ExpressionId]) -> Result<Vec<ValueId>, Error> {
-        let values: Vec<ValueId> =
-            entries.iter().map(|entry| self.expression(*entry)).collect::<Result<_, _>>()?;
-        let tolerance = row_tolerance(entries.len());
-        let least = self.builder.constant(-tolerance);
-        let (mut sum, mut holds) = (self.builder.constant(0.0), self.builder.constant(1.0));
-        for (value, entry) in values.iter().zip(entries) {
-            sum = self.builder.binary(Binary::Add, sum, *value);
-            if !self.is_probability(*entry) {
-                let positive = self.builder.binary(Binary::GreaterOrEqual, *value, least);
-                holds = self.builder.binary(Binary::And, holds, positive);
-            }
-        }
-        let whole = self.between(sum, 1.0 - tolerance, 1.0 + tolerance);
-        let holds = self.builder.binary(Binary::And, holds, whole);
-        let entry = |lowering: &mut Self, (value, entry): (&ValueId, &ExpressionId)| {
-            let nearest = lowering.nearest_probability(*entry, *value);
-            lowering.only_if(holds, nearest)
+        let values = self.expressions(entries)?;
+        let model = self.model;
+        let is_surely = |position: usize| surely::is_probability(model, entries[position]);
+        let holds = row::holds(&mut self.builder, &values, is_surely);
+        let entry = |(value, entry): (&ValueId, &ExpressionId)| {
+            let nearest = self.nearest_probability(*entry, *value);
+            self.only_if(holds, nearest)
         };
-        Ok(values.iter().zip(entries).map(|pair| entry(self, pair)).collect())
+        Ok(values.iter().zip(entries).map(entry).collect())
     }
 
     /// A computed probability without what rounding put outside [0, 1].
     fn nearest_probability(&mut self, id: ExpressionId, value: ValueId) -> ValueId {
-        if self.is_probability(id) || !self.is_computed(id) {
-            return value;
+        match surely::is_probability(self.model, id) || !surely::is_computed(self.model, id) {
+            true => value,
+            false => bernoulli::nearest(&mut self.builder, value),
         }
-        let (zero, one) = (self.builder.constant(0.0), self.builder.constant(1.0));
-        let value = self.builder.binary(Binary::Maximum, value, zero);
-        self.builder.binary(Binary::Minimum, value, one)
     }
 
     /// A weight, which is finite and not negative.
     pub(super) fn weight(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
         let value = self.expression(id)?;
-        let (zero, infinity) = (self.builder.constant(0.0), self.builder.constant(f64::INFINITY));
-        let positive = self.builder.binary(Binary::GreaterOrEqual, value, zero);
-        let finite = self.builder.binary(Binary::Less, value, infinity);
-        let holds = self.builder.binary(Binary::And, positive, finite);
+        let holds = weights::holds(&mut self.builder, value);
         Ok(self.only_if(holds, value))
     }
 
-    /// Whether an expression is a finite number.
-    pub(super) fn is_finite(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
-        if self.is_surely_finite(id) {
+    /// Whether an expression keeps a constraint.
+    pub(super) fn keeps(&mut self, id: ExpressionId, constraint: Constraint) -> Result<ValueId, Error> {
+        if constraint == Constraint::Real && surely::is_finite(self.model, id) {
             return Ok(self.builder.constant(1.0));
         }
         let value = self.expression(id)?;
-        let (size, infinity) =
-            (self.builder.unary(Unary::Absolute, value), self.builder.constant(f64::INFINITY));
-        Ok(self.builder.binary(Binary::Less, size, infinity))
+        Ok(constraint.holds(&mut self.builder, value))
     }
 
-    /// Whether a number is above 0, and finite.
-    pub(super) fn is_positive(&mut self, value: ValueId) -> ValueId {
-        let (zero, infinity) = (self.builder.constant(0.0), self.builder.constant(f64::INFINITY));
-        let positive = self.builder.binary(Binary::Greater, value, zero);
-        let finite = self.builder.binary(Binary::Less, value, infinity);
-        self.builder.binary(Binary::And, positive, finite)
+    /// Whether one bound is less than the other.
+    pub(super) fn are_bounds(&mut self, bounds: [ExpressionId; 2]) -> Result<ValueId, Error> {
+        let bounds = [self.expression(bounds[0])?, self.expression(bounds[1])?];
+        Ok(truncated::holds(&mut self.builder, bounds))
     }
 
-    /// Whether one number is less than another.
-    pub(super) fn is_less(&mut self, low: ExpressionId, high: ExpressionId) -> Result<ValueId, Error> {
-        let (low, high) = (self.expression(low)?, self.expression(high)?);
-        Ok(self.builder.binary(Binary::Less, low, high))
-    }
-
-    /// Whether the parameters of a law are such as it can have: [`Law::refuses`].
+    /// Whether the parameters of a law are such as it can have.
     pub(super) fn law_holds(&mut self, law: Law, arguments: &[ExpressionId]) -> Result<ValueId, Error> {
-        let mut holds = self.builder.constant(1.0);
-        for (argument, (_, constraint)) in arguments.iter().zip(law.parameters()) {
-            let value = self.expression(*argument)?;
-            let zero = self.builder.constant(0.0);
-            let one = match constraint {
-                Constraint::Real => self.is_finite(*argument)?,
-                Constraint::Positive => self.is_positive(value),
-                Constraint::Probability => self.between(value, 0.0, 1.0),
-                Constraint::Count => {
-                    let whole = self.builder.unary(Unary::Floor, value);
-                    let whole = self.builder.binary(Binary::Equal, value, whole);
-                    let positive = self.builder.binary(Binary::GreaterOrEqual, value, zero);
-                    self.builder.binary(Binary::And, whole, positive)
-                }
-            };
-            holds = self.builder.binary(Binary::And, holds, one);
-        }
-        if let (Law::Uniform, [low, high]) = (law, arguments) {
-            let ordered = self.is_less(*low, *high)?;
-            holds = self.builder.binary(Binary::And, holds, ordered);
-        }
-        Ok(holds)
-    }
-
-    /// Whether an expression is made by arithmetic, so that it is subject to rounding.
-    fn is_computed(&self, id: ExpressionId) -> bool {
-        match &self.model.expressions[id] {
-            Expression::Unary(..) | Expression::Binary(..) => true,
-            Expression::If { then, otherwise, .. } => self.is_computed(*then) || self.is_computed(*otherwise),
-            _ => false,
-        }
-    }
-
-    /// Whether an expression lies in [0, 1] by construction.
-    fn is_probability(&self, id: ExpressionId) -> bool {
-        match &self.model.expressions[id] {
-            Expression::Number(number) => (0.0..=1.0).contains(number),
-            Expression::If { then, otherwise, .. } => {
-                self.is_probability(*then) && self.is_probability(*otherwise)
-            }
-            _ => false,
-        }
-    }
-
-    /// Whether an expression is a finite number by construction.
-    fn is_surely_finite(&self, id: ExpressionId) -> bool {
-        let both = |left: &ExpressionId, right: &ExpressionId| {
-            self.is_surely_finite(*left) && self.is_surely_finite(*right)
+        let parameters = self.expressions(arguments)?;
+        let model = self.model;
+        let is_surely = |position: usize, constraint| {
+            constraint == Constraint::Real && surely::is_finite(model, arguments[position])
         };
-        match &self.model.expressions[id] {
-            Expression::Number(number) => number.is_finite(),
-            Expression::Index(_)
-            | Expression::First { .. }
-            | Expression::Frontier { .. }
-            | Expression::Innermost { .. } => true,
-            Expression::Variable(use_) => self.model.variables[use_.variable].domain.is_finite(),
-            Expression::Parameter { parameter, .. } => {
-                self.model.parameters[*parameter].kind == ParameterKind::Size
-            }
-            Expression::Unary(operator, operand) => match operator {
-                Unary::Exponential
-                | Unary::NaturalLogarithm
-                | Unary::BinaryLogarithm
-                | Unary::SquareRoot
-                | Unary::LnGamma
-                | Unary::LnBessel => false,
-                _ => self.is_surely_finite(*operand),
-            },
-            Expression::Binary(Binary::Divide | Binary::Power | Binary::Remainder, ..) => false,
-            Expression::Binary(_, left, right) => both(left, right),
-            Expression::If { then, otherwise, .. } => both(then, otherwise),
-            _ => false,
-        }
+        Ok(law.holds(&mut self.builder, &parameters, is_surely))
     }
 }

@@ -62,6 +62,14 @@ pub enum Domain {
 }
 
 impl Domain {
+    /// The bins, where the values are bins.
+    pub fn bins(&self) -> Option<&Bins> {
+        match self {
+            Domain::Bins(bins) => Some(bins),
+            _ => None,
+        }
+    }
+
     /// A domain of labels.
     pub fn labels<'a>(labels: impl IntoIterator<Item = &'a str>) -> Self {
         Domain::Finite { labels: labels.into_iter().map(str::to_owned).collect(), range: None }

@@ -1,9 +1,110 @@
-//! Evaluates constant expressions, or expressions of given variables.
+//! The meaning of an expression: what each node is, given its operands.
 //!
-//! In: an expression, and values of variables. Out: a number. Invariant: `None` if it depends on anything else.
+//! In: an expression, and an [`Environment`]: what variables, parameters and indices read as, and an arithmetic. Out: a number of
+//! that arithmetic. Invariant: operators and choices are written once, for numbers (draws, chains, trees, learning,
+//! constants) and for the nodes of a kernel.
 
-use super::{Domain, Expression, Folded, IndexSpace, Model};
-use crate::ids::{ExpressionId, Id, QuestionId, VariableId};
+use super::{Domain, Expression, Folded, IndexSpace, Model, VariableUse};
+use crate::ids::{ExpressionId, Id, ParameterId, QuestionId, VariableId};
+use crate::law::{Arithmetic, Numbers};
+
+/// What the parts of an expression read as.
+pub trait Environment: Sized {
+    /// The arithmetic that the expression is worked out by.
+    type By: Arithmetic;
+    /// Why an expression has no value.
+    type Stop;
+
+    /// The arithmetic.
+    fn by(&mut self) -> &mut Self::By;
+    /// The value of an operand.
+    fn operand(&mut self, id: ExpressionId) -> Read<Self>;
+    /// The value of an operand that is one number where a vector is worked out as well: an index or a condition.
+    fn scalar(&mut self, id: ExpressionId) -> Read<Self> {
+        self.operand(id)
+    }
+    /// A parameter; of a field, its element at these indices.
+    fn parameter(&mut self, parameter: ParameterId, indices: &[ExpressionId]) -> Read<Self>;
+    /// The number that the value of a variable is.
+    fn variable(&mut self, use_: &VariableUse) -> Read<Self>;
+    /// The index of the enclosing `prod` at this depth.
+    fn index(&mut self, depth: usize) -> Read<Self>;
+    /// The index of the first true element of a family.
+    fn first(&mut self, family: VariableId, with: Option<(ExpressionId, ExpressionId)>) -> Read<Self>;
+    /// The answer of another program, what is read at a cell of a grid, or a vector.
+    fn other(&mut self, expression: &Expression) -> Read<Self>;
+
+    /// The value of a node.
+    ///
+    /// # Errors
+    /// As the operands and the environment.
+    fn value(&mut self, expression: &Expression) -> Read<Self> {
+        Ok(match expression {
+            Expression::Number(number) => self.by().constant(*number),
+            Expression::Parameter { parameter, indices } => self.parameter(*parameter, indices)?,
+            Expression::Variable(use_) => self.variable(use_)?,
+            Expression::Index(depth) => self.index(*depth)?,
+            Expression::Unary(operator, operand) => {
+                let operand = self.operand(*operand)?;
+                self.by().unary(*operator, operand)
+            }
+            Expression::Binary(operator, left, right) => {
+                let (left, right) = (self.operand(*left)?, self.operand(*right)?);
+                self.by().binary(*operator, left, right)
+            }
+            Expression::If { condition, then, otherwise } => {
+                let condition = self.scalar(*condition)?;
+                match self.by().known(condition) {
+                    Some(condition) => self.operand(if condition != 0.0 { *then } else { *otherwise })?,
+                    None => {
+                        let (then, otherwise) = (self.operand(*then)?, self.operand(*otherwise)?);
+                        self.by().select(condition, then, otherwise)
+                    }
+                }
+            }
+            Expression::First { family, with } => self.first(*family, *with)?,
+            other => self.other(other)?,
+        })
+    }
+}
+
+/// The value of an expression in an environment, or why it has none.
+pub type Read<E> = Result<<<E as Environment>::By as Arithmetic>::Number, <E as Environment>::Stop>;
+
+/// Where only some variables have values. There is no value where an expression depends on more.
+struct Partly<'e, F> {
+    value: &'e F,
+    below: &'e Folded<Option<f64>>,
+    by: Numbers,
+}
+
+impl<F: Fn(VariableId) -> Option<f64>> Environment for Partly<'_, F> {
+    type By = Numbers;
+    type Stop = ();
+
+    fn by(&mut self) -> &mut Numbers {
+        &mut self.by
+    }
+    fn operand(&mut self, id: ExpressionId) -> Read<Self> {
+        self.below.of(id).ok_or(())
+    }
+    fn parameter(&mut self, _: ParameterId, _: &[ExpressionId]) -> Read<Self> {
+        Err(())
+    }
+    fn variable(&mut self, use_: &VariableUse) -> Read<Self> {
+        let whole = use_.element.is_none().then_some(use_.variable);
+        whole.and_then(self.value).ok_or(())
+    }
+    fn index(&mut self, _: usize) -> Read<Self> {
+        Err(())
+    }
+    fn first(&mut self, _: VariableId, _: Option<(ExpressionId, ExpressionId)>) -> Read<Self> {
+        Err(())
+    }
+    fn other(&mut self, _: &Expression) -> Read<Self> {
+        Err(())
+    }
+}
 
 impl Model {
     /// The value of a constant expression; `None` if it depends on variables or parameters.
@@ -16,17 +117,8 @@ impl Model {
         if let Expression::Number(number) = &self.expressions[id] {
             return Some(*number);
         }
-        let of = |expression: &Expression, below: &Folded<Option<f64>>| match expression {
-            Expression::Number(number) => Some(*number),
-            Expression::Variable(use_) if use_.element.is_none() => value(use_.variable),
-            Expression::Unary(operator, operand) => Some(operator.apply((*below.of(*operand))?)),
-            Expression::Binary(operator, left, right) => {
-                Some(operator.apply((*below.of(*left))?, (*below.of(*right))?))
-            }
-            Expression::If { condition, then, otherwise } => {
-                *below.of(if (*below.of(*condition))? != 0.0 { *then } else { *otherwise })
-            }
-            _ => None,
+        let of = |expression: &Expression, below: &Folded<Option<f64>>| {
+            Partly { value, below, by: Numbers }.value(expression).ok()
         };
         self.fold(id, of).root()
     }

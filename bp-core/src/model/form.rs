@@ -1,7 +1,7 @@
 //! Forms: the distribution that a factor of the decomposition has.
 //!
 //! In: expressions over the factor's right-hand variables. Out: a [`Form`]. Invariant: a form describes a distribution,
-//! not how it is computed.
+//! not how it is computed; its equations are written once, in `forms/`.
 
 mod noisy;
 mod regression;

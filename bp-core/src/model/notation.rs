@@ -8,6 +8,7 @@ use super::{
 };
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
+use crate::radix;
 use crate::spelling::{exact, quoted};
 
 /// Limit of the length of a form's arguments in a message, in characters.
@@ -228,15 +229,12 @@ impl Model {
 
     /// The values of several variables at a position of their table, the last one fastest: `Rain = true, Wet = false`.
     pub fn combination_text(&self, uses: &[VariableUse], position: usize) -> String {
-        let mut rest = position;
-        let mut words: Vec<String> = (uses.iter().rev())
-            .map(|use_| {
-                let count = self.variables[use_.variable].domain.count().unwrap_or(1).max(1);
-                let ordinal = rest % count;
-                rest /= count;
-                format!("{} = {}", self.variable_name(use_.variable), self.value_name(use_.variable, ordinal))
-            })
-            .collect();
+        let count = |use_: &VariableUse| self.variables[use_.variable].domain.count().unwrap_or(1).max(1);
+        let word = |(use_, ordinal): (&VariableUse, usize)| {
+            format!("{} = {}", self.variable_name(use_.variable), self.value_name(use_.variable, ordinal))
+        };
+        let ordinals = radix::ordinals(position, uses.iter().rev().map(count));
+        let mut words: Vec<String> = uses.iter().rev().zip(ordinals).map(word).collect();
         words.reverse();
         words.join(", ")
     }

@@ -6,6 +6,7 @@
 use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
 use super::{Figure, Row};
 use crate::model::Model;
+use crate::radix;
 use std::sync::Arc;
 
 impl Part {
@@ -29,7 +30,7 @@ impl Part {
                     let mut own = vec![0.0; width];
                     for (place, p) in context.iter().enumerate() {
                         let at = ordinals(&self.of, place);
-                        let at = places.iter().fold(0, |sum, own| sum * self.of[*own].count + at[*own]);
+                        let at = radix::position(places.iter().map(|own| (at[*own], self.of[*own].count)));
                         own[at] += p;
                     }
                     sums.extend(own);

@@ -8,6 +8,7 @@ use super::table::{Column, Table};
 use crate::distribution::Setting;
 use crate::ids::VariableId;
 use crate::model::Model;
+use crate::radix;
 use crate::sample::{Draws, Moments};
 use std::sync::Arc;
 
@@ -100,13 +101,8 @@ impl Part {
 }
 
 /// The ordinals of slots at a position, the last one fastest.
-pub fn ordinals(slots: &[Slot], mut position: usize) -> Vec<usize> {
-    let mut ordinals = vec![0; slots.len()];
-    for (ordinal, slot) in ordinals.iter_mut().zip(slots).rev() {
-        *ordinal = position % slot.count;
-        position /= slot.count;
-    }
-    ordinals
+pub fn ordinals(slots: &[Slot], position: usize) -> Vec<usize> {
+    radix::in_order(position, slots.iter().map(|slot| slot.count))
 }
 
 /// The columns of a table as slots.

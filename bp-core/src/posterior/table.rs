@@ -7,6 +7,7 @@
 use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, IndexSpace, Model, SetKind};
+use crate::radix;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -109,12 +110,7 @@ impl Column {
 
     /// The value of each column at a position, the last fastest.
     pub(crate) fn ordinals(columns: &[Column], position: usize) -> Vec<usize> {
-        let (mut rest, mut ordinals) = (position, vec![0; columns.len()]);
-        for (column, ordinal) in columns.iter().zip(&mut ordinals).rev() {
-            *ordinal = rest % column.values.len();
-            rest /= column.values.len();
-        }
-        ordinals
+        radix::in_order(position, columns.iter().map(|column| column.values.len()))
     }
 }
 

@@ -6,6 +6,7 @@
 
 use super::Potential;
 use super::sweep::{Fold, folded};
+use crate::radix;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -222,7 +223,7 @@ impl Product {
 impl Trace {
     /// Puts the value of the slot into an assignment that has values for the slots on which it depends.
     pub(crate) fn follow(&self, values: &mut [usize], counts: &[usize]) {
-        let cell = self.over.iter().fold(0, |cell, slot| cell * counts[*slot] + values[*slot]);
+        let cell = radix::position(self.over.iter().map(|slot| (values[*slot], counts[*slot])));
         values[self.slot] = self.choice[cell] as usize;
     }
 }

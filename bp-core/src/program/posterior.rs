@@ -10,6 +10,7 @@ use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
 use crate::error::Error;
 use crate::model::Model;
 use crate::plan::Strategy;
+use crate::radix;
 use serde::{Serialize, Serializer};
 use std::fmt::{self, Display, Formatter};
 
@@ -117,7 +118,7 @@ impl Posterior {
                 f64::from(u8::from(drawn.iter().zip(&found).all(agrees)))
             }),
             PartLaw::Finite(numbers) => {
-                let place = found.iter().zip(&part.of).fold(0, |place, (at, slot)| place * slot.count + at);
+                let place = radix::position(found.iter().zip(&part.of).map(|(at, slot)| (*at, slot.count)));
                 [numbers[place], 0.0]
             }
             PartLaw::Normal { .. } => unreachable!("internal: a normal law has been read above"),

@@ -1,7 +1,8 @@
 //! Distributions as numbers, compared with the kernels; and their draws.
 //!
-//! In: one-factor programs, random parents. Out: pass if both agree to 1e-12. Invariant: the kernel and `distribution/`
-//! share no code but the laws, whose densities are tested against statrs.
+//! In: one-factor programs, random parents. Out: pass if both agree to 1e-12. Invariant: both evaluate the equations of
+//! `forms/`; `tests/agreement` compares these with enumeration and quadrature, which share no code with them, and the
+//! densities of laws are tested against statrs.
 
 use crate::support::{model_of, question};
 use bp_core::answer::ask;

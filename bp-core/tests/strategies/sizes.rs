@@ -242,6 +242,14 @@ fn a_let_is_shared() {
         well(&[arguments[0], path]);
     }
     well(&["convert", path, "-", "--to", "bif"]);
+    // So is what is known of a number without its value: 2⁴⁰ steps as a tree. a₄₀ is 0 or 2⁴⁰.
+    let mut text = "program D { variables { X, Y : bool; } decomposition { P(X) P(Y | X) } forms { P(X) = bernoulli(0.25); P(Y | X) = ".to_owned();
+    text += "let a0 = if X { 1 } else { 0 } in ";
+    text.extend((1..=40).map(|n| format!("let a{n} = a{before} + a{before} in ", before = n - 1)));
+    text += "dirac(a40 > 0.5); } question q { P(Y) } }";
+    let path = file("let_dirac.bp", &text);
+    let answer = json(&well(&["ask", path.to_str().unwrap(), "q", "--json"]));
+    assert_eq!(answer["answer"][1]["p"].as_f64(), Some(0.25));
 }
 
 #[test]

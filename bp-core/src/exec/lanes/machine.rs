@@ -7,6 +7,7 @@ use super::arithmetic;
 use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Source, Stage, Target, Work};
 use super::reads::{Arrays, Found, Slot};
 use crate::exec::scalar::{Number, Scalar};
+use crate::radix;
 use pulp::{Arch, NullaryFnOnce};
 
 /// Consecutive rows (or lanes, if there is one row), and their part of each result plane.
@@ -118,11 +119,10 @@ impl<T: Scalar> Machine<T> {
     }
 
     /// Sets the counters of a row; returns the first axis of the rows that has changed.
-    fn turn(&mut self, pass: &Pass, mut row: usize, first: bool) -> usize {
+    fn turn(&mut self, pass: &Pass, row: usize, first: bool) -> usize {
         let mut changed = pass.rows.len();
-        for (number, (axis, extent)) in pass.rows.iter().enumerate().rev() {
-            let value = row % extent;
-            row /= extent;
+        let values = radix::ordinals(row, pass.rows.iter().rev().map(|(_, extent)| *extent));
+        for ((number, (axis, _)), value) in pass.rows.iter().enumerate().rev().zip(values) {
             if first || self.counters[*axis] != value {
                 changed = number;
             }

@@ -9,6 +9,7 @@ use crate::io::Warning;
 use crate::io::draft::{Draft, Fastest, Table};
 use crate::io::lexer::{Dialect, Lexer, Token, probability, shortened, unexpected};
 use crate::model::Model;
+use crate::radix;
 use crate::source::{Source, Span};
 use std::collections::HashMap;
 
@@ -295,12 +296,8 @@ impl<'s> Reader<'s> {
         }
         let mut numbers = Vec::new();
         for row in 0..rows {
-            let mut values = vec![0; parents.len()];
-            let mut rest = row;
-            for (value, parent) in values.iter_mut().zip(parents).rev() {
-                (*value, rest) = (rest % size(parent), rest / size(parent));
-            }
-            let own = places.iter().fold(0, |own, place| own * size(&parents[*place]) + values[*place]);
+            let values = radix::in_order(row, parents.iter().map(size));
+            let own = radix::position(places.iter().map(|place| (values[*place], size(&parents[*place]))));
             numbers.extend_from_slice(&given[own]);
         }
         Ok(numbers)

@@ -7,6 +7,7 @@ use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Expression, Form, Model};
+use crate::radix;
 use std::collections::{HashMap, HashSet};
 
 /// Tolerance of the sum of constant probabilities.
@@ -276,11 +277,11 @@ fn dirac_fault(
     }
     let mut example = None;
     for combination in 0..combinations {
-        let (mut rest, mut values) = (combination, HashMap::new());
-        for (variable, count, domain) in &parents {
-            values.insert(*variable, domain.number(rest % count));
-            rest /= count;
-        }
+        let ordinals = radix::ordinals(combination, parents.iter().map(|(_, count, _)| *count));
+        let number = |((variable, _, domain), ordinal): (&(VariableId, usize, &Domain), usize)| {
+            (*variable, domain.number(ordinal))
+        };
+        let values: HashMap<VariableId, f64> = parents.iter().zip(ordinals).map(number).collect();
         let result = model.evaluate(value, &|variable| values.get(&variable).copied())?;
         if domain.ordinal_at(result).is_some() {
             return None;

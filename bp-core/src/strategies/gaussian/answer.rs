@@ -3,7 +3,7 @@
 //! In: a closed form and the host's inputs. Out: [`Answer`]s: a mean and a deviation for each searched variable, or one
 //! of its moments. Invariant: each parameter and each observation is one number.
 
-use super::{Filter, Gaussian, components, condition};
+use super::{Filter, Gaussian, condition};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
 use crate::error::Error;
@@ -22,7 +22,7 @@ fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
     gaussian.sources.len() > MANY_VARIABLES
         && gaussian.carried.is_empty()
         && gaussian.initial.is_empty()
-        && gaussian.sources.iter().all(|source| components(model, source.variable) == 1)
+        && gaussian.sources.iter().all(|source| model.components(source.variable) == 1)
 }
 
 /// What an ask makes of a normal law.

@@ -4,10 +4,10 @@
 //! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
 //! factor, conditioned on one observation after the other, and only what the next instant needs is carried.
 
-use super::{Gaussian, LinearForm, NormalLaw, Source, components};
+use super::{Gaussian, NormalLaw, Source};
 use crate::error::{Error, Impossible};
 use crate::ids::VariableId;
-use crate::model::Model;
+use crate::model::{LinearForm, Model};
 use crate::spelling::number as written;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{HashMap, HashSet};
@@ -90,7 +90,7 @@ impl Filter {
         let carried = plan.carried.iter();
         let carried: Vec<(VariableId, usize)> = carried
             .flat_map(|(_, previous)| {
-                (0..components(model, *previous)).map(|component| (*previous, component))
+                (0..model.components(*previous)).map(|component| (*previous, component))
             })
             .collect();
         let mut rows: HashMap<(VariableId, usize), usize> = HashMap::new();
@@ -101,7 +101,7 @@ impl Filter {
             law.extend(&[], 0.0, 0.0);
         }
         for source in &plan.initial {
-            for component in 0..components(model, source.variable) {
+            for component in 0..model.components(source.variable) {
                 let Extension { terms, constant, deviation } =
                     extension(model, source, component, &rows, &parameter)?;
                 rows.insert((source.variable, component), law.len());
@@ -112,13 +112,13 @@ impl Filter {
         rows = carried.iter().enumerate().map(|(row, slot)| (*slot, row)).collect();
         let mut extensions = Vec::new();
         for source in &plan.sources {
-            for component in 0..components(model, source.variable) {
+            for component in 0..model.components(source.variable) {
                 extensions.push(extension(model, source, component, &rows, &parameter)?);
                 rows.insert((source.variable, component), carried.len() + extensions.len() - 1);
             }
         }
         let named = |variable: VariableId| {
-            let (count, name) = (components(model, variable), model.variable_name(variable));
+            let (count, name) = (model.components(variable), model.variable_name(variable));
             let of =
                 |component: usize| if count == 1 { name.clone() } else { format!("{name}[{component}]") };
             let rows = &rows;

@@ -6,10 +6,10 @@
 //! the memory of two.
 
 use super::filter::{law_of, observe, observes_dirac};
-use super::{Belief, Gaussian, LinearForm, NormalLaw};
+use super::{Belief, Gaussian, NormalLaw};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Expression, Model};
+use crate::model::{Expression, LinearForm, Model};
 use std::collections::{HashMap, HashSet};
 
 /// The variables that are still needed, with their normal law.

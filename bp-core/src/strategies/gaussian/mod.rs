@@ -15,5 +15,5 @@ pub use filter::{Belief, Filter};
 pub(crate) use frontier::condition;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::Engine;
-pub use offer::{Gaussian, LinearForm, Source};
-pub(crate) use offer::{applies, components};
+pub(crate) use offer::applies;
+pub use offer::{Gaussian, Source};

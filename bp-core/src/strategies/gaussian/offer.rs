@@ -11,11 +11,10 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Domain, Evidence, Expression, Folded, Form, Model, Question, Statistic, When};
-use crate::operators::{Binary, Unary};
+use crate::model::{Ask, Evidence, Expression, Form, Model, Question, Statistic, When};
 use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// Where a variable comes from.
 #[derive(Clone, PartialEq, Debug)]
@@ -43,15 +42,6 @@ pub struct Gaussian {
     pub observed: Vec<VariableId>,
     /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
     derivation: Vec<(String, String, [String; 3])>,
-}
-
-/// A linear form: Σ coefficient · variable + constant.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct LinearForm {
-    /// Coefficients, of a variable and its component (0 of a number).
-    pub coefficients: BTreeMap<(VariableId, usize), f64>,
-    /// Constant.
-    pub constant: f64,
 }
 
 /// Whether a model is linear and Gaussian throughout, and the ask is one of its reals.
@@ -99,43 +89,19 @@ fn distribution(ask: &Ask) -> bool {
         && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
 }
 
-/// Degree of an expression in the variables: 0, 1, or `None` where it is not linear.
+/// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients are not known from
+/// the parameters alone.
 fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
-    model.fold(id, degree_of).root()
-}
-
-/// Degree of a node, given those of its operands.
-fn degree_of(expression: &Expression, below: &Folded<Option<u8>>) -> Option<u8> {
-    let of = |id: &ExpressionId| *below.of(*id);
-    match expression {
-        Expression::Number(_) => Some(0),
-        Expression::Parameter { indices, .. } => indices.is_empty().then_some(0),
-        Expression::Variable(use_) => use_.element.is_none().then_some(1),
-        Expression::Unary(Unary::Negate, operand) => of(operand),
-        Expression::Unary(_, operand) => of(operand).filter(|degree| *degree == 0),
-        Expression::Binary(operator, left, right) => {
-            let (left, right) = (of(left)?, of(right)?);
-            match operator {
-                Binary::Add | Binary::Subtract => Some(left.max(right)),
-                Binary::Multiply => Some(left + right).filter(|degree| *degree <= 1),
-                Binary::Divide => (right == 0).then_some(left),
-                _ => (left + right == 0).then_some(0),
-            }
-        }
-        // A vector of numbers; a rotation or a length is not linear.
-        Expression::Vector(name, parts) if name == "vector" => {
-            parts.iter().try_fold(0, |most, part| Some(of(part)?.max(most)))
-        }
-        _ => None,
-    }
-}
-
-/// How many components a real has.
-pub(crate) fn components(model: &Model, variable: VariableId) -> usize {
-    match model.variables[variable].domain {
-        Domain::Vector(length) => length,
-        _ => 1,
-    }
+    let is_known = |id: ExpressionId| match &model.expressions[id] {
+        Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) => true,
+        Expression::Parameter { indices, .. } => indices.is_empty(),
+        Expression::Variable(use_) => use_.element.is_none(),
+        // A vector of numbers; a rotation has no such coefficients here.
+        Expression::Vector(name, _) => name == "vector",
+        _ => false,
+    };
+    let known = model.nodes_below(id).into_iter().all(is_known);
+    model.degree(id, &|_| true).filter(|_| known)
 }
 
 fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
@@ -319,67 +285,5 @@ impl Offered for Gaussian {
 
     fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
         Ok(Box::new(self.clone()))
-    }
-}
-
-impl LinearForm {
-    /// The linear form that an expression, or one component of a vector, is where parameters have these values.
-    pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
-        // A component of a sum of vectors is the sum of the components; of a vector it is one number.
-        let mut id = id;
-        while let Expression::Vector(_, parts) = &model.expressions[id] {
-            id = parts[component];
-        }
-        let of = |expression: &Expression, below: &Folded<Self>| {
-            Self::of_node(model, expression, below, component, parameter)
-        };
-        model.fold(id, of).root()
-    }
-
-    fn of_node(
-        model: &Model,
-        expression: &Expression,
-        below: &Folded<Self>,
-        component: usize,
-        parameter: &dyn Fn(&str) -> f64,
-    ) -> Self {
-        let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
-        match expression {
-            Expression::Number(number) => constant(*number),
-            Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
-            Expression::Variable(use_) => {
-                let component = if components(model, use_.variable) == 1 { 0 } else { component };
-                Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
-            }
-            Expression::Unary(Unary::Negate, operand) => below.of(*operand).clone().times(-1.0),
-            Expression::Unary(operator, operand) => constant(operator.apply(below.of(*operand).constant)),
-            Expression::Binary(operator, left, right) => {
-                let (left, right) = (below.of(*left), below.of(*right));
-                match operator {
-                    Binary::Add => left.clone().plus(right),
-                    Binary::Subtract => left.clone().plus(&right.clone().times(-1.0)),
-                    Binary::Multiply if left.coefficients.is_empty() => right.clone().times(left.constant),
-                    Binary::Multiply => left.clone().times(right.constant),
-                    Binary::Divide => left.clone().times(1.0 / right.constant),
-                    _ => constant(operator.apply(left.constant, right.constant)),
-                }
-            }
-            Expression::Vector(_, parts) => below.of(parts[component]).clone(),
-            _ => unreachable!("internal: not linear, though the plan said so"),
-        }
-    }
-
-    fn times(mut self, factor: f64) -> Self {
-        self.coefficients.values_mut().for_each(|coefficient| *coefficient *= factor);
-        self.constant *= factor;
-        self
-    }
-
-    fn plus(mut self, other: &Self) -> Self {
-        for (variable, coefficient) in &other.coefficients {
-            *self.coefficients.entry(*variable).or_insert(0.0) += coefficient;
-        }
-        self.constant += other.constant;
-        self
     }
 }

@@ -8,6 +8,7 @@ use super::evidence::Evidence;
 use super::network::Network;
 use super::plan::Marginals;
 use crate::error::Error;
+use crate::radix;
 
 /// The most products of all runs together, each run one combination of values.
 const MOST_PRODUCTS: f64 = 2e10;
@@ -131,10 +132,9 @@ fn condition(
     own.hard.extend(variables.iter().map(|variable| (*variable, 0)));
     let extents: Vec<usize> = variables.iter().map(|variable| network.cardinalities[*variable]).collect();
     for number in 0..extents.iter().product() {
-        let (mut rest, start) = (number, evidence.hard.len());
-        for (place, extent) in extents.iter().enumerate().rev() {
-            own.hard[start + place].1 = rest % extent;
-            rest /= extent;
+        let ordinals = radix::ordinals(number, extents.iter().rev().copied());
+        for (hard, ordinal) in own.hard.iter_mut().rev().zip(ordinals) {
+            hard.1 = ordinal;
         }
         match session.ask(&own) {
             Ok(()) => {

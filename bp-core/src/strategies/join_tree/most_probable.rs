@@ -12,6 +12,7 @@ use super::evidence::Evidence;
 use super::network::Network;
 use super::session::Session;
 use crate::error::Error;
+use crate::radix;
 
 /// A most probable value for each variable, and ln P(values, evidence).
 ///
@@ -52,16 +53,15 @@ impl Session<'_> {
     }
 
     /// Gives some variables the values that a number stands for, the last one fastest.
-    fn choose(&self, variables: &[usize], mut row: usize, values: &mut [usize]) {
-        for variable in variables.iter().rev() {
-            let count = self.tree.cardinalities[*variable];
-            values[*variable] = row % count;
-            row /= count;
+    fn choose(&self, variables: &[usize], row: usize, values: &mut [usize]) {
+        let counts = variables.iter().rev().map(|variable| self.tree.cardinalities[*variable]);
+        for (variable, value) in variables.iter().rev().zip(radix::ordinals(row, counts)) {
+            values[*variable] = value;
         }
     }
 
     fn place(&self, node: usize, values: &[usize]) -> usize {
         let scope = &self.tree.scopes[node];
-        scope.iter().fold(0, |place, one| place * self.tree.cardinalities[*one] + values[*one])
+        radix::position(scope.iter().map(|one| (values[*one], self.tree.cardinalities[*one])))
     }
 }

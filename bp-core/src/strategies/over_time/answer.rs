@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
 use crate::posterior::{Answer, Column, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named};
 use crate::progress;
+use crate::radix;
 use crate::sample::Sampling;
 use crate::strategies::{Case, Found, Observed, Offered, Prepared, Purpose, gaussian, weighting as sampled};
 
@@ -156,8 +157,9 @@ impl Asker<'_> {
                     }
                     (_, None) => {
                         let What::Finite(numbers) = &told.what else { continue };
-                        let at = columns.iter().zip(ordinals);
-                        let at = at.fold(0, |at, (column, ordinal)| at * column.values.len() + ordinal);
+                        let digits =
+                            ordinals.iter().copied().zip(columns.iter().map(|column| column.values.len()));
+                        let at = radix::position(digits);
                         Figure::Probability { p: numbers[at] }
                     }
                 };

@@ -9,8 +9,7 @@
 use crate::equation::{Scope, of_form};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
-use crate::model::{Expression, Folded, Form, Model};
-use crate::operators::{Binary, Unary};
+use crate::model::{Form, Model};
 
 /// The variables that are linear and Gaussian given the others.
 pub(crate) fn linear(model: &Model) -> Vec<VariableId> {
@@ -57,7 +56,7 @@ fn of_factor(model: &Model, id: FactorId, linear: &Scope) -> Option<VariableId> 
 
 /// Whether a form is normal or a Dirac, with a mean that is linear in some variables, and otherwise without them.
 pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
-    let of = |id: ExpressionId| degree(model, id, linear);
+    let of = |id: ExpressionId| model.degree(id, &|variable| linear.contains(&variable));
     match form {
         Form::Law { law: Law::Normal, arguments } => {
             of(arguments[0]).is_some() && of(arguments[1]) == Some(0)
@@ -70,38 +69,5 @@ pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
         }
         Form::Previous { at: None, otherwise, .. } => is_linear_in(model, otherwise, linear),
         _ => false,
-    }
-}
-
-/// The degree of an expression in some variables: 0, 1, or `None` where it is not linear in them.
-fn degree(model: &Model, id: ExpressionId, linear: &Scope) -> Option<u8> {
-    model.fold(id, |expression, below| degree_of(expression, below, linear)).root()
-}
-
-/// The degree of a node, given those of its operands: 0 where none of the variables is in it.
-fn degree_of(expression: &Expression, below: &Folded<Option<u8>>, linear: &Scope) -> Option<u8> {
-    let of = |id: ExpressionId| *below.of(id);
-    match expression {
-        Expression::Variable(use_) => Some(u8::from(linear.contains(&use_.variable))),
-        Expression::Unary(Unary::Negate, operand) => of(*operand),
-        Expression::Binary(Binary::Add | Binary::Subtract, left, right) => Some(of(*left)?.max(of(*right)?)),
-        Expression::Binary(Binary::Multiply, left, right) => {
-            Some(of(*left)? + of(*right)?).filter(|degree| *degree <= 1)
-        }
-        Expression::Binary(Binary::Divide, left, right) => (of(*right)? == 0).then_some(of(*left)?),
-        Expression::If { condition, then, otherwise } => {
-            (of(*condition)? == 0).then_some(of(*then)?.max(of(*otherwise)?))
-        }
-        Expression::Vector(name, parts) if name == "vector" => {
-            parts.iter().try_fold(0, |most, part| Some(of(*part)?.max(most)))
-        }
-        // A rotation is linear in what it turns.
-        Expression::Vector(name, parts) if name == "rotate" => (of(parts[1])? == 0).then_some(of(parts[0])?),
-        Expression::First { family, .. } if linear.contains(family) => None,
-        _ => {
-            let mut without = true;
-            expression.each_operand(&mut |operand| without &= of(operand) == Some(0));
-            without.then_some(0)
-        }
     }
 }

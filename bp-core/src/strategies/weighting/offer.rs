@@ -11,10 +11,7 @@
 use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
-use crate::model::{
-    Ask, Domain, Evidence, Expression, Factor, Folded, Form, Model, Question, Statistic, in_order,
-};
-use crate::operators::{Binary, Unary};
+use crate::model::{Ask, Domain, Evidence, Expression, Factor, Form, Model, Question, Statistic, in_order};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
 
@@ -248,7 +245,8 @@ fn steps(
             with.push((*candidate, *id));
             factor.left.len() == 1
                 && factor.products.is_empty()
-                && degree_in(model, value, model.factors[*candidate].left[0].variable) == Some(1)
+                && model.variables[left].domain == Domain::Real
+                && can_be_solved(model, value, model.factors[*candidate].left[0].variable)
                 && ordered(model, factors, observed, &with).is_some()
         });
         match parent {
@@ -295,29 +293,13 @@ fn ordered(
     Some(order.into_iter().map(treated).collect())
 }
 
-/// The degree of an expression in one variable: 0, 1, or `None` where it is not linear in it.
-fn degree_in(model: &Model, id: ExpressionId, variable: VariableId) -> Option<u8> {
-    model.fold(id, |expression, below| degree_of(expression, below, variable)).root()
-}
-
-/// The degree of a node, given those of its operands: 0 where the variable is not in it.
-fn degree_of(expression: &Expression, below: &Folded<Option<u8>>, variable: VariableId) -> Option<u8> {
-    let of = |id: ExpressionId| *below.of(id);
-    match expression {
-        Expression::Variable(use_) => Some(u8::from(use_.variable == variable)),
-        Expression::Unary(Unary::Negate, operand) => of(*operand),
-        Expression::Binary(Binary::Add | Binary::Subtract, left, right) => Some(of(*left)?.max(of(*right)?)),
-        Expression::Binary(Binary::Multiply, left, right) => {
-            Some(of(*left)? + of(*right)?).filter(|degree| *degree <= 1)
-        }
-        Expression::Binary(Binary::Divide, left, right) => (of(*right)? == 0).then_some(of(*left)?),
-        Expression::First { family, .. } if *family == variable => None,
-        _ => {
-            let mut without = true;
-            expression.each_operand(&mut |operand| without &= of(operand) == Some(0));
-            without.then_some(0)
-        }
-    }
+/// Whether an expression is linear in one variable, with a coefficient that no condition makes another one.
+fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool {
+    let degrees = model.degrees(id, &|one| one == variable);
+    let chooses = |id: &ExpressionId| {
+        matches!(model.expressions[*id], Expression::If { .. }) && *degrees.of(*id) != Some(0)
+    };
+    *degrees.of(id) == Some(1) && !model.nodes_below(id).iter().any(chooses)
 }
 
 impl Sampled {

@@ -9,6 +9,7 @@ use super::forms::Target;
 use crate::diagnostic::Diagnostic;
 use crate::ids::ExpressionId;
 use crate::model::{Domain, Form};
+use crate::radix;
 use crate::source::Span;
 use crate::syntax::ast::Row;
 
@@ -114,13 +115,13 @@ impl Checker<'_> {
 }
 
 /// A combination of values as text: `Rain = true, Sprinkler = false`.
-fn combination(mut place: usize, right: &[(String, Domain)]) -> String {
-    let mut words = Vec::new();
-    for (name, domain) in right.iter().rev() {
-        let count = domain.count().unwrap_or(1).max(1);
-        words.push(format!("{name} = {}", domain.value_name(place % count)));
-        place /= count;
-    }
+fn combination(place: usize, right: &[(String, Domain)]) -> String {
+    let counts = right.iter().rev().map(|(_, domain)| domain.count().unwrap_or(1).max(1));
+    let word = |((name, domain), ordinal): (&(String, Domain), usize)| {
+        format!("{name} = {}", domain.value_name(ordinal))
+    };
+    let ordinals = radix::ordinals(place, counts);
+    let mut words: Vec<String> = right.iter().rev().zip(ordinals).map(word).collect();
     words.reverse();
     format!("`{}`", words.join(", "))
 }

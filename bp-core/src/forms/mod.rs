@@ -1,0 +1,35 @@
+//! The equations of the forms, each written once, over an [`Arithmetic`].
+//!
+//! In: the numbers of a form and a value of its left-hand variable: as numbers, with exponents apart, or as nodes of a kernel.
+//! Out: a probability, a density, or whether the form can have these numbers. Invariant: an engine loops over values and
+//! looks up entries; the equations stand here, and those of the laws in `law/`.
+
+pub(crate) mod bernoulli;
+pub(crate) mod dirac;
+pub(crate) mod law;
+pub(crate) mod mixture;
+pub(crate) mod normal;
+pub(crate) mod normal_bins;
+pub(crate) mod row;
+pub(crate) mod surely;
+pub(crate) mod truncated;
+pub(crate) mod uniform;
+pub(crate) mod weights;
+
+use crate::law::Arithmetic;
+use crate::operators::Binary;
+
+/// Whether low ≤ x ≤ high.
+pub(crate) fn between<A: Arithmetic>(by: &mut A, x: A::Number, low: A::Number, high: A::Number) -> A::Number {
+    let above = by.binary(Binary::GreaterOrEqual, x, low);
+    let below = by.binary(Binary::LessOrEqual, x, high);
+    by.binary(Binary::And, above, below)
+}
+
+/// A part of a total; 0 where the total is 0.
+pub(crate) fn share<A: Arithmetic>(by: &mut A, part: A::Number, total: A::Number) -> A::Number {
+    let zero = by.constant(0.0);
+    let nothing = by.binary(Binary::Equal, total, zero);
+    let share = by.divide(part, total);
+    by.select(nothing, zero, share)
+}

@@ -1,0 +1,12 @@
+//! `uniform`: every value alike.
+//!
+//! In: how many values there are. Out: P(x) = 1 / count. Invariant: of several variables together, the count is that of their
+//! combinations.
+
+use crate::law::Arithmetic;
+
+/// The probability of each value.
+pub(crate) fn probability<A: Arithmetic>(by: &mut A, count: A::Number) -> A::Number {
+    let one = by.constant(1.0);
+    by.divide(one, count)
+}

@@ -1,0 +1,132 @@
+//! Which expressions are linear in some variables, and with what coefficients.
+//!
+//! In: an expression, and the variables in question or the numbers of parameters. Out: its degree, or a [`LinearForm`]. Invariant:
+//! what is said to be of degree 0 or 1 is so whatever the other variables are; the one place where that is decided.
+
+use super::{Domain, Expression, Folded, Model};
+use crate::ids::{ExpressionId, VariableId};
+use crate::operators::{Binary, Unary};
+use std::collections::BTreeMap;
+
+impl Model {
+    /// The degree of an expression in some variables: 0, 1, or `None` where it is not linear in them.
+    pub fn degree(&self, id: ExpressionId, wanted: &impl Fn(VariableId) -> bool) -> Option<u8> {
+        self.degrees(id, wanted).root()
+    }
+
+    /// The degree of each node of an expression in some variables.
+    pub fn degrees(&self, id: ExpressionId, wanted: &impl Fn(VariableId) -> bool) -> Folded<Option<u8>> {
+        self.fold(id, |expression, below| degree_of(expression, below, wanted))
+    }
+
+    /// How many components a value of a variable has.
+    pub fn components(&self, variable: VariableId) -> usize {
+        match self.variables[variable].domain {
+            Domain::Vector(length) => length,
+            _ => 1,
+        }
+    }
+}
+
+/// The degree of a node, given those of its operands: 0 where none of the variables is in it.
+fn degree_of(
+    expression: &Expression,
+    below: &Folded<Option<u8>>,
+    wanted: &impl Fn(VariableId) -> bool,
+) -> Option<u8> {
+    let of = |id: ExpressionId| *below.of(id);
+    match expression {
+        Expression::Variable(use_) => Some(u8::from(wanted(use_.variable))),
+        Expression::Unary(Unary::Negate, operand) => of(*operand),
+        Expression::Binary(Binary::Add | Binary::Subtract, left, right) => Some(of(*left)?.max(of(*right)?)),
+        Expression::Binary(Binary::Multiply, left, right) => {
+            Some(of(*left)? + of(*right)?).filter(|degree| *degree <= 1)
+        }
+        Expression::Binary(Binary::Divide, left, right) => (of(*right)? == 0).then_some(of(*left)?),
+        Expression::If { condition, then, otherwise } => {
+            (of(*condition)? == 0).then_some(of(*then)?.max(of(*otherwise)?))
+        }
+        Expression::Vector(name, parts) if name == "vector" => {
+            parts.iter().try_fold(0, |most, part| Some(of(*part)?.max(most)))
+        }
+        // A rotation is linear in what it turns.
+        Expression::Vector(name, parts) if name == "rotate" => (of(parts[1])? == 0).then_some(of(parts[0])?),
+        Expression::First { family, .. } if wanted(*family) => None,
+        _ => {
+            let mut without = true;
+            expression.each_operand(&mut |operand| without &= of(operand) == Some(0));
+            without.then_some(0)
+        }
+    }
+}
+
+/// A linear form: Σ coefficient · variable + constant.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LinearForm {
+    /// Coefficients, of a variable and its component (0 of a number).
+    pub coefficients: BTreeMap<(VariableId, usize), f64>,
+    /// Constant.
+    pub constant: f64,
+}
+
+impl LinearForm {
+    /// The linear form that an expression, or one component of a vector, is where parameters have these values.
+    pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
+        // A component of a sum of vectors is the sum of the components; of a vector it is one number.
+        let mut id = id;
+        while let Expression::Vector(_, parts) = &model.expressions[id] {
+            id = parts[component];
+        }
+        let of = |expression: &Expression, below: &Folded<Self>| {
+            Self::of_node(model, expression, below, component, parameter)
+        };
+        model.fold(id, of).root()
+    }
+
+    fn of_node(
+        model: &Model,
+        expression: &Expression,
+        below: &Folded<Self>,
+        component: usize,
+        parameter: &dyn Fn(&str) -> f64,
+    ) -> Self {
+        let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
+        match expression {
+            Expression::Number(number) => constant(*number),
+            Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
+            Expression::Variable(use_) => {
+                let component = if model.components(use_.variable) == 1 { 0 } else { component };
+                Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
+            }
+            Expression::Unary(Unary::Negate, operand) => below.of(*operand).clone().times(-1.0),
+            Expression::Unary(operator, operand) => constant(operator.apply(below.of(*operand).constant)),
+            Expression::Binary(operator, left, right) => {
+                let (left, right) = (below.of(*left), below.of(*right));
+                match operator {
+                    Binary::Add => left.clone().plus(right),
+                    Binary::Subtract => left.clone().plus(&right.clone().times(-1.0)),
+                    Binary::Multiply if left.coefficients.is_empty() => right.clone().times(left.constant),
+                    Binary::Multiply => left.clone().times(right.constant),
+                    Binary::Divide => left.clone().times(1.0 / right.constant),
+                    _ => constant(operator.apply(left.constant, right.constant)),
+                }
+            }
+            Expression::Vector(_, parts) => below.of(parts[component]).clone(),
+            _ => unreachable!("internal: not linear, though the plan said so"),
+        }
+    }
+
+    fn times(mut self, factor: f64) -> Self {
+        self.coefficients.values_mut().for_each(|coefficient| *coefficient *= factor);
+        self.constant *= factor;
+        self
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        for (variable, coefficient) in &other.coefficients {
+            *self.coefficients.entry(*variable).or_insert(0.0) += coefficient;
+        }
+        self.constant += other.constant;
+        self
+    }
+}
