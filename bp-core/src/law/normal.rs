@@ -74,10 +74,8 @@ pub(super) fn variance([_, s]: [f64; 2]) -> f64 {
 
 /// m = mean of x,  s² = mean of (x − m)²: of maximum likelihood, which divides by N, not by N − 1.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
-    let mean = sample.mean_of(|x| x);
-    let deviation = sample.mean_of(|x| (x - mean) * (x - mean)).sqrt();
-    // Equal values differ from their mean by its rounding.
-    if deviation > 1e-14 * mean.abs() { Ok([mean, deviation]) } else { Err(TOO_EQUAL) }
+    let deviation = sample.deviation();
+    if deviation > 0.0 { Ok([sample.mean(), deviation]) } else { Err(TOO_EQUAL) }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [m, s]: [f64; 2]) -> f64 {

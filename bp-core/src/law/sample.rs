@@ -47,6 +47,40 @@ impl Sample {
         seen.map(|(number, weight)| weight * g(number)).sum::<f64>() / self.total()
     }
 
+    /// Σ wᵢ xᵢ / Σ wᵢ, within rounding of the values; of equal values that value. Nothing overflows.
+    pub fn mean(&self) -> f64 {
+        let (low, high) = self.ends();
+        if low >= high {
+            return low;
+        }
+        let unit = power_of_two(low.abs().max(high.abs()));
+        let first = self.mean_of(|x| x / unit);
+        ((first + self.mean_of(|x| x / unit - first)) * unit).clamp(low, high)
+    }
+
+    /// The root of the mean squared distance from the mean, without the rounding of the mean.
+    pub fn deviation(&self) -> f64 {
+        let mean = self.mean();
+        let distance = self.distance(mean);
+        if distance == 0.0 {
+            return 0.0;
+        }
+        let off = self.mean_of(|x| (0.5 * x - 0.5 * mean) / (0.5 * distance));
+        distance * (1.0 - off * off).max(0.0).sqrt()
+    }
+
+    /// The root of the mean squared distance from a number: √(Σ wᵢ (xᵢ − m)² / Σ wᵢ). Squares neither overflow nor vanish.
+    pub fn distance(&self, from: f64) -> f64 {
+        let (low, high) = self.ends();
+        let half = (0.5 * low - 0.5 * from).abs().max((0.5 * high - 0.5 * from).abs());
+        if !(half > 0.0 && half.is_finite()) {
+            return if half == 0.0 { 0.0 } else { f64::NAN };
+        }
+        let unit = power_of_two(half);
+        let square = |x: f64| (0.5 * x - 0.5 * from) / unit;
+        2.0 * self.mean_of(|x| square(x) * square(x)).sqrt() * unit
+    }
+
     /// The smallest and the largest number.
     pub fn ends(&self) -> (f64, f64) {
         let seen = self.iter().filter(|(_, weight)| *weight > 0.0);
@@ -61,6 +95,11 @@ impl Sample {
         self.iter().for_each(|(number, weight)| mapped.add(g(number), weight));
         mapped
     }
+}
+
+/// The largest power of two that is not above a positive number; 2⁻¹⁰²² for what is smaller.
+fn power_of_two(number: f64) -> f64 {
+    f64::from_bits(number.max(f64::MIN_POSITIVE).to_bits() & f64::INFINITY.to_bits())
 }
 
 impl FromIterator<f64> for Sample {

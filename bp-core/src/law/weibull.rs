@@ -4,7 +4,7 @@
 //! E = c Γ(1 + 1/k),  Var = c² (Γ(1 + 2/k) − Γ(1 + 1/k)²).
 
 use super::{
-    Arithmetic, Constraint, Refusal, Sample, Support,
+    Arithmetic, Constraint, Numbers, Refusal, Sample, Support,
     fit::{MOST_SHAPE, NOT_POSITIVE, TOO_EQUAL, positive_root},
 };
 use crate::operators::{Binary, Unary, ln_gamma};
@@ -18,15 +18,28 @@ pub(super) const SUPPORT: Support = Support::Positive;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, c]: [A::Number; 2]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
-    let ratio = by.divide(x, c);
-    let power = by.binary(Binary::Power, ratio, k);
+    let (ln_ratio, power) = ratio(by, x, [k, c]);
     let hazard = by.divide(k, c);
     let (ln_hazard, less) = (by.ln(hazard), by.subtract(k, one));
-    let ln_power = by.times_ln(less, ratio);
+    let ln_power = by.multiply(less, ln_ratio);
+    let ln_power = by.select(less, ln_power, zero);
     let value = by.add(ln_hazard, ln_power);
     let value = by.subtract(value, power);
     let inside = by.greater(x, zero);
     by.within(inside, value)
+}
+
+/// ln(x/c) and (x/c)^k; from ln x − ln c where the ratio is so far from 1 that the number type may not hold it.
+fn ratio<A: Arithmetic>(by: &mut A, x: A::Number, [k, c]: [A::Number; 2]) -> (A::Number, A::Number) {
+    let ratio = by.divide(x, c);
+    let (low, high) = (by.constant(1e-30), by.constant(1e30));
+    let (above, below) = (by.greater(ratio, low), by.greater(high, ratio));
+    let near = by.binary(Binary::And, above, below);
+    let (ln_x, ln_c, ln_near) = (by.ln(x), by.ln(c), by.ln(ratio));
+    let ln_far = by.subtract(ln_x, ln_c);
+    let ln_power = by.multiply(k, ln_far);
+    let (power, power_far) = (by.binary(Binary::Power, ratio, k), by.exp(ln_power));
+    (by.select(near, ln_near, ln_far), by.select(near, power, power_far))
 }
 
 pub(super) fn mass<A: Arithmetic>(
@@ -38,8 +51,7 @@ pub(super) fn mass<A: Arithmetic>(
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
     let hazard = |by: &mut A, x| {
         let x = by.binary(Binary::Maximum, x, zero);
-        let ratio = by.divide(x, c);
-        by.binary(Binary::Power, ratio, k)
+        ratio(by, x, [k, c]).1
     };
     // exp(−l) − exp(−h) = exp(−l) (1 − u) with u = exp(−d), d = h − l. Of a small d, 1 − u is (1 − u) d / −ln u: there the
     // rounding of u cancels (Kahan).
@@ -62,7 +74,7 @@ pub(super) fn tails(x: f64, [k, c]: [f64; 2]) -> (f64, f64) {
     if x <= 0.0 {
         return (0.0, 1.0);
     }
-    let power = (x / c).powf(k);
+    let (_, power) = ratio(&mut Numbers, x, [k, c]);
     (-pxfm::f_expm1(-power), pxfm::f_exp(-power))
 }
 

@@ -17,6 +17,7 @@ use super::statistics::Statistic;
 use crate::error::Error;
 use crate::law::{Law, Refusal, Sample};
 use crate::model::{Bins, Domain, Fit, ParameterKind};
+use crate::spelling::number as written;
 use std::collections::HashMap;
 
 /// The origin of the estimate of a distribution.
@@ -147,6 +148,25 @@ pub(super) fn estimate(
     normals(learnable, statistics, &together, step, &mut outcomes)?;
     check(learnable)?;
     Ok(outcomes)
+}
+
+/// Why an unbiased deviation cannot be estimated.
+const TOO_FEW: Refusal = "divides by the number of cases less one, and needs more than one case";
+
+/// Refuses unbiased deviations of one case or less.
+///
+/// # Errors
+/// There is one that some cases belong to; it names the context.
+pub(super) fn check_unbiased(learnable: &Learnable, statistics: &[Statistic]) -> Result<(), Error> {
+    for (position, distribution) in learnable.distributions().iter().enumerate() {
+        let Statistic::Sample(sample) = &statistics[position] else { continue };
+        if distribution.fit == Some(Fit::UnbiasedNormal) && !sample.is_empty() && sample.total() <= 1.0 {
+            let seen = written(sample.total());
+            let message = format!("`normal, unbiased` {TOO_FEW}; the weight of its cases is {seen}");
+            return Err(Error::input(learnable.place(position), message));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses invalid numbers of a form.
@@ -287,17 +307,19 @@ fn fitted(
     if let Some(Fit::Conjugate { known, prior, .. }) = fit {
         return Ok(conjugate(law, known, *prior, sample));
     }
+    let (total, is_unbiased) = (sample.total(), fit == Some(&Fit::UnbiasedNormal));
+    if is_unbiased && total > 0.0 && total <= 1.0 {
+        return Err(TOO_FEW);
+    }
     let (back, line) = on_line(law, sample, domain);
     let mut numbers = law.fit(&line, known)?;
-    if let Some(Fit::UnbiasedNormal) = fit {
-        let total = sample.total();
-        if total <= 1.0 {
-            return Err("needs two cases or more");
-        }
+    if is_unbiased {
         numbers[1] *= (total / (total - 1.0)).sqrt();
     }
     match law.refuses(&numbers) {
         None => Ok(back(numbers)),
+        // It is told with the number.
+        Some(_) if numbers.iter().any(|number| number.is_infinite()) => Ok(numbers),
         Some(_) => Err("needs values that differ more"),
     }
 }

@@ -23,15 +23,9 @@ pub(super) fn spread(law: Law, all: &Sample) -> f64 {
     if all.is_empty() {
         return 0.0;
     }
-    let deviation = |sample: &Sample| {
-        let mean = sample.mean_of(|x| x);
-        let deviation = sample.mean_of(|x| (x - mean) * (x - mean)).sqrt();
-        // Equal values differ from their mean by its rounding.
-        if deviation > 1e-14 * mean.abs() { deviation } else { 0.0 }
-    };
     match law {
-        Law::Normal => deviation(all),
-        Law::Lognormal if all.ends().0 > 0.0 => deviation(&all.map(f64::ln)),
+        Law::Normal => all.deviation(),
+        Law::Lognormal if all.ends().0 > 0.0 => all.map(f64::ln).deviation(),
         Law::Uniform => all.ends().1 - all.ends().0,
         Law::Exponential => all.mean_of(|x| x),
         // Their width depends on the shape alone; this only indicates that they differ.
@@ -90,14 +84,14 @@ pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
 /// The distribution cannot have such values, or there is no spread for a floor.
 pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) -> Result<Vec<f64>, Refusal> {
     let (low, high) = sample.ends();
-    let mean = sample.mean_of(|x| x);
+    let mean = sample.mean();
     let floor = NARROWEST * spread;
     if why == NO_CONVERGENCE {
         return Err(why);
     }
     match law {
         Law::Normal if floor > 0.0 => Ok(vec![mean, floor]),
-        Law::Lognormal if floor > 0.0 && low > 0.0 => Ok(vec![sample.mean_of(f64::ln), floor]),
+        Law::Lognormal if floor > 0.0 && low > 0.0 => Ok(vec![sample.map(f64::ln).mean(), floor]),
         Law::Uniform if floor > 0.0 => Ok(vec![low - 0.5 * floor, high + 0.5 * floor]),
         Law::Exponential if floor > 0.0 && low >= 0.0 => Ok(vec![1.0 / floor]),
         Law::Poisson if low >= 0.0 => Ok(vec![mean.max(LEAST_RATE)]),

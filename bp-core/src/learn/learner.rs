@@ -5,7 +5,7 @@
 
 use super::case::{Case, no_value};
 use super::distribution::{Distribution, Learnable, cells_of};
-use super::estimate::{Step, estimate, spreads};
+use super::estimate::{Step, check_unbiased, estimate, spreads};
 use super::expect::{Cases, Expectation, Key, MISSING};
 use super::maximise::maximise;
 use super::over_time::{Sequences, carried};
@@ -195,6 +195,7 @@ impl Learner {
             let keep: Vec<bool> =
                 learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
             let found = maximise(&mut learnable, &cases, &start, &keep, settings, progress)?;
+            check_unbiased(&learnable, &found.statistics)?;
             (statistics, outcomes) = (found.statistics, found.outcomes);
             let ln_likelihood = found.course.ln_likelihood;
             figures = Figures {
@@ -209,6 +210,7 @@ impl Learner {
             let keep = vec![false; statistics.len()];
             let step = Step { keep: &keep, spreads: &spreads, iterating: false };
             outcomes = estimate(&mut learnable, &statistics, &step)?;
+            check_unbiased(&learnable, &statistics)?;
             let ln_likelihood = cases.expect(&learnable)?.ln_likelihood;
             figures = Figures { statistics: &statistics, outcomes: &outcomes, ln_likelihood, course: None };
         }
@@ -237,6 +239,7 @@ impl Learner {
         let start = sequences.weighted(&mut |_, _| generator.random::<f64>().powi(4) + 1e-3);
         let keep: Vec<bool> = learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
         let found = maximise(&mut learnable, &sequences, &start, &keep, settings, progress)?;
+        check_unbiased(&learnable, &found.statistics)?;
         let figures = Figures {
             statistics: &found.statistics,
             outcomes: &found.outcomes,

@@ -9,6 +9,7 @@
 use super::distribution::{Distribution, Kind, Learnable, Share};
 use super::estimate::prior_counts;
 use super::statistics::Statistic;
+use crate::distribution::ln_sum;
 use crate::law::{Law, Numbers};
 use crate::model::{Domain, Fit};
 use std::f64::consts::TAU;
@@ -43,12 +44,12 @@ pub(super) fn ln_likelihood(
         }
         (Kind::Law(law, arguments), Statistic::Sample(sample)) if !sample.is_empty() => {
             let (parameters, domain) = (learnable.arguments(arguments), learnable.domain(distribution));
-            let weights = |ordinal: usize| weight(*law, &parameters, domain, domain.number(ordinal));
-            let total: f64 = match learnable.count(distribution) {
-                None => 1.0,
-                Some(count) => (0..count).map(weights).sum(),
+            let ln = |x: f64| ln_weight(*law, &parameters, domain, x);
+            let ln_total = match learnable.count(distribution) {
+                None => 0.0,
+                Some(count) => ln_sum(&(0..count).map(|at| ln(domain.number(at))).collect::<Vec<f64>>()),
             };
-            sample.total() * (sample.mean_of(|x| ln_weight(*law, &parameters, domain, x)) - total.ln())
+            sample.total() * (sample.mean_of(ln) - ln_total)
         }
         (Kind::Regression(cells), statistic) => {
             let numbers: Vec<f64> = cells.iter().map(|cell| learnable.number(*cell)).collect();

@@ -9,6 +9,7 @@
 
 use super::Settings;
 use super::accelerate::History;
+use super::climb::{climb, is_climbed};
 use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
 use super::estimate::{Outcome, Step, estimate, spreads};
 use super::expect::{Expectation, Expected};
@@ -49,6 +50,9 @@ struct Iteration<'i> {
     cells: Vec<Cell>,
     spreads: Vec<f64>,
     settings: &'i Settings,
+    /// Whether distributions over integers and bins are fitted with their normalising constants: set once a step without
+    /// them was too long.
+    climbs: bool,
 }
 
 /// Iterates until neither ln L nor any number changes by more than the thresholds. Distributions that are kept start
@@ -66,7 +70,7 @@ pub(super) fn maximise(
     let mut outcomes = estimate(learnable, start, &first)?;
     let cells: BTreeSet<Cell> = learnable.distributions().iter().flat_map(|it| cells_of(&it.kind)).collect();
     let cells = cells.into_iter().collect();
-    let mut iteration = Iteration { learnable, cases, cells, spreads, settings };
+    let mut iteration = Iteration { learnable, cases, cells, spreads, settings, climbs: false };
     let mut course = Course { seed: settings.seed, drawn: keep.contains(&false), ..Course::default() };
     let mut at = iteration.point()?;
     let (mut history, mut rests) = (History::default(), 0);
@@ -79,7 +83,7 @@ pub(super) fn maximise(
         if course.converged || course.interrupted || course.steps >= settings.iterations {
             break;
         }
-        outcomes = iteration.step(&at.expected.statistics)?;
+        outcomes = iteration.step(&at)?;
         let plain = iteration.numbers();
         let scales = iteration.scales(&plain);
         let further = history.further(&at.numbers, &plain, &scales);
@@ -88,12 +92,20 @@ pub(super) fn maximise(
             None => {
                 history.forget();
                 let next = iteration.point_at(&plain)?;
-                let Some(next) = iteration.accepted(&at, next)? else {
-                    iteration.put(&at.numbers);
-                    (course.converged, course.held) = (true, true);
-                    break;
-                };
-                next
+                match iteration.accepted(&at, next)? {
+                    Some(next) => next,
+                    // The step of a distribution over integers or bins was too long, and so were all parts of it.
+                    None if !iteration.climbs => {
+                        iteration.climbs = true;
+                        iteration.put(&at.numbers);
+                        continue;
+                    }
+                    None => {
+                        iteration.put(&at.numbers);
+                        (course.converged, course.held) = (true, true);
+                        break;
+                    }
+                }
             }
         };
         // The accelerated step measures the remaining distance; after a plain one it is unknown.
@@ -119,9 +131,25 @@ impl Iteration<'_> {
         }
     }
 
-    fn step(&mut self, statistics: &[Statistic]) -> Result<Vec<Outcome>, Error> {
-        let keep = vec![false; statistics.len()];
-        estimate(self.learnable, statistics, &Step { keep: &keep, spreads: &self.spreads, iterating: true })
+    /// The M step.
+    fn step(&mut self, at: &Point) -> Result<Vec<Outcome>, Error> {
+        let statistics = &at.expected.statistics;
+        let all = self.learnable.distributions().iter();
+        let keep: Vec<bool> = match self.climbs {
+            true => all.map(|it| is_climbed(self.learnable, it)).collect(),
+            false => vec![false; statistics.len()],
+        };
+        let step = Step { keep: &keep, spreads: &self.spreads, iterating: true };
+        let mut outcomes = estimate(self.learnable, statistics, &step)?;
+        if self.climbs {
+            climb(self.learnable, statistics, &self.spreads);
+            let empty = |statistic: &Statistic| matches!(statistic, Statistic::Sample(it) if it.is_empty());
+            let of_kept = outcomes.iter_mut().zip(statistics).zip(&keep).filter(|(_, keep)| **keep);
+            of_kept.for_each(|((outcome, statistic), _)| {
+                *outcome = if empty(statistic) { Outcome::Empty } else { Outcome::Fitted };
+            });
+        }
+        Ok(outcomes)
     }
 
     /// The E step for the current numbers of the program.
@@ -137,8 +165,8 @@ impl Iteration<'_> {
         self.point()
     }
 
-    /// The next point; if it lowers the likelihood, a nearer one that does not, if there is one. (A distribution over
-    /// integers or bins is fitted without its normalising constant, so that its step may be too long.)
+    /// The next point; if it lowers the likelihood, a nearer one that does not, if there is one. (At first a distribution
+    /// over integers or bins is fitted without its normalising constant, so that its step may be too long.)
     fn accepted(&mut self, at: &Point, next: Point) -> Result<Option<Point>, Error> {
         let least = at.objective - ROUNDING * at.objective.abs();
         if next.objective >= least {

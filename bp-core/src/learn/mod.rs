@@ -21,6 +21,7 @@
 
 mod accelerate;
 mod case;
+mod climb;
 mod cliques;
 mod columns;
 mod density;

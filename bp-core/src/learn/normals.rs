@@ -50,8 +50,8 @@ pub(super) fn normals(
                 };
                 let floor = own.iter().map(|part| least_deviation(step.spreads[part.0])).fold(0.0, f64::max);
                 let means = own.iter().map(|part| learnable.arguments(&part.1)[0].abs());
-                // Equal values differ from their mean by its rounding.
-                let least = if step.iterating { floor } else { 1e-14 * means.fold(0.0, f64::max) };
+                // Equal values differ from a mean that they share by its rounding.
+                let least = if step.iterating { floor } else { 1e-15 * means.fold(0.0, f64::max) };
                 let number = match found {
                     Some(number) if place == 1 && number <= least => {
                         if floor <= 0.0 {
@@ -103,27 +103,27 @@ fn sample_of(statistics: &[Statistic], position: usize) -> Option<&Sample> {
 fn mean(learnable: &Learnable, statistics: &[Statistic], own: &[&Part]) -> Option<f64> {
     // A common deviation cancels, and is not needed.
     let one = own.iter().all(|(_, arguments)| arguments[1] == own[0].1[1]);
-    let (mut sum, mut total) = (0.0, 0.0);
-    for (position, arguments) in own {
-        let Some(sample) = sample_of(statistics, *position) else { continue };
-        let deviation = learnable.arguments(arguments)[1];
-        let precision = if one { sample.total() } else { sample.total() / (deviation * deviation) };
-        total += precision;
-        sum += precision * sample.mean_of(|x| x);
+    let parts = own.iter().filter_map(|(position, arguments)| {
+        let sample = sample_of(statistics, *position)?;
+        Some((sample, if one { 1.0 } else { learnable.arguments(arguments)[1] }))
+    });
+    let parts: Vec<(&Sample, f64)> = parts.collect();
+    let least = parts.iter().map(|(_, deviation)| *deviation).fold(f64::INFINITY, f64::min);
+    let mut all = Sample::default();
+    for (sample, deviation) in parts {
+        all.add(sample.mean(), sample.total() * (least / deviation).powi(2));
     }
-    (total > 0.0).then(|| sum / total)
+    (!all.is_empty()).then(|| all.mean())
 }
 
 /// The deviation of some distributions that share it; `None` if none of them has cases.
 fn deviation(learnable: &Learnable, statistics: &[Statistic], own: &[&Part]) -> Option<f64> {
-    let (mut sum, mut total) = (0.0, 0.0);
+    let mut all = Sample::default();
     for (position, arguments) in own {
         let Some(sample) = sample_of(statistics, *position) else { continue };
-        let mean = learnable.arguments(arguments)[0];
-        total += sample.total();
-        sum += sample.total() * sample.mean_of(|x| (x - mean) * (x - mean));
+        all.add(sample.distance(learnable.arguments(arguments)[0]), sample.total());
     }
-    (total > 0.0).then(|| (sum / total).sqrt())
+    (!all.is_empty()).then(|| all.distance(0.0))
 }
 
 fn factor_of(learnable: &Learnable, part: &Part) -> FactorId {
@@ -140,8 +140,7 @@ fn pool(learnable: &Learnable, statistics: &[Statistic], parts: &[Part], factor:
 
 /// The mean or deviation of all cases of the same form, for a distribution without cases.
 fn stand_in(learnable: &Learnable, all: &Sample, own: &Part, place: usize) -> Result<f64, Error> {
-    let mean = all.mean_of(|x| x);
-    let number = if place == 0 { mean } else { all.mean_of(|x| (x - mean) * (x - mean)).sqrt() };
+    let number = if place == 0 { all.mean() } else { all.deviation() };
     match number.is_finite() && (place == 0 || number > 0.0) {
         true => Ok(number),
         false => {

@@ -10,6 +10,7 @@ use super::learner::Learner;
 use super::likelihood::ln_likelihood;
 use super::statistics::Statistic;
 use crate::model::Fit;
+use crate::spelling::number as written;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -132,8 +133,8 @@ fn way(fit: Option<&Fit>, kind: &Kind) -> String {
     match (fit, kind) {
         (Some(Fit::LaplaceSuccession), _) => "laplace_succession".to_owned(),
         (Some(Fit::Histogram), _) => "histogram".to_owned(),
-        (Some(Fit::Dirichlet(prior)), _) => format!("dirichlet({prior})"),
-        (Some(Fit::Beta(a, b)), _) => format!("beta({a}, {b})"),
+        (Some(Fit::Dirichlet(prior)), _) => format!("dirichlet({})", written(*prior)),
+        (Some(Fit::Beta(a, b)), _) => format!("beta({}, {})", written(*a), written(*b)),
         (Some(Fit::UnbiasedNormal), _) => "normal, unbiased".to_owned(),
         (Some(Fit::LinearRegression), _) => "linear_regression".to_owned(),
         (Some(Fit::Conjugate { law, .. }), _) => format!("{}, prior", law.name()),

@@ -221,6 +221,10 @@ fn columns_are_variables_or_there_is_a_word_for_them() {
     let report = written(&folder.bp(&told.split(' ').collect::<Vec<_>>()));
     assert!(report.starts_with("2 cases; weight 8; "), "{report}");
     assert!(report.contains("hidden: Fever"), "{report}");
+    std::fs::write(folder.path("d.csv"), "Flu,Fever,n\n1,1,1e100\n0,0,1e99\n").unwrap();
+    let told = "learn flu.bp --data d.csv --weight n";
+    let report = written(&folder.bp(&told.split(' ').collect::<Vec<_>>()));
+    assert!(report.starts_with("2 cases; weight 1.1e100; "), "{report}");
 }
 
 #[test]

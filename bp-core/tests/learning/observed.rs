@@ -246,6 +246,30 @@ fn probabilities_may_be_parameters() {
 }
 
 #[test]
+fn laws_are_learned_of_values_of_any_size() {
+    // mpmath at 50 digits: mean and root of the mean squared distance; of Weibull's law the root of
+    // Σ xᵏ ln x / Σ xᵏ − 1/k = (ln x₁ + ln x₂) / 2, and c = ((x₁ᵏ + x₂ᵏ) / 2)^(1/k).
+    for (law, table, expected) in [
+        ("normal", "X\n1e154\n1e155\n-1e155\n", [3.333_333_333_333_333e153, 8.178_562_764_256_865e154]),
+        ("normal", "X\n1e-170\n3e-170\n", [2e-170, 1e-170]),
+        ("normal", "X\n-1.7e308\n1.7e308\n", [0.0, 1.7e308]),
+        ("normal", "X\n1\n1.00000000000001\n", [1.000_000_000_000_005, 4.996_003_610_813_204_5e-15]),
+        ("weibull", "X\n1e-300\n1e300\n", [0.001_736_712_711_737_100_5, 2.483_197_323_259_131e148]),
+    ] {
+        let text = program("X : real;", "P(X)", &format!("P(X) = unknown({law});"));
+        let learned = learned(&text, table);
+        let found: Vec<f64> = learned.model().parameters.values().map(|it| it.default[0]).collect();
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{law} {table}: {found}");
+        }
+        assert!(learned.report.ln_likelihood.is_finite(), "{law} {table}");
+        if law == "weibull" {
+            near(&[learned.report.ln_likelihood], &[-15.898_364_566_154_769], 1e-10);
+        }
+    }
+}
+
+#[test]
 fn angles_have_their_mean_on_the_circle() {
     for way in ["normal", "von_mises"] {
         let text = program("X : circle(0, 360, 72);", "P(X)", &format!("P(X) = unknown({way});"));
@@ -309,6 +333,17 @@ fn what_cannot_be_learned_is_told() {
         refused(&same, "X\n2\n2\n").contains("`gamma` needs values that differ; its values lie in [2; 2]")
     );
     assert!(refused(&same, "X\n-2\n3\n").contains("`gamma` needs values greater than 0"));
+    let unbiased = program(
+        "K : bool; X : real;",
+        "P(K) P(X | K)",
+        "P(K) = unknown; P(X | K) = unknown(normal, unbiased);",
+    );
+    let why = refused(&unbiased, "K,X\n0,1\n0,2\n1,3\n");
+    assert!(
+        why.contains("P(X | K)") && why.contains("K = true") && why.contains("more than one case"),
+        "{why}"
+    );
+    assert!(refused(&unbiased, "K,X\n0,1\n").contains("more than one case"));
     let hidden = program(
         "K : bool; X, Y : real;",
         "P(K) P(X | K) P(Y | X)",

@@ -218,7 +218,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         format!("ln likelihood {}", six_digits(report.ln_likelihood)),
     ];
     if let Some(weight) = report.weight {
-        facts.insert(1, format!("weight {weight}"));
+        facts.insert(1, format!("weight {}", bp_core::spelling::number(weight)));
     }
     if !report.hidden.is_empty() {
         facts.push(format!("hidden: {}", report.hidden.join(", ")));
