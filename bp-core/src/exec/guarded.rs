@@ -36,11 +36,32 @@ impl Lanes {
             }
         }
         let (extended, extents) = self.run_shaped(&inputs.extended())?;
+        let is_beyond = |(key, cells): &(OutputKey, Vec<Extended>)| {
+            cells.iter().any(|cell| match key {
+                OutputKey::Total => cell.is_beyond(),
+                OutputKey::LnEvidence => cell.exponential().is_beyond(),
+                OutputKey::Ask(_) => false,
+            })
+        };
+        if extended.arrays.iter().any(is_beyond) {
+            return Err(beyond_range());
+        }
         let rounded = |(key, cells): &(OutputKey, Vec<Extended>)| {
             (*key, cells.iter().map(|cell| cell.to_f64()).collect())
         };
         let outputs = Outputs { arrays: extended.arrays.iter().map(rounded).collect() };
         Ok(Guarded { outputs, extended: Some(extended), extents })
+    }
+}
+
+/// The error that a probability is smaller than any number that is told from 0.
+pub(crate) fn beyond_range() -> Error {
+    Error::Number {
+        form: "P(evidence)".to_owned(),
+        context: String::new(),
+        message: "it is beyond the range of numbers, but not zero: an observation lies more than 10¹⁸ deviations from \
+                  what the program expects; check its unit"
+            .to_owned(),
     }
 }
 

@@ -12,6 +12,7 @@ pub mod scalar;
 pub mod values;
 
 pub use guarded::Guarded;
+pub(crate) use guarded::beyond_range;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};
 pub use inputs::{Inputs, Outputs};

@@ -1,8 +1,9 @@
-//! Numbers of f64's precision whose exponent is an i64.
+//! Numbers of f64's precision whose exponent is an i128.
 //!
 //! In: numbers. Out: numbers m · 2ᵉ with 1 ≤ |m| < 2. Invariant: products of any number of probabilities and densities
 //! neither underflow nor overflow; each operator rounds as f64 does. Zero, infinity and NaN have the exponent 0, so that
-//! equal numbers have equal parts.
+//! equal numbers have equal parts. What is smaller than 2⁻ⁿ with n = 2¹²⁰ is not 0, but it can no longer be told from what
+//! is smaller still ([`Extended::is_beyond`]).
 //!
 //! Φ(x) for x < −36 is φ(x) / |x| · (1 − 1/x² + 1·3/x⁴ − …) (Abramowitz and Stegun 26.2.12).
 
@@ -17,11 +18,17 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Extended {
     mantissa: f64,
-    exponent: i64,
+    exponent: i128,
 }
 
 /// The bits of f64's exponent.
 const EXPONENT: u64 = 0x7FF0_0000_0000_0000;
+
+/// The largest exponent of a number that can be told from its neighbours: a few products more have their place in an i128.
+const MOST_EXPONENT: i128 = 1 << 120;
+
+/// A rest of this size is reduced once more.
+const LARGE_REST: f64 = 300.0;
 
 /// Below this, Φ is computed in the extended range.
 const FAR_TAIL: f64 = -36.0;
@@ -29,34 +36,39 @@ const FAR_TAIL: f64 = -36.0;
 impl Extended {
     /// m · 2ᵉ, for an m that is 0, not finite, or not subnormal.
     #[inline]
-    fn scaled(mantissa: f64, exponent: i64) -> Self {
+    fn scaled(mantissa: f64, exponent: i128) -> Self {
         let bits = mantissa.to_bits();
         match bits & EXPONENT {
             EXPONENT | 0 => Self { mantissa, exponent: 0 },
             own => Self {
                 mantissa: f64::from_bits(bits & !EXPONENT | 1.0f64.to_bits()),
-                exponent: exponent.saturating_add((own >> 52) as i64 - 1023),
+                exponent: exponent.saturating_add((own >> 52) as i128 - 1023),
             },
         }
     }
 
     /// 2ᵉ for −1022 ≤ e ≤ 1023.
     #[inline]
-    fn power_of_two(exponent: i64) -> f64 {
+    fn power_of_two(exponent: i128) -> f64 {
         f64::from_bits(((exponent + 1023) as u64) << 52)
     }
 
     /// log₂ |x|, rounded down; nothing where x is 0 or not finite.
-    pub fn binary_exponent(self) -> Option<i64> {
+    pub fn binary_exponent(self) -> Option<i128> {
         (self.mantissa != 0.0 && self.mantissa.is_finite()).then_some(self.exponent)
     }
 
     /// x · 2ⁿ
-    pub fn times_power_of_two(self, exponent: i64) -> Self {
+    pub fn times_power_of_two(self, exponent: impl Into<i128>) -> Self {
         match self.binary_exponent() {
-            Some(own) => Self { exponent: own.saturating_add(exponent), ..self },
+            Some(own) => Self { exponent: own.saturating_add(exponent.into()), ..self },
             None => self,
         }
+    }
+
+    /// Whether it is not 0, but too small to be told from other numbers that are.
+    pub fn is_beyond(self) -> bool {
+        self.binary_exponent().is_some_and(|exponent| exponent < -MOST_EXPONENT)
     }
 
     /// Whether it is neither infinite nor NaN.
@@ -215,14 +227,20 @@ impl Scalar for Extended {
         if self.exponent < -60 {
             return Self::ONE;
         }
-        // Beyond, the exponent of the answer does not fit in an i64.
-        let x = if self.exponent < 62 { self.to_f64() } else { self.mantissa * f64::INFINITY };
+        let x = self.to_f64();
+        if self.exponent >= 120 && self.is_finite() {
+            let beyond = Self { mantissa: 1.0, exponent: -2 * MOST_EXPONENT };
+            return if self.mantissa < 0.0 { beyond } else { Self::scaled(f64::INFINITY, 0) };
+        }
         if !x.is_finite() {
             return Self::scaled(if x < 0.0 { 0.0 } else { x }, 0);
         }
         let n = (x * std::f64::consts::LOG2_E).round();
         let rest = n.mul_add(-super::double::LN_2_LOW, n.mul_add(-super::double::LN_2_HIGH, x));
-        Self::scaled(Scalar::exponential(rest), n as i64)
+        match rest.abs() < LARGE_REST {
+            true => Self::scaled(Scalar::exponential(rest), n as i128),
+            false => Self::from_f64(rest).exponential().times_power_of_two(n as i128),
+        }
     }
     fn natural_logarithm(self) -> Self {
         let ln = match self.is_ordinary() {
@@ -248,8 +266,8 @@ impl Scalar for Extended {
         }
         // −x²/2 as −h²/2 − (x − h)(x + h)/2, h being x to 26 bits: the first square is exact.
         let h = f64::from_bits(x.to_bits() & !0x7FF_FFFF);
-        let exp = |x: f64| Self::from_f64(x).exponential();
-        let bell = exp(-0.5 * h * h) * exp(-0.5 * (x - h) * (x + h));
+        let exp = |x: f64, y: f64| (Self::from_f64(-0.5 * x) * Self::from_f64(y)).exponential();
+        let bell = exp(h, h) * exp(x - h, x + h);
         let (mut term, mut series) = (1.0, 1.0);
         for k in 1..12 {
             term *= -f64::from(2 * k - 1) / (x * x);

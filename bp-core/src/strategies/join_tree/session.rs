@@ -8,6 +8,7 @@ use super::compile::{Source, Tree, ln_ceiling};
 use super::evidence::{Evidence, Known, contradiction};
 use super::propagate::{Below, Pass};
 use crate::error::Error;
+use crate::exec::beyond_range;
 use crate::exec::scalar::{Extended, Scalar};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -147,6 +148,9 @@ fn answer<T: Cell>(
             }
         }
         total = total * tree.value(known, cells, 0, root)[0].extended();
+        if total.is_beyond() {
+            return Err(beyond_range());
+        }
         if total == Extended::ZERO {
             return Err(contradiction(pass.observed::<T>(root)));
         }

@@ -4,7 +4,7 @@
 //! over time, compared with mpmath at 50 digits. Invariant: a value of nonzero probability is never reported as
 //! impossible.
 
-use super::{answer, model_of, near, numbers, question};
+use super::{answer, model_of, near, numbers, question, try_answer};
 use bp_core::answer::{Figure, ask_over_time, compile_by};
 use bp_core::distribution::Setting;
 use bp_core::exec::Inputs;
@@ -93,6 +93,24 @@ fn weights_that_f64_does_not_hold() {
     let observed = Evidence { hard: vec![(0, 3), (1, 3), (2, 0)], likelihoods: Vec::new() };
     let (_, found) = most_probable(&network, &observed).unwrap();
     near(&[found], &[-2700.0 - 16f64.ln()], 1e-12);
+}
+
+#[test]
+fn readings_billions_of_deviations_away() {
+    // P(C | x) ∝ P(C) exp(−(x − C)²/2): by hand, of C = 2 beside C = 1 odds of 5/3 exp(x − 1.5); A has no part in it.
+    let text =
+        "program Far { variables { C : 0..=2; A : bool; X : real; } decomposition { P(C) P(A) P(X | C) }
+        forms { P(C) = categorical(0.2, 0.3, 0.5); P(A) = bernoulli(0.125); P(X | C) = normal(C, 1); } }";
+    for x in [4e9, 1e10, 1e15] {
+        let found = answer(text, &format!("P(C | X = {x})"), &Inputs::new());
+        near(&numbers(&found), &[0.0, 0.0, 1.0], 0.0);
+        near(&[found.ln_evidence.unwrap()], &[-0.5 * (x - 2.0) * (x - 2.0)], 1e-12);
+        near(&numbers(&answer(text, &format!("P(A | X = {x})"), &Inputs::new())), &[0.875, 0.125], 1e-15);
+    }
+    for x in [1e30, -1e200] {
+        let error = try_answer(text, &format!("P(C | X = {x})"), &Inputs::new()).unwrap_err().to_string();
+        assert!(error.contains("beyond the range of numbers"), "{error}");
+    }
 }
 
 #[test]

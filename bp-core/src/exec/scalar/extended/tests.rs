@@ -7,7 +7,7 @@ fn of(number: f64) -> Extended {
 }
 
 /// |found / m 2ᵉ − 1|
-fn error(found: Extended, mantissa: f64, exponent: i64) -> f64 {
+fn error(found: Extended, mantissa: f64, exponent: i128) -> f64 {
     (found / Extended::scaled(mantissa, exponent)).to_f64() - 1.0
 }
 
@@ -69,8 +69,14 @@ fn exponents_do_not_end() {
     assert_eq!((product, of(1.0) + product), (product + of(0.0), of(1.0)));
     assert!(product > Extended::ZERO && product * product < product && -product < product);
     assert_eq!((product.to_f64(), (Extended::ONE / product).to_f64()), (0.0, f64::INFINITY));
-    assert_eq!(of(-1e30).exponential(), Extended::ZERO);
-    assert!(!of(1e30).exponential().is_finite());
+    // mpmath: exp(-5e19), of which an i64 does not hold the exponent.
+    assert!(error(of(-5e19).exponential(), 1.0026137675087634, -72134752044448170368).abs() < 1e-5);
+    let small = of(-1e35).exponential();
+    assert!(small > Extended::ZERO && !small.is_beyond(), "{small:?}");
+    assert!((small.natural_logarithm().to_f64() / -1e35 - 1.0).abs() < 1e-15);
+    assert!(of(-1e40).exponential().is_beyond() && of(-1e200).normal_cumulative().is_beyond());
+    assert_eq!(of(f64::NEG_INFINITY).exponential(), Extended::ZERO);
+    assert!(!of(1e40).exponential().is_finite());
     assert_eq!(of(1e-30).exponential(), Extended::ONE);
 }
 
