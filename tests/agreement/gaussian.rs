@@ -4,11 +4,13 @@
 //! density of the evidence. Invariant: the covariance is that of X = b + A X + noise, conditioned by solving linear
 //! equations here, in 32 digits: a variance of 1e16 beside one of 0.01 leaves none of f64's.
 
+use crate::question_of;
 use crate::random::Random;
 use crate::twofold::Twofold;
 use bp_core::answer::{Figure, ask};
 use bp_core::error::Error;
 use bp_core::exec::Inputs;
+use bp_core::model::Model;
 use bp_core::source::Source;
 use bp_core::syntax;
 use std::fmt::Write;
@@ -114,6 +116,26 @@ impl Joint {
     }
 }
 
+/// The entropy ½ ln(2πe v) of what is asked, and the density at its mean.
+fn entropy(random: &mut Random, model: &Model, words: &str, variance: f64) -> Result<(), String> {
+    // Below, the variance that is found has fewer digits.
+    if !random.one_in(3) || variance < 1e-3 {
+        return Ok(());
+    }
+    let question = question_of(model, &format!("entropy {words}; argmax {words}"));
+    let answers = ask(model, &question, &Inputs::new()).map_err(|error| error.to_string())?;
+    let expected = 0.5 * (std::f64::consts::TAU * std::f64::consts::E * variance).ln();
+    let near = |found: f64| (found - expected).abs() <= 1e-7 * (1.0 + 1.0 / variance);
+    match (answers[0].answer[0].figure, answers[1].answer[0].figure) {
+        (Figure::Entropy { entropy }, Figure::Density { density })
+            if near(entropy) && near(0.5 - density.ln()) =>
+        {
+            Ok(())
+        }
+        other => Err(format!("{other:?}, expected an entropy of {expected}")),
+    }
+}
+
 /// A random program, and one real of it asked given some others.
 pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let linear = linear(random);
@@ -171,6 +193,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
                 && near(deviation * deviation, variance.max(0.0), 0.0) => {}
         other => return Err(told(format!("{other:?}, expected mean {mean} and variance {variance}"))),
     }
+    entropy(random, &model, &words, variance).map_err(told)?;
     match answers[0].ln_evidence {
         Some(found) if !near(found, ln, 100.0 * scale) => Err(told(format!("ln P = {found}, expected {ln}"))),
         _ => Ok(()),

@@ -11,7 +11,7 @@ use crate::model::{Ask, Evidence, Known, Model, Question, Statistic};
 use crate::plan::{self, Options, Place, Plan, Strategy};
 use crate::posterior::{Part, Reader, Table, check, compare};
 use crate::sample::Sampling;
-use crate::strategies::{Case, Found, Observed, Prepared, Purpose};
+use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -177,7 +177,9 @@ impl CompiledQuestion<'_> {
         found: &'f Found,
     ) -> Result<(Cow<'f, Table>, Option<f64>), Error> {
         match found {
-            Found::Answer(_) => Err(self.no_table(ask, "it is not answered by sums over finite values")),
+            Found::Answer(_) | Found::Normal(..) => {
+                Err(self.no_table(ask, "it is not answered by sums over finite values"))
+            }
             Found::Table(table, ln_evidence) if !is_soft(known) => Ok((Cow::Borrowed(table), *ln_evidence)),
             // What is believed softly is no event.
             Found::Table(table, _) => {
@@ -195,14 +197,21 @@ impl CompiledQuestion<'_> {
     ) -> Result<Answer, Error> {
         let found = self.found(places[0], all);
         let compared = matches!(ask.statistic, Statistic::Divergence { .. });
-        if let (Found::Answer(answer), false) = (found, compared || is_soft(&ask.known)) {
+        if let (Found::Answer(answer) | Found::Normal(_, Some(answer)), false) =
+            (found, compared || is_soft(&ask.known))
+        {
             return Ok(answer.clone());
         }
-        let (table, ln_evidence) = self.table(ask, &ask.known, found)?;
         let (question, when) = (self.model.ask_text(ask), ask.when);
         let strategy = self.strategies[places[0].route];
-        if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, places.get(1)) {
-            let (second, _) = self.table(ask, from, self.found(*second, all))?;
+        let second = places.get(1).map(|second| self.found(*second, all));
+        if let (Found::Normal(laws, _), Some(Found::Normal(from, _))) = (found, second) {
+            let (answer, parts) = (gaussian::divergences(laws, from), Vec::new());
+            return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
+        }
+        let (table, ln_evidence) = self.table(ask, &ask.known, found)?;
+        if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, second) {
+            let (second, _) = self.table(ask, from, second)?;
             let answer = compare::divergences(&table, &second);
             let parts = Vec::new();
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });

@@ -134,7 +134,16 @@ fn emit_question(
                 let place = (name.as_str(), asked.name.as_str(), number);
                 question::emit((model, enums), &lowered, place, (is_linear, equation), &mut part);
             }
-            None => filter::emit_filter(model, asked, number, (&name, equation), &mut part),
+            None => {
+                let other = |ask: &&Ask| ask.statistic != Statistic::Distribution;
+                if let Some(ask) = route.offered().asks().iter().find(other) {
+                    let reason = "emitted code makes the filter of a linear Gaussian program, and no statistic of its \
+                        answer; `answer::ask` answers this one";
+                    let question = model.ask_text(ask);
+                    return Err(Error::Unplanned { question, reason: reason.to_owned() });
+                }
+                filter::emit_filter(model, asked, number, (&name, equation), &mut part);
+            }
         }
         parts.push(part);
     }

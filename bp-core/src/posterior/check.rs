@@ -70,7 +70,8 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
     Ok(())
 }
 
-/// Answers unchanged, if all of their numbers can be written: none is NaN or infinite, except a divergence.
+/// Answers unchanged, if all of their numbers can be written: none is NaN, and none infinite, except a divergence
+/// and statistics of a singular normal distribution.
 pub(crate) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
     for answer in &answers {
         let numbers = answer.answer.iter().flat_map(|row| figures(&row.figure)).chain(answer.ln_evidence);
@@ -88,7 +89,11 @@ fn figures(figure: &Figure) -> Vec<f64> {
     match *figure {
         Figure::Probability { p } => vec![p],
         Figure::Estimated { p, error } => vec![p, error],
-        Figure::Entropy { entropy: number } | Figure::Information { information: number } => vec![number],
+        Figure::Entropy { entropy: number }
+        | Figure::Information { information: number }
+        | Figure::Density { density: number } => {
+            (!number.is_infinite()).then_some(number).into_iter().collect()
+        }
         Figure::Expectation { expectation: number, error } | Figure::Variance { variance: number, error } => {
             std::iter::once(number).chain(error).collect()
         }

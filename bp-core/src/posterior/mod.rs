@@ -83,9 +83,16 @@ pub enum Figure {
         /// The probability.
         p: f64,
     },
+    /// The density of reals at the values of the row.
+    Density {
+        /// It; infinite where some of them are determined.
+        #[serde(serialize_with = "finite_or_word")]
+        density: f64,
+    },
     /// An entropy.
     Entropy {
-        /// In nats.
+        /// In nats; −∞ where a real is determined.
+        #[serde(serialize_with = "finite_or_word")]
         entropy: f64,
     },
     /// A probability, estimated.
@@ -118,7 +125,8 @@ pub enum Figure {
     },
     /// The mutual information of two variables.
     Information {
-        /// In nats.
+        /// In nats; infinite where reals determine something of each other.
+        #[serde(serialize_with = "finite_or_word")]
         information: f64,
     },
     /// The divergence of one distribution from another.
@@ -163,7 +171,8 @@ impl Figure {
     pub fn number(&self) -> Option<f64> {
         match *self {
             Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
-            Figure::Entropy { entropy: number }
+            Figure::Density { density: number }
+            | Figure::Entropy { entropy: number }
             | Figure::Information { information: number }
             | Figure::Divergence { divergence: number, .. }
             | Figure::Expectation { expectation: number, .. }
@@ -174,7 +183,15 @@ impl Figure {
 }
 
 fn finite_or_word<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    if number.is_finite() { serializer.serialize_f64(*number) } else { serializer.serialize_str("infinite") }
+    match number.is_infinite() {
+        true => serializer.serialize_str(infinite(*number)),
+        false => serializer.serialize_f64(*number),
+    }
+}
+
+/// The word for a number that is infinite.
+fn infinite(number: f64) -> &'static str {
+    if number > 0.0 { "infinite" } else { "-infinite" }
 }
 
 fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {

@@ -3,7 +3,7 @@
 //! In: an [`Answer`]. Out: aligned columns, and bars for probabilities. Invariant: no line of a table whose values are
 //! short is wider than a terminal.
 
-use super::{Answer, Figure, Row};
+use super::{Answer, Figure, Row, infinite};
 use crate::model::When;
 use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
@@ -85,6 +85,7 @@ fn headings(row: &Row) -> Vec<String> {
     let valued = row.values.iter().filter(|(_, value)| !value.is_empty()).map(|(name, _)| name.clone());
     let figures: &[&str] = match row.figure {
         Figure::Probability { .. } => &["probability"],
+        Figure::Density { .. } => &["density"],
         Figure::Entropy { .. } => &["entropy"],
         Figure::Normal { .. } => &["mean ± deviation"],
         Figure::Estimated { .. } => &["probability ± error"],
@@ -129,6 +130,13 @@ fn write_rows(rows: &[Row], largest: f64, out: &mut impl Write) -> fmt::Result {
     Ok(())
 }
 
+fn or_infinite(number: f64, unit: &str) -> String {
+    match number.is_infinite() {
+        true => infinite(number).to_owned(),
+        false => format!("{}{unit}", six_digits(number)),
+    }
+}
+
 fn cells_of(row: &Row) -> Vec<String> {
     let mut cells: Vec<String> =
         row.values.iter().map(|(_, value)| value.clone()).filter(|value| !value.is_empty()).collect();
@@ -140,7 +148,8 @@ fn cells_of(row: &Row) -> Vec<String> {
     let estimated = |value: f64, error: f64| format!("{} ± {}", six_digits(value), two_digits(error));
     match row.figure {
         Figure::Probability { p } => cells.push(six_digits(p)),
-        Figure::Entropy { entropy } => cells.push(format!("{} nats", six_digits(entropy))),
+        Figure::Density { density } => cells.push(or_infinite(density, "")),
+        Figure::Entropy { entropy } => cells.push(or_infinite(entropy, " nats")),
         Figure::Normal { mean, deviation } => {
             cells.push(format!("{} ± {}", six_digits(mean), six_digits(deviation)));
         }
@@ -149,9 +158,8 @@ fn cells_of(row: &Row) -> Vec<String> {
         Figure::Expectation { expectation: value, error } | Figure::Variance { variance: value, error } => {
             cells.push(error.map_or_else(|| six_digits(value), |error| estimated(value, error)));
         }
-        Figure::Information { information } => cells.push(format!("{} nats", six_digits(information))),
-        Figure::Divergence { infinite: true, .. } => cells.push("infinite".to_owned()),
-        Figure::Divergence { divergence, .. } => cells.push(format!("{} nats", six_digits(divergence))),
+        Figure::Information { information } => cells.push(or_infinite(information, " nats")),
+        Figure::Divergence { divergence, .. } => cells.push(or_infinite(divergence, " nats")),
         Figure::Real { mean, deviation, quantiles } => {
             cells.push(estimated(mean[0], mean[1]));
             cells.push(six_digits(deviation[0]));

@@ -22,6 +22,7 @@ use crate::kernel::Kernel;
 use crate::model::{Ask, Model, Question};
 use crate::posterior::{Answer, Table};
 use crate::sample::Sampling;
+use gaussian::Named;
 use std::fmt::Debug;
 
 /// What was observed at an instant: names of variables (of a family `Z[2]`), and values.
@@ -127,6 +128,8 @@ pub(crate) enum Found {
     Table(Table, Option<f64>),
     /// An answer as it is shown.
     Answer(Answer),
+    /// Normal laws, each with the values that name it, and the answer that is made of them, where it is shown.
+    Normal(Vec<Named>, Option<Answer>),
 }
 
 /// The strategy of a name.

@@ -11,6 +11,7 @@ mod gibbs;
 mod histories;
 mod join_trees;
 mod kalman;
+mod normal_laws;
 mod particles;
 mod sizes;
 #[path = "../support/mod.rs"]

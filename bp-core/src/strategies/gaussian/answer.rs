@@ -1,18 +1,21 @@
 //! Answers in closed form, where all is linear and Gaussian.
 //!
-//! In: a closed form and the host's inputs. Out: [`Answer`]s: a mean and a deviation for each searched variable, or one
-//! of its moments. Invariant: each parameter and each observation is one number.
+//! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a deviation for each searched
+//! variable, or what is made of the law. Invariant: each parameter and each observation is one number.
 
-use super::{Filter, Gaussian, condition};
+use super::{Filter, Gaussian, NormalLaw, condition};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Ask, Model, Statistic};
+use crate::model::{Ask, Model, Statistic, When};
 use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot};
+use crate::random::seeded;
 use crate::sample::Observations;
+use crate::spelling::exact;
 use crate::strategies::{Case, Found, Prepared};
+use rand::Rng;
 
 /// With more variables than these, only those that are still needed are kept.
 const MANY_VARIABLES: usize = 200;
@@ -25,22 +28,87 @@ fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
         && gaussian.sources.iter().all(|source| model.components(source.variable) == 1)
 }
 
-/// What an ask makes of a normal law.
-pub(crate) fn figure(ask: &Ask, mean: f64, deviation: f64) -> Figure {
-    match ask.statistic {
-        Statistic::Expectation => Figure::Expectation { expectation: mean, error: None },
-        Statistic::Variance => Figure::Variance { variance: deviation.powi(2), error: None },
-        _ => Figure::Normal { mean, deviation },
-    }
+/// The most values that are drawn at once.
+const MOST_DRAWS: f64 = 1e7;
+
+/// What an ask makes of the normal law of what it searches; `context` is named in each row.
+///
+/// # Errors
+/// More draws than there is room for.
+pub(crate) fn rows(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    law: &NormalLaw,
+    context: &[(String, String)],
+    random: &mut impl Rng,
+) -> Result<Vec<Row>, Error> {
+    let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let names: Vec<String> = slots.map(|slot| setting.slot_name(slot)).collect();
+    let row = |values: Vec<(String, String)>, figure| Row { values: [context, &values].concat(), figure };
+    let at = |values: &[f64], figure| {
+        row(names.iter().cloned().zip(values.iter().map(|value| exact(*value))).collect(), figure)
+    };
+    let means = || (0..law.len()).map(|own| law.mean(own)).collect::<Vec<f64>>();
+    Ok(match &ask.statistic {
+        Statistic::Entropy => vec![row(Vec::new(), Figure::Entropy { entropy: law.entropy() })],
+        Statistic::Information => {
+            let first = setting.slots_of(ask.searched[0].variable).len();
+            vec![row(Vec::new(), Figure::Information { information: law.information(first) })]
+        }
+        // The density is largest at the mean. Of a sequence the mean of each instant is told as it is.
+        Statistic::Maximum | Statistic::Argmax { .. } if ask.when != When::Sequence => {
+            vec![at(&means(), Figure::Density { density: law.ln_largest_density().exp() })]
+        }
+        Statistic::Draw(count) => {
+            let cells = *count as f64 * law.len() as f64;
+            if cells > MOST_DRAWS {
+                let (name, help) = (setting.model.ask_text(ask), "draw fewer values".to_owned());
+                return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
+            }
+            (1..=*count).map(|draw| at(&law.draw(random), Figure::Draw { draw })).collect()
+        }
+        _ => {
+            let figure = |own: usize| {
+                let (mean, deviation) = (law.mean(own), law.deviation(own));
+                match ask.statistic {
+                    Statistic::Expectation => Figure::Expectation { expectation: mean, error: None },
+                    Statistic::Variance => Figure::Variance { variance: deviation.powi(2), error: None },
+                    _ => Figure::Normal { mean, deviation },
+                }
+            };
+            let named = |(own, name): (usize, &String)| row(vec![(name.clone(), String::new())], figure(own));
+            names.iter().enumerate().map(named).collect()
+        }
+    })
+}
+
+/// Values, and the normal law that they name.
+pub(crate) type Named = (Vec<(String, String)>, NormalLaw);
+
+/// The divergence of each law from the other of the same name.
+pub(crate) fn divergences(laws: &[Named], from: &[Named]) -> Vec<Row> {
+    let row = |(values, law): &Named| {
+        let (_, other) = from.iter().find(|(other, _)| other == values)?;
+        let divergence = law.divergence(other);
+        let figure = Figure::Divergence { divergence, infinite: divergence.is_infinite() };
+        Some(Row { values: values.clone(), figure })
+    };
+    laws.iter().filter_map(row).collect()
 }
 
 impl Prepared for Gaussian {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
-        Ok(answers(model, self, case.inputs)?.into_iter().map(Found::Answer).collect())
+        let answers = answers(model, self, case.inputs, case.sampling.seed)?.into_iter();
+        Ok(answers.map(|(answer, law)| Found::Normal(vec![(Vec::new(), law)], Some(answer))).collect())
     }
 }
 
-fn answers(model: &Model, gaussian: &Gaussian, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+fn answers(
+    model: &Model,
+    gaussian: &Gaussian,
+    inputs: &Inputs<'_, f64>,
+    seed: u64,
+) -> Result<Vec<(Answer, NormalLaw)>, Error> {
     let given = |name: &str| match inputs.find(name) {
         None => Ok(None),
         Some([number]) => Ok(Some(*number)),
@@ -81,33 +149,31 @@ fn answers(model: &Model, gaussian: &Gaussian, inputs: &Inputs<'_, f64>) -> Resu
     }
     // The rows of the belief are those of the asks, one ask after the other.
     let mut next = 0;
-    let mut part = |ask: &Ask| {
+    let answer = |ask: &Ask| -> Result<(Answer, NormalLaw), Error> {
         let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
         let of: Vec<Slot> = slots.map(|slot| Slot::of(&setting, slot)).collect();
-        let rows = next..next + of.len();
-        next = rows.end;
-        let covariance = |row: usize| rows.clone().map(move |other| (row, other));
-        let covariance = rows.clone().flat_map(covariance).map(|at| belief.covariance[at]).collect();
-        let law = PartLaw::Normal { mean: rows.clone().map(|row| belief.mean[row]).collect(), covariance };
-        Part { instant: None, given: Vec::new(), of, law }
-    };
-    Ok((gaussian.asks.iter())
-        .map(|ask| Answer {
+        let law = belief.law.select(next..next + of.len());
+        next += of.len();
+        let question = model.ask_text(ask);
+        let answer = Answer {
             strategy: Strategy::Gaussian,
             when: ask.when,
-            parts: vec![part(ask)],
-            question: model.ask_text(ask),
+            parts: vec![Part { instant: None, given: Vec::new(), of, law: part(&law) }],
             ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
             estimate: None,
-            answer: (ask.searched.iter())
-                .flat_map(|searched| setting.slots_of(searched.variable))
-                .map(|slot| setting.slot_name(slot))
-                .map(|name| {
-                    let mean = belief.mean_of(&name).unwrap_or(f64::NAN);
-                    let deviation = belief.deviation_of(&name).unwrap_or(f64::NAN);
-                    Row { values: vec![(name, String::new())], figure: figure(ask, mean, deviation) }
-                })
-                .collect(),
-        })
-        .collect())
+            answer: rows(&setting, ask, &law, &[], &mut seeded(seed, &question))?,
+            question,
+        };
+        Ok((answer, law))
+    };
+    gaussian.asks.iter().map(answer).collect()
+}
+
+/// A law as part of an answer.
+pub(crate) fn part(law: &NormalLaw) -> PartLaw {
+    let covariance = law.covariance();
+    PartLaw::Normal {
+        mean: law.means().iter().copied().collect(),
+        covariance: covariance.iter().copied().collect(),
+    }
 }

@@ -23,9 +23,16 @@ pub struct Belief {
     pub covariance: DMatrix<f64>,
     /// ln of the density of what was observed, given the past.
     pub ln_evidence: f64,
+    /// The law, in factored form.
+    pub(crate) law: NormalLaw,
 }
 
 impl Belief {
+    /// What a law says of its variables.
+    pub(super) fn of(variables: Vec<String>, law: NormalLaw, ln_evidence: f64) -> Self {
+        Self { variables, mean: law.means(), covariance: law.covariance(), ln_evidence, law }
+    }
+
     /// Mean of one variable.
     pub fn mean_of(&self, name: &str) -> Option<f64> {
         self.variables.iter().position(|variable| variable == name).map(|row| self.mean[row])
@@ -210,7 +217,7 @@ impl Filter {
     /// The belief that the law of what is searched is.
     pub(super) fn belief(&self, law: &NormalLaw, ln_evidence: f64) -> Belief {
         let variables = self.searched.iter().map(|(name, _)| name.clone()).collect();
-        Belief { variables, mean: law.means(), covariance: law.covariance(), ln_evidence }
+        Belief::of(variables, law.clone(), ln_evidence)
     }
 
     /// Lets the covariance, and so the gains, settle to what they become after a long time; means stay.

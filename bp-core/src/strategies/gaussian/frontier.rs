@@ -88,5 +88,5 @@ pub(crate) fn condition(
     }
     let law = frontier.law.select(searched.iter().map(|variable| frontier.places[variable]));
     let variables = searched.iter().map(|variable| model.variable_name(*variable)).collect();
-    Ok(Belief { variables, mean: law.means(), covariance: law.covariance(), ln_evidence })
+    Ok(Belief::of(variables, law, ln_evidence))
 }

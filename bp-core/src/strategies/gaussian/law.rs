@@ -7,6 +7,8 @@
 //! With a the row of L of what is observed as z, and r = ‖a‖, a Householder reflection H gives a H = ±r e. Then
 //! w_e = (z − m) / ±r, x gains (L H)_e w_e, and the other columns of L H are what is left. ln p(z) = ln N(z; m, r²).
 
+mod measures;
+
 use nalgebra::{DMatrix, DVector};
 
 /// A row that is at most this share of the numbers it was computed from is rounding: the variable is determined.
@@ -238,22 +240,29 @@ impl NormalLaw {
             else {
                 break;
             };
-            let row = rows.swap_remove(place);
-            let Some(reflection) = Reflection::of(&self.rows[row].noises, first) else { break };
-            for row in &mut self.rows {
-                reflection.apply(row);
-                for cells in [&mut row.noises, &mut row.squares] {
-                    if cells.len() > first {
-                        cells.resize(cells.len().max(reflection.pivot + 1), 0.0);
-                        cells.swap(first, reflection.pivot);
-                    }
-                }
+            if !self.pivot(rows.swap_remove(place), first) {
+                break;
             }
-            self.rows[row].noises.truncate(first);
-            self.rows[row].noises.push(reflection.image);
             first += 1;
         }
         first
+    }
+
+    /// Rotates the noises from `first` on so that a variable has the first of them only; whether it has any.
+    fn pivot(&mut self, row: usize, first: usize) -> bool {
+        let Some(reflection) = Reflection::of(&self.rows[row].noises, first) else { return false };
+        for row in &mut self.rows {
+            reflection.apply(row);
+            for cells in [&mut row.noises, &mut row.squares] {
+                if cells.len() > first {
+                    cells.resize(cells.len().max(reflection.pivot + 1), 0.0);
+                    cells.swap(first, reflection.pivot);
+                }
+            }
+        }
+        self.rows[row].noises.truncate(first);
+        self.rows[row].noises.push(reflection.image);
+        true
     }
 
     /// The same law with no more noises than variables.

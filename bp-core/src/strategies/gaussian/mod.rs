@@ -10,7 +10,7 @@ mod law;
 mod offer;
 mod smooth;
 
-pub(crate) use answer::figure;
+pub(crate) use answer::{Named, divergences, part, rows};
 pub use filter::{Belief, Filter};
 pub(crate) use frontier::condition;
 pub(crate) use law::NormalLaw;

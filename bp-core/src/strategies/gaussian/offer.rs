@@ -84,7 +84,9 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
 }
 
 fn distribution(ask: &Ask) -> bool {
-    matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance)
+    // Of values side by side none is the second best.
+    !matches!(ask.statistic, Statistic::Best(_))
+        && ask.statistic.from().iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
         && ask.searched.iter().all(|searched| searched.at.is_none())
         && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
 }
@@ -257,7 +259,7 @@ impl strategies::Engine for Engine {
         if !is_linear(model) {
             return Err(not_all());
         }
-        if let Some(why) = over_time::not_of_reals(model, ask) {
+        if let Some(why) = over_time::not_of_normal(model, ask) {
             return Err(refused(model, asks, &why));
         }
         let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };

@@ -11,8 +11,14 @@ use crate::model::{Ask, Known, Model, Statistic, When};
 use crate::posterior::{Answer, Column, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named};
 use crate::progress;
 use crate::radix;
+use crate::random::seeded;
 use crate::sample::Sampling;
-use crate::strategies::{Case, Found, Observed, Offered, Prepared, Purpose, gaussian, weighting as sampled};
+use crate::strategies::{
+    Case, Found, Observed, Offered, Prepared, Purpose,
+    gaussian::{self, Named},
+    weighting as sampled,
+};
+use rand::Rng;
 
 /// A question over time, ready to be asked.
 #[derive(Debug)]
@@ -28,8 +34,11 @@ impl Prepared for Instants {
         Ok(vec![match self.purpose {
             Purpose::Shown => Found::Answer(asker.answer()?),
             Purpose::Compared { each } => {
-                let scope = if each { Scope::Each } else { Scope::Last };
-                Found::Table(asker.table(&asker.run(scope)?, each)?, None)
+                let answered = asker.run(if each { Scope::Each } else { Scope::Last })?;
+                match asker.laws(&answered, each) {
+                    Some(laws) => Found::Normal(laws, None),
+                    None => Found::Table(asker.table(&answered, each)?, None),
+                }
             }
         }])
     }
@@ -55,7 +64,8 @@ impl Asker<'_> {
                 Reader { model, ask, table: &table, inputs, seed }.rows()?
             }
             _ => {
-                let rows = answered.told.iter().map(|told| self.real_rows(ask, told));
+                let mut random = seeded(sampling.seed, &setting.model.ask_text(ask));
+                let rows = answered.told.iter().map(|told| self.real_rows(ask, told, &mut random));
                 rows.collect::<Result<Vec<_>, Error>>()?.concat()
             }
         };
@@ -171,19 +181,27 @@ impl Asker<'_> {
         Ok(rows)
     }
 
-    fn real_rows(&self, ask: &Ask, told: &Told) -> Result<Vec<Row>, Error> {
+    /// The normal laws of the instants, which they name where `several` are answered; nothing where there are other laws.
+    fn laws(&self, answered: &Answered, several: bool) -> Option<Vec<Named>> {
+        let law = |told: &Told| match &told.what {
+            What::Normal(belief) => {
+                let instant = several.then(|| (self.index(), told.instant.to_string()));
+                Some((instant.into_iter().collect(), belief.law.clone()))
+            }
+            _ => None,
+        };
+        answered.told.iter().map(law).collect()
+    }
+
+    fn real_rows(&self, ask: &Ask, told: &Told, random: &mut impl Rng) -> Result<Vec<Row>, Error> {
         let instant = ask.when.is_every_instant().then(|| (self.index(), told.instant.to_string()));
         Ok(match &told.what {
             What::Cloud { draws, kept, linear, .. } => {
                 sampled::rows(self.setting, &Ask { when: When::Now, ..ask.clone() }, draws, kept, linear)?
             }
-            What::Normal(belief) => (belief.variables.iter().enumerate())
-                .map(|(row, name)| {
-                    let values = instant.iter().cloned().chain([(name.clone(), String::new())]).collect();
-                    let deviation = belief.covariance[(row, row)].max(0.0).sqrt();
-                    Row { values, figure: gaussian::figure(ask, belief.mean[row], deviation) }
-                })
-                .collect(),
+            What::Normal(belief) => {
+                gaussian::rows(self.setting, ask, &belief.law, instant.as_slice(), random)?
+            }
             What::Finite(_) => Vec::new(),
         })
     }
@@ -221,10 +239,7 @@ fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
             return Part { instant, ..sampled::part(setting, ask, draws, kept, linear) };
         }
         What::Finite(numbers) => PartLaw::Finite(numbers.clone()),
-        What::Normal(belief) => PartLaw::Normal {
-            mean: belief.mean.iter().copied().collect(),
-            covariance: belief.covariance.transpose().iter().copied().collect(),
-        },
+        What::Normal(belief) => gaussian::part(&belief.law),
     };
     Part { instant, given: Vec::new(), of, law }
 }

@@ -77,13 +77,26 @@ pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
     }
 }
 
-/// Why a statistic is not made of a normal law or of particles.
+/// Why a statistic is not made of a normal law.
+pub(crate) fn not_of_normal(model: &Model, ask: &Ask) -> Option<String> {
+    match (ask.when, &ask.statistic) {
+        (_, Statistic::Best(_)) => Some("of reals none is the second best: ask for `argmax`".to_owned()),
+        (When::Sequence, _) => not_of_reals(model, ask),
+        _ => with_value(model, ask),
+    }
+}
+
+/// The refusal of a searched variable with a value.
+fn with_value(model: &Model, ask: &Ask) -> Option<String> {
+    let item = ask.searched.iter().find(|item| item.at.is_some())?;
+    let name = model.variable_name(item.variable);
+    Some(format!("over time the whole distribution is answered: search `{name}`, without a value"))
+}
+
+/// Why a statistic is not made of particles, or not of the laws of a sequence.
 pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
-    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
-        let name = model.variable_name(item.variable);
-        return Some(format!(
-            "over time the whole distribution is answered: search `{name}`, without a value"
-        ));
+    if let Some(why) = with_value(model, ask) {
+        return Some(why);
     }
     let word = match (ask.when, &ask.statistic) {
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
