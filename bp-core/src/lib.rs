@@ -72,6 +72,7 @@ pub mod diagnostic;
 pub mod distribution;
 #[doc(hidden)]
 pub mod draw;
+mod elimination;
 #[doc(hidden)]
 pub mod emit;
 pub(crate) mod equation;

@@ -43,8 +43,17 @@ pub fn compile_by<'m>(
     question: &Question,
     by: Option<Strategy>,
 ) -> Result<CompiledQuestion<'m>, Error> {
+    compile_with(model, question, Options { by, ..Options::default() })
+}
+
+/// Compiles a question as the options say: plan, prepare.
+pub(super) fn compile_with<'m>(
+    model: &'m Model,
+    question: &Question,
+    options: Options,
+) -> Result<CompiledQuestion<'m>, Error> {
     let model = link(model)?;
-    let plan = plan::plan_for_answer(&model, question, Options { by, ..Options::default() })?;
+    let plan = plan::plan_for_answer(&model, question, options)?;
     let routes = Arc::new(prepare(&model, &plan)?);
     let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
     Ok(CompiledQuestion { model, question: plan.question, routes, strategies, places: plan.places })
@@ -110,7 +119,7 @@ impl CompiledQuestion<'_> {
                 "it is asked over time: give the observations, a row for each instant (`--data FILE`)";
             return Err(Error::input(self.model.ask_text(ask), message));
         }
-        self.answers(&Case { question: &self.question, inputs, instants: &[], sampling })
+        self.answers(&Case { question: &self.question, inputs, instants: &[], sampling, findings: None })
     }
 
     /// Asks it over time: what was observed at each instant, by name.
@@ -125,11 +134,13 @@ impl CompiledQuestion<'_> {
     ) -> Result<Vec<Answer>, Error> {
         match self.question.asks.iter().find(|ask| !ask.when.is_over_time()) {
             Some(ask) => Err(not_over_time(&self.model, ask)),
-            None => self.answers(&Case { question: &self.question, inputs, instants, sampling }),
+            None => {
+                self.answers(&Case { question: &self.question, inputs, instants, sampling, findings: None })
+            }
         }
     }
 
-    fn answers(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {
+    pub(super) fn answers(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {
         let found = self.run(case)?;
         let asks = self.question.asks.iter().zip(&self.places);
         let answers = asks.map(|(ask, places)| self.answer(ask, places, &found, case));
@@ -141,7 +152,13 @@ impl CompiledQuestion<'_> {
     /// # Errors
     /// As [`CompiledQuestion::ask`]; an answer that is no table.
     pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
-        let case = Case { question: &self.question, inputs, instants: &[], sampling: Sampling::default() };
+        let case = Case {
+            question: &self.question,
+            inputs,
+            instants: &[],
+            sampling: Sampling::default(),
+            findings: None,
+        };
         let found = self.run(&case)?;
         let table = |(ask, places): (&Ask, &Vec<Place>)| {
             if let Statistic::Entropy | Statistic::Divergence { .. } = ask.statistic {

@@ -7,17 +7,19 @@ mod again;
 mod compiled;
 mod instants;
 mod link;
+mod marginals;
 mod open;
 mod soft;
 
 pub use crate::posterior::{
     Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, Table, argmax, ordinals,
 };
-pub use crate::strategies::Observed;
+pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, compile_by};
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
+pub use marginals::{Knowledge, marginals};
 pub use open::{filled, open};
 
 use crate::error::Error;

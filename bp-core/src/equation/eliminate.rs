@@ -5,7 +5,7 @@
 //!
 //! before: Σ_V Σ_O⁻¹ P(V | …) P(O⁻¹ | …) P(O | O⁻¹)      after: Σ_V P(V | …) (Σ_O⁻¹ P(O⁻¹ | …) P(O | O⁻¹))
 //!
-//! The order is found in `order.rs`.
+//! The order is found by `elimination`.
 
 use super::draft::Draft;
 use super::{Cost, Elimination, Term, draft::are, order, scope};
@@ -31,7 +31,7 @@ pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
     }
     let scope = |term: &TermId| scope::of_term(draft.model, &draft.terms, &draft.bindings, *term);
     let scopes: Vec<_> = draft.factors.iter().map(scope).collect();
-    let sums = order::cheaper(draft.model, &scopes, &free);
+    let sums = order::sums(draft.model, &scopes, &free);
     let names: Vec<_> = sums.iter().map(|sum| draft.model.variable_name(sum.variable)).collect();
     // The factors not yet under a sum: those of the draft, then the sums.
     let mut factors: Vec<Option<TermId>> = draft.factors.iter().copied().map(Some).collect();

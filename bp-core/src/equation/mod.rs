@@ -125,6 +125,10 @@ pub struct Options {
     pub by: Option<Strategy>,
     /// Whether to collect the offers of all strategies.
     pub all_offers: bool,
+    /// Whether each ask, and each element of a family, is a marginal of its own.
+    pub alone: bool,
+    /// Whether elements of families are observed alone, beside what the question knows.
+    pub elements: bool,
 }
 
 /// One line of a derivation.

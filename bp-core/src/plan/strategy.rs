@@ -7,7 +7,7 @@
 use super::{Options, Route, Strategy};
 use crate::error::Error;
 use crate::model::{Ask, Model};
-use crate::strategies::{Turn, engine};
+use crate::strategies::{Turn, engine, refused};
 use serde::Serialize;
 
 /// What a strategy offers for some asks.
@@ -54,7 +54,14 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
             by_tree: tree,
             not_exact: reason.map(|(_, error)| error),
         };
-        let route = engine(strategy).offer(model, asks, &turn);
+        let route = match options.elements && strategy != Strategy::JoinTree {
+            true => Err(refused(
+                model,
+                asks,
+                "an element of a family is observed alone: only a join tree takes that",
+            )),
+            false => engine(strategy).offer(model, asks, &turn),
+        };
         let (products, refusal) = match &route {
             Ok(route) => (route.offered().cost(), None),
             Err(error) => (None, Some(reason_of(error))),

@@ -1,11 +1,12 @@
 //! Products of potentials, of which slots are eliminated one by one.
 //!
-//! In: potentials. Out: their product without some of the slots, as a list whose members are multiplied only as far as
-//! sums and maxima require. Invariant: the next slot is one whose elimination makes the smallest table; elimination
-//! orders are stored, so that each instant of a long sequence reuses them.
+//! In: potentials. Out: their product without some of the slots, as a list whose members are multiplied no further than
+//! sums and maxima require. Invariant: the order is found by `elimination`; orders are kept,
+//! so that each instant of a long sequence does not search for them again.
 
 use super::Potential;
 use super::sweep::{Fold, folded};
+use crate::elimination;
 use crate::radix;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -50,33 +51,37 @@ impl Orders {
         if let Some(order) = self.known.get(&kind) {
             return Ok(order.clone());
         }
-        let mut scopes = kind.0.clone();
-        let (mut rest, mut order) = (away.to_vec(), Vec::with_capacity(away.len()));
-        while !rest.is_empty() {
-            let joined = |slot: usize| {
-                let mut union: Vec<usize> = Vec::new();
-                for own in scopes.iter().filter(|scope| scope.contains(&slot)).flatten() {
-                    if *own != slot && !union.contains(own) {
-                        union.push(*own);
-                    }
-                }
-                let cells: f64 = union.iter().map(|slot| counts[*slot] as f64).product();
-                (cells, union)
-            };
-            let candidates = rest.iter().enumerate().map(|(position, slot)| (position, joined(*slot)));
-            let best = candidates.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0));
-            let (position, (cells, union)) = best.expect("internal: a slot is left");
-            if cells > MOST_CELLS {
-                return Err(cells);
-            }
-            let slot = rest.remove(position);
-            scopes.retain(|scope| !scope.contains(&slot));
-            scopes.push(union);
-            order.push(slot);
-        }
+        let mut slots: Vec<usize> = kind.0.iter().flatten().chain(away).copied().collect();
+        slots.sort_unstable();
+        slots.dedup();
+        let number = |slot: &usize| slots.binary_search(slot).map_or(u32::MAX, |at| at as u32);
+        let numbered = |scope: &[usize]| scope.iter().map(number).collect::<Vec<u32>>();
+        let scopes: Vec<Vec<u32>> = kind.0.iter().map(|scope| numbered(scope)).collect();
+        let cardinality = slots.iter().map(|slot| counts[*slot] as f64).collect();
+        let found = elimination::order(cardinality, &scopes, &numbered(away));
+        let order: Vec<usize> = found.variables.iter().map(|one| slots[*one as usize]).collect();
+        fits(kind.0.clone(), &order, counts)?;
         self.known.insert(kind, order.clone());
         Ok(order)
     }
+}
+
+/// Refuses an order in which a table is too large; `Err` is the number of its cells.
+fn fits(mut scopes: Vec<Vec<usize>>, order: &[usize], counts: &[usize]) -> Result<(), f64> {
+    for slot in order {
+        let (with, without): (Vec<_>, Vec<_>) = scopes.into_iter().partition(|scope| scope.contains(slot));
+        let mut union = with.concat();
+        union.sort_unstable();
+        union.dedup();
+        union.retain(|own| own != slot);
+        let cells: f64 = union.iter().map(|slot| counts[*slot] as f64).product();
+        if cells > MOST_CELLS {
+            return Err(cells);
+        }
+        scopes = without;
+        scopes.push(union);
+    }
+    Ok(())
 }
 
 impl Product {

@@ -1,149 +1,151 @@
-//! The posterior of each variable: by the join tree if all are finite, otherwise by the planner.
+//! The posterior of each variable, by names.
 //!
-//! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: an observed variable has
-//! its value with probability 1.
+//! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: what is observed has its value for
+//! sure; potentials of a Markov network are not shown.
 
 use super::value::{ordinal, read};
 use super::{Evidence, Posterior, Program, Value};
-use crate::answer::{Answer, Part, PartLaw, Slot, compile_by};
+use crate::answer::{self, Knowledge, Slot};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::model::{self, Ask, Known, Question, Searched, Statistic, When};
-use crate::plan::Strategy;
-use crate::strategies::join_tree::{Marginals, Named};
+use crate::guess::nearest;
+use crate::ids::VariableId;
+use crate::model::{self, Known};
 
-pub(super) fn marginals(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
-    let model = program.model();
-    let finite = model.plate.is_none() && model.variables.values().all(|it| it.domain.is_finite());
-    match finite {
-        true => by_tree(program, evidence),
-        false => by_planner(program, evidence),
-    }
-}
-
-/// The title of the table.
-fn text(program: &Program, evidence: &Evidence) -> String {
-    let bar = if evidence.iter().next().is_some() { " | " } else { "" };
-    format!("marginals of {}{bar}{evidence}", program.name())
-}
-
-fn by_tree(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
+/// The posterior of some variables, or of elements of families; of all where none is named.
+pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
     let model = program.model();
     let inputs = program.settings.inputs();
     let setting = Setting::new(model, &inputs)?;
-    let named = Named::with(model.clone(), &program.opened.known, &inputs)?;
-    let mut known = named.evidence([], [])?;
-    for (name, value) in evidence.iter() {
-        let places: Vec<usize> = match named.number_of(name) {
-            Ok(one) => vec![one],
-            // A family is given as a list.
-            Err(error) => match model.variable(name) {
-                Some(variable) => setting.slots_of(variable).collect(),
-                None => return Err(error),
-            },
-        };
-        if let ([one], Value::Likelihood(weights)) = (places.as_slice(), value) {
-            let name = named.variable(*one);
-            let likelihood = named.evidence([], [(name.as_str(), weights.as_slice())])?;
-            known.likelihoods.extend(likelihood.likelihoods);
-            continue;
-        }
-        let values = value.flat();
-        if values.len() != places.len() {
-            let message = format!("{} values were given, but {} are expected", values.len(), places.len());
-            return Err(Error::input(name, message));
-        }
-        for (place, value) in places.into_iter().zip(values) {
-            let value = ordinal(model, &Slot::of(&setting, place), value);
-            known.hard.push((place, value.map_err(|message| Error::input(name, message))?));
-        }
-    }
-    let wanted = named.shown();
-    let given: Vec<usize> = known.hard.iter().map(|(variable, _)| *variable).collect();
-    let weighed: Vec<usize> = known.likelihoods.iter().map(|(variable, _)| *variable).collect();
-    let plan = Marginals::new(&named.network, &given, &weighed, &wanted)?;
-    let mut session = plan.session();
-    session.ask(&known).map_err(|error| named.tell(error))?;
-    let parts = wanted.iter().map(|place| Part {
-        instant: None,
-        given: Vec::new(),
-        of: vec![Slot::of(&setting, *place)],
-        law: PartLaw::Finite(session.posterior(*place, &known)),
-    });
-    let parts: Vec<Part> = parts.collect();
-    let ln_evidence = Some(session.ln_evidence() + program.opened.ln_scale);
-    Ok(Posterior::new(program, whole(program, evidence, parts, Strategy::JoinTree, ln_evidence)))
-}
-
-/// An answer with a part for each variable.
-fn whole(
-    program: &Program,
-    evidence: &Evidence,
-    parts: Vec<Part>,
-    strategy: Strategy,
-    ln_evidence: Option<f64>,
-) -> Answer {
-    Answer {
-        question: text(program, evidence),
-        ln_evidence,
-        estimate: None,
-        answer: parts.iter().flat_map(|part| part.rows(program.model())).collect(),
-        strategy,
-        when: When::Now,
-        parts,
-    }
-}
-
-/// A question for each unobserved variable, all with the same known variables.
-fn by_planner(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
-    let model = program.model();
-    let mut known: Vec<Known> = Vec::new();
-    for (name, value) in evidence.iter() {
-        let variable = model.variable(name);
-        let variable = variable.ok_or_else(|| {
-            let names = program.variables();
-            let message = super::lookup::unknown(name, names.iter().map(String::as_str).collect());
-            Error::input(name, message)
-        })?;
-        let evidence = match value {
-            Value::Likelihood(weights) => model::Evidence::Virtual(weights.clone()),
-            value => {
-                let size = |name: &str| program.settings.size(name);
-                let read = read(model, variable, value, &size);
-                let (ordinal, number) = read.map_err(|message| Error::input(name, message))?;
-                model::Evidence::Hard(match ordinal {
-                    Some(ordinal) => model::Value::Ordinal(ordinal),
-                    None => model::Value::Real(number),
-                })
-            }
-        };
-        known.push(Known { variable, evidence });
-    }
-    let is_free = |id: &crate::ids::VariableId| {
+    let names = Names { program, setting: &setting };
+    let knowledge = names.knowledge(evidence)?;
+    let finite = model.plate.is_none() && model.variables.values().all(|it| it.domain.is_finite());
+    let is_shown = |id: &VariableId| {
         Some(*id) != model.plate_index()
-            && model.variables[*id].previous_of.is_none()
-            && !known.iter().any(|known| known.variable == *id)
+            && (finite || model.variables[*id].previous_of.is_none())
+            && !program.opened.known.iter().any(|known| known.variable == *id)
     };
-    let asks = model.variables.ids().filter(is_free).map(|variable| Ask {
-        statistic: Statistic::Distribution,
-        when: When::Now,
-        searched: vec![Searched { variable, at: None }],
-        known: known.clone(),
-    });
-    let question = Question { name: "marginals".to_owned(), asks: asks.collect() };
-    let faults = model.question_faults(&question);
-    if let Some(fault) = faults.first() {
-        return Err(Error::Unplanned { question: text(program, evidence), reason: fault.message.clone() });
+    let named: Vec<(VariableId, Option<usize>)> =
+        only.iter().map(|name| names.find(name)).collect::<Result<_, _>>()?;
+    let mut wanted: Vec<VariableId> = model.variables.ids().filter(is_shown).collect();
+    if !named.is_empty() {
+        wanted.retain(|id| named.iter().any(|(named, _)| named == id));
     }
-    let answers =
-        compile_by(model, &question, program.by)?.ask_with(&program.settings.inputs(), program.sampling)?;
-    let mut all = whole(program, evidence, Vec::new(), Strategy::Sums, None);
-    for answer in answers {
-        all.ln_evidence = all.ln_evidence.or(answer.ln_evidence);
-        all.estimate = all.estimate.or(answer.estimate);
-        all.strategy = answer.strategy;
-        all.answer.extend(answer.answer);
-        all.parts.extend(answer.parts);
+    let by = (program.sampling, program.by);
+    let mut all = answer::marginals(model, &wanted, &knowledge, &inputs, by)?;
+    if !named.is_empty() {
+        all.parts.retain(|part| {
+            let slot = |slot: &Slot| {
+                only.contains(&slot.name(model)) || only.contains(&model.variable_name(slot.variable))
+            };
+            part.of.iter().any(slot)
+        });
+        all.answer = all.parts.iter().flat_map(|part| part.rows(model)).collect();
     }
+    // A Markov network has ln Z without any evidence.
+    let given = match (evidence.iter().next(), program.opened.known.is_empty()) {
+        (Some(_), _) => format!(" | {evidence}"),
+        (None, true) => String::new(),
+        (None, false) => " | potentials".to_owned(),
+    };
+    all.question = format!("marginals of {}{given}", program.name());
+    all.ln_evidence = all.ln_evidence.map(|ln| ln + program.opened.ln_scale);
     Ok(Posterior::new(program, all))
+}
+
+/// Names, and what they mean.
+struct Names<'p> {
+    program: &'p Program,
+    setting: &'p Setting<'p>,
+}
+
+impl Names<'_> {
+    /// A variable, or an element of one, from 0.
+    fn find(&self, name: &str) -> Result<(VariableId, Option<usize>), Error> {
+        let model = self.program.model();
+        if let Some(variable) = model.variable(name) {
+            return Ok((variable, None));
+        }
+        let plain = name.split('[').next().unwrap_or(name).trim();
+        let slots = model.variable(plain).map(|id| (id, self.setting.slots_of(id)));
+        let element = slots.and_then(|(id, mut slots)| {
+            let start = slots.start;
+            slots.find(|slot| self.setting.slot_name(*slot) == name).map(|slot| (id, Some(slot - start)))
+        });
+        element.ok_or_else(|| {
+            let names = self.program.variables();
+            let near = nearest(name, names.iter().map(String::as_str));
+            let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            Error::input(name, format!("`{}` has no variable of this name{help}", model.name))
+        })
+    }
+
+    /// What evidence says of variables and of elements, with what is always known.
+    fn knowledge(&self, evidence: &Evidence) -> Result<Knowledge, Error> {
+        let mut all = Knowledge { known: self.program.opened.known.clone(), ..Knowledge::default() };
+        for (name, value) in evidence.iter() {
+            let (variable, element) = self.find(name)?;
+            let slots = self.setting.slots_of(variable);
+            if all.known.iter().any(|known| known.variable == variable) {
+                return Err(Error::input(name, "it is known already, or a potential, which is not observed"));
+            }
+            if let Value::Likelihood(weights) = value {
+                check(name, weights, self.setting.count(variable), element.is_some() || slots.len() == 1)?;
+                match element {
+                    Some(element) => all.elements.weighed.push((variable, element, weights.clone())),
+                    None => all
+                        .known
+                        .push(Known { variable, evidence: model::Evidence::Virtual(weights.clone()) }),
+                }
+                continue;
+            }
+            if let (None, 1) = (element, slots.len()) {
+                all.known.push(Known {
+                    variable,
+                    evidence: model::Evidence::Hard(self.value(variable, name, value)?),
+                });
+                continue;
+            }
+            let values = value.flat();
+            let places: Vec<usize> = element.map_or_else(|| (0..slots.len()).collect(), |one| vec![one]);
+            if values.len() != places.len() {
+                let message =
+                    format!("{} values were given, but {} are expected", values.len(), places.len());
+                return Err(Error::input(name, message));
+            }
+            for (place, value) in places.into_iter().zip(values) {
+                let slot = Slot::of(self.setting, slots.start + place);
+                let value = ordinal(self.program.model(), &slot, value);
+                all.elements.hard.push((
+                    variable,
+                    place,
+                    value.map_err(|message| Error::input(name, message))?,
+                ));
+            }
+        }
+        Ok(all)
+    }
+
+    /// A value of a variable.
+    fn value(&self, variable: VariableId, name: &str, value: &Value) -> Result<model::Value, Error> {
+        let size = |name: &str| self.program.settings.size(name);
+        let read = read(self.program.model(), variable, value, &size);
+        let (ordinal, number) = read.map_err(|message| Error::input(name, message))?;
+        Ok(ordinal.map_or(model::Value::Real(number), model::Value::Ordinal))
+    }
+}
+
+/// Refuses a likelihood that is none.
+fn check(name: &str, weights: &[f64], count: usize, is_one: bool) -> Result<(), Error> {
+    let found = weights.len();
+    let wrong = match () {
+        () if !is_one => "a likelihood is given to one element, such as `Z[2]`".to_owned(),
+        () if found != count => format!("its likelihood must have {count} numbers, but has {found}"),
+        () if !weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite()) => {
+            format!("a likelihood is made of finite numbers, none negative, but this is {weights:?}")
+        }
+        () if weights.iter().all(|weight| *weight == 0.0) => "its likelihood is 0 for every value".to_owned(),
+        () => return Ok(()),
+    };
+    Err(Error::input(name, wrong))
 }

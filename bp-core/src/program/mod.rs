@@ -90,6 +90,15 @@ impl Program {
         Self::made(Opened { model, source: Some(source), known, ln_scale, warnings })
     }
 
+    /// The program that a network is, once read.
+    ///
+    /// # Errors
+    /// A subroutine that cannot be answered.
+    pub fn of_network(network: Network) -> Result<Self, Error> {
+        let Network { model, known, ln_scale, .. } = network;
+        Self::made(Opened { known, ln_scale, ..Opened::from(model) })
+    }
+
     /// Reads a program from its text. Of several programs the last one is asked.
     ///
     /// # Errors
@@ -231,7 +240,15 @@ impl Program {
     /// # Errors
     /// An unknown name, a value outside the variable's domain; evidence of probability zero.
     pub fn marginals(&self, evidence: &Evidence) -> Result<Posterior, Error> {
-        marginals::marginals(self, evidence)
+        marginals::marginals(self, &[], evidence)
+    }
+
+    /// The posterior of each of some variables, or of elements of families (`Z[2]`), given some evidence.
+    ///
+    /// # Errors
+    /// As [`Program::marginals`].
+    pub fn marginals_of(&self, names: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
+        marginals::marginals(self, names, evidence)
     }
 
     /// Learns what is `unknown` in the program, and the parameters that `identification` names, from a table of cases

@@ -18,6 +18,7 @@ pub use route::Route;
 use crate::equation::{Line, Marked, Notation, Options, Strategy};
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::ids::VariableId;
 use crate::kernel::Kernel;
 use crate::model::{Ask, Model, Question};
 use crate::posterior::{Answer, Table};
@@ -112,6 +113,22 @@ pub(crate) trait Prepared: Debug + Send + Sync {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error>;
 }
 
+/// Elements of families that are observed alone.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Findings {
+    /// (variable, element from 0, ordinal of its value)
+    pub hard: Vec<(VariableId, usize, usize)>,
+    /// (variable, element from 0, a likelihood for each value)
+    pub weighed: Vec<(VariableId, usize, Vec<f64>)>,
+}
+
+impl Findings {
+    /// Whether nothing is observed so.
+    pub fn is_empty(&self) -> bool {
+        self.hard.is_empty() && self.weighed.is_empty()
+    }
+}
+
 /// What is given to a question.
 #[derive(Clone, Copy)]
 pub(crate) struct Case<'c> {
@@ -120,6 +137,7 @@ pub(crate) struct Case<'c> {
     /// What was observed, instant by instant.
     pub(crate) instants: &'c [Observed],
     pub(crate) sampling: Sampling,
+    pub(crate) findings: Option<&'c Findings>,
 }
 
 /// What a strategy finds.

@@ -88,7 +88,8 @@ pub(crate) struct Arguments {
     all: bool,
 }
 
-fn particles(text: &str) -> Result<usize, String> {
+/// A number of draws.
+pub(crate) fn particles(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=100_000_000).contains(count));
     count.ok_or_else(|| "expected a number of draws, from 1 to 100000000".to_owned())
 }

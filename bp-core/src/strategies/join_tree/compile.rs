@@ -14,7 +14,7 @@ use super::problem::Problem;
 use super::reading::{Reading, Readings, place};
 use super::refused::Refused;
 use super::table::{Builder, CONSTANT, Tables};
-use super::triangulate::{Effort, HOPELESS, triangulate};
+use crate::elimination::{Effort, HOPELESS};
 use crate::error::Error;
 use crate::exec::scalar::Extended;
 use std::collections::HashSet;
@@ -106,7 +106,7 @@ pub(super) enum Leaf {
 impl Outline {
     /// `weighed` is by the network's numbers.
     pub(super) fn of(problem: Problem, weighed: &[bool], effort: Effort) -> Self {
-        let order = triangulate(&problem, effort);
+        let order = problem.triangulated(effort);
         let mut leaves: Vec<Leaf> = (0..problem.tables.len()).map(Leaf::Table).collect();
         let mut scopes = problem.scopes.clone();
         let mut has = vec![false; problem.variables.len()];

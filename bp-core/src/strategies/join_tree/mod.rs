@@ -26,10 +26,8 @@ mod problem;
 mod propagate;
 mod reading;
 mod refused;
-mod scores;
 mod session;
 mod table;
-mod triangulate;
 
 pub(crate) use absorb::{Absorbed, absorb};
 pub use batch::{Posterior, answer_cases};
@@ -45,3 +43,5 @@ pub use offer::{JoinTree, MANY_FACTORS};
 pub use plan::{Marginals, MarginalsSession};
 pub use refused::Refused;
 pub use session::Session;
+#[cfg(test)]
+pub(crate) use session::propagations;

@@ -7,12 +7,15 @@
 use crate::equation::{Draft, Exact, Line, Notation, Options, Strategy, Term, remove_barren};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Model, Question};
+use crate::model::{Ask, Evidence, Model, Question, Searched, Statistic};
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
 /// With more factors than these, a tree is found faster than loops are written.
 pub const MANY_FACTORS: usize = 2000;
+
+/// From so many values of all searched variables together on, one propagation answers what is asked of each alone.
+const MANY_TOGETHER: f64 = 4096.0;
 
 /// An answer by sums and products over a join tree.
 #[derive(Clone, PartialEq, Debug)]
@@ -23,6 +26,8 @@ pub struct JoinTree {
     pub factors: Vec<FactorId>,
     /// Virtual evidence: variables with a likelihood for each value.
     pub likelihoods: Vec<(VariableId, Vec<f64>)>,
+    /// Whether each variable is asked alone: one propagation answers all.
+    pub alone: bool,
 }
 
 /// A join tree, where many factors are left that all have tables; where it is asked for, of few factors too.
@@ -34,6 +39,12 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     if model.plate.is_some() {
         return Err("the program is repeated over a plate".to_owned());
     }
+    let alone = (asks.len() > 1 || options.alone) && are_alone(model, asks, options.alone);
+    if options.elements && !alone {
+        return Err("an element of a family is observed alone, and not all is finite".to_owned());
+    }
+    // Loops would make the joint distribution of all that is searched.
+    let asked_for = asked_for || alone && (options.alone || together(model, asks) > MANY_TOGETHER);
     if model.factors.len() <= MANY_FACTORS && !asked_for {
         return Err(few(model.factors.len()));
     }
@@ -61,7 +72,7 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     if factors.len() <= MANY_FACTORS && !asked_for {
         return Err(few(factors.len()));
     }
-    Ok(JoinTree { exact: draft.unordered(), factors, likelihoods })
+    Ok(JoinTree { exact: draft.unordered(), factors, likelihoods, alone })
 }
 
 /// The strategy.
@@ -102,6 +113,25 @@ impl Offered for JoinTree {
     fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
         Ok(Box::new(self.clone()))
     }
+}
+
+/// Whether each ask is for the distribution of one variable, in a program that is finite throughout.
+fn are_alone(model: &Model, asks: &[Ask], families: bool) -> bool {
+    let alone = |ask: &Ask| {
+        let one = |item: &Searched| {
+            item.at.is_none() && (families || model.variables[item.variable].family.is_none())
+        };
+        ask.statistic == Statistic::Distribution && matches!(ask.searched.as_slice(), [item] if one(item))
+    };
+    asks.iter().all(alone)
+        && asks[0].known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
+        && model.variables.values().all(|variable| variable.domain.is_finite())
+}
+
+/// How many values the searched variables have together; a size that is not known counts 16.
+fn together(model: &Model, asks: &[Ask]) -> f64 {
+    let values = |ask: &Ask| model.variables[ask.searched[0].variable].domain.count().unwrap_or(16) as f64;
+    asks.iter().map(values).product()
 }
 
 /// Whether a factor is a table of numbers once its parameters have values.

@@ -14,7 +14,7 @@ use super::evidence::Evidence;
 use super::network::{Network, Table};
 use super::problem::Problem;
 use super::session::Session;
-use super::triangulate::{Effort, triangulate};
+use crate::elimination::Effort;
 use crate::error::Error;
 
 /// Trees that together answer what is wanted.
@@ -171,7 +171,7 @@ impl<'n> Question<'n> {
 
     /// What a tree would take, at a glance.
     fn cells(&self, part: Option<&[usize]>) -> f64 {
-        triangulate(&Problem::of(self.network, &self.given, part), Effort::Glance).cells
+        Problem::of(self.network, &self.given, part).triangulated(Effort::Glance).cells
     }
 
     fn outline(&self, part: Option<&[usize]>) -> Outline {

@@ -5,6 +5,7 @@
 //! the network.
 
 use super::network::Network;
+use crate::elimination::{Effort, Order, triangulate};
 
 /// The free variables of a question, and the tables that speak of them.
 #[derive(Clone, Debug, Default)]
@@ -61,5 +62,11 @@ impl Problem {
     /// The product of the numbers of values.
     pub(super) fn cells(&self, scope: &[u32]) -> f64 {
         scope.iter().map(|one| self.cardinalities[*one as usize] as f64).product()
+    }
+
+    /// An order in which to eliminate all of its variables.
+    pub(super) fn triangulated(&self, effort: Effort) -> Order {
+        let cardinality = self.cardinalities.iter().map(|count| *count as f64).collect();
+        triangulate(cardinality, &self.scopes, effort)
     }
 }

@@ -68,12 +68,25 @@ impl Tree {
     }
 }
 
+#[cfg(test)]
+thread_local! {
+    static PROPAGATIONS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
+/// How many times messages went through a tree in this thread.
+#[cfg(test)]
+pub(crate) fn propagations() -> usize {
+    PROPAGATIONS.get()
+}
+
 impl Session<'_> {
     /// Computes every wanted marginal given the evidence.
     ///
     /// # Errors
     /// A value out of its domain, a given variable without one, evidence of probability zero.
     pub fn ask(&mut self, evidence: &Evidence) -> Result<(), Error> {
+        #[cfg(test)]
+        PROPAGATIONS.set(PROPAGATIONS.get() + 1);
         let (tree, known) = (self.tree, &mut self.known);
         match answer(tree, known, &mut self.memory, evidence, Doing::Marginals) {
             Ok(Some(ln_evidence)) => self.ln_evidence = ln_evidence,

@@ -1,16 +1,17 @@
-//! `bp marginals`: the posterior of every variable of a network.
+//! `bp marginals`: the posterior of every variable.
 //!
-//! In: a network and evidence. Out: a table, or JSON. Invariant: an observed variable has its value with probability 1.
+//! In: a network or a program, and evidence. Out: a table, or JSON. Invariant: what is observed has its value for sure.
 
 use super::Asked;
+use crate::ask::{particles, strategy};
 use crate::failure::Failure;
-use crate::numbers::{bar, six_digits};
-use crate::wrap::{columns, filled};
-use bp_core::strategies::join_tree::Marginals;
+use bp_core::answer::{Answer, Figure};
+use bp_core::plan::Strategy;
+use bp_core::sample::Sampling;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
-/// Compute the posterior of every variable, and ln P(evidence).
+/// The posterior of every variable, and ln P(evidence).
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -21,56 +22,59 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// Only these variables; irrelevant parts of the network are skipped.
+    /// Only these variables: irrelevant parts of the network are left out of the work.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
+    /// Inference strategy: join_tree, sums, gaussian, weighting or gibbs; by default an exact one, else an estimate.
+    #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
+    by: Option<Strategy>,
+    /// Number of draws, if the answer has to be estimated.
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
+    particles: usize,
+    /// Random seed; the same seed gives the same answer.
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
+    seed: u64,
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (named, evidence) = arguments.asked.read()?;
-    let wanted: Vec<usize> = match arguments.only.is_empty() {
-        true => named.shown(),
-        false => arguments.only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
-    };
-    let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
-    let weighed: Vec<usize> = evidence.likelihoods.iter().map(|(variable, _)| *variable).collect();
-    let marginals = Marginals::new(&named.network, &given, &weighed, &wanted)?;
-    let mut session = marginals.session();
-    session.ask(&evidence).map_err(|error| named.tell(error))?;
-    let ln_evidence = session.ln_evidence() + named.ln_scale;
-    if arguments.json {
-        let mut posteriors = Map::new();
-        for variable in &wanted {
-            let values = session.posterior(*variable, &evidence).into_iter().enumerate();
-            let values: Map<String, Value> =
-                values.map(|(value, p)| (named.value(*variable, value), json!(p))).collect();
-            posteriors.insert(named.variable(*variable), Value::Object(values));
-        }
-        let answer = json!({ "ln_p_evidence": ln_evidence, "posteriors": posteriors });
-        serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out)?);
+    let (program, evidence) = arguments.asked.program()?;
+    let mut program = program.draws(arguments.particles).seed(arguments.seed);
+    if let Some(by) = arguments.by {
+        program = program.by(by.name())?;
     }
-    let widest =
-        |names: &mut dyn Iterator<Item = String>| names.map(|name| columns(&name)).max().unwrap_or(0).min(28);
-    let first = widest(&mut wanted.iter().map(|one| named.variable(*one)));
-    let second = widest(&mut wanted.iter().flat_map(|one| {
-        (0..named.network.cardinalities[*one]).map(|value| named.value(*one, value)).collect::<Vec<_>>()
-    }));
-    for variable in &wanted {
-        for (value, p) in session.posterior(*variable, &evidence).into_iter().enumerate() {
-            let name = if value == 0 { named.variable(*variable) } else { String::new() };
-            let (name, value) = (filled(&name, first), filled(&named.value(*variable, value), second));
-            let left = 78usize.saturating_sub(first + second + 18).clamp(4, 30);
-            writeln!(
-                out,
-                "{}",
-                format!("  {name}  {value}  {}  {}", filled(&six_digits(p), 11), bar(p, left)).trim_end()
-            )?;
+    let found = program.marginals_of(&arguments.only, &evidence)?;
+    match arguments.json {
+        true => {
+            serde_json::to_writer(&mut *out, &object(found.answer())).map_err(std::io::Error::from)?;
+            Ok(writeln!(out)?)
+        }
+        false => Ok(write!(out, "{}", found.answer().table(true, ""))?),
+    }
+}
+
+/// The posteriors by variable and value; of a real its moments.
+fn object(answer: &Answer) -> Value {
+    let mut posteriors: Map<String, Value> = Map::new();
+    for row in &answer.answer {
+        let Some((name, value)) = row.values.last() else { continue };
+        let entry = posteriors.entry(name.clone());
+        match row.figure {
+            Figure::Probability { p } | Figure::Estimated { p, .. } => {
+                if let Some(values) = entry.or_insert_with(|| json!({})).as_object_mut() {
+                    values.insert(value.clone(), json!(p));
+                }
+            }
+            figure => {
+                entry.or_insert_with(|| json!(figure));
+            }
         }
     }
-    writeln!(out, "\n  ln P(evidence) = {}", six_digits(ln_evidence))?;
-    Ok(())
+    let mut all = json!({ "ln_p_evidence": answer.ln_evidence, "posteriors": posteriors });
+    if let Some(estimate) = &answer.estimate {
+        all["estimate"] = json!(estimate);
+    }
+    all
 }

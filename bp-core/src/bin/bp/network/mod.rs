@@ -12,8 +12,10 @@ pub(crate) mod size;
 
 use crate::failure::Failure;
 use crate::program;
+use bp_core::data::Values;
 use bp_core::io::{Network, uai};
 use bp_core::model::{self, Known};
+use bp_core::program::{self as program_door, Program};
 use bp_core::source::Source;
 use bp_core::strategies::join_tree::{Evidence, Named};
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
@@ -38,9 +40,45 @@ pub(crate) struct Asked {
     likelihood: Option<String>,
 }
 
+/// Evidence by names, as it was written.
+pub(crate) struct Written {
+    values: Vec<(String, String)>,
+    likelihoods: Vec<(String, Vec<f64>)>,
+}
+
 impl Asked {
+    /// A network and its evidence, by number.
     pub(crate) fn read(&self) -> Result<(Named, Evidence), Failure> {
         let (named, network) = network(&self.file)?;
+        let written = self.written(&network)?;
+        let evidence = named.evidence(
+            written.values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
+            written.likelihoods.iter().map(|(name, weights)| (name.as_str(), weights.as_slice())),
+        )?;
+        Ok((named, evidence))
+    }
+
+    /// A program or a network, and its evidence, for the planner.
+    pub(crate) fn program(&self) -> Result<(Program, program_door::Evidence), Failure> {
+        let network = crate::program::linked(&self.file)?;
+        let written = self.written(&network)?;
+        let mut evidence = program_door::Evidence::new();
+        for (name, value) in written.values {
+            let plain = name.split('[').next().unwrap_or(&name).trim();
+            let variable = network.model.variable(&name).or_else(|| network.model.variable(plain));
+            let read = variable.map(|id| Values::new(&network.model, id, &|_| None).read(&value));
+            // `NA` and its like are not observed.
+            if !matches!(read, Some(Ok(None))) {
+                evidence.set(name, value);
+            }
+        }
+        written.likelihoods.into_iter().for_each(|(name, weights)| {
+            evidence.set(name, program_door::Value::Likelihood(weights));
+        });
+        Ok((Program::of_network(network)?, evidence))
+    }
+
+    fn written(&self, network: &Network) -> Result<Written, Failure> {
         let mut likelihoods: Vec<(String, Vec<f64>)> = Vec::new();
         if let Some(written) = &self.likelihood {
             let source = written_or_read(written)?;
@@ -60,7 +98,7 @@ impl Asked {
             (None, Some(written)) => Some(written_or_read(written)?),
             (None, None) => None,
         };
-        let (mut values, mut case) = (Vec::new(), Vec::new());
+        let mut values = Vec::new();
         match source {
             Some(source) if source.text.trim_start().starts_with('{') => {
                 for (name, value) in object("--evidence", &source)? {
@@ -69,7 +107,7 @@ impl Asked {
             }
             // A text that begins with a number is read as UAI, others as JSON.
             Some(source) if source.text.trim_start().starts_with(|first: char| first.is_ascii_digit()) => {
-                let mut cases = uai_cases(&source, &network)?;
+                let mut cases = uai_cases(&source, network)?;
                 if cases.len() > 1 {
                     return Err(Failure::Words(format!(
                         "`{}` holds {} cases; ask for one, or answer all with `bp batch --cases`",
@@ -77,21 +115,37 @@ impl Asked {
                         cases.len()
                     )));
                 }
-                case = cases.pop().unwrap_or_default();
+                values = named_values(network, &cases.pop().unwrap_or_default())?;
             }
             Some(source) => drop(object("--evidence", &source)?),
             None => {}
         }
-        let mut evidence = named.evidence(
-            values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
-            likelihoods.iter().map(|(name, weights)| (name.as_str(), weights.as_slice())),
-        )?;
-        evidence.hard.extend(numbered(&named, &network, &case)?);
-        Ok((named, evidence))
+        Ok(Written { values, likelihoods })
     }
 }
 
-/// The content of a UAI evidence file, case by case.
+/// The names of the variables and values of a case.
+fn named_values(network: &Network, case: &[Known]) -> Result<Vec<(String, String)>, Failure> {
+    let one = |known: &Known| {
+        let (name, ordinal) = observed(network, known)?;
+        Ok((name, network.model.value_name(known.variable, ordinal)))
+    };
+    case.iter().map(one).collect()
+}
+
+/// The name of a variable that an evidence file observes, and the ordinal of its value.
+fn observed(network: &Network, known: &Known) -> Result<(String, usize), Failure> {
+    let name = network.model.variable_name(known.variable);
+    if network.known.iter().any(|always| always.variable == known.variable) {
+        return Err(Failure::Words(format!("`{name}` is a potential, which is not observed")));
+    }
+    let model::Evidence::Hard(model::Value::Ordinal(ordinal)) = known.evidence else {
+        unreachable!("internal: an evidence file holds values")
+    };
+    Ok((name, ordinal))
+}
+
+/// What was read from an evidence file of UAI, case by case.
 pub(crate) fn uai_cases(source: &Source, network: &Network) -> Result<Vec<Vec<Known>>, Failure> {
     uai::evidence(source, &network.model).map_err(|wrong| Failure::Wrong(wrong, source.clone()))
 }
@@ -103,13 +157,7 @@ pub(crate) fn numbered(
     case: &[Known],
 ) -> Result<Vec<(usize, usize)>, Failure> {
     let one = |known: &Known| {
-        let name = network.model.variable_name(known.variable);
-        if network.known.iter().any(|always| always.variable == known.variable) {
-            return Err(Failure::Words(format!("`{name}` is a potential, which is not observed")));
-        }
-        let model::Evidence::Hard(model::Value::Ordinal(ordinal)) = known.evidence else {
-            unreachable!("internal: an evidence file holds values")
-        };
+        let (name, ordinal) = observed(network, known)?;
         Ok((named.number_of(&name)?, ordinal))
     };
     case.iter().map(one).collect()

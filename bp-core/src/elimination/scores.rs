@@ -162,7 +162,7 @@ impl Marks {
 
 #[cfg(test)]
 mod tests {
-    use super::super::triangulate::tests::random_graph;
+    use super::super::tests::random_graph;
     use super::*;
 
     #[test]

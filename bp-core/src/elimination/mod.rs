@@ -1,29 +1,29 @@
-//! Triangulation: an order in which to eliminate the variables of a graph.
+//! Elimination: an order in which the variables of a graph are summed, or maximised.
 //!
-//! In: which variables stand in a table together. Out: an [`Order`] and the cells of the cliques that it makes. Invariant:
-//! the same graph gives the same order. Finding the best one is NP-hard. Variables whose neighbours are all neighbours of
-//! each other cost nothing that any order could save: they go first. For what is left, greedy rules are tried with ties
-//! broken by a seeded generator, and the order of least cells is kept (Kjærulff 1990; Koller and Friedman 2009, 9.4.3).
+//! In: how many values variables have, which of them stand in a table together, and which are to be eliminated. Out: an [`Order`]
+//! and the cells of the cliques that it makes. Invariant: the same graph gives the same order. Finding the best one is NP-hard:
+//! greedy rules are tried, and the order of least cells is kept (Kjærulff 1990; Koller and Friedman 2009, 9.4.3).
 
-use super::problem::Problem;
-use super::scores::{Graph, Rule, Scores};
+mod scores;
+
+use scores::{Graph, Rule, Scores};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// An order of elimination.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Order {
-    pub(super) variables: Vec<u32>,
+pub(crate) struct Order {
+    pub(crate) variables: Vec<u32>,
     /// Σ over the variables of the cells of the clique that their elimination makes; infinite, and no variables, where that
     /// is so much that no order was looked for to the end.
-    pub(super) cells: f64,
+    pub(crate) cells: f64,
     /// Variables of the largest clique.
-    pub(super) width: usize,
+    pub(crate) width: usize,
 }
 
-/// How hard to look for an order.
+/// How hard to look for an order of all variables.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Effort {
+pub(crate) enum Effort {
     /// One try.
     Glance,
     /// More tries where a better order would save more.
@@ -31,19 +31,43 @@ pub(super) enum Effort {
 }
 
 /// So many cells are too many for any machine.
-pub(super) const HOPELESS: f64 = 1e15;
+pub(crate) const HOPELESS: f64 = 1e15;
 
-/// An order for a problem.
-pub(super) fn triangulate(problem: &Problem, effort: Effort) -> Order {
-    let mut graph = Graph::of(problem);
+/// Up to this many variables together no other order is looked for: nothing much can be gained.
+const NARROW: usize = 3;
+
+/// With more neighbours than these no order is looked for: the tables are too large in any.
+const MOST_EDGES: usize = 10_000_000;
+
+/// An order of some variables, the others stay: the one that makes the smallest clique first (min-weight), or where it has fewer
+/// cells that which brings together the fewest that were apart (min-fill). The first of several that are as good goes first.
+pub(crate) fn order(cardinality: Vec<f64>, scopes: &[Vec<u32>], away: &[u32]) -> Order {
+    let edges: usize = scopes.iter().map(|scope| scope.len() * scope.len()).sum();
+    if edges > MOST_EDGES {
+        return Order { variables: away.to_vec(), cells: f64::INFINITY, width: 0 };
+    }
+    let graph = Graph::of(cardinality, scopes);
+    let by = |rule| graph.clone().eliminate(rule, away, None, f64::INFINITY);
+    let by_weight = by(Rule::Weight).unwrap_or_default();
+    if by_weight.width <= NARROW {
+        return by_weight;
+    }
+    by(Rule::Fill).filter(|by_fill| by_fill.cells < by_weight.cells).unwrap_or(by_weight)
+}
+
+/// An order of all variables. Those whose neighbours are all neighbours of each other cost nothing that any order could save: they
+/// go first. For what is left, rules are tried with ties broken by a seeded generator.
+pub(crate) fn triangulate(cardinality: Vec<f64>, scopes: &[Vec<u32>], effort: Effort) -> Order {
+    let mut graph = Graph::of(cardinality, scopes);
     let mut order = Order::default();
     let core = graph.strip(&mut order);
     if core.is_empty() {
         return order;
     }
     let graph = graph.restricted(&core);
+    let all: Vec<u32> = (0..core.len() as u32).collect();
     let size: usize = graph.neighbours.iter().map(Vec::len).sum::<usize>() + core.len();
-    let first = graph.clone().eliminate(Rule::Fill, 0, HOPELESS);
+    let first = graph.clone().eliminate(Rule::Fill, &all, Some(0), HOPELESS);
     let Some(mut best) = first else {
         return Order { variables: Vec::new(), cells: f64::INFINITY, ..order };
     };
@@ -55,7 +79,7 @@ pub(super) fn triangulate(problem: &Problem, effort: Effort) -> Order {
     let rules = [Rule::Fill, Rule::WeightedFill, Rule::Weight];
     for attempt in 1..=tries {
         let rule = rules[attempt as usize % rules.len()];
-        if let Some(found) = graph.clone().eliminate(rule, attempt, best.cells) {
+        if let Some(found) = graph.clone().eliminate(rule, &all, Some(attempt), best.cells) {
             best = found;
         }
     }
@@ -67,9 +91,9 @@ pub(super) fn triangulate(problem: &Problem, effort: Effort) -> Order {
 
 impl Graph {
     /// Variables that stand in a table together are neighbours. Lists are ascending.
-    fn of(problem: &Problem) -> Self {
-        let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); problem.variables.len()];
-        for scope in &problem.scopes {
+    fn of(cardinality: Vec<f64>, scopes: &[Vec<u32>]) -> Self {
+        let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); cardinality.len()];
+        for scope in scopes {
             for one in scope {
                 neighbours[*one as usize].extend(scope.iter().filter(|other| *other != one));
             }
@@ -78,7 +102,7 @@ impl Graph {
             list.sort_unstable();
             list.dedup();
         }
-        Self { neighbours, cardinality: problem.cardinalities.iter().map(|count| *count as f64).collect() }
+        Self { neighbours, cardinality }
     }
 
     /// Eliminates, one after the other, variables whose neighbours are neighbours of each other. Gives the rest.
@@ -140,17 +164,20 @@ impl Graph {
         }
     }
 
-    /// Eliminates all variables by one rule; `None` as soon as that takes `most` cells.
-    fn eliminate(mut self, rule: Rule, seed: u64, most: f64) -> Option<Order> {
+    /// Eliminates variables by one rule, ties broken by a seed, or by number; `None` as soon as that takes `most` cells.
+    fn eliminate(mut self, rule: Rule, away: &[u32], seed: Option<u64>, most: f64) -> Option<Order> {
         let count = self.neighbours.len();
         let mut scores = Scores::of(&self, rule);
-        let mut version = vec![0u32; count];
+        // What stays is never in the queue.
+        let mut version = vec![u32::MAX; count];
+        away.iter().for_each(|one| version[*one as usize] = 0);
         let mut queue: BinaryHeap<Reverse<(u64, u64, u32, u32)>> = BinaryHeap::with_capacity(2 * count);
         let entry = |score: f64, variable: u32, version: u32| {
             // Scores are not negative, so that their bits are in their order; then the tie-break.
-            Reverse((score.max(0.0).to_bits(), mix(seed ^ u64::from(variable)), variable, version))
+            let tie = seed.map_or(0, |seed| mix(seed ^ u64::from(variable)));
+            Reverse((score.max(0.0).to_bits(), tie, variable, version))
         };
-        (0..count as u32).for_each(|one| queue.push(entry(scores.of_variable(&self, one), one, 0)));
+        away.iter().for_each(|one| queue.push(entry(scores.of_variable(&self, *one), *one, 0)));
         let mut order = Order::default();
         while let Some(Reverse((_, _, variable, found))) = queue.pop() {
             if version[variable as usize] != found {
@@ -163,13 +190,13 @@ impl Graph {
                 .map(|one| self.cardinality[*one as usize])
                 .product();
             order.cells += around * self.cardinality[variable as usize];
-            if order.cells >= most {
+            if most.is_finite() && order.cells >= most {
                 return None;
             }
             order.variables.push(variable);
             order.width = order.width.max(self.neighbours[variable as usize].len() + 1);
             scores.remove(&mut self, variable);
-            for one in &scores.touched {
+            for one in scores.touched.iter().filter(|one| version[**one as usize] != u32::MAX) {
                 version[*one as usize] += 1;
                 queue.push(entry(scores.of_variable(&self, *one), *one, version[*one as usize]));
             }
@@ -187,14 +214,15 @@ fn mix(mut bits: u64) -> u64 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    pub(crate) fn random_graph(seed: u64) -> Graph {
-        Graph::of(&random_problem(seed))
+    pub(super) fn random_graph(seed: u64) -> Graph {
+        let (cardinality, scopes) = random(seed);
+        Graph::of(cardinality, &scopes)
     }
 
-    fn random_problem(seed: u64) -> Problem {
+    fn random(seed: u64) -> (Vec<f64>, Vec<Vec<u32>>) {
         let count = 3 + (seed % 12) as usize;
         let pick = |salt: u64| (mix(seed * 1000 + salt) % count as u64) as u32;
         let scopes = (0..count as u64 + 3).map(|table| {
@@ -203,19 +231,13 @@ pub(super) mod tests {
             scope.dedup();
             scope
         });
-        let cardinalities = (0..count).map(|one| 2 + one % 3).collect();
-        Problem {
-            variables: (0..count).collect(),
-            cardinalities,
-            scopes: scopes.collect(),
-            ..Problem::default()
-        }
+        ((0..count).map(|one| (2 + one % 3) as f64).collect(), scopes.collect())
     }
 
-    /// Eliminates by sets, as the definition says: the cells of all cliques, and what each step would have added.
-    fn by_definition(problem: &Problem, order: &[u32]) -> (f64, usize) {
-        let mut scopes: Vec<Vec<u32>> = problem.scopes.clone();
-        let (mut cells, mut width) = (0.0, 0);
+    /// Eliminates by sets, as the definition says: the cells of each clique, and the variables of the largest.
+    fn by_definition(cardinality: &[f64], scopes: &[Vec<u32>], order: &[u32]) -> (Vec<f64>, usize) {
+        let mut scopes: Vec<Vec<u32>> = scopes.to_vec();
+        let (mut cells, mut width) = (Vec::new(), 0);
         for variable in order {
             let (with, without): (Vec<_>, Vec<_>) =
                 scopes.into_iter().partition(|scope| scope.contains(variable));
@@ -223,7 +245,7 @@ pub(super) mod tests {
             clique.push(*variable);
             clique.sort_unstable();
             clique.dedup();
-            cells += problem.cells(&clique);
+            cells.push(clique.iter().map(|one| cardinality[*one as usize]).product());
             width = width.max(clique.len());
             clique.retain(|one| one != variable);
             scopes = without;
@@ -235,16 +257,43 @@ pub(super) mod tests {
     #[test]
     fn an_order_has_every_variable_and_the_cells_that_it_says() {
         for seed in 0..200 {
-            let problem = random_problem(seed);
-            for effort in [Effort::Glance, Effort::Search] {
-                let order = triangulate(&problem, effort);
+            let (cardinality, scopes) = random(seed);
+            let every: Vec<u32> = (0..cardinality.len() as u32).collect();
+            let some: Vec<u32> = every.iter().copied().filter(|one| one % 3 != 1).collect();
+            let glance = triangulate(cardinality.clone(), &scopes, Effort::Glance);
+            let search = triangulate(cardinality.clone(), &scopes, Effort::Search);
+            let of_some = order(cardinality.clone(), &scopes, &some);
+            for (order, expected) in [(glance, &every), (search, &every), (of_some, &some)] {
                 let mut all = order.variables.clone();
                 all.sort_unstable();
-                assert_eq!(all, (0..problem.variables.len() as u32).collect::<Vec<u32>>());
-                let (cells, width) = by_definition(&problem, &order.variables);
+                assert_eq!(&all, expected);
+                let (cells, width) = by_definition(&cardinality, &scopes, &order.variables);
+                let cells: f64 = cells.iter().sum();
                 assert!((order.cells - cells).abs() < 1e-9 * cells, "{seed}: {} {cells}", order.cells);
                 assert_eq!(order.width, width, "seed {seed}");
             }
         }
+    }
+
+    #[test]
+    fn the_smallest_clique_first() {
+        // A chain a − b − c − d of 2, 9, 3, 2 values, all but d summed: a first makes 2 · 9, then b 9 · 3, c 3 · 2;
+        // c before b would make 9 · 3 · 2.
+        let scopes = [vec![0, 1], vec![1, 2], vec![2, 3]];
+        let found = order(vec![2.0, 9.0, 3.0, 2.0], &scopes, &[0, 1, 2]);
+        assert_eq!((found.variables, found.cells), (vec![0, 1, 2], 18.0 + 27.0 + 6.0));
+    }
+
+    #[test]
+    fn min_fill_where_it_is_cheaper() {
+        // Each of a, b, c shares a factor with d and one with e; e has 5 values, the others 2. Min-weight sums d first
+        // and so brings a, b, c together: 16, then 2·2·2·5 = 40, 20, 10, 5. Min-fill begins with a: 20, 20, 20, 10, 5.
+        let cardinality = vec![2.0, 2.0, 2.0, 2.0, 5.0];
+        let scopes: Vec<Vec<u32>> = (0..3).flat_map(|one| [vec![one, 3], vec![one, 4]]).collect();
+        let all: Vec<u32> = (0..5).collect();
+        let by = |rule| Graph::of(cardinality.clone(), &scopes).eliminate(rule, &all, None, f64::INFINITY);
+        let cells = |order: &Order| by_definition(&cardinality, &scopes, &order.variables).0;
+        assert_eq!(cells(&by(Rule::Weight).unwrap()), [16.0, 40.0, 20.0, 10.0, 5.0]);
+        assert_eq!(cells(&order(cardinality.clone(), &scopes, &all)), [20.0, 20.0, 20.0, 10.0, 5.0]);
     }
 }
