@@ -196,7 +196,11 @@ impl Graph {
             order.variables.push(variable);
             order.width = order.width.max(self.neighbours[variable as usize].len() + 1);
             scores.remove(&mut self, variable);
-            for one in scores.touched.iter().filter(|one| version[**one as usize] != u32::MAX) {
+            for one in &scores.touched {
+                // One that is eliminated stays so.
+                if version[*one as usize] == u32::MAX {
+                    continue;
+                }
                 version[*one as usize] += 1;
                 queue.push(entry(scores.of_variable(&self, *one), *one, version[*one as usize]));
             }
