@@ -83,6 +83,16 @@ pub enum Error {
     /// Evidence of probability zero.
     #[error("{0}")]
     Impossible(Impossible),
+    /// Evidence that no draw met, of which the program does not say that it is impossible.
+    #[error("none of {draws} draws met the evidence of `{question}`: it is rare or impossible; {help}")]
+    Unmet {
+        /// The question.
+        question: String,
+        /// How many draws were made.
+        draws: usize,
+        /// The way out.
+        help: String,
+    },
     /// Evidence of probability zero, and where that was found first.
     #[error("the evidence has probability zero: {names} cannot have these values, given the rest")]
     Contradiction {
@@ -214,6 +224,25 @@ impl Error {
     /// An invalid input.
     pub fn input(name: impl Into<String>, message: impl Into<String>) -> Self {
         Error::Input { name: name.into(), message: message.into() }
+    }
+
+    /// Evidence that none of so many draws met.
+    pub(crate) fn unmet(question: String, draws: usize) -> Self {
+        let help = "make more draws (`--particles`), observe with some noise, or take an exact strategy (`bp explain` \
+                    lists what each one offers)";
+        Error::Unmet { question, draws, help: help.to_owned() }
+    }
+
+    /// Whether it speaks of the evidence of one case alone: another case may have an answer.
+    pub fn is_of_one_case(&self) -> bool {
+        match self {
+            Error::Impossible(_)
+            | Error::Contradiction { .. }
+            | Error::Unmet { .. }
+            | Error::Number { .. } => true,
+            Error::Row { error, .. } => error.is_of_one_case(),
+            _ => false,
+        }
     }
 
     /// A file that cannot be read or written.

@@ -102,8 +102,7 @@ impl Unary {
             Unary::LnGamma => ln_gamma(x),
             Unary::LnBessel => ln_bessel(x),
             Unary::NormalCumulative => normal_cumulative(x),
-            Unary::EntropyTerm if x <= 0.0 => 0.0,
-            Unary::EntropyTerm => -x * x.ln(),
+            Unary::EntropyTerm => entropy_term(x),
         }
     }
 
@@ -114,6 +113,16 @@ impl Unary {
         let may_lose = matches!(self, Unary::Exponential | Unary::NormalCumulative) && x.is_finite();
         (!may_lose || value.is_normal()).then_some(value)
     }
+}
+
+/// −p ln p, which is 0 at 0 and at 1; so it is where rounding leaves a probability above 1.
+pub fn entropy_term(p: f64) -> f64 {
+    if p <= 0.0 || p >= 1.0 { 0.0 } else { -p * p.ln() }
+}
+
+/// −Σ p ln p: the entropy of a finite law, in nats. It is not below 0.
+pub fn entropy(probabilities: impl IntoIterator<Item = f64>) -> f64 {
+    probabilities.into_iter().fold(0.0, |sum, p| sum + entropy_term(p))
 }
 
 impl Binary {

@@ -11,7 +11,7 @@ use crate::model::{Ask, Evidence, Known, Model, Question, Statistic};
 use crate::plan::{self, Options, Place, Plan, Strategy};
 use crate::posterior::{Part, Reader, Table, check, compare};
 use crate::sample::Sampling;
-use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian};
+use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian, sums};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -179,7 +179,17 @@ impl CompiledQuestion<'_> {
     /// What each route finds.
     fn run(&self, case: &Case<'_>) -> Result<Vec<Vec<Found>>, Error> {
         check::inputs(&self.model, &self.question, case.inputs)?;
-        self.routes.iter().map(|route| route.run(&self.model, case)).collect()
+        let judged = |error| self.judged(error, case.inputs);
+        self.routes.iter().map(|route| route.run(&self.model, case).map_err(judged)).collect()
+    }
+
+    /// Where no draw met the evidence, exact sums may say whether it is possible.
+    fn judged(&self, error: Error, inputs: &Inputs<'_, f64>) -> Error {
+        let Error::Unmet { question, .. } = &error else { return error };
+        match self.question.asks.iter().find(|ask| self.model.ask_text(ask) == *question) {
+            Some(ask) => sums::judged(error, &self.model, ask, inputs),
+            None => error,
+        }
     }
 
     fn found<'f>(&self, place: Place, found: &'f [Vec<Found>]) -> &'f Found {
@@ -194,8 +204,15 @@ impl CompiledQuestion<'_> {
         found: &'f Found,
     ) -> Result<(Cow<'f, Table>, Option<f64>), Error> {
         match found {
-            Found::Answer(_) | Found::Normal(..) => {
-                Err(self.no_table(ask, "it is not answered by sums over finite values"))
+            Found::Normal(..) => Err(self.no_table(ask, "`gaussian` answers with a normal law")),
+            Found::Answer(answer) => {
+                let by = answer.strategy.name();
+                let reason = match answer.strategy {
+                    Strategy::Gaussian => format!("`{by}` answers with a normal law"),
+                    Strategy::JoinTree => format!("`{by}` answers for each variable alone"),
+                    _ => format!("`{by}` answers by draws"),
+                };
+                Err(self.no_table(ask, &reason))
             }
             Found::Table(table, ln_evidence) if !is_soft(known) => Ok((Cow::Borrowed(table), *ln_evidence)),
             // What is believed softly is no event.

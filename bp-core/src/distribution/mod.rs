@@ -14,6 +14,7 @@ mod law;
 mod number;
 mod reads;
 mod setting;
+mod zero;
 
 pub use setting::{Instance, Setting};
 

@@ -8,7 +8,7 @@ use super::interface::{Given, Interface, SizeField, SizeOf};
 use super::text::Text;
 use super::value::constant;
 use super::values::Enums;
-use crate::ids::ParameterId;
+use crate::ids::{BufferId, ParameterId};
 use crate::kernel::{InputKey, SizeKey};
 use crate::model::{Model, ParameterKind};
 
@@ -25,6 +25,8 @@ struct Setter<'i> {
     default: Option<String>,
     /// The expression that the kernel takes: `VALUE` is replaced by the value.
     into: &'static str,
+    /// Of a size that is not given, what tells it.
+    told_by: String,
 }
 
 /// The type of a parameter, and its default.
@@ -48,8 +50,10 @@ impl Interface<'_> {
                 SizeKey::Parameter(id) => parameter(model, *id).1,
                 _ => None,
             };
-            let (kind, told) = ("usize".to_owned(), format!("The size `{name}`."));
-            Some(Setter { field, told, taken: kind.clone(), kind, default, into: "VALUE" })
+            let told_by = self.told_by(*key);
+            let by = if told_by.is_empty() { "" } else { " Without it, arrays over it tell it." };
+            let (kind, told) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
+            Some(Setter { field, told, taken: kind.clone(), kind, default, into: "VALUE", told_by })
         });
         let inputs = self.inputs.iter().filter_map(|(id, given)| {
             let buffer = &self.kernel.buffers[*id];
@@ -58,7 +62,15 @@ impl Interface<'_> {
                 Given::Derived(_) => None,
                 Given::Slice(field) => {
                     let kind = "&'a [T]".to_owned();
-                    Some(Setter { field, told, taken: kind.clone(), kind, default: None, into: "VALUE" })
+                    Some(Setter {
+                        field,
+                        told,
+                        taken: kind.clone(),
+                        kind,
+                        default: None,
+                        into: "VALUE",
+                        told_by: String::new(),
+                    })
                 }
                 Given::Number(field) => {
                     let (kind, taken, default) = match buffer.role.input() {
@@ -76,15 +88,40 @@ impl Interface<'_> {
                         }
                         _ => ("f64".to_owned(), "f64".to_owned(), None),
                     };
-                    Some(Setter { field, told, kind, taken, default, into: number })
+                    Some(Setter { field, told, kind, taken, default, into: number, told_by: String::new() })
                 }
             }
         });
         let fields = self.fields.iter().map(|(name, field)| {
             let (kind, told) = ("&'a [T]".to_owned(), format!("`{name}`, which breaks ties."));
-            Setter { field, told, taken: kind.clone(), kind, default: None, into: "VALUE" }
+            Setter {
+                field,
+                told,
+                taken: kind.clone(),
+                kind,
+                default: None,
+                into: "VALUE",
+                told_by: String::new(),
+            }
         });
         sizes.chain(inputs).chain(fields).collect()
+    }
+
+    /// What tells a size that is not given: the arrays of one axis of that size, but for one number, which may stand for all.
+    fn told_by(&self, key: SizeKey) -> String {
+        let told = |(id, given): &(BufferId, Given)| {
+            let Given::Slice(field) = given else { return None };
+            let [axis] = self.kernel.buffers[*id].axes.as_slice() else { return None };
+            let extent = self.kernel.axes[*axis].extent;
+            let less = match extent.offset {
+                0 => String::new(),
+                offset => format!(".saturating_add_signed({})", -offset),
+            };
+            (extent.size == Some(key)).then(|| {
+                format!(".or(self.{field}.filter(|given| given.len() > 1).map(|given| given.len(){less}))")
+            })
+        };
+        self.inputs.iter().filter_map(told).collect()
     }
 
     /// Grids and displacements: name and type.
@@ -152,8 +189,8 @@ impl Interface<'_> {
         text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
         text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::error::Error>");
         let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
-        let given = setters.iter().map(|Setter { field, into, .. }| {
-            let value = into.replace("VALUE", &format!("needed(self.{field}, {field:?})?"));
+        let given = setters.iter().map(|Setter { field, into, told_by, .. }| {
+            let value = into.replace("VALUE", &format!("needed(self.{field}{told_by}, {field:?})?"));
             format!("{field}: {value}, ")
         });
         text.line(format!("let inputs = Inputs {{ {} }};", spaces.chain(given).collect::<String>()));

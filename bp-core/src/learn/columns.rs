@@ -240,7 +240,7 @@ pub fn sizes<'g>(model: &Model, table: &Table, given: Inputs<'g, f64>) -> Result
     let mut given = given;
     let at_least = |name: &str, size: i64, given: Inputs<'g, f64>| {
         let known = super::program::set_size(name, &given).is_some();
-        if known || size < 1 { given } else { given.size(name, size as usize) }
+        if known || size < 1 { given } else { given.size(name, size as usize).number(name, size as f64) }
     };
     for (id, variable) in model.variables.iter() {
         let Some(family) = variable.family else { continue };

@@ -105,6 +105,7 @@ impl Lowering<'_> {
     fn shared(&mut self, root: ExpressionId) -> Result<ValueId, Error> {
         let mut waiting = vec![root];
         while let Some(id) = waiting.last().copied() {
+            self.look_up(id)?;
             let known = |id: &ExpressionId| self.lowered.as_ref().is_some_and(|known| known.contains_key(id));
             let mut open = Vec::new();
             if !known(&id) {
@@ -126,6 +127,15 @@ impl Lowering<'_> {
             }
         }
         self.node(root)
+    }
+
+    /// Lowers a long `match`, which is read from an array.
+    fn look_up(&mut self, id: ExpressionId) -> Result<(), Error> {
+        let known = self.lowered.as_ref().is_some_and(|known| known.contains_key(&id));
+        if !known && let Some(value) = self.chain(id)? {
+            self.lowered.get_or_insert_default().insert(id, value);
+        }
+        Ok(())
     }
 
     /// The value of one node, whose operands have been lowered where it is arithmetic.
@@ -180,9 +190,21 @@ impl Lowering<'_> {
         with: Option<(ExpressionId, ExpressionId)>,
     ) -> Result<ValueId, Error> {
         let over = self.model.variables[family].family.map(|family| family.over);
-        let (Meaning::Family(elements), Some(IndexSpace::Range(range))) = (self.meaning(family, None)?, over)
-        else {
+        let Some(IndexSpace::Range(range)) = over else {
             return Err(self.unplanned("`first` needs a family along a range"));
+        };
+        let elements = match self.running.get(&family) {
+            Some(Meaning::Family(elements)) => elements.clone(),
+            // What is known is read, one element after the other.
+            _ => match self.bounded(range.high, 1 - range.low).known() {
+                Some(count) => (0..count)
+                    .map(|position| {
+                        let position = self.builder.constant(position as f64);
+                        self.meaning(family, Some(position))
+                    })
+                    .collect::<Result<_, _>>()?,
+                None => return self.first_of_known(family, &range, with),
+            },
         };
         let with = match with {
             Some((value, at)) => Some((self.expression(value)?, self.expression(at)?)),
@@ -201,6 +223,37 @@ impl Lowering<'_> {
             first = self.builder.select(value, index, first);
         }
         Ok(first)
+    }
+
+    /// The same of a known family whose length is given at run time: as many elements are before the first true one as there
+    /// are elements up to which none is true.
+    fn first_of_known(
+        &mut self,
+        family: VariableId,
+        range: &crate::model::Range,
+        with: Option<(ExpressionId, ExpressionId)>,
+    ) -> Result<ValueId, Error> {
+        let name = self.name("k");
+        let extent = self.bounded(range.high, 1 - range.low);
+        let axis = self.builder.axis(&name, extent);
+        let running = self.builder.running(axis);
+        let Meaning::Ordinal(mut value) = self.meaning(family, Some(running))? else {
+            return Err(self.unplanned("`first` needs a family of booleans"));
+        };
+        let low = self.builder.constant(range.low as f64);
+        if let Some((replaced, at)) = with {
+            let (replaced, at) = (self.expression(replaced)?, self.expression(at)?);
+            let index = self.builder.binary(Binary::Add, running, low);
+            let here = self.builder.binary(Binary::Equal, at, index);
+            value = self.builder.select(here, replaced, value);
+        }
+        let clear = self.builder.unary(Unary::Not, value);
+        let (zero, one) = (self.builder.constant(0.0), self.builder.constant(1.0));
+        let scan = Reduce::Scan { axis, backward: false, keep: clear, initial: one };
+        let before = self.along("none before", axis, scan, zero);
+        let none = self.builder.binary(Binary::Multiply, before, clear);
+        let count = self.fold_over("elements before the first", Fold::Sum, &[axis], none);
+        Ok(self.builder.binary(Binary::Add, count, low))
     }
 
     /// The answer of another program at a cell, or one number.

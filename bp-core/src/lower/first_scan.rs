@@ -81,7 +81,7 @@ impl Lowering<'_> {
     }
 
     /// A nest along the scanned axis, and all others that its parts depend on.
-    fn along(&mut self, what: &str, axis: AxisId, reduce: Reduce, value: ValueId) -> ValueId {
+    pub(super) fn along(&mut self, what: &str, axis: AxisId, reduce: Reduce, value: ValueId) -> ValueId {
         let mut parts = vec![value];
         if let Reduce::Scan { keep, initial, .. } = &reduce {
             parts.extend([*keep, *initial]);

@@ -6,6 +6,7 @@
 
 mod asked;
 mod bins;
+mod choice;
 mod density;
 mod environment;
 mod expression;

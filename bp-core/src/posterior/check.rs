@@ -3,7 +3,7 @@
 //! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant: kernels
 //! have no notion of probability, so given numbers are checked against their domains only here.
 
-use super::{Answer, Estimate, Figure};
+use super::{Answer, Figure};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -54,7 +54,12 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
         },
         _ => domain.count(),
     };
+    let several = model.variables[variable].family.is_some();
     for value in inputs.find(name).unwrap_or_default() {
+        // An element of a family that is not known.
+        if several && value.is_nan() {
+            continue;
+        }
         let inside = match domain {
             Domain::Real | Domain::Vector(_) => value.is_finite(),
             _ => domain.ordinal_among(*value, count).is_some(),
@@ -70,14 +75,38 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
     Ok(())
 }
 
+/// Refuses a family of which only some elements are given: loops read all of them.
+pub(crate) fn families<'a>(
+    asks: impl IntoIterator<Item = &'a Ask>,
+    inputs: &Inputs<'_, f64>,
+) -> Result<(), Error> {
+    for known in asks.into_iter().flat_map(|ask| &ask.known) {
+        let Evidence::Hard(Value::Given(name)) = &known.evidence else { continue };
+        if inputs.find(name).unwrap_or_default().iter().any(|value| value.is_nan()) {
+            let message = "some of its elements are not given, but sums need all of them; `--by join_tree`, where all \
+                           variables are finite, or `--by weighting` does without";
+            return Err(Error::input(name, message));
+        }
+    }
+    Ok(())
+}
+
 /// Answers unchanged, if all of their numbers can be written: none is NaN, and none infinite, except a divergence
-/// and statistics of a singular normal distribution.
-pub(crate) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
-    for answer in &answers {
-        let numbers = answer.answer.iter().flat_map(|row| figures(&row.figure)).chain(answer.ln_evidence);
-        let of_estimate = |estimate: &Estimate| [Some(estimate.effective), estimate.ln_evidence_error];
-        let numbers = numbers.chain(answer.estimate.iter().flat_map(of_estimate).flatten());
-        if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
+/// and statistics of a singular normal distribution. −0 becomes 0.
+pub(crate) fn answers(mut answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
+    for answer in &mut answers {
+        let mut wrong: Option<f64> = None;
+        let mut look = |number: &mut f64| {
+            *number += 0.0;
+            wrong = wrong.or(Some(*number).filter(|number| !number.is_finite()));
+        };
+        answer.answer.iter_mut().for_each(|row| each_number(&mut row.figure, &mut look));
+        answer.ln_evidence.iter_mut().for_each(&mut look);
+        if let Some(estimate) = &mut answer.estimate {
+            look(&mut estimate.effective);
+            estimate.ln_evidence_error.iter_mut().for_each(&mut look);
+        }
+        if let Some(number) = wrong {
             let message = format!("a number of the answer is {number}: it is beyond the range of numbers");
             return Err(Error::Number { form: answer.question.clone(), context: String::new(), message });
         }
@@ -85,23 +114,25 @@ pub(crate) fn answers(answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
     Ok(answers)
 }
 
-fn figures(figure: &Figure) -> Vec<f64> {
-    match *figure {
-        Figure::Probability { p } => vec![p],
-        Figure::Estimated { p, error } => vec![p, error],
+fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
+    match figure {
+        Figure::Probability { p } => look(p),
+        Figure::Estimated { p, error } => [p, error].into_iter().for_each(look),
         Figure::Entropy { entropy: number }
         | Figure::Information { information: number }
         | Figure::Density { density: number } => {
-            (!number.is_infinite()).then_some(number).into_iter().collect()
+            if !number.is_infinite() {
+                look(number);
+            }
         }
         Figure::Expectation { expectation: number, error } | Figure::Variance { variance: number, error } => {
-            std::iter::once(number).chain(error).collect()
+            std::iter::once(number).chain(error).for_each(look);
         }
         Figure::Real { mean, deviation, quantiles } => {
-            [mean, deviation].iter().chain(&quantiles).flatten().copied().collect()
+            [mean, deviation].into_iter().chain(quantiles).flatten().for_each(look);
         }
-        Figure::Normal { mean, deviation } => vec![mean, deviation],
-        Figure::Draw { .. } | Figure::Divergence { .. } => Vec::new(),
+        Figure::Normal { mean, deviation } => [mean, deviation].into_iter().for_each(look),
+        Figure::Draw { .. } | Figure::Divergence { .. } => {}
     }
 }
 

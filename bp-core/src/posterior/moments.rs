@@ -5,11 +5,6 @@
 
 use crate::exec::scalar::{Extended, Scalar};
 
-/// −p ln p.
-pub(crate) fn minus_p_ln_p(p: f64) -> f64 {
-    if p > 0.0 { -p * p.ln() } else { 0.0 }
-}
-
 /// The expectation and the variance of values: Σ s p, Σ (s − expectation)² p.
 pub(crate) fn of(numbers: &[f64], values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let weighted = numbers.iter().zip(values);
@@ -33,7 +28,7 @@ pub(crate) fn information(numbers: &[f64], second: usize) -> f64 {
             (true, false) => p * (p.ln() - row.ln() - column.ln()),
         }
     };
-    numbers.iter().enumerate().map(term).sum::<f64>().max(0.0)
+    numbers.iter().enumerate().map(term).fold(0.0, |sum, term| sum + term).max(0.0) + 0.0
 }
 
 /// Σ p ln (p / q): infinite where q is 0 and p is not (Kullback and Leibler 1951).
@@ -43,5 +38,5 @@ pub(crate) fn divergence(first: &[Extended], second: &[Extended]) -> f64 {
         (true, false) => f64::INFINITY,
         (true, true) => (*p * (*p / *q).natural_logarithm()).to_f64(),
     };
-    first.iter().zip(second).map(term).sum::<f64>().max(0.0)
+    first.iter().zip(second).map(term).fold(0.0, |sum, term| sum + term).max(0.0) + 0.0
 }

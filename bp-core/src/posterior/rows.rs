@@ -8,7 +8,9 @@ use super::{Figure, Row, argmax, moments};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
+use crate::memory;
 use crate::model::{Ask, Model, Statistic, Value};
+use crate::operators::entropy;
 use crate::random::seeded;
 use crate::spelling::exact;
 use rand::RngExt;
@@ -18,6 +20,10 @@ const MOST_ROWS: f64 = 5e6;
 
 /// Limit of the values drawn at once.
 const MOST_DRAWS: f64 = 1e7;
+
+/// Bytes of a row, and of a name and a value in it, as they are allocated.
+const ROW: f64 = 300.0;
+const NAMES: f64 = 112.0;
 
 pub(crate) struct Reader<'r> {
     pub(crate) model: &'r Model,
@@ -42,6 +48,7 @@ impl Reader<'_> {
                 let (name, help) = (self.table.question.clone(), "draw fewer values".to_owned());
                 return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
             }
+            self.hold(cells, "draw fewer values")?;
         }
         self.fits()?;
         let left: Vec<Vec<usize>> =
@@ -56,7 +63,7 @@ impl Reader<'_> {
                 Statistic::Distribution => wanted.into_iter().map(figure).collect(),
                 _ if !possible => continue,
                 Statistic::Entropy => {
-                    let entropy = wanted.iter().map(|at| moments::minus_p_ln_p(numbers[*at])).sum();
+                    let entropy = entropy(wanted.iter().map(|at| numbers[*at]));
                     rows.push(self.context_row(context, Figure::Entropy { entropy }));
                     continue;
                 }
@@ -136,7 +143,23 @@ impl Reader<'_> {
             };
             return Err(Error::TooLarge { name: self.table.question.clone(), cells, most: MOST_ROWS, help });
         }
-        Ok(())
+        match self.ask.statistic {
+            Statistic::Distribution => self.hold(cells, "`--table` writes the numbers alone"),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses rows for whose names there is no memory.
+    fn hold(&self, rows: f64, help: &str) -> Result<(), Error> {
+        let columns = (self.table.right.len() + self.table.left.len()) as f64;
+        let cells = rows * (ROW + NAMES * columns) / 8.0;
+        match memory::free() {
+            Some(free) if cells * 8.0 > free => {
+                let (name, help) = (self.table.question.clone(), help.to_owned());
+                Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The field that breaks ties: one number for each value, or for each value in each context.

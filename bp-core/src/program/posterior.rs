@@ -9,6 +9,7 @@ use super::{Evidence, Program, Value};
 use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
 use crate::error::Error;
 use crate::model::Model;
+use crate::operators::entropy;
 use crate::plan::Strategy;
 use crate::radix;
 use serde::{Serialize, Serializer};
@@ -180,8 +181,7 @@ impl Posterior {
             return Ok(super::numbers::normal_entropy(covariance, part.of.len()));
         }
         let numbers = self.finite(part)?;
-        // 0 ln 0 is 0.
-        Ok(numbers.iter().filter(|p| **p > 0.0).map(|p| -p * p.ln()).sum())
+        Ok(entropy(numbers.iter().copied()))
     }
 
     /// The value of a question for `entropy`, `information`, `divergence`, `expectation`, `variance`, `max`, or the

@@ -9,6 +9,7 @@ use crate::answer::{CompiledQuestion, ask_over_time_by, compile_by, filled, open
 use crate::data;
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::ids::VariableId;
 use crate::model;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -33,7 +34,7 @@ pub struct Question {
     program: Program,
     asked: model::Question,
     compiled: Arc<CompiledQuestion<'static>>,
-    given: Vec<(String, Vec<f64>)>,
+    given: Vec<(String, VariableId, Vec<f64>)>,
 }
 
 impl Question {
@@ -60,8 +61,8 @@ impl Question {
         match meaning(name, &names)? {
             Meaning::Value(variable) => {
                 let values = self.program.settings.values(model, variable, name, &value)?;
-                question.given.retain(|(known, _)| known != name);
-                question.given.push((name.to_owned(), values));
+                question.given.retain(|(known, ..)| known != name);
+                question.given.push((name.to_owned(), variable, values));
             }
             other => question.program = question.program.set(name, &value, other)?,
         }
@@ -134,9 +135,14 @@ impl Question {
 
     /// The settings of the program and of the question.
     fn inputs(&self) -> Inputs<'_, f64> {
-        let mut inputs = self.program.settings.inputs();
-        for (name, values) in &self.given {
+        let settings = &self.program.settings;
+        let mut inputs = settings.inputs();
+        for (name, variable, values) in &self.given {
             inputs = inputs.array(name, values);
+            if let Some((name, size)) = settings.told_by_values(self.program.model(), *variable, values.len())
+            {
+                inputs = inputs.size(&name, size).number(&name, size as f64);
+            }
         }
         inputs
     }

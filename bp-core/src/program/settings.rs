@@ -167,9 +167,10 @@ impl Settings {
         Ok(settings)
     }
 
-    /// With the sizes of sets that were not set, derived from the numbers of parameters: from `mu[Grid] = [1, 2, 3]` 3.
+    /// With the sizes of sets that were not set, derived from the numbers of fields, given or written: from
+    /// `mu[Grid] = [1, 2, 3]` 3.
     pub fn with_told(mut self, model: &Model) -> Self {
-        let fields = || model.parameters.values().filter(|parameter| parameter.default.len() > 1);
+        let fields = || model.parameters.values();
         while let Some((name, size)) = fields().find_map(|field| self.told_by(model, field)) {
             self.sizes.insert(name, size);
         }
@@ -201,8 +202,29 @@ impl Settings {
                 }
             }
         }
-        let (name, count) = (open?, field.default.len());
-        (known > 0 && count % known == 0).then(|| (name.clone(), count / known))
+        let given = self.arrays.get(&field.name);
+        let (name, count) = (open?, given.map_or(field.default.len(), Vec::len));
+        // One number alone may stand for all.
+        (known > 0 && count > 1 && count % known == 0).then(|| (name.clone(), count / known))
+    }
+
+    /// The size that the values of a family tell, where it is not known.
+    pub(super) fn told_by_values(
+        &self,
+        model: &Model,
+        of: VariableId,
+        count: usize,
+    ) -> Option<(String, usize)> {
+        let (name, size) = match model.variables[of].family?.over {
+            IndexSpace::Set(set) if model.sets[set].kind == SetKind::Plain => (&model.sets[set].name, count),
+            IndexSpace::Set(_) => return None,
+            IndexSpace::Range(range) => {
+                let size = count as i64 + range.low - 1 - range.high.offset;
+                (&model.parameters[range.high.size?].name, usize::try_from(size).ok()?)
+            }
+        };
+        // One value alone may stand for all.
+        (count > 1 && size > 0 && !self.sizes.contains_key(name)).then(|| (name.clone(), size))
     }
 
     /// Sets the value of a name. A text is parsed: several values are separated by commas.
@@ -253,6 +275,7 @@ impl Settings {
             },
             Meaning::Value(variable) => {
                 let values = self.values(model, variable, name, value)?;
+                self.sizes.extend(self.told_by_values(model, variable, values.len()));
                 self.arrays.insert(name.to_owned(), values);
             }
             Meaning::Field => {

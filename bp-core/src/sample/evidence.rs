@@ -62,7 +62,7 @@ impl Observations {
         Ok(observations)
     }
 
-    /// Observes what the host gives under a name: a number for each slot.
+    /// Observes what the host gives under a name: a number for each slot; NaN for an element that is not observed.
     ///
     /// # Errors
     /// It was not given; another number of them; a value outside the domain of its variable.
@@ -81,8 +81,11 @@ impl Observations {
                 format!("{found} numbers were given, but {expected} {is} expected"),
             ));
         }
+        let several = slots.len() > 1;
         for (slot, value) in slots.zip(given) {
-            self.observe(setting, slot, *value)?;
+            if !(several && value.is_nan()) {
+                self.observe(setting, slot, *value)?;
+            }
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 //!
 //! In: arguments, files and pipes. Out: what it prints, its exit status, and the files that it leaves.
 
+mod cases;
 mod data;
 mod emit;
 mod general;

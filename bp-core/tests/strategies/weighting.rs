@@ -147,8 +147,13 @@ fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
         "program Far { variables { X, Y, Z : real; } decomposition { P(X) P(Y | X) P(Z | X) }
          forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); P(Z | X) = normal(X, 0.01); } }",
     );
-    let impossible = ask(&model, &question(&model, "P(X | Y = -1)"), &Inputs::new()).unwrap_err();
-    assert!(matches!(impossible, Error::Impossible(_)), "{impossible}");
+    // P(Y | X) says 0 of −1 for each X above 0, but not by itself: draws cannot tell it from what is rare.
+    let unmet = ask(&model, &question(&model, "P(X | Y = -1)"), &Inputs::new()).unwrap_err();
+    assert!(matches!(unmet, Error::Unmet { draws: 10_000, .. }), "{unmet}");
+    assert!(unmet.to_string().contains("rare or impossible; make more draws"), "{unmet}");
+    // X = −2 is outside its own law, whatever else is drawn.
+    let impossible = ask(&model, &question(&model, "P(Z | X = -2)"), &Inputs::new()).unwrap_err();
+    assert!(impossible.to_string().contains("`P(X)` is 0 for `X = -2`"), "{impossible}");
     let told = asked(&model, "P(X | Z = 9)", 2000, 1).estimate.unwrap();
     assert!(told.effective < 20.0 && told.warning.unwrap().contains("unlikely"), "{}", told.effective);
 }

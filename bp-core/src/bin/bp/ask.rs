@@ -3,6 +3,7 @@
 //! In: a program, a question, settings. Out: a table with bars, or JSON. Invariant: all answers are known before the
 //! first is written.
 
+use crate::answered::{one_or_several, write_answers, write_cases, write_json, write_sequences};
 use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::{cases, over_time, program};
@@ -14,7 +15,6 @@ use bp_core::plan::Strategy;
 use bp_core::program::settings::{Settings, names_of};
 use bp_core::progress;
 use bp_core::sample::Sampling;
-use serde::Serialize;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
@@ -113,20 +113,29 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let model = network.model;
     let questions: Vec<Question> =
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
+    let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
+    // A family has no table where its length is not known; columns give it.
+    let by_columns = |question: &Question| match arguments.data.is_some() && !over_time(question) {
+        true => {
+            let family = |id: &VariableId| model.variables[*id].family.is_some();
+            filled(&model, question, &open(question).into_iter().filter(family).collect(), &BTreeSet::new())
+        }
+        false => question.clone(),
+    };
     let compiled: Vec<CompiledQuestion<'_>> = questions
         .iter()
-        .map(|question| compile_by(&model, question, arguments.by))
+        .map(|question| compile_by(&model, &by_columns(question), arguments.by))
         .collect::<Result<_, _>>()?;
     let names = names_of(&model, &compiled)?;
     let settings = Settings::read(&model, &arguments.settings, &names)?.with_told(&model);
     let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
-    let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
         let others = OtherColumns { sequence: arguments.sequence.clone(), ignore: arguments.ignore.clone() };
         let by = (sampling, arguments.by);
         let sequences = over_time::answers(&model, &questions, &table, &others, &settings, by)?;
-        return write_sequences(&sequences, arguments, out);
+        let how = (arguments.json, arguments.all);
+        return write_sequences(&sequences, arguments.sequence.as_deref(), how, out);
     }
     if let (Some(question), true) =
         (questions.first(), !arguments.ignore.is_empty() || arguments.sequence.is_some())
@@ -138,7 +147,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if let Some(path) = &arguments.data {
         let table = data::open(path, &arguments.separator)?;
         let cases = cases::answers(&model, &questions, &table, &settings, (sampling, arguments.by))?;
-        return write_cases(&cases, arguments, out);
+        return write_cases(&cases, (arguments.json, arguments.all), out);
     }
     let inputs = settings.inputs();
     if arguments.table {
@@ -171,36 +180,6 @@ fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
     filled(model, question, &open.filter(is_set).collect(), &BTreeSet::new())
 }
 
-/// A single answer is written as itself, several as a list.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum OneOrSeveral<'t, T> {
-    One(&'t T),
-    Several(&'t [T]),
-}
-
-fn one_or_several<T>(all: &[T]) -> OneOrSeveral<'_, T> {
-    match all {
-        [one] => OneOrSeveral::One(one),
-        several => OneOrSeveral::Several(several),
-    }
-}
-
-fn write_json(value: &impl Serialize, out: &mut impl Write) -> Result<(), Failure> {
-    serde_json::to_writer(&mut *out, value).map_err(std::io::Error::from)?;
-    Ok(writeln!(out)?)
-}
-
-fn write_answers(answers: &[Answer], all: bool, out: &mut impl Write) -> Result<(), Failure> {
-    for (position, answer) in answers.iter().enumerate() {
-        if position > 0 {
-            writeln!(out)?;
-        }
-        write!(out, "{}", answer.table(all, "--all shows them"))?;
-    }
-    Ok(())
-}
-
 fn write_tables(tables: &[Table], json: bool, out: &mut impl Write) -> Result<(), Failure> {
     if json {
         return write_json(&one_or_several(tables), out);
@@ -212,67 +191,6 @@ fn write_tables(tables: &[Table], json: bool, out: &mut impl Write) -> Result<()
         for number in &table.numbers {
             writeln!(out, "{number}")?;
         }
-    }
-    Ok(())
-}
-
-/// The answers of each sequence, by its name; for one without a name the answers alone.
-fn write_sequences(
-    sequences: &[(String, Vec<Answer>)],
-    arguments: &Arguments,
-    out: &mut impl Write,
-) -> Result<(), Failure> {
-    let Some(column) = &arguments.sequence else {
-        let answers = sequences.first().map_or(&[][..], |(_, answers)| answers);
-        return match arguments.json {
-            true => write_json(&one_or_several(answers), out),
-            false => write_answers(answers, arguments.all, out),
-        };
-    };
-    if arguments.json {
-        #[derive(Serialize)]
-        struct One<'t> {
-            sequence: &'t str,
-            answers: OneOrSeveral<'t, Answer>,
-        }
-        #[derive(Serialize)]
-        struct Sequences<'t> {
-            sequences: Vec<One<'t>>,
-        }
-        let sequences = sequences
-            .iter()
-            .map(|(sequence, answers)| One { sequence, answers: one_or_several(answers) })
-            .collect();
-        return write_json(&Sequences { sequences }, out);
-    }
-    for (position, (name, answers)) in sequences.iter().enumerate() {
-        let blank = if position > 0 { "\n" } else { "" };
-        writeln!(out, "{blank}{column} {name}")?;
-        write_answers(answers, arguments.all, out)?;
-    }
-    Ok(())
-}
-
-/// The answers of each row, by its line in the file.
-fn write_cases(
-    cases: &[(usize, Vec<Answer>)],
-    arguments: &Arguments,
-    out: &mut impl Write,
-) -> Result<(), Failure> {
-    if arguments.json {
-        #[derive(Serialize)]
-        struct Cases<'t> {
-            cases: Vec<OneOrSeveral<'t, Answer>>,
-        }
-        return write_json(
-            &Cases { cases: cases.iter().map(|(_, told)| one_or_several(told)).collect() },
-            out,
-        );
-    }
-    for (position, (row, answers)) in cases.iter().enumerate() {
-        let blank = if position > 0 { "\n" } else { "" };
-        writeln!(out, "{blank}row {row}")?;
-        write_answers(answers, arguments.all, out)?;
     }
     Ok(())
 }

@@ -1,74 +1,144 @@
 //! Answers a question for many cases: the rows of a table.
 //!
-//! In: a model, a question, a table whose columns are named as variables. Out: the answers of each case. Invariant: the
-//! cells of a case are the values that the question leaves open; a missing cell is not known in that case. The question
-//! is compiled once for each set of missing variables.
+//! In: a model, a question, a table whose columns are named as variables. Out: the answers of each case. Invariant: a
+//! value that a case gives takes the place of what the question leaves open; one that is missing is not known in that
+//! case; a case without an answer leaves the others theirs. The question is compiled once for each set of variables that
+//! are missing together.
 
 use crate::failure::Failure;
 use bp_core::answer::{Answer, CompiledQuestion, compile_by, filled, open};
 use bp_core::data::{Table, Values};
+use bp_core::distribution::Setting;
+use bp_core::error::Error;
+use bp_core::exec::Inputs;
 use bp_core::ids::VariableId;
+use bp_core::learn::sizes;
 use bp_core::model::{Model, Question};
 use bp_core::plan::Strategy;
 use bp_core::program::settings::Settings;
 use bp_core::sample::Sampling;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Answers the questions for each row of a file.
+/// What is answered to one case, or why nothing is.
+pub(crate) type Answered = Result<Vec<Answer>, Error>;
+
+/// Answers the questions for each row of a file; with each the number of its row.
 pub(crate) fn answers(
     model: &Model,
     questions: &[Question],
     table: &Table,
     settings: &Settings,
     (sampling, by): (Sampling, Option<Strategy>),
-) -> Result<Vec<(usize, Vec<Answer>)>, Failure> {
-    let columns = columns(model, questions, table, settings)?;
-    let mut compiled: HashMap<BTreeSet<VariableId>, Vec<CompiledQuestion<'_>>> = HashMap::new();
+) -> Result<Vec<(usize, Answered)>, Failure> {
+    let given = sizes(model, table, settings.inputs())?;
+    let columns = columns(model, questions, table, settings, &given)?;
+    let mut compiled: HashMap<Pattern, Vec<CompiledQuestion<'_>>> = HashMap::new();
     let mut answers = Vec::with_capacity(table.len());
     for row in 0..table.len() {
-        let mut inputs = settings.inputs();
-        let mut missing = BTreeSet::new();
-        for (id, column, values) in &columns {
-            match table.cell(row, *column, values)? {
-                Some(value) => inputs = inputs.number(&model.variable_name(*id), value.number),
-                None => drop(missing.insert(*id)),
-            }
-        }
         let in_row = |error| table.wrong_row(row, error);
-        if !compiled.contains_key(&missing) {
-            let given: BTreeSet<VariableId> = columns.iter().map(|(id, ..)| *id).collect();
-            let ready = questions
-                .iter()
-                .map(|question| compile_by(model, &filled(model, question, &given, &missing), by));
-            compiled.insert(missing.clone(), ready.collect::<Result<_, _>>().map_err(in_row)?);
-        }
-        // Each case has its own draws; an odd factor gives each row its own seed.
+        let (pattern, inputs) = read(model, &columns, table, row, &given)?;
+        let ready = match compiled.get(&pattern) {
+            Some(ready) => ready,
+            None => {
+                let ready = compile(model, questions, &columns, &pattern, by).map_err(in_row)?;
+                compiled.entry(pattern).or_insert(ready)
+            }
+        };
+        // Each case has draws of its own; an odd factor gives each row a seed of its own.
         let seed = sampling.seed.wrapping_add((row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        let mut told = Vec::new();
-        for question in &compiled[&missing] {
-            let sampling = Sampling { seed, ..sampling };
-            told.extend(question.ask_filled(&inputs, sampling).map_err(in_row)?);
-        }
-        answers.push((table.line(row), told));
+        let asked = ready.iter().map(|question| question.ask_filled(&inputs, Sampling { seed, ..sampling }));
+        let answered = match asked.collect::<Result<Vec<_>, Error>>() {
+            Err(error) if !error.is_of_one_case() => return Err(in_row(error).into()),
+            answered => answered.map(|answers| answers.concat()),
+        };
+        answers.push((table.line(row), answered));
     }
     Ok(answers)
 }
 
-/// The column of each open variable; none for one that is set.
+/// The columns of an open variable: one, or one for each element of a family.
+type Columns<'m> = BTreeMap<VariableId, (Vec<usize>, Values<'m>)>;
+
+/// What is missing in a row.
+#[derive(PartialEq, Eq, Hash)]
+struct Pattern {
+    /// Variables of which nothing is known.
+    missing: BTreeSet<VariableId>,
+    /// Whether only some elements of a family are known.
+    partly: bool,
+}
+
+/// The columns of the open variables; one that is set needs none.
 fn columns<'m>(
     model: &'m Model,
     questions: &[Question],
     table: &Table,
     settings: &Settings,
-) -> Result<Vec<(VariableId, usize, Values<'m>)>, Failure> {
+    given: &Inputs<'_, f64>,
+) -> Result<Columns<'m>, Error> {
     let open: BTreeSet<VariableId> = questions.iter().flat_map(open).collect();
-    let mut columns = Vec::new();
+    let mut columns = Columns::new();
     for id in open {
         let name = model.variable_name(id);
-        if table.column(&name).is_some() || !settings.has(&name) {
-            let values = Values::new(model, id, &|size| settings.size(size));
-            columns.push((id, table.needed(&name)?, values));
+        let names = match model.variables[id].family.is_some() {
+            true => {
+                let setting = Setting::new(model, given)?;
+                setting.slots_of(id).map(|slot| setting.slot_name(slot)).collect()
+            }
+            false => vec![name.clone()],
+        };
+        if names.iter().any(|name| table.column(name).is_some()) || !settings.has(&name) {
+            let places = names.iter().map(|name| table.needed(name)).collect::<Result<_, _>>()?;
+            columns.insert(id, (places, Values::new(model, id, &|size| given.find_size(size))));
         }
     }
     Ok(columns)
+}
+
+/// What a row gives; an element of a family that is missing is NaN.
+fn read<'g>(
+    model: &Model,
+    columns: &Columns<'_>,
+    table: &Table,
+    row: usize,
+    given: &Inputs<'g, f64>,
+) -> Result<(Pattern, Inputs<'g, f64>), Error> {
+    let mut inputs = given.clone();
+    let mut pattern = Pattern { missing: BTreeSet::new(), partly: false };
+    for (id, (places, values)) in columns {
+        let cell = |place: &usize| {
+            let value = table.cell(row, *place, values)?;
+            Ok(value.map_or(f64::NAN, |value| value.number))
+        };
+        let cells = places.iter().map(cell).collect::<Result<Vec<f64>, Error>>()?;
+        let missing = cells.iter().filter(|cell| cell.is_nan()).count();
+        if missing == cells.len() {
+            pattern.missing.insert(*id);
+            continue;
+        }
+        pattern.partly |= missing > 0;
+        inputs = inputs.numbers(&model.variable_name(*id), cells.into());
+    }
+    Ok((pattern, inputs))
+}
+
+/// The questions where these variables are given. Loops need all elements of a family: where some are missing, a join tree is
+/// taken, if one can be.
+fn compile<'m>(
+    model: &'m Model,
+    questions: &[Question],
+    columns: &Columns<'_>,
+    pattern: &Pattern,
+    by: Option<Strategy>,
+) -> Result<Vec<CompiledQuestion<'m>>, Error> {
+    let given: BTreeSet<VariableId> = columns.keys().copied().collect();
+    let compile = |question: &Question| {
+        let question = filled(model, question, &given, &pattern.missing);
+        match (by, pattern.partly) {
+            (None, true) => compile_by(model, &question, Some(Strategy::JoinTree))
+                .or_else(|_| compile_by(model, &question, None)),
+            (by, _) => compile_by(model, &question, by),
+        }
+    };
+    questions.iter().map(compile).collect()
 }

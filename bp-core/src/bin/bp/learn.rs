@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Err(wrong) => return Err(Failure::Wrong(wrong, source)),
     };
     let table = data::open(&arguments.data, &arguments.separator)?;
-    let given = Given::read(&model, &arguments.settings, &names(&model))?;
+    let given = Given::read(&model, &arguments.settings, &names(&model))?.with_told(&model);
     let given = sizes(&model, &table, given.inputs())?;
     let mut learner = Learner::with(&model, &given)?;
     let columns = Columns {

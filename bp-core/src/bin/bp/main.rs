@@ -4,6 +4,7 @@
 //! a question or data are wrong, 2 if the command line is wrong. Invariant: a reader that closes the pipe ends the
 //! command quietly.
 
+mod answered;
 mod ask;
 mod cases;
 mod check;

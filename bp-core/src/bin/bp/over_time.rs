@@ -1,10 +1,12 @@
 //! Answers questions over time for the rows of a table: instants, of one sequence or of several.
 //!
-//! In: questions, a table, settings. Out: the answers of each sequence, by its name. Invariant: observations are in the
-//! question or in a column: a value that is set has no instant, and is refused.
+//! In: questions, a table, settings. Out: the answers of each sequence, by its name. Invariant: what is observed at an instant
+//! stands in the question or in a column: a value that is set has no instant, and is refused; a sequence without an answer
+//! leaves the others theirs.
 
+use crate::cases::Answered;
 use crate::failure::Failure;
-use bp_core::answer::{Answer, OtherColumns, ask_over_time_by, read_sequences};
+use bp_core::answer::{OtherColumns, ask_over_time_by, read_sequences};
 use bp_core::data::Table;
 use bp_core::error::Error;
 use bp_core::model::{Evidence, Model, Question, Value};
@@ -19,10 +21,10 @@ pub(crate) fn answers(
     others: &OtherColumns,
     settings: &Settings,
     (sampling, by): (Sampling, Option<Strategy>),
-) -> Result<Vec<(String, Vec<Answer>)>, Failure> {
+) -> Result<Vec<(String, Answered)>, Failure> {
     questions.iter().try_for_each(|question| refuse_set(model, question, settings))?;
     let inputs = settings.inputs();
-    let mut all: Vec<(String, Vec<Answer>)> = Vec::new();
+    let mut all: Vec<(String, Answered)> = Vec::new();
     for question in questions {
         let sequences = read_sequences(model, question, table, others, &inputs)?;
         for (number, (name, instants)) in sequences.into_iter().enumerate() {
@@ -30,13 +32,18 @@ pub(crate) fn answers(
             let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let answers =
                 ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, by);
-            let answers = answers.map_err(|error| match &others.sequence {
-                Some(column) => Failure::Words(format!("{column} {name}: {error}")),
-                None => error.into(),
-            })?;
-            match all.get_mut(number) {
-                Some((_, before)) => before.extend(answers),
-                None => all.push((name, answers)),
+            let answers = match (answers, &others.sequence) {
+                (Err(error), None) => return Err(error.into()),
+                (Err(error), Some(column)) if !error.is_of_one_case() => {
+                    return Err(Failure::Words(format!("{column} {name}: {error}")));
+                }
+                (answers, _) => answers,
+            };
+            match (all.get_mut(number), answers) {
+                (None, answers) => all.push((name, answers)),
+                (Some((_, Ok(before))), Ok(answers)) => before.extend(answers),
+                (Some((_, before)), Err(error)) if before.is_ok() => *before = Err(error),
+                (Some(_), _) => {}
             }
         }
         if others.sequence.is_none() && all.is_empty() {

@@ -36,7 +36,7 @@ const FUNCTIONS: [(&str, &str); 7] = [
     (
         "entropy_term",
         "fn entropy_term(x: f32) -> f32 {
-    return select(-x * log(select(x, 1.0, x <= 0.0)), 0.0, x <= 0.0);
+    return select(-x * log(select(x, 1.0, x <= 0.0)), 0.0, x <= 0.0 || x >= 1.0);
 }",
     ),
     (

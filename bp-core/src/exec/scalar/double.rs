@@ -143,7 +143,7 @@ impl Scalar for f64 {
     #[inline(always)]
     fn entropy_term(self) -> f64 {
         let value = -self * self.natural_logarithm();
-        if self <= 0.0 { 0.0 } else { value }
+        if self <= 0.0 || self >= 1.0 { 0.0 } else { value }
     }
 }
 

@@ -276,7 +276,8 @@ impl Scalar for Extended {
         bell * Self::from_f64(series / (-x * std::f64::consts::TAU.sqrt()))
     }
     fn entropy_term(self) -> Self {
-        if self <= Self::ZERO { Self::ZERO } else { -self * self.natural_logarithm() }
+        let none = self <= Self::ZERO || self >= Self::from_f64(1.0);
+        if none { Self::ZERO } else { -self * self.natural_logarithm() }
     }
     fn power(self, exponent: Self) -> Self {
         let power = self.to_f64().powf(exponent.to_f64());

@@ -136,7 +136,7 @@ impl Scalar for f32 {
     fn entropy_term(self) -> f32 {
         // Of a subnormal number the logarithm is wrong, and the product no farther from 0 than f32 tells.
         let value = -self * logarithm_of_normal(self, 0.0);
-        if self <= 0.0 { 0.0 } else { value }
+        if self <= 0.0 || self >= 1.0 { 0.0 } else { value }
     }
 
     #[inline(always)]

@@ -217,7 +217,7 @@ fn row_faults(
 fn table_faults(model: &Model, id: FactorId, rows: &[Vec<ExpressionId>], faults: &mut Vec<Fault>) {
     let factor = &model.factors[id];
     let count = |id: VariableId| model.variables[id].domain.count();
-    let names: Vec<_> = factor.right.iter().map(|use_| model.variable_name(use_.variable)).collect();
+    let names: Vec<_> = factor.right.iter().map(|use_| model.spelled(use_.variable)).collect();
     let expected =
         factor.right.iter().try_fold(1usize, |product, use_| product.checked_mul(count(use_.variable)?));
     match expected {

@@ -127,8 +127,9 @@ fn answers(
     let evidence = Observations::of(&setting, &gaussian.asks[0])?;
     let known = gaussian.asks[0].known.iter().filter(|known| Some(known.variable) != model.plate_index());
     let slots = known.flat_map(|known| setting.slots_of(known.variable));
+    let observed = slots.filter(|slot| !evidence.values[*slot].is_nan());
     let observations: Vec<(String, f64)> =
-        slots.map(|slot| (setting.slot_name(slot), evidence.values[slot])).collect();
+        observed.map(|slot| (setting.slot_name(slot), evidence.values[slot])).collect();
     let observations: Vec<(&str, f64)> =
         observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
     let belief = match is_long(model, gaussian) {

@@ -105,11 +105,8 @@ fn beginning(blankets: &Blankets<'_>, steps: &[Step], random: &mut Random) -> Re
             return Ok(values);
         }
     }
-    let reason = format!(
-        "Gibbs sampling has nowhere to begin: of {MOST_BEGINNINGS} draws of the prior none could have led to the \
-         evidence; observe it with some noise, or take `--by weighting` and many `--particles`"
-    );
-    Err(Error::Unplanned { question: blankets.setting.model.name.clone(), reason })
+    // Chains have nowhere to begin.
+    Err(Error::unmet(blankets.setting.model.name.clone(), MOST_BEGINNINGS))
 }
 
 struct Chain<'b> {

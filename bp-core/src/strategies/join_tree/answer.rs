@@ -6,7 +6,7 @@
 use super::{self as join_tree, Absorbed, Evidence, JoinTree, Marginals, Named, Network, absorb, joint};
 use crate::distribution::Setting;
 use crate::equation::{Binding, Strategy};
-use crate::error::Error;
+use crate::error::{Error, Impossible};
 use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Model, Value};
@@ -32,7 +32,7 @@ fn alone(model: &Model, route: &JoinTree, case: &Case<'_>) -> Result<Vec<Found>,
     let setting = Setting::new(model, case.inputs)?;
     let named = Named::with(model.clone(), &[], case.inputs)?;
     let numbers: Vec<usize> = (0..setting.slots()).collect();
-    let mut evidence = evidence(&setting, route, &numbers)?;
+    let (mut evidence, _) = evidence(&setting, route, &numbers)?;
     let slot = |variable: VariableId, element: usize| setting.slots_of(variable).start + element;
     let findings = case.findings.cloned().unwrap_or_default();
     evidence.hard.extend(findings.hard.iter().map(|(id, element, value)| (slot(*id, *element), *value)));
@@ -84,12 +84,15 @@ fn tables(
         return Err(Error::TooLarge { name, cells: all, most: MOST_CELLS, help });
     }
     let (mut network, numbers) = Network::part(&setting, &route.factors, &wanted)?;
-    let evidence = evidence(&setting, route, &numbers)?;
+    let (evidence, observed) = evidence(&setting, route, &numbers)?;
     let extents: Vec<usize> =
         open.iter().flat_map(|id| setting.slots_of(*id).map(|_| setting.count(*id))).collect();
     let ask = &exact.asks[0];
     let told = |error: Error| match error {
-        Error::Contradiction { .. } => Error::Impossible(model.ask_text(ask).into()),
+        Error::Contradiction { .. } => Error::Impossible(Impossible {
+            question: model.ask_text(ask),
+            reason: setting.zero_factor(&observed),
+        }),
         Error::TooLarge { cells, most, help, .. } => {
             Error::TooLarge { name: model.ask_text(ask), cells, most, help }
         }
@@ -133,24 +136,25 @@ fn tables(
     Ok(tables)
 }
 
-/// What is known, by the numbers of the network.
-fn evidence(setting: &Setting<'_>, route: &JoinTree, numbers: &[usize]) -> Result<Evidence, Error> {
+/// What is known, by the numbers of the network; and the values of the slots that are observed.
+fn evidence(
+    setting: &Setting<'_>,
+    route: &JoinTree,
+    numbers: &[usize],
+) -> Result<(Evidence, Vec<f64>), Error> {
     let mut observations = Observations::none(setting);
     let mut evidence = Evidence::default();
     for (variable, binding) in &route.exact.bindings {
         let Binding::Value(value) = binding else { continue };
         let slots = setting.slots_of(*variable);
         match value {
-            Value::Ordinal(ordinal) => {
-                for slot in slots.clone() {
-                    observations.observe(setting, slot, *ordinal as f64)?;
-                }
-            }
+            Value::Ordinal(ordinal) => observations.values[slots.clone()].fill(*ordinal as f64),
             Value::Real(number) => observations.observe(setting, slots.start, *number)?,
             Value::Given(name) => observations.give(setting, slots.clone(), name)?,
         }
         // What is barren takes no part.
-        let known = slots.filter(|slot| numbers[*slot] != usize::MAX);
+        let is_known = |slot: &usize| numbers[*slot] != usize::MAX && !observations.values[*slot].is_nan();
+        let known = slots.filter(is_known);
         evidence.hard.extend(known.map(|slot| (numbers[slot], observations.values[slot] as usize)));
     }
     for (variable, weights) in &route.likelihoods {
@@ -159,7 +163,7 @@ fn evidence(setting: &Setting<'_>, route: &JoinTree, numbers: &[usize]) -> Resul
             evidence.likelihoods.push((number, weights.clone()));
         }
     }
-    Ok(evidence)
+    Ok((evidence, observations.values))
 }
 
 /// A table summed over all axes but those that are kept, and the extents of these.

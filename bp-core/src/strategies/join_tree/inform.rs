@@ -8,7 +8,9 @@ use super::evidence::Evidence;
 use super::network::Network;
 use super::plan::Marginals;
 use crate::error::Error;
+use crate::operators;
 use crate::radix;
+use std::f64::consts::LN_2;
 
 /// The most products of all runs together, each run one combination of values.
 const MOST_PRODUCTS: f64 = 2e10;
@@ -35,7 +37,7 @@ pub struct Observation {
 
 /// H = −Σ p log₂ p, in bits.
 pub fn entropy(probabilities: &[f64]) -> f64 {
-    -probabilities.iter().filter(|p| **p > 0.0).map(|p| p * p.log2()).sum::<f64>()
+    operators::entropy(probabilities.iter().copied()) / LN_2
 }
 
 /// The joint posterior of some variables, none of them twice, none of them observed.

@@ -93,6 +93,12 @@ impl Named {
     /// There is none of this name.
     pub fn number_of(&self, variable: &str) -> Result<usize, Error> {
         self.numbers.get(variable).copied().ok_or_else(|| {
+            let family =
+                self.model.variable(variable).filter(|id| self.model.variables[*id].family.is_some());
+            if let Some(first) = family.and_then(|id| self.names.iter().find(|(_, own)| *own == id)) {
+                let message = format!("it is a family: name its elements, such as `{}`", first.0);
+                return Error::input(variable, message);
+            }
             let near = guess::nearest(variable, self.numbers.keys().map(String::as_str));
             let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
             Error::input(variable, format!("`{}` has no variable of this name{help}", self.model.name))

@@ -3,7 +3,7 @@
 //! In: a question over time, then what is observed at an instant. Out: a [`Told`] for that instant. Invariant: step by step it
 //! says what [`super::answer`] says of all instants at once; an instant that is refused leaves it as it was.
 
-use super::{By, Instant, OverTime, Told, What, always, impossible};
+use super::{By, Instant, OverTime, Told, What, always, unmet};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::potential::Product;
@@ -111,7 +111,8 @@ impl<'m> Follower<'m> {
             State::Particles { moves, linear, kept, cloud } => {
                 let mut next = cloud.clone();
                 if !moves.advance(&mut next, &instant)? {
-                    return Err(impossible(&self.setting, &self.route, number));
+                    let draws = cloud.particles.len();
+                    return Err(unmet(&self.setting, &self.route, number, &instant, draws));
                 }
                 *cloud = next;
                 self.ln_evidence = cloud.ln_evidence;
@@ -145,7 +146,8 @@ impl<'m> Follower<'m> {
                 let mut ahead = cloud.clone();
                 for step in 0..steps {
                     if !moves.advance(&mut ahead, &nothing)? {
-                        return Err(impossible(&self.setting, &self.route, self.instants + step));
+                        let (number, draws) = (self.instants + step, cloud.particles.len());
+                        return Err(unmet(&self.setting, &self.route, number, &nothing, draws));
                     }
                 }
                 cloud_of(&mut ahead, kept, linear)

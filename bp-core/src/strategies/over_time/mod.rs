@@ -160,7 +160,8 @@ pub fn answer(
             let moves = Moves::new(setting, &route.carried, linear, sampling)?;
             let mut all = instants.to_vec();
             all.resize(instants.len() + ahead, Vec::new());
-            let mut cloud = moves.follow(&all)?.map_err(|instant| impossible(setting, route, instant))?;
+            let unmet = |number: usize| unmet(setting, route, number, &all[number], sampling.particles);
+            let mut cloud = moves.follow(&all)?.map_err(unmet)?;
             let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
@@ -211,7 +212,10 @@ fn answer_gaussian(
     Ok(Answered { told, sequences: Vec::new(), ln_evidence })
 }
 
-/// The error that an observation is impossible.
-fn impossible(setting: &Setting<'_>, route: &OverTime, instant: usize) -> Error {
-    Error::Impossible(format!("{}, instant {}", setting.model.ask_text(route.ask()), instant + 1).into())
+/// The error that no particle met what was observed at an instant: impossible where a factor says so of it alone.
+fn unmet(setting: &Setting<'_>, route: &OverTime, number: usize, instant: &Instant, draws: usize) -> Error {
+    let question = format!("{}, instant {}", setting.model.ask_text(route.ask()), number + 1);
+    let mut values = vec![f64::NAN; setting.slots()];
+    instant.iter().for_each(|(slot, value)| values[*slot] = *value);
+    setting.unmet(question, &values, draws)
 }

@@ -69,8 +69,11 @@ pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
     match (ask.when, missing) {
         (When::Sequence, Some(now)) => {
             let name = model.variable_name(now);
-            let reason =
-                format!("the most likely sequence is that of all that is carried: search `{name}` too");
+            let word = ask.statistic.word();
+            let word = if word.is_empty() { word } else { format!("{word} ") };
+            let reason = format!(
+                "`{word}sequence` is of all that is carried from instant to instant: search `{name}` too"
+            );
             Err(Error::Unplanned { question: model.ask_text(ask), reason })
         }
         _ => Ok(()),
@@ -262,6 +265,11 @@ impl OverTime {
                     "βₜ₋₁(X⁻¹) ∝ Σ φₜ βₜ(X)",
                     "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
                 ),
+            )),
+            When::Sequence if matches!(self.ask().statistic, Statistic::Draw(_)) => Some((
+                "drawn sequence",
+                "backward, each instant given the one after it",
+                notation.said("X⁻¹ ~ φₜ δₜ₋₁(X⁻¹)", "X^{-1} \\sim \\phi_t\\, \\delta_{t-1}(X^{-1})"),
             )),
             When::Sequence => Some((
                 "most likely sequence",

@@ -4,6 +4,7 @@
 //! order of the question, with which those before it cannot be, and the factor that says so. Invariant: the
 //! observations before it have a probability above 0, however small.
 
+use crate::distribution::Setting;
 use crate::equation::{self, Options};
 use crate::error::{Error, Impossible};
 use crate::exec::{Inputs, Lanes};
@@ -11,7 +12,11 @@ use crate::ids::VariableId;
 use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::{Ask, Evidence, Known, Model, Question, Statistic, Value};
+use crate::sample::Observations;
 use crate::spelling::exact;
+
+/// The most products that are summed to find a reason: a message is not worth more.
+const MOST_PRODUCTS: f64 = 1e8;
 
 /// The error; where no single observation can be told, it names the question alone.
 pub(crate) fn error(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
@@ -19,7 +24,21 @@ pub(crate) fn error(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error
     Error::Impossible(Impossible { question: model.ask_text(ask), reason })
 }
 
+/// An error of draws that met no evidence: where sums are exact, they say whether it is possible.
+pub(crate) fn judged(error: Error, model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
+    match is_possible(model, ask, &ask.known, inputs) {
+        Some(false) => self::error(model, ask, inputs),
+        _ => error,
+    }
+}
+
 fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> {
+    if let Ok(setting) = Setting::new(model, inputs)
+        && let Ok(observations) = Observations::of(&setting, ask)
+        && let Some(reason) = setting.zero_factor(&observations.values)
+    {
+        return Some(reason);
+    }
     let (mut possible, mut impossible) = (0, ask.known.len());
     while possible + 1 < impossible {
         let middle = (possible + impossible) / 2;
@@ -66,6 +85,9 @@ fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f6
     let question = Question { name: "evidence".to_owned(), asks: vec![ask] };
     let options = Options { ln_evidence: true, ..Options::default() };
     let exact = equation::exact(model, question.asks, options).ok()?;
+    if exact.cost > MOST_PRODUCTS {
+        return None;
+    }
     let lanes = Lanes::new(lower_guarded(model, &exact, &question.name).ok()?.kernel);
     let outputs = lanes.run_guarded(inputs, false).ok()?.outputs;
     Some(outputs.get(OutputKey::LnEvidence)[0] > f64::NEG_INFINITY)
@@ -85,7 +107,11 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
             },
             _ => format!("{name} = {given}"),
         },
-        _ => name.to_string(),
+        Evidence::Virtual(weights) => {
+            let weights: Vec<String> = weights.iter().map(|weight| exact(*weight)).collect();
+            format!("{name} virtual [{}]", weights.join(", "))
+        }
+        Evidence::Each | Evidence::Soft(_) => name.to_string(),
     }
 }
 

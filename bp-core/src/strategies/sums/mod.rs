@@ -5,7 +5,7 @@
 mod impossible;
 mod prepared;
 
-pub(crate) use impossible::error as impossible;
+pub(crate) use impossible::{error as impossible, judged};
 
 use super::{Offered, Prepared, Purpose, Route, Turn, refused};
 use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};

@@ -66,6 +66,7 @@ impl Prepared for Kernels {
 
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
         let inputs = case.inputs;
+        check::families(self.outputs.iter().filter_map(|output| output.ask.as_ref()), inputs)?;
         let Guarded { mut outputs, mut extended, extents } = self.lanes.run_guarded(inputs, self.log)?;
         let ln_evidence = self.ln_evidence.then(|| outputs.get(OutputKey::LnEvidence)[0]);
         let mut found = Vec::new();

@@ -48,10 +48,16 @@ fn answers(
     kept.dedup();
     fits(model.ask_text(ask), &kept, sampling)?;
     let by = if route.by == Strategy::Gibbs { gibbs } else { weigh };
-    let draws = Arc::new(by(&setting, &route.steps, &observations, &kept, sampling)?);
-    if draws.is_impossible() {
-        return Err(Error::Impossible(model.ask_text(ask).into()));
+    let drawn = by(&setting, &route.steps, &observations, &kept, sampling);
+    let unmet = match &drawn {
+        Ok(draws) => draws.is_impossible().then(|| draws.count()),
+        Err(Error::Unmet { draws, .. }) => Some(*draws),
+        Err(_) => None,
+    };
+    if let Some(draws) = unmet {
+        return Err(setting.unmet(model.ask_text(ask), &observations.values, draws));
     }
+    let draws = Arc::new(drawn?);
     let known = ask
         .known
         .iter()

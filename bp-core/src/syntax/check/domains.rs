@@ -9,6 +9,7 @@ use crate::diagnostic::Diagnostic;
 use crate::model::{Bins, Domain, MOST_BINS};
 use crate::source::Span;
 use crate::syntax::ast::{self, DomainKind, Expr, Name};
+use std::collections::HashSet;
 
 const LONGEST_VECTOR: usize = 1024;
 
@@ -38,11 +39,13 @@ impl Checker<'_> {
                     None => None,
                 };
                 let mut labels: Vec<String> = Vec::new();
+                let mut known: HashSet<&str> = HashSet::new();
                 for name in names {
-                    if labels.contains(&name.text) {
-                        self.complain(name.span(), format!("the value `{}` is listed twice", name.text));
-                    } else {
-                        labels.push(name.text.clone());
+                    match known.insert(&name.text) {
+                        true => labels.push(name.text.clone()),
+                        false => {
+                            self.complain(name.span(), format!("the value `{}` is listed twice", name.text));
+                        }
                     }
                 }
                 Some(Domain::Finite { labels, range })

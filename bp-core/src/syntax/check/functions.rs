@@ -16,6 +16,7 @@ use crate::source::Span;
 use crate::syntax::ast::{
     At, Expr, ExprKind, Name, Occurrence, Pattern, PatternKind, Sign, Value, ValueKind,
 };
+use std::collections::HashMap;
 
 const FUNCTIONS: [&str; 22] = [
     "min",
@@ -264,6 +265,13 @@ impl Checker<'_> {
             }
         };
         let mut conditions = Vec::new();
+        // Looked up once for all arms: there may be as many arms as labels.
+        let labels: HashMap<&str, usize> = match &domain {
+            Some(Domain::Finite { labels, .. }) => {
+                labels.iter().enumerate().map(|(ordinal, label)| (label.as_str(), ordinal)).collect()
+            }
+            _ => HashMap::new(),
+        };
         let mut left = LeftOut::of(domain.as_ref());
         let mut total = false;
         for pattern in arms {
@@ -274,7 +282,14 @@ impl Checker<'_> {
             let (low, high) = match &pattern.kind {
                 PatternKind::Any => (f64::NEG_INFINITY, f64::INFINITY),
                 PatternKind::Value(written) => {
-                    let value = self.pattern_value(written, domain.as_ref())?;
+                    let label = match &written.kind {
+                        ValueKind::Name(name) => labels.get(name.text.as_str()),
+                        _ => None,
+                    };
+                    let value = match (label, &domain) {
+                        (Some(ordinal), Some(domain)) => (*ordinal as i64 + domain.base()) as f64,
+                        _ => self.pattern_value(written, domain.as_ref())?,
+                    };
                     (value, value)
                 }
                 PatternKind::Range(low, high) => {

@@ -45,10 +45,12 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (named, network) = network(&arguments.file)?;
-    let cases = match arguments.cases.extension().is_some_and(|end| end.eq_ignore_ascii_case("evid")) {
-        true => uai(&named, &network, &arguments.cases)?,
-        false => cases(&named, &data::open(&arguments.cases, &arguments.separator)?)?,
+    let is_uai = arguments.cases.extension().is_some_and(|end| end.eq_ignore_ascii_case("evid"));
+    let table = if is_uai { None } else { Some(data::open(&arguments.cases, &arguments.separator)?) };
+    let (named, network) = network(&arguments.file, table.as_ref())?;
+    let cases = match &table {
+        None => uai(&named, &network, &arguments.cases)?,
+        Some(table) => cases(&named, table)?,
     };
     let wanted: Vec<usize> = match arguments.only.is_empty() {
         true => named.shown(),
@@ -90,10 +92,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         page.into_inner().map_err(|error| Failure::Output(std::io::Error::other(error.to_string())))?;
     output::write(arguments.out.as_deref(), &page, out)?;
     if wrong > 0 {
-        program::warn(&format!(
-            "warning: {wrong} of {} cases are impossible; their rows give the reasons",
-            cases.len()
-        ));
+        let message = format!("{wrong} of {} cases have no answer; their rows give the reasons", cases.len());
+        return Err(Failure::Words(message));
     }
     Ok(())
 }

@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let alone: Vec<f64> =
         (0..variables.len()).map(|place| entropy(&marginal(&found.probabilities, &extents, place))).collect();
     // Σ H(X) − H(all): the mutual information of two, the total correlation of more.
-    let shared = (alone.iter().sum::<f64>() - all).max(0.0);
+    let shared = (alone.iter().sum::<f64>() - all).max(0.0) + 0.0;
     let rows: Vec<(Vec<String>, f64)> = (found.probabilities.iter().enumerate())
         .map(|(row, p)| (values(&named, &variables, &extents, row), *p))
         .collect();

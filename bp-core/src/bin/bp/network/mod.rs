@@ -12,9 +12,11 @@ pub(crate) mod size;
 
 use crate::failure::Failure;
 use crate::program;
-use bp_core::data::Values;
+use bp_core::data::{Table, Values};
 use bp_core::io::{Network, uai};
+use bp_core::learn::sizes;
 use bp_core::model::{self, Known};
+use bp_core::program::settings::Settings;
 use bp_core::program::{self as program_door, Program};
 use bp_core::source::Source;
 use bp_core::strategies::join_tree::{Evidence, Named};
@@ -49,7 +51,7 @@ pub(crate) struct Written {
 impl Asked {
     /// A network and its evidence, by number.
     pub(crate) fn read(&self) -> Result<(Named, Evidence), Failure> {
-        let (named, network) = network(&self.file)?;
+        let (named, network) = network(&self.file, None)?;
         let written = self.written(&network)?;
         let evidence = named.evidence(
             written.values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
@@ -163,10 +165,15 @@ pub(crate) fn numbered(
     case.iter().map(one).collect()
 }
 
-/// Reads a network: by names, and as read.
-pub(crate) fn network(path: &Path) -> Result<(Named, Network), Failure> {
+/// Reads a network: by names, and as it was read. Its fields and the columns of the table tell the sizes of its sets.
+pub(crate) fn network(path: &Path, table: Option<&Table>) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
-    let mut named = Named::new(read.model.clone(), &read.known)?;
+    let told = Settings::new(&read.model).with_told(&read.model);
+    let given = match table {
+        Some(table) => sizes(&read.model, table, told.inputs())?,
+        None => told.inputs(),
+    };
+    let mut named = Named::with(read.model.clone(), &read.known, &given)?;
     named.ln_scale = read.ln_scale;
     Ok((named, read))
 }

@@ -1,0 +1,52 @@
+//! Which factor says 0 of what is observed.
+//!
+//! In: the values of the slots that are observed. Out: the first factor whose variables are all observed, and that says 0 of
+//! them, in words. Invariant: such a factor excludes the evidence, whatever the others say.
+
+use super::Setting;
+use crate::error::{Error, Impossible};
+use crate::spelling::exact;
+
+impl Setting<'_> {
+    /// "`P(C | B)` is 0 for `C = true` where `B = false`", if a factor says so; NaN stands where nothing is observed.
+    pub fn zero_factor(&self, values: &[f64]) -> Option<String> {
+        let is_zero = |instance: &super::Instance| {
+            let right = self.model.factors[instance.factor].right.iter();
+            let right = right.flat_map(|use_| self.slots_of(use_.variable));
+            let known = right.chain(instance.left.iter().copied()).all(|slot| !values[slot].is_nan());
+            known && self.ln_density(instance, values).is_ok_and(|ln| ln == f64::NEG_INFINITY)
+        };
+        let instance = self.ordered().ok()?.into_iter().find(is_zero)?;
+        let factor = &self.model.factors[instance.factor];
+        let listed = |slots: &mut dyn Iterator<Item = usize>| {
+            let texts: Vec<String> =
+                slots.map(|slot| format!("`{}`", self.observed(slot, values[slot]))).collect();
+            texts.join(", ")
+        };
+        let left = listed(&mut instance.left.iter().copied());
+        let right = listed(&mut factor.right.iter().flat_map(|use_| self.slots_of(use_.variable)));
+        let context = if right.is_empty() { right } else { format!(" where {right}") };
+        Some(format!("`{}` is 0 for {left}{context}", self.model.head(factor)))
+    }
+
+    /// The error of evidence that no draw met: it is impossible if a factor says so of it.
+    pub fn unmet(&self, question: String, values: &[f64], draws: usize) -> Error {
+        match self.zero_factor(values) {
+            Some(reason) => Error::Impossible(Impossible { question, reason: Some(reason) }),
+            None => Error::unmet(question, draws),
+        }
+    }
+
+    /// An observed value, as one writes it: `Z[2] = high`.
+    fn observed(&self, slot: usize, value: f64) -> String {
+        let variable = self.variable_of(slot);
+        let domain = &self.model.variables[variable].domain;
+        let value = match domain.is_finite() {
+            true => domain.value_spelled(value as usize),
+            false => exact(value),
+        };
+        let (name, written) = (self.model.variable_name(variable), self.model.spelled(variable));
+        let element = self.slot_name(slot);
+        format!("{written}{} = {value}", element.strip_prefix(&name).unwrap_or_default())
+    }
+}
