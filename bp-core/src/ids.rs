@@ -94,6 +94,11 @@ impl<I: Id, T> Arena<I, T> {
         self.items.iter()
     }
 
+    /// Takes out the values from a position on.
+    pub fn split_off(&mut self, position: usize) -> Vec<T> {
+        self.items.split_off(position)
+    }
+
     /// The id of the first value that satisfies `condition`.
     pub fn find(&self, condition: impl Fn(&T) -> bool) -> Option<I> {
         self.items.iter().position(condition).map(I::new)

@@ -126,6 +126,12 @@ pub fn entropy(probabilities: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 impl Binary {
+    /// Whether it compares two numbers.
+    pub fn compares(self) -> bool {
+        use Binary::*;
+        matches!(self, Equal | NotEqual | Less | LessOrEqual | Greater | GreaterOrEqual)
+    }
+
     /// The operator's value at `x`, `y`.
     pub fn apply(self, x: f64, y: f64) -> f64 {
         let truth = |condition: bool| f64::from(u8::from(condition));

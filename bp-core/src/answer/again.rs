@@ -14,10 +14,11 @@ use crate::exec::scalar::Scalar;
 use crate::exec::{Inputs, Lanes, Outputs};
 use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
-use crate::model::Model;
+use crate::model::{Model, Question};
 use crate::plan::{Mark, Options, plan};
 use crate::posterior::check;
 use crate::strategies::sums;
+use std::borrow::Cow;
 
 /// The question of a module: its name, and which of its routes the module answers.
 #[derive(Clone, Copy, Debug)]
@@ -38,8 +39,9 @@ pub fn again(
     inputs: &Inputs<'_, f64>,
     (suspects, contexts): (usize, usize),
 ) -> Result<(Outputs<f64>, Report), Error> {
-    let model = &*link(model)?;
-    let exact = exact(model, asked)?;
+    let (model, question) = posed(model, asked)?;
+    let model = &*model;
+    let exact = exact(model, &question, asked.route)?;
     let kernel = lower_guarded(model, &exact, asked.question)?.kernel;
     let found = Lanes::new(kernel).run_guarded(inputs, exact.mark(model) == Mark::Log)?;
     let arrays = &found.outputs.arrays;
@@ -64,8 +66,8 @@ pub fn again(
 /// The number of a form that made an answer over a plate not a number; none where every form is right, and a product only
 /// left the range of the number type: those elements count as impossible.
 pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Option<Error> {
-    let found = link(model).and_then(|model| {
-        let exact = exact(&model, asked)?;
+    let found = posed(model, asked).and_then(|(model, question)| {
+        let exact = exact(&model, &question, asked.route)?;
         // The kernel may not have needed the size of every set.
         let unknown = model.sets.values().filter(|set| inputs.find_size(&set.name).is_none());
         let inputs = unknown.fold(inputs.clone(), |inputs, set| inputs.size(&set.name, 1));
@@ -80,8 +82,20 @@ fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
     Some(totals.iter().filter(|total| **total == T::ZERO).count())
 }
 
-fn exact(model: &Model, Asked { question, route }: Asked<'_>) -> Result<Exact, Error> {
-    let question = model.question(question).expect("internal: the question has been compiled");
+/// The program and the question, with what it derives.
+fn posed<'m>(model: &'m Model, asked: Asked<'_>) -> Result<(Cow<'m, Model>, Question), Error> {
+    let mut model = link(model)?;
+    let question = model.question(asked.question).expect("internal: the question has been compiled").clone();
+    match question.derived.is_empty() {
+        true => Ok((model, question)),
+        false => {
+            let question = model.to_mut().pose(&question);
+            Ok((model, question))
+        }
+    }
+}
+
+fn exact(model: &Model, question: &Question, route: usize) -> Result<Exact, Error> {
     let routes = plan(model, question, Options::default())?.routes;
     Ok(routes[route].exact().expect("internal: the route has been compiled").clone())
 }

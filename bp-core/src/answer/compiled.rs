@@ -3,6 +3,7 @@
 //! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant: what
 //! does not depend on the inputs (plan, kernels, schedules) is made once; answers are found by [`Place`].
 
+use super::elements::Elements;
 use super::{Answer, link, soft};
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -24,6 +25,10 @@ pub struct CompiledQuestion<'m> {
     strategies: Vec<Strategy>,
     /// The parts of each ask.
     places: Vec<Vec<Place>>,
+    /// Whether the elements of families become variables of their own.
+    pub(super) elements: Elements,
+    /// The strategy that is to answer.
+    by: Option<Strategy>,
 }
 
 /// Compiles a question to a model.
@@ -43,20 +48,62 @@ pub fn compile_by<'m>(
     question: &Question,
     by: Option<Strategy>,
 ) -> Result<CompiledQuestion<'m>, Error> {
-    compile_with(model, question, Options { by, ..Options::default() })
+    let (model, question) = posed(link(model)?, question);
+    let elements = Elements::of(&model, &question, by);
+    let options = Options { by, ..Options::default() };
+    match elements {
+        Elements::Apart => Ok(later(model, question, elements, by)),
+        Elements::Together => together(model, question, options),
+        Elements::Perhaps => Ok(match together(model.clone(), question.clone(), options) {
+            Ok(compiled) => CompiledQuestion { elements, ..compiled },
+            Err(_) => later(model, question, elements, by),
+        }),
+    }
 }
 
-/// Compiles a question as the options say: plan, prepare.
+/// Compiles a question as the options say, to a program whose families stay what they are.
 pub(super) fn compile_with<'m>(
     model: &'m Model,
     question: &Question,
     options: Options,
 ) -> Result<CompiledQuestion<'m>, Error> {
-    let model = link(model)?;
-    let plan = plan::plan_for_answer(&model, question, options)?;
+    let (model, question) = posed(link(model)?, question);
+    together(model, question, options)
+}
+
+/// A question that is planned when it is asked.
+fn later(
+    model: Cow<'_, Model>,
+    question: Question,
+    elements: Elements,
+    by: Option<Strategy>,
+) -> CompiledQuestion<'_> {
+    let (routes, strategies, places) = (Arc::default(), Vec::new(), Vec::new());
+    CompiledQuestion { model, question, routes, strategies, places, elements, by }
+}
+
+/// Plan, prepare.
+pub(super) fn together(
+    model: Cow<'_, Model>,
+    question: Question,
+    options: Options,
+) -> Result<CompiledQuestion<'_>, Error> {
+    let plan = plan::plan_for_answer(&model, &question, options)?;
     let routes = Arc::new(prepare(&model, &plan)?);
     let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
-    Ok(CompiledQuestion { model, question: plan.question, routes, strategies, places: plan.places })
+    let (question, places) = (plan.question, plan.places);
+    let (elements, by) = (Elements::Together, options.by);
+    Ok(CompiledQuestion { model, question, routes, strategies, places, elements, by })
+}
+
+/// The program with what the question derives from it.
+fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
+    if question.derived.is_empty() {
+        return (model, question.clone());
+    }
+    let mut model = model.into_owned();
+    let question = model.pose(question);
+    (Cow::Owned(model), question)
 }
 
 /// Makes each route of a plan ready to run.
@@ -91,6 +138,16 @@ impl CompiledQuestion<'_> {
         &self.model
     }
 
+    /// Whether it has been planned; else it is when it is asked.
+    pub(super) fn is_compiled(&self) -> bool {
+        !self.routes.is_empty()
+    }
+
+    /// How it is planned.
+    pub(super) fn options(&self) -> Options {
+        Options { by: self.by, ..Options::default() }
+    }
+
     /// The question.
     pub fn question(&self) -> &Question {
         &self.question
@@ -118,6 +175,9 @@ impl CompiledQuestion<'_> {
             let message =
                 "it is asked over time: give the observations, a row for each instant (`--data FILE`)";
             return Err(Error::input(self.model.ask_text(ask), message));
+        }
+        if let Some(answers) = self.ask_apart(inputs, sampling)? {
+            return Ok(answers);
         }
         self.answers(&Case { question: &self.question, inputs, instants: &[], sampling, findings: None })
     }
@@ -152,6 +212,9 @@ impl CompiledQuestion<'_> {
     /// # Errors
     /// As [`CompiledQuestion::ask`]; an answer that is no table.
     pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
+        if let Some(tables) = self.tables_apart(inputs)? {
+            return Ok(tables);
+        }
         let case = Case {
             question: &self.question,
             inputs,

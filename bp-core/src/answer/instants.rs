@@ -49,7 +49,8 @@ pub fn read_sequences(
     others: &OtherColumns,
     inputs: &Inputs<'_, f64>,
 ) -> Result<Vec<(String, Vec<Observed>)>, Error> {
-    let columns = columns(model, question, table, others, inputs)?;
+    let (model, question) = model.posed(question);
+    let columns = columns(&model, &question, table, others, inputs)?;
     let sequence = others.sequence.as_deref().map(|name| table.needed(name)).transpose()?;
     let mut sequences: Vec<(String, Vec<Observed>)> = Vec::new();
     let mut places: HashMap<&str, usize> = HashMap::new();

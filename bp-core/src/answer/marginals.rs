@@ -54,8 +54,11 @@ pub fn marginals(
         searched: vec![Searched { variable, at: None }],
         known: known.clone(),
     };
-    let question =
-        Question { name: "marginals".to_owned(), asks: searched.iter().map(|id| ask(*id)).collect() };
+    let question = Question {
+        name: "marginals".to_owned(),
+        asks: searched.iter().map(|id| ask(*id)).collect(),
+        derived: Vec::new(),
+    };
     check(model, &question)?;
     let elements = !knowledge.elements.is_empty();
     let options = Options { by, alone: true, elements, ..Options::default() };
@@ -118,7 +121,7 @@ fn check(model: &Model, question: &Question) -> Result<(), Error> {
     if asks.is_empty() {
         return Ok(());
     }
-    let faults = model.question_faults(&Question { name: question.name.clone(), asks });
+    let faults = model.question_faults(&Question { name: question.name.clone(), asks, derived: Vec::new() });
     faults.first().map_or(Ok(()), |fault| {
         let question = model.ask_text(&question.asks[0]);
         Err(Error::Unplanned { question, reason: fault.message.clone() })

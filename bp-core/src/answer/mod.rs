@@ -5,6 +5,7 @@
 
 mod again;
 mod compiled;
+mod elements;
 mod instants;
 mod link;
 mod marginals;

@@ -14,9 +14,11 @@ mod law;
 mod number;
 mod reads;
 mod setting;
+mod written_out;
 mod zero;
 
 pub use setting::{Instance, Setting};
+pub(crate) use written_out::{WrittenOut, may_be_linear, speaks_of_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::law::{Law, Share};

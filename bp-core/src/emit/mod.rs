@@ -45,6 +45,9 @@ pub struct Emitted {
 
 /// The body of the module of a program. `unlinked` is the reason why its subroutines have no answer, if there is one.
 pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Emitted {
+    let mut posed = model.clone();
+    let questions: Vec<Question> = model.questions.values().map(|question| posed.pose(question)).collect();
+    let model = &posed;
     let mut text = Text::default();
     let name = text::in_a_comment(&model.name);
     text.line(format!("/// The text of the program `{name}`."));
@@ -67,7 +70,7 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
     // The name of the function that returns the model is taken.
     modules.unique("model");
     // First the names that the program gives, then those of further parts.
-    let named: Vec<(String, &Question)> = (model.questions.values())
+    let named: Vec<(String, &Question)> = (questions.iter())
         .map(|question| (modules.unique(&module_name(model, question)), question))
         .collect();
     let enums = Enums::write(model, &mut modules, &mut text);
@@ -135,7 +138,8 @@ fn emit_question(
                 question::emit((model, enums), &lowered, place, (is_linear, equation), &mut part);
             }
             None => {
-                let other = |ask: &&Ask| ask.statistic != Statistic::Distribution;
+                let other =
+                    |ask: &&Ask| ask.statistic != Statistic::Distribution || speaks_of_derived(model, ask);
                 if let Some(ask) = route.offered().asks().iter().find(other) {
                     let reason = "emitted code makes the filter of a linear Gaussian program, and no statistic of its \
                         answer; `answer::ask` answers this one";
@@ -150,4 +154,11 @@ fn emit_question(
     // All parts of a question, or none.
     parts.into_iter().for_each(|part| text.line(part.finish()));
     Ok(())
+}
+
+/// Whether an ask speaks of what its question derives from the program.
+fn speaks_of_derived(model: &Model, ask: &Ask) -> bool {
+    let searched = ask.searched.iter().map(|item| item.variable);
+    let mut all = searched.chain(ask.known.iter().map(|known| known.variable));
+    all.any(|variable| model.variables[variable].derived.is_some())
 }

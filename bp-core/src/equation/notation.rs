@@ -9,7 +9,7 @@
 use super::elision;
 use crate::ids::VariableId;
 use crate::latex;
-use crate::model::Model;
+use crate::model::{DerivedKind, Model};
 use crate::xml;
 
 /// Brackets in MathML, as high as a letter.
@@ -63,6 +63,10 @@ impl Notation {
             _ => variable.name.clone(),
         };
         match (variable.previous_of, self) {
+            // `X > 2` is a name of several words.
+            (None, _) if matches!(variable.derived, Some(DerivedKind::Predicate | DerivedKind::Function)) => {
+                self.group(&base)
+            }
             (None, _) => base,
             (Some(_), Notation::Unicode) => format!("{base}⁻¹"),
             (Some(_), Notation::Latex) => format!("{base}^{{-1}}"),

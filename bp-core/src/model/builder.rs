@@ -10,7 +10,7 @@
 //! model.factor([side], [], Form::Uniform);
 //! let searched = vec![Searched { variable: side, at: None }];
 //! let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known: vec![] };
-//! model.question(Question { name: "side".into(), asks: vec![ask] });
+//! model.question(Question { name: "side".into(), asks: vec![ask], derived: vec![] });
 //! assert_eq!(model.build().unwrap().variables.len(), 1);
 //! ```
 
@@ -18,7 +18,7 @@ use super::{
     Domain, Expression, Factor, Family, Fault, Form, Identification, IndexSpace, Model, Parameter,
     ParameterKind, Plate, Question, Set, SetKind, Subroutine, Variable, VariableUse, validate,
 };
-use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
+use crate::ids::{ExpressionId, FactorId, Id, ParameterId, QuestionId, SetId, VariableId};
 use crate::operators::{Binary, Unary};
 
 /// A model under construction.
@@ -31,6 +31,11 @@ impl ModelBuilder {
     /// An empty model of this name.
     pub fn new(name: &str) -> Self {
         Self { model: Model { name: name.to_owned(), ..Model::default() } }
+    }
+
+    /// A builder that continues a model.
+    pub(crate) fn of(model: Model) -> Self {
+        Self { model }
     }
 
     /// The model so far.
@@ -78,13 +83,25 @@ impl ModelBuilder {
 
     /// A variable.
     pub fn variable(&mut self, name: &str, domain: Domain) -> VariableId {
-        self.model.variables.push(Variable { name: name.to_owned(), previous_of: None, domain, family: None })
+        self.model.variables.push(Variable {
+            name: name.to_owned(),
+            previous_of: None,
+            domain,
+            family: None,
+            derived: None,
+        })
     }
 
     /// A family of variables.
     pub fn family(&mut self, name: &str, domain: Domain, family: Family) -> VariableId {
         let family = Some(family);
-        self.model.variables.push(Variable { name: name.to_owned(), previous_of: None, domain, family })
+        self.model.variables.push(Variable {
+            name: name.to_owned(),
+            previous_of: None,
+            domain,
+            family,
+            derived: None,
+        })
     }
 
     /// A variable at the previous instant; repeated calls return the same one.
@@ -99,6 +116,18 @@ impl ModelBuilder {
     /// A node of an expression.
     pub fn expression(&mut self, expression: Expression) -> ExpressionId {
         self.model.expressions.push(expression)
+    }
+
+    /// The nodes from this one on, taken out again; they refer to each other by their places among them.
+    pub(crate) fn take_nodes(&mut self, first: usize) -> Vec<Expression> {
+        let local = |id: ExpressionId| ExpressionId::new(id.position() - first);
+        let taken = self.model.expressions.split_off(first);
+        taken.iter().map(|node| node.renumbered(&local)).collect()
+    }
+
+    /// Takes out again the variables from this one on.
+    pub(crate) fn forget_variables(&mut self, first: usize) {
+        self.model.variables.split_off(first);
     }
 
     /// A number.
@@ -174,6 +203,7 @@ impl ModelBuilder {
 impl Model {
     /// The faults of a question to this model; none if it can be asked.
     pub fn question_faults(&self, question: &Question) -> Vec<Fault> {
-        validate::question_faults(self, question, None)
+        let (model, question) = self.posed(question);
+        validate::question_faults(&model, &question, None)
     }
 }

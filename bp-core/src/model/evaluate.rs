@@ -78,7 +78,7 @@ struct Partly<'e, F> {
     by: Numbers,
 }
 
-impl<F: Fn(VariableId) -> Option<f64>> Environment for Partly<'_, F> {
+impl<F: Fn(&VariableUse) -> Option<f64>> Environment for Partly<'_, F> {
     type By = Numbers;
     type Stop = ();
 
@@ -92,8 +92,7 @@ impl<F: Fn(VariableId) -> Option<f64>> Environment for Partly<'_, F> {
         Err(())
     }
     fn variable(&mut self, use_: &VariableUse) -> Read<Self> {
-        let whole = use_.element.is_none().then_some(use_.variable);
-        whole.and_then(self.value).ok_or(())
+        (self.value)(use_).ok_or(())
     }
     fn index(&mut self, _: usize) -> Read<Self> {
         Err(())
@@ -114,6 +113,15 @@ impl Model {
 
     /// The value of an expression for given variables; `None` if it depends on more.
     pub fn evaluate(&self, id: ExpressionId, value: &impl Fn(VariableId) -> Option<f64>) -> Option<f64> {
+        self.evaluate_uses(id, &|use_| use_.element.is_none().then(|| value(use_.variable)).flatten())
+    }
+
+    /// The number that an expression is where variables, and elements of families, have these values.
+    pub fn evaluate_uses(
+        &self,
+        id: ExpressionId,
+        value: &impl Fn(&VariableUse) -> Option<f64>,
+    ) -> Option<f64> {
         if let Expression::Number(number) = &self.expressions[id] {
             return Some(*number);
         }

@@ -99,6 +99,9 @@ impl LinearForm {
                 Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
             }
             Expression::Unary(Unary::Negate, operand) => below.of(*operand).clone().times(-1.0),
+            Expression::Unary(Unary::Not, operand) if !below.of(*operand).coefficients.is_empty() => {
+                below.of(*operand).clone()
+            }
             Expression::Unary(operator, operand) => constant(operator.apply(below.of(*operand).constant)),
             Expression::Binary(operator, left, right) => {
                 let (left, right) = (below.of(*left), below.of(*right));
@@ -108,6 +111,13 @@ impl LinearForm {
                     Binary::Multiply if left.coefficients.is_empty() => right.clone().times(left.constant),
                     Binary::Multiply => left.clone().times(right.constant),
                     Binary::Divide => left.clone().times(1.0 / right.constant),
+                    _ if left.coefficients.is_empty() && right.coefficients.is_empty() => {
+                        constant(operator.apply(left.constant, right.constant))
+                    }
+                    // What a predicate compares is against 0; several comparisons are along the line of the first.
+                    Binary::And | Binary::Or if left.coefficients.is_empty() => right.clone(),
+                    Binary::And | Binary::Or => left.clone(),
+                    operator if operator.compares() => left.clone().plus(&right.clone().times(-1.0)),
                     _ => constant(operator.apply(left.constant, right.constant)),
                 }
             }

@@ -8,6 +8,7 @@
 //! Program = { Description = { Specification = { Variables, Decomposition, Forms }, Identification }, Question }.
 
 mod builder;
+mod derived;
 mod domain;
 mod evaluate;
 mod expression;
@@ -21,6 +22,7 @@ mod walk;
 
 pub use crate::bins::{Bins, MOST_BINS};
 pub use builder::ModelBuilder;
+pub use derived::{Derived, DerivedKind};
 pub use domain::{Bound, Domain, Range};
 pub use evaluate::{Environment, Read};
 pub use expression::{Expression, VariableUse};
@@ -130,6 +132,9 @@ pub struct Variable {
     pub domain: Domain,
     /// For a family: its index.
     pub family: Option<Family>,
+    /// Of a variable that a question makes of others, what it is; none of the program's own.
+    #[serde(default)]
+    pub derived: Option<DerivedKind>,
 }
 
 /// The index of a family of variables: `G[1..=N except C]`, `Z[i in Sensors]`.

@@ -52,6 +52,13 @@ impl Model {
     /// A variable in the notation of the language: `O`, `O^-1`, `"two words"`.
     pub fn spelled(&self, id: VariableId) -> String {
         let variable = &self.variables[id];
+        match (variable.derived, variable.family.map(|family| family.over)) {
+            (Some(_), Some(IndexSpace::Range(range))) => {
+                return format!("{}[{}..={}]", quoted(&variable.name), range.low, range.high.offset);
+            }
+            (Some(_), _) => return variable.name.clone(),
+            (None, _) => {}
+        }
         let before = if variable.previous_of.is_some() { "^-1" } else { "" };
         format!("{}{before}", quoted(&variable.name))
     }
@@ -111,6 +118,8 @@ impl Model {
             Value::Given(name) => name.clone(),
         };
         let item = |variable: VariableId, at: Option<&Value>| match at {
+            // A predicate that holds.
+            Some(Value::Ordinal(1)) if self.is_predicate(variable) => self.spelled(variable),
             Some(at) => format!("{} = {}", self.spelled(variable), value(variable, at)),
             None => self.spelled(variable),
         };

@@ -3,6 +3,7 @@
 //! In: ids of variables. Out: a [`Question`]. Invariant: variables that are neither searched nor known are hidden, and
 //! are summed out; the plate's index is always known.
 
+use super::Derived;
 use crate::ids::VariableId;
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,9 @@ pub struct Question {
     pub name: String,
     /// The asks, in order.
     pub asks: Vec<Ask>,
+    /// What it speaks of beside whole variables.
+    #[serde(default)]
+    pub derived: Vec<Derived>,
 }
 
 /// One ask: a statistic of a distribution.

@@ -64,7 +64,8 @@ pub(super) fn faults(model: &Model) -> Vec<Fault> {
         faults.extend(form::form_faults(model, id));
     }
     for (id, question) in model.questions.iter() {
-        faults.extend(question_faults(model, question, Some(id)));
+        let (model, question) = model.posed(question);
+        faults.extend(question_faults(&model, &question, Some(id)));
     }
     faults
 }

@@ -45,7 +45,13 @@ pub struct Plan {
 /// # Errors
 /// No route answers it: no exact one, and something in it cannot be drawn or weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
-    planned(model, question, options, |_| options.ln_evidence)
+    let (model, question) = model.posed(question);
+    planned(&model, &question, options, |_| options.ln_evidence)
+}
+
+/// Whether all that a question asks has a closed form: it is linear and Gaussian.
+pub(crate) fn is_closed(model: &Model, question: &Question) -> bool {
+    question.asks.iter().all(|ask| !ask.when.is_over_time() && gaussian::applies(model, ask))
 }
 
 /// Plans a question whose answer is shown: with ln P(evidence) where the evidence is one event.
@@ -53,13 +59,14 @@ pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan
 /// # Errors
 /// See [`plan`].
 pub fn plan_for_answer(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
+    let (model, question) = model.posed(question);
     let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
     // The density of a real is told without ln P(evidence), for which it would have to be integrated.
     let event = |ask: &Ask| {
         ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
             && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
     };
-    planned(model, question, options, |ask| model.plate.is_none() && event(ask))
+    planned(&model, &question, options, |ask| model.plate.is_none() && event(ask))
 }
 
 /// A distribution that is asked for.

@@ -8,7 +8,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Ask, Domain, Evidence, Model, Question, Value};
+use crate::model::{Ask, Domain, Evidence, IndexSpace, Model, Question, Value};
 use crate::sample::Observations;
 use crate::spelling::{exact, number as written};
 
@@ -24,6 +24,7 @@ pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
             }
         }
     }
+    elements(model, inputs)?;
     for ask in &question.asks {
         for searched in &ask.searched {
             if let Some(Value::Given(name)) = &searched.at {
@@ -36,6 +37,24 @@ pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
                 Evidence::Each => given(model, known.variable, &model.variable_name(known.variable), inputs)?,
                 _ => {}
             }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses an element that a question names by its number, and that its set, once its size is known, does not have.
+fn elements(model: &Model, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let derived = |id: &VariableId| model.variables[*id].derived.is_some();
+    let factors = model.variables.ids().rev().take_while(derived).filter_map(|id| model.factor_of(id));
+    for use_ in factors.flat_map(|id| &model.factors[id].right) {
+        let (Some(element), Some(family)) = (use_.element, model.variables[use_.variable].family) else {
+            continue;
+        };
+        let (Some(number), IndexSpace::Set(set)) = (model.constant(element), family.over) else { continue };
+        let name = model.spelled(use_.variable);
+        if let Some(size) = inputs.find_size(&model.sets[set].name).filter(|size| number >= *size as f64) {
+            let message = format!("`{name}` has {size} elements, counted from 0");
+            return Err(Error::input(format!("{name}[{number}]"), message));
         }
     }
     Ok(())

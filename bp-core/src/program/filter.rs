@@ -49,6 +49,11 @@ pub struct Filter<'p> {
 impl<'p> Filter<'p> {
     pub(super) fn new(program: &'p Program, mut asked: Question) -> Result<Self, Error> {
         let model = program.model();
+        if let Some(derived) = asked.derived.first() {
+            let reason = "a filter follows whole variables; `question(\"filter P(…)\")` with `over` or `over_table` \
+                answers this one";
+            return Err(Error::Unplanned { question: derived.name.clone(), reason: reason.to_owned() });
+        }
         for ask in &mut asked.asks {
             if ask.when == When::Now {
                 ask.when = When::Filter;

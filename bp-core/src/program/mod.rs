@@ -68,7 +68,7 @@ pub struct Program {
 }
 
 /// The parts that do not depend on settings.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Opened {
     model: Model,
     /// Its text, if it has one.
@@ -267,6 +267,16 @@ impl Program {
         let mut asked = asked.map_err(|wrong| Error::program(&source, wrong))?;
         asked.asks.iter_mut().for_each(|ask| ask.known.extend_from_slice(&self.opened.known));
         Ok(asked)
+    }
+
+    /// The program with what a question derives from it, and that question.
+    fn posed(&self, asked: crate::model::Question) -> (Self, crate::model::Question) {
+        if asked.derived.is_empty() {
+            return (self.clone(), asked);
+        }
+        let mut opened = (*self.opened).clone();
+        let asked = opened.model.pose(&asked);
+        (Self { opened: Arc::new(opened), ..self.clone() }, asked)
     }
 
     /// The settings, for the lifetime of the program.

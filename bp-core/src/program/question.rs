@@ -39,8 +39,9 @@ pub struct Question {
 
 impl Question {
     pub(super) fn new(program: &Program, asked: model::Question) -> Result<Self, Error> {
-        let compiled = Arc::new(compile_by(program.model(), &asked, program.by)?.into_owned());
-        Ok(Self { program: program.clone(), asked, compiled, given: Vec::new() })
+        let (program, asked) = &program.posed(asked);
+        let compiled = Arc::new(compile_by(program.model(), asked, program.by)?.into_owned());
+        Ok(Self { program: program.clone(), asked: asked.clone(), compiled, given: Vec::new() })
     }
 
     /// The question with a value: of a name in it (`wet` of `Wet = wet`), of a known variable that it leaves open (`Wet` of

@@ -6,6 +6,7 @@
 mod ask;
 mod check;
 mod corners;
+mod derived;
 mod door;
 mod doors;
 mod forms;

@@ -127,7 +127,7 @@ proptest! {
         for known in [known(Evidence::Each), known(Evidence::Hard(Value::Ordinal(0)))] {
             let searched = vec![Searched { variable: first, at: None }];
             let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known };
-            let question = Question { name: String::new(), asks: vec![ask] };
+            let question = Question { name: String::new(), asks: vec![ask], derived: Vec::new() };
             let [one, other] = [&network.model, &written]
                 .map(|model| answer::ask(model, &question, &Inputs::new()).unwrap().remove(0).answer);
             let numbers = |rows: &[answer::Row]| rows.iter().filter_map(answer::Row::p).collect::<Vec<_>>();
@@ -223,7 +223,7 @@ fn a_markov_network_answers_with_its_potentials_known() {
         searched: vec![Searched { variable: VariableId::new(0), at: None }],
         known: network.known.clone(),
     };
-    let question = Question { name: String::new(), asks: vec![ask] };
+    let question = Question { name: String::new(), asks: vec![ask], derived: Vec::new() };
     let answers = answer::ask(&network.model, &question, &Inputs::new()).unwrap();
     // P(0) ∝ 1 · (1 + 2 + 0) and 3 · (4 + 5 + 10): 3 / 60 and 57 / 60. Z = 60.
     let p: Vec<f64> = answers[0].answer.iter().filter_map(|row| row.p()).collect();

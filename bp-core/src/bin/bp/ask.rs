@@ -108,8 +108,8 @@ fn setting(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let network = program::linked(&arguments.file)?;
-    let asked = program::questions(&network, arguments.question.as_deref())?;
+    let mut network = program::linked(&arguments.file)?;
+    let asked = program::questions(&mut network, arguments.question.as_deref())?;
     let model = network.model;
     let questions: Vec<Question> =
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();

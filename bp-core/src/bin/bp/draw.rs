@@ -37,9 +37,9 @@ pub(crate) struct Arguments {
 const MOST_NODES: usize = 20_000;
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let network = program::network(&arguments.file, program::format_of(&arguments.file)?)?;
+    let mut network = program::network(&arguments.file, program::format_of(&arguments.file)?)?;
     let question = match &arguments.question {
-        Some(typed) => program::questions(&network, Some(typed))?.pop(),
+        Some(typed) => program::questions(&mut network, Some(typed))?.pop(),
         None => None,
     };
     let nodes = network.model.variables.len();

@@ -55,8 +55,8 @@ enum Language {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (network, source) = program::with_source(&arguments.file)?;
-    let questions = program::questions(&network, arguments.question.as_deref())?;
+    let (mut network, source) = program::with_source(&arguments.file)?;
+    let questions = program::questions(&mut network, arguments.question.as_deref())?;
     let mut model = link(&network.model)?.into_owned();
     let mut page = Vec::new();
     if arguments.to == Language::Rust && !arguments.sizes.is_empty() {

@@ -57,11 +57,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (network, source) = program::with_source(&arguments.file)?;
+    let (mut network, source) = program::with_source(&arguments.file)?;
     // A page can show a program without questions.
     let questions = match arguments.html {
-        true => questions_of(&network, arguments.question.as_deref())?,
-        false => program::questions(&network, arguments.question.as_deref())?,
+        true => questions_of(&mut network, arguments.question.as_deref())?,
+        false => program::questions(&mut network, arguments.question.as_deref())?,
     };
     let model = network.model;
     let options = Options { by: arguments.by, all_offers: true, ..Options::default() };

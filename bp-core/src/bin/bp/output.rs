@@ -26,7 +26,7 @@ pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> R
 const STDOUT: [&str; 3] = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
 /// The question that was typed, or else the declared ones; a picture needs none.
-pub(crate) fn questions_of(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+pub(crate) fn questions_of(network: &mut Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
     match typed {
         None if network.model.questions.is_empty() => Ok(Vec::new()),
         typed => program::questions(network, typed),

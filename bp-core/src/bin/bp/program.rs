@@ -66,8 +66,14 @@ pub(crate) fn linked(path: &Path) -> Result<Network, Failure> {
     Ok(Network { model: link(&network.model)?.into_owned(), ..network })
 }
 
-/// The question that was typed, or else all declared ones; with the evidence that always holds.
-pub(crate) fn questions(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+/// The question that was typed, or else all declared ones; with the evidence that always holds. What they derive is added to
+/// the program.
+pub(crate) fn questions(network: &mut Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+    let asked = asked(network, typed)?;
+    Ok(asked.iter().map(|question| network.model.pose(question)).collect())
+}
+
+fn asked(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
     let model = &network.model;
     if let Some(text) = typed {
         let source = Source::new("question", text);

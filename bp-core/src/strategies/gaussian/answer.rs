@@ -3,14 +3,14 @@
 //! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a deviation for each searched
 //! variable, or what is made of the law. Invariant: each parameter and each observation is one number.
 
-use super::{Filter, Gaussian, NormalLaw, condition};
+use super::{Filter, Gaussian, NormalLaw, condition, of_normal, probabilities};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Model, Statistic, When};
-use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot};
+use crate::posterior::{Answer, Column, Figure, Part, PartLaw, Row, Slot, Table};
 use crate::random::seeded;
 use crate::sample::Observations;
 use crate::spelling::exact;
@@ -98,8 +98,13 @@ pub(crate) fn divergences(laws: &[Named], from: &[Named]) -> Vec<Row> {
 
 impl Prepared for Gaussian {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
-        let answers = answers(model, self, case.inputs, case.sampling.seed)?.into_iter();
-        Ok(answers.map(|(answer, law)| Found::Normal(vec![(Vec::new(), law)], Some(answer))).collect())
+        let answers = answers(model, self, case.inputs, case.sampling.seed)?;
+        let setting = Setting::new(model, case.inputs)?;
+        let found = |(ask, (answer, law)): (&Ask, (Answer, NormalLaw))| match whether(&setting, ask, &law) {
+            Some(numbers) => Found::Table(truths(model, ask, numbers), answer.ln_evidence),
+            None => Found::Normal(vec![(Vec::new(), law)], Some(answer)),
+        };
+        Ok(self.asks.iter().zip(answers).map(found).collect())
     }
 }
 
@@ -118,7 +123,7 @@ fn answers(
         }
     };
     let mut parameters: Vec<(&str, f64)> = Vec::new();
-    for parameter in model.parameters.values() {
+    for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
         if let Some(number) = given(&parameter.name)? {
             parameters.push((&parameter.name, number));
         }
@@ -168,6 +173,22 @@ fn answers(
         Ok((answer, law))
     };
     gaussian.asks.iter().map(answer).collect()
+}
+
+/// The probabilities that a predicate of reals does not hold and that it does; `None` where something else is asked.
+pub(crate) fn whether(setting: &Setting<'_>, ask: &Ask, law: &NormalLaw) -> Option<Vec<f64>> {
+    let [only] = ask.searched.as_slice() else { return None };
+    let root = of_normal(setting.model, only.variable)?;
+    let parameter = |name: &str| setting.number(name).unwrap_or(f64::NAN);
+    Some(probabilities(setting.model, root, (law.mean(0), law.deviation(0)), &parameter).to_vec())
+}
+
+/// The table of a predicate that is asked of one instant.
+fn truths(model: &Model, ask: &Ask, numbers: Vec<f64>) -> Table {
+    let variable = ask.searched[0].variable;
+    let values = (0..2).map(|ordinal| model.value_name(variable, ordinal)).collect();
+    let column = Column { variable: Some(variable), element: 0, name: model.variable_name(variable), values };
+    Table { question: model.ask_text(ask), right: Vec::new(), left: vec![column], numbers, extended: None }
 }
 
 /// A law as part of an answer.

@@ -77,7 +77,7 @@ impl Filter {
     /// A parameter without a value, or whose value it cannot have; a standard deviation that is not positive.
     pub fn new(model: &Model, plan: &Gaussian, parameters: &[(&str, f64)]) -> Result<Self, Error> {
         let mut values: HashMap<&str, f64> = HashMap::new();
-        for parameter in model.parameters.values() {
+        for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
             let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
             let value = given.or(parameter.default_number()).ok_or_else(|| {
                 Error::input(&parameter.name, "this parameter was not given, and it has no default")

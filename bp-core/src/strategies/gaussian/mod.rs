@@ -8,12 +8,14 @@ mod filter;
 mod frontier;
 mod law;
 mod offer;
+mod predicate;
 mod smooth;
 
-pub(crate) use answer::{Named, divergences, part, rows};
+pub(crate) use answer::{Named, divergences, part, rows, whether};
 pub use filter::{Belief, Filter};
 pub(crate) use frontier::condition;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::Engine;
 pub(crate) use offer::applies;
 pub use offer::{Gaussian, Source};
+pub(crate) use predicate::{of_normal, probabilities};

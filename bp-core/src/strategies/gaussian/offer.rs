@@ -7,11 +7,12 @@
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
+use super::predicate;
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Evidence, Expression, Form, Model, Question, Statistic, When};
+use crate::model::{Ask, Evidence, Expression, Form, Model, Question, Searched, Statistic, When};
 use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 use std::collections::BTreeSet;
@@ -44,28 +45,41 @@ pub struct Gaussian {
     derivation: Vec<(String, String, [String; 3])>,
 }
 
-/// Whether a model is linear and Gaussian throughout, and the ask is one of its reals.
+/// Whether all that an ask speaks of is linear and Gaussian, and it asks for reals, or whether a predicate of them holds.
 pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
-    is_linear(model) && distribution(ask)
+    distribution(model, ask) && is_linear(model, ask)
 }
 
-/// Whether a model is linear and Gaussian throughout.
-fn is_linear(model: &Model) -> bool {
-    let reals = model.variables.iter().all(|(id, variable)| {
-        Some(id) == model.plate_index() || (!variable.domain.is_finite() && variable.family.is_none())
+/// Whether all that an ask speaks of, and what that depends on, is linear and Gaussian.
+fn is_linear(model: &Model, ask: &Ask) -> bool {
+    let relevant = relevant(model, std::slice::from_ref(ask));
+    let predicate = |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id).is_some();
+    let reals = relevant.iter().all(|id| {
+        let variable = &model.variables[*id];
+        Some(*id) == model.plate_index()
+            || (!variable.domain.is_finite() && variable.family.is_none())
+            || predicate(*id)
     });
-    let linear = model.factors.values().all(|factor| match initial(&factor.form) {
+    let factors = model.factors.values().filter(|factor| {
+        factor.left.iter().any(|use_| relevant.contains(&use_.variable) && !predicate(use_.variable))
+    });
+    let linear = factors.clone().all(|factor| match initial(&factor.form) {
         Form::Law { law: Law::Normal, arguments } => {
             degree(model, arguments[0]) <= Some(1) && degree(model, arguments[1]) == Some(0)
         }
         Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
         _ => false,
     });
-    let first = model.factors.values().all(|factor| {
+    let first = factors.clone().all(|factor| {
         let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
         !before(&factor.left[0]) || factor.right.iter().all(before)
     });
-    reals && linear && first && model.factors.values().all(|factor| factor_is_finite(model, factor))
+    reals && linear && first && factors.clone().all(|factor| factor_is_finite(model, factor))
+}
+
+/// Whether an ask searches one variable alone, and this is it.
+fn asks_whether(ask: &Ask, variable: VariableId) -> bool {
+    matches!(ask.searched.as_slice(), [only] if only.variable == variable)
 }
 
 /// What a form says before the first instant.
@@ -83,17 +97,19 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
     }
 }
 
-fn distribution(ask: &Ask) -> bool {
+fn distribution(model: &Model, ask: &Ask) -> bool {
+    let real = |item: &Searched| item.at.is_none() && !model.variables[item.variable].domain.is_finite();
     // Of values side by side none is the second best.
-    !matches!(ask.statistic, Statistic::Best(_))
+    let of_reals = !matches!(ask.statistic, Statistic::Best(_)) && ask.searched.iter().all(real);
+    let whether = matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable));
+    (of_reals || whether)
         && ask.statistic.from().iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
-        && ask.searched.iter().all(|searched| searched.at.is_none())
         && ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Virtual(_)))
 }
 
 /// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients are not known from
 /// the parameters alone.
-fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
+pub(super) fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
     let is_known = |id: ExpressionId| match &model.expressions[id] {
         Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) => true,
         Expression::Parameter { indices, .. } => indices.is_empty(),
@@ -256,7 +272,7 @@ impl strategies::Engine for Engine {
         }
         let ask = &asks[0];
         over_time::check(model, ask)?;
-        if !is_linear(model) {
+        if !is_linear(model, ask) {
             return Err(not_all());
         }
         if let Some(why) = over_time::not_of_normal(model, ask) {

@@ -87,7 +87,16 @@ impl Asker<'_> {
             return Err(Error::input(self.setting.model.ask_text(self.route.ask()), message));
         }
         let instants = time::instants(self.setting, self.route, &self.observed())?;
-        time::answer(self.setting, self.route, &instants, scope, self.case.sampling)
+        let mut answered = time::answer(self.setting, self.route, &instants, scope, self.case.sampling)?;
+        let ask = self.route.ask();
+        for told in &mut answered.told {
+            if let What::Normal(belief) = &told.what
+                && let Some(numbers) = gaussian::whether(self.setting, ask, &belief.law)
+            {
+                told.what = What::Finite(numbers);
+            }
+        }
+        Ok(answered)
     }
 
     /// The observations without what only other asks of the question know.

@@ -11,7 +11,7 @@ use super::answer::Instants;
 use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Model, Question, Statistic, When};
+use crate::model::{Ask, Evidence, Model, Question, Searched, Statistic, When};
 use crate::strategies::gaussian::Gaussian;
 use crate::strategies::{Offered, Prepared, Purpose};
 use std::collections::BTreeSet;
@@ -83,15 +83,22 @@ pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
 /// Why a statistic is not made of a normal law.
 pub(crate) fn not_of_normal(model: &Model, ask: &Ask) -> Option<String> {
     match (ask.when, &ask.statistic) {
+        (when, _) if asks_whether(model, ask) && when != When::Sequence => None,
         (_, Statistic::Best(_)) => Some("of reals none is the second best: ask for `argmax`".to_owned()),
         (When::Sequence, _) => not_of_reals(model, ask),
         _ => with_value(model, ask),
     }
 }
 
+/// Whether an ask is whether a predicate holds.
+fn asks_whether(model: &Model, ask: &Ask) -> bool {
+    matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable))
+}
+
 /// The refusal of a searched variable with a value.
 fn with_value(model: &Model, ask: &Ask) -> Option<String> {
-    let item = ask.searched.iter().find(|item| item.at.is_some())?;
+    let is_one_value = |item: &&Searched| item.at.is_some() && !model.is_predicate(item.variable);
+    let item = ask.searched.iter().find(is_one_value)?;
     let name = model.variable_name(item.variable);
     Some(format!("over time the whole distribution is answered: search `{name}`, without a value"))
 }
@@ -102,6 +109,9 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
         return Some(why);
     }
     let word = match (ask.when, &ask.statistic) {
+        (When::Sequence, _) if asks_whether(model, ask) => {
+            return Some("a sequence is of what is carried: ask for `smooth`, each instant alone".to_owned());
+        }
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
         // Of a normal law the most likely sequence is that of the smoothed means.
         (When::Sequence, Statistic::Argmax { .. }) => return None,

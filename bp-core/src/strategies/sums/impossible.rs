@@ -82,7 +82,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
 fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f64>) -> Option<bool> {
     let searched = ask.searched.clone();
     let ask = Ask { statistic: Statistic::Distribution, when: ask.when, searched, known: known.to_vec() };
-    let question = Question { name: "evidence".to_owned(), asks: vec![ask] };
+    let question = Question { name: "evidence".to_owned(), asks: vec![ask], derived: Vec::new() };
     let options = Options { ln_evidence: true, ..Options::default() };
     let exact = equation::exact(model, question.asks, options).ok()?;
     if exact.cost > MOST_PRODUCTS {

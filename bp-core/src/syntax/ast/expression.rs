@@ -106,6 +106,8 @@ pub enum BinaryOp {
     Or,
     And,
     Equal,
+    /// `=`, which compares in a question.
+    Is,
     Different,
     Less,
     LessOrEqual,
@@ -118,7 +120,7 @@ pub enum BinaryOp {
 }
 
 impl BinaryOp {
-    /// Every operator.
+    /// Every operator of an expression; `=` belongs to questions.
     pub const ALL: [BinaryOp; 12] = [
         BinaryOp::Or,
         BinaryOp::And,
@@ -140,6 +142,7 @@ impl BinaryOp {
             BinaryOp::Or => "or",
             BinaryOp::And => "and",
             BinaryOp::Equal => "==",
+            BinaryOp::Is => "=",
             BinaryOp::Different => "!=",
             BinaryOp::Less => "<",
             BinaryOp::LessOrEqual => "<=",
@@ -150,6 +153,12 @@ impl BinaryOp {
             BinaryOp::Times => "*",
             BinaryOp::Over => "/",
         }
+    }
+
+    /// Whether it compares.
+    pub fn compares(self) -> bool {
+        use BinaryOp::*;
+        matches!(self, Equal | Is | Different | Less | LessOrEqual | Greater | GreaterOrEqual)
     }
 
     /// How tightly it binds; more is tighter. All associate to the left.

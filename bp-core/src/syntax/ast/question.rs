@@ -3,7 +3,7 @@
 //! In: text. Out: the words of a question. Invariant: the words before a distribution are in the order in which they
 //! were written; the checker interprets them.
 
-use super::{At, Comments, Expr, Name, Occurrence, Value};
+use super::{At, Comments, Expr, Name, Occurrence, Range, Value};
 
 /// `argmax P(searched | known) nearest name`, `divergence smooth P(…) from filter P(…)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,18 +53,29 @@ pub struct Distribution {
     pub known: Vec<Item>,
 }
 
-/// A variable in a question, with its evidence if there is any.
+/// What a question searches or knows, with its evidence if there is any.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
     /// Where it stands.
     pub at: At,
-    /// The variable.
-    pub variable: Occurrence,
-    /// Its evidence.
+    /// Of what it speaks.
+    pub subject: Subject,
+    /// What is known of it.
     pub evidence: Option<Evidence>,
 }
 
-/// The evidence of a variable in a question.
+/// Of what a question speaks.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Subject {
+    /// `X`, `X^-1`, `Y[3]`
+    Variable(Occurrence),
+    /// `Y[1..=4]`: some elements of a family.
+    Slice(Name, Range),
+    /// `Tau > 5`, `A * B`
+    Term(Expr),
+}
+
+/// What is known of a variable in a question.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Evidence {
     /// `= value`

@@ -25,12 +25,15 @@ pub(super) struct Scope {
     pub(super) products: Vec<(String, IndexSpace)>,
     /// Names bound by `let`, innermost last.
     pub(super) bound: Vec<(String, Typed)>,
+    /// Whether a number names an element of a set, as in questions.
+    pub(super) numbered: bool,
 }
 
 impl Scope {
     /// The scope of an index in the decomposition: only the products' indices.
     pub(super) fn of_indices(products: &[(String, IndexSpace)]) -> Self {
-        Self { head: String::new(), visible: Vec::new(), products: products.to_vec(), bound: Vec::new() }
+        let (head, products) = (String::new(), products.to_vec());
+        Self { head, visible: Vec::new(), products, bound: Vec::new(), numbered: false }
     }
 }
 
@@ -160,6 +163,7 @@ impl Checker<'_> {
     pub(super) fn index(&mut self, expr: &Expr, over: &IndexSpace, scope: &Scope) -> Option<ExpressionId> {
         let (id, found) = self.expression(expr, scope, None)?;
         let expected = match over {
+            IndexSpace::Set(_) if scope.numbered && found == Type::Number => return Some(id),
             IndexSpace::Set(set) => Type::Element(*set),
             // A boolean or a label is the number in its domain, from 0.
             IndexSpace::Range(_) if matches!(found, Type::Boolean | Type::Label(_)) => return Some(id),

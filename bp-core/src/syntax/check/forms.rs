@@ -105,7 +105,8 @@ impl Checker<'_> {
         let left = meant.left.first()?.variable;
         let domain = model.variables[left].domain.clone();
         let products = meant.products.clone();
-        let mut scope = Scope { head: definition.head.to_string(), visible, products, bound: Vec::new() };
+        let head = definition.head.to_string();
+        let mut scope = Scope { head, visible, products, bound: Vec::new(), numbered: false };
         self.form(&definition.form, &Target { left, domain, right }, &mut scope)
     }
 

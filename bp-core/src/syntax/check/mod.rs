@@ -7,6 +7,7 @@
 mod cover;
 mod declarations;
 mod decomposition;
+mod derived;
 mod domains;
 mod expressions;
 mod faults;
@@ -84,8 +85,7 @@ fn question_of(source: &Source, model: &Model) -> Result<Question, Diagnostics> 
     }
     let written = parse::parse_ask(source)?;
     let mut wrong = Diagnostics::default();
-    let ask = questions::ask(model, &written, &mut wrong);
-    let question = Question { name: String::new(), asks: vec![ask] };
+    let question = questions::typed(model, &written, &mut wrong);
     if wrong.is_empty() {
         for fault in model.question_faults(&question) {
             wrong.push(faults::diagnostic(&fault, written.at.0));

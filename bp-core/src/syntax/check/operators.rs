@@ -6,11 +6,12 @@
 use super::Checker;
 use super::expressions::{Scope, Typed};
 use super::types::Type;
+use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, SetId};
 use crate::model::{Domain, Expression, SetKind};
 use crate::operators::{Binary, Unary};
 use crate::source::Span;
-use crate::syntax::ast::{BinaryOp, Expr, UnaryOp};
+use crate::syntax::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 
 impl Checker<'_> {
     pub(super) fn unary(&mut self, span: Span, op: UnaryOp, operand: &Expr, scope: &Scope) -> Option<Typed> {
@@ -52,7 +53,7 @@ impl Checker<'_> {
                 self.expect(bad.0, bad.1, &Type::Boolean);
                 return None;
             }
-            (Equal | Different, one, other) if one == other && !matches!(one, Type::Vector(_)) => {
+            (Equal | Is | Different, one, other) if one == other && !matches!(one, Type::Vector(_)) => {
                 Type::Boolean
             }
             (Less | LessOrEqual | Greater | GreaterOrEqual, Type::Number, Type::Number) => Type::Boolean,
@@ -67,7 +68,16 @@ impl Checker<'_> {
                 let model = self.model.so_far();
                 let (one, other) = (left_type.words(model), right_type.words(model));
                 let message = format!("`{}` cannot take {one} and {other}", op.text());
-                self.complain(span, message);
+                let compared = |expr: &Expr| matches!(&expr.kind, ExprKind::Binary(op, ..) if op.compares());
+                let mut wrong = Diagnostic::new(span, message);
+                if let (ExprKind::Binary(first, low, middle), true) = (&left.kind, op.compares())
+                    && compared(left)
+                {
+                    let first = first.text();
+                    let help = format!("write `{low} {first} {middle} and {middle} {} {right}`", op.text());
+                    wrong = wrong.with_help(help);
+                }
+                self.wrong.push(wrong);
                 return None;
             }
         };
@@ -106,7 +116,7 @@ fn operator(op: BinaryOp) -> Binary {
     match op {
         BinaryOp::Or => Binary::Or,
         BinaryOp::And => Binary::And,
-        BinaryOp::Equal => Binary::Equal,
+        BinaryOp::Equal | BinaryOp::Is => Binary::Equal,
         BinaryOp::Different => Binary::NotEqual,
         BinaryOp::Less => Binary::Less,
         BinaryOp::LessOrEqual => Binary::LessOrEqual,

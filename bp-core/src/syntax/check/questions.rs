@@ -4,14 +4,15 @@
 //! is neither a value of the variable nor similar to one stands for a value given when the question is asked; the
 //! plate's index is always known.
 
+use super::derived::{Found, derives, nothing};
 use super::functions::ordinal_of;
 use super::names::{did_you_mean, listed, near};
 use super::{Checker, constant, number, words};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::ids::VariableId;
-use crate::model::{Ask, Domain, Evidence, Known, Model, Question, Searched, Statistic, Value};
+use crate::ids::{Id, VariableId};
+use crate::model::{Ask, Derived, Domain, Evidence, Known, Model, Question, Searched, Statistic, Value};
 use crate::source::Span;
-use crate::syntax::ast::{self, Item, Name, Occurrence, Sign, ValueKind};
+use crate::syntax::ast::{self, Expr, ExprKind, Item, Name, Occurrence, Sign, Subject, ValueKind};
 
 impl Checker<'_> {
     pub(super) fn question(&mut self, name: &Name, asks: &[ast::Ask]) {
@@ -19,95 +20,168 @@ impl Checker<'_> {
             self.complain(name.span(), format!("the question `{name}` is declared twice"));
         }
         let mut read: Vec<(Ask, Span)> = Vec::new();
+        let mut derived = Vec::new();
         for written in asks {
             let told = self.wrong.0.len();
-            let ask = ask(self.model.so_far(), written, &mut self.wrong);
+            let found = self.derive(written, &mut derived);
+            let ask = ask_of(self.model.so_far(), written, (&derived, &found), &mut self.wrong);
             // Do not report a second error for a wrong one.
             if self.wrong.0.len() == told {
                 read.push((ask, written.at.0));
             }
         }
         let (read, spans): (Vec<Ask>, Vec<Span>) = read.into_iter().unzip();
-        let id = self.model.question(Question { name: name.text.clone(), asks: read });
+        let id = self.model.question(Question { name: name.text.clone(), asks: read, derived });
         for (position, span) in spans.into_iter().enumerate() {
             self.ask_spans.insert((id, position), span);
         }
     }
 }
 
-/// One ask; errors are reported.
-pub(super) fn ask(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) -> Ask {
-    let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
-        distribution.known.iter().filter_map(|item| known(model, item, wrong)).collect()
-    };
-    let items = &written.distribution.searched;
-    let searched: Vec<Searched> = items.iter().filter_map(|item| searched(model, item, wrong)).collect();
-    let first = known(&written.distribution, wrong);
-    let (mut statistic, when) = words::read(written, wrong);
-    if let (Statistic::Divergence { from, .. }, Some(second)) = (&mut statistic, &written.from) {
-        let second = &second.distribution;
-        let whole = searched.len() == items.len();
-        let others: Vec<Searched> =
-            second.searched.iter().filter_map(|item| self::searched(model, item, wrong)).collect();
-        let same = others.len() == searched.len() && others.iter().all(|item| searched.contains(item));
-        if whole && others.len() == second.searched.len() && !same {
-            let names = |searched: &[Searched]| {
-                let names: Vec<_> = searched.iter().map(|item| model.variable_name(item.variable)).collect();
-                listed(names.iter().map(String::as_str), "and")
-            };
-            let (one, other) = (names(&searched), names(&others));
-            let message = format!(
-                "`divergence` compares two distributions of the same variables, but these search {one} and {other}"
-            );
-            wrong.push(Diagnostic::new(second.at.0, message));
-        }
-        *from = known(second, wrong);
+/// A question as a user types it, as far as it can be read.
+pub(super) fn typed(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) -> Question {
+    let (mut derived, mut found) = (Vec::new(), Found::new());
+    if derives(written) {
+        let program = nothing();
+        let mut checker = Checker::of(model, &program);
+        found = checker.derive(written, &mut derived);
+        checker.wrong.0.into_iter().for_each(|mistake| wrong.push(mistake));
     }
-    Ask { statistic, when, searched, known: first }
+    let ask = ask_of(model, written, (&derived, &found), wrong);
+    Question { name: String::new(), asks: vec![ask], derived }
 }
 
-fn searched(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Searched> {
-    let variable = variable(model, &item.variable, wrong)?;
-    if model.plate_index() == Some(variable) {
-        let name = model.variable_name(variable);
-        let message =
-            format!("`{name}` is the plate's index: it is known in every question, and cannot be searched");
-        wrong.push(Diagnostic::new(item.at.0, message));
-        return None;
-    }
-    let at = match &item.evidence {
-        None => None,
-        Some(ast::Evidence::Hard(written)) => Some(value(model, variable, written, wrong)?),
-        Some(evidence) => {
-            let kind = if let ast::Evidence::Soft(_) = evidence { "soft" } else { "virtual" };
-            let message =
-                format!("{kind} evidence belongs to a known variable, but `{}` is searched", item.variable);
-            wrong.push(Diagnostic::new(item.at.0, message).with_help("move it behind the bar"));
-            return None;
-        }
+/// One ask, as far as it can be read; what cannot is told. It speaks of what is derived by the ids of the question.
+fn ask_of(
+    model: &Model,
+    written: &ast::Ask,
+    (derived, found): (&[Derived], &Found),
+    wrong: &mut Diagnostics,
+) -> Ask {
+    let names = Question { name: String::new(), asks: Vec::new(), derived: derived.to_vec() };
+    let (model, _) = model.posed(&names);
+    let first = model.variables.len() - derived.len();
+    let reader = Reader { model: &model, found, first };
+    let ask = reader.ask(written, wrong);
+    let local = |id: VariableId| match id.position().checked_sub(first) {
+        Some(number) => Derived::id(number),
+        None => id,
     };
-    Some(Searched { variable, at })
+    Question { asks: vec![ask], ..names }.renamed(&local).asks.remove(0)
 }
 
-fn known(model: &Model, item: &Item, wrong: &mut Diagnostics) -> Option<Known> {
-    let variable = variable(model, &item.variable, wrong)?;
-    let evidence = match &item.evidence {
-        // It is known anyway.
-        None if model.plate_index() == Some(variable) => return None,
-        Some(_) if model.plate_index() == Some(variable) => {
+/// A program with what an ask derives from it.
+struct Reader<'r> {
+    model: &'r Model,
+    found: &'r Found,
+    /// The first derived variable.
+    first: usize,
+}
+
+impl Reader<'_> {
+    fn ask(&self, written: &ast::Ask, wrong: &mut Diagnostics) -> Ask {
+        let model = self.model;
+        let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
+            distribution.known.iter().filter_map(|item| self.known(item, wrong)).collect()
+        };
+        let items = &written.distribution.searched;
+        let (mut statistic, when) = words::read(written, wrong);
+        let whole = statistic == Statistic::Distribution;
+        let searched: Vec<Searched> =
+            items.iter().filter_map(|item| self.searched(item, whole, wrong)).collect();
+        let first = known(&written.distribution, wrong);
+        if let (Statistic::Divergence { from, .. }, Some(second)) = (&mut statistic, &written.from) {
+            let second = &second.distribution;
+            let whole = searched.len() == items.len();
+            let others: Vec<Searched> =
+                second.searched.iter().filter_map(|item| self.searched(item, false, wrong)).collect();
+            let same = others.len() == searched.len() && others.iter().all(|item| searched.contains(item));
+            if whole && others.len() == second.searched.len() && !same {
+                let names = |searched: &[Searched]| {
+                    let names: Vec<_> =
+                        searched.iter().map(|item| model.variable_name(item.variable)).collect();
+                    listed(names.iter().map(String::as_str), "and")
+                };
+                let (one, other) = (names(&searched), names(&others));
+                let message = format!(
+                    "`divergence` compares two distributions of the same variables, but these search {one} and {other}"
+                );
+                wrong.push(Diagnostic::new(second.at.0, message));
+            }
+            *from = known(second, wrong);
+        }
+        Ask { statistic, when, searched, known: first }
+    }
+
+    /// A searched item; a predicate that is asked for its distribution is asked whether it holds.
+    fn searched(&self, item: &Item, holds: bool, wrong: &mut Diagnostics) -> Option<Searched> {
+        let model = self.model;
+        let variable = self.variable(item, wrong)?;
+        if model.plate_index() == Some(variable) {
             let name = model.variable_name(variable);
-            let message =
-                format!("`{name}` is the plate's index: every question is answered for each of its elements");
-            let help = format!("leave `{name}` out; the rows of the answer name their element");
-            wrong.push(Diagnostic::new(item.at.0, message).with_help(help));
+            let message = format!(
+                "`{name}` is the plate's index: it is known in every question, and cannot be searched"
+            );
+            wrong.push(Diagnostic::new(item.at.0, message));
             return None;
         }
-        None => Evidence::Each,
-        Some(ast::Evidence::Hard(written)) => Evidence::Hard(value(model, variable, written, wrong)?),
-        Some(ast::Evidence::Virtual(written)) => Evidence::Virtual(weights(written, "a likelihood", wrong)?),
-        Some(ast::Evidence::Soft(written)) => Evidence::Soft(weights(written, "a probability", wrong)?),
-    };
-    Some(Known { variable, evidence })
+        let at = match &item.evidence {
+            None if holds && model.is_predicate(variable) => Some(Value::Ordinal(1)),
+            None => None,
+            Some(ast::Evidence::Hard(written)) => Some(value(model, variable, written, wrong)?),
+            Some(evidence) => {
+                let kind = if let ast::Evidence::Soft(_) = evidence { "soft" } else { "virtual" };
+                let message = format!(
+                    "{kind} evidence belongs to a known variable, but `{}` is searched",
+                    model.spelled(variable)
+                );
+                wrong.push(Diagnostic::new(item.at.0, message).with_help("move it behind the bar"));
+                return None;
+            }
+        };
+        Some(Searched { variable, at })
+    }
+
+    fn known(&self, item: &Item, wrong: &mut Diagnostics) -> Option<Known> {
+        let model = self.model;
+        let variable = self.variable(item, wrong)?;
+        let evidence = match &item.evidence {
+            // It is known anyway.
+            None if model.plate_index() == Some(variable) => return None,
+            Some(_) if model.plate_index() == Some(variable) => {
+                let name = model.variable_name(variable);
+                let message = format!(
+                    "`{name}` is the plate's index: every question is answered for each of its elements"
+                );
+                let help = format!("leave `{name}` out; the rows of the answer name their element");
+                wrong.push(Diagnostic::new(item.at.0, message).with_help(help));
+                return None;
+            }
+            None if model.is_predicate(variable) => Evidence::Hard(Value::Ordinal(1)),
+            None => Evidence::Each,
+            Some(ast::Evidence::Hard(written)) => Evidence::Hard(value(model, variable, written, wrong)?),
+            Some(ast::Evidence::Virtual(written)) => {
+                Evidence::Virtual(weights(written, "a likelihood", wrong)?)
+            }
+            Some(ast::Evidence::Soft(written)) => Evidence::Soft(weights(written, "a probability", wrong)?),
+        };
+        Some(Known { variable, evidence })
+    }
+
+    /// The variable of an item, or the one that it derives; nothing where that is wrong and was told.
+    fn variable(&self, item: &Item, wrong: &mut Diagnostics) -> Option<VariableId> {
+        if let Some((_, place)) = self.found.iter().find(|(span, _)| *span == item.at.0) {
+            return place.map(|place| VariableId::new(self.first + place));
+        }
+        let name = match &item.subject {
+            Subject::Variable(occurrence) => return variable(self.model, occurrence, wrong),
+            // What is no family.
+            Subject::Slice(name, _) => name.clone(),
+            Subject::Term(_) => return None,
+        };
+        let index = vec![Expr { at: item.at, kind: ExprKind::Number("0".to_owned()) }];
+        variable(self.model, &Occurrence { at: item.at, name, index, before: false }, wrong)
+    }
 }
 
 fn weights(written: &[ast::Expr], what: &str, wrong: &mut Diagnostics) -> Option<Vec<f64>> {
@@ -132,10 +206,7 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
         return None;
     };
     if !occurrence.index.is_empty() {
-        let message = match model.variables[id].family {
-            Some(_) => format!("a question takes the whole of the family `{name}`, not one element"),
-            None => format!("`{name}` is one variable, not a family: it takes no index"),
-        };
+        let message = format!("`{name}` is one variable, not a family: it takes no index");
         wrong.push(Diagnostic::new(occurrence.at.0, message).with_help(format!("write `{name}`")));
         return None;
     }

@@ -170,13 +170,13 @@ fn describe(rule: Rule) -> &'static str {
         domain | labels => "a domain",
         product | kw_prod => "`prod`",
         factor | probability | ask | distribution => "`P(`",
-        occurrences | occurrence | searched | item => "a variable",
+        occurrences | occurrence | searched | item | slice => "a variable",
         definition => "`P(`",
         form | plain_form | otherwise | named_form | if_form | match_form | table | ask_form | previous
         | kw_table | kw_previous | kw_ask => "a form",
         binding | kw_let => "`let`",
-        form_branch | branch | expression | group | vector | reference | prefix | primary | if_expression
-        | match_expression | first | kw_not | kw_first => "an expression",
+        form_branch | branch | expression | group | term | term_primary | term_group | vector | reference
+        | prefix | primary | if_expression | match_expression | first | kw_not | kw_first => "an expression",
         kw_if => "`if`",
         kw_match => "`match`",
         kw_else => "`else`",

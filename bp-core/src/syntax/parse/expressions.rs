@@ -33,6 +33,7 @@ pub(super) fn expression(pair: Pair<'_, Rule>) -> Expr {
                     op.expect("internal: the grammar knows an operator that the tree does not"),
                 ));
             }
+            Rule::equal => tokens.push(Token::Infix(BinaryOp::Is)),
             Rule::index | Rule::before | Rule::answer | Rule::field => {
                 let Some(Token::Operand(inner)) = tokens.pop() else {
                     panic!("internal: a suffix follows an operand");
@@ -91,7 +92,7 @@ fn primary(pair: Pair<'_, Rule>) -> Expr {
     let kind = match pair.as_rule() {
         Rule::number => ExprKind::Number(pair.as_str().to_owned()),
         Rule::boolean => ExprKind::Boolean(pair.as_str() == "true"),
-        Rule::group => ExprKind::Group(Box::new(expression(Children::of(pair).one()))),
+        Rule::group | Rule::term_group => ExprKind::Group(Box::new(expression(Children::of(pair).one()))),
         Rule::vector => ExprKind::Vector(expressions(pair)),
         Rule::if_expression => ExprKind::If(if_expression(pair)),
         Rule::match_expression => {

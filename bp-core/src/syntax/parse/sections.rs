@@ -225,13 +225,21 @@ fn distribution(pair: Pair<'_, Rule>) -> Distribution {
 fn item(pair: Pair<'_, Rule>) -> Item {
     let place = at(&pair);
     let mut children = Children::of(pair);
-    let variable = occurrence(children.one());
+    let pair = children.one();
+    let subject = match pair.as_rule() {
+        Rule::term => Subject::Term(expression(pair)),
+        Rule::slice => {
+            let mut children = Children::of(pair);
+            Subject::Slice(children.name(), range(children.need(Rule::range)))
+        }
+        _ => Subject::Variable(occurrence(pair)),
+    };
     let evidence = children.any().map(|pair| match pair.as_rule() {
         Rule::value => Evidence::Hard(value(pair)),
         Rule::likelihoods => Evidence::Virtual(expressions(pair)),
         _ => Evidence::Soft(expressions(pair)),
     });
-    Item { at: place, variable, evidence }
+    Item { at: place, subject, evidence }
 }
 
 /// A value from its pair.

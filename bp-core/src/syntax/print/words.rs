@@ -114,7 +114,11 @@ impl Display for Value {
 
 impl Display for Item {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        self.variable.fmt(f)?;
+        match &self.subject {
+            Subject::Variable(variable) => variable.fmt(f)?,
+            Subject::Slice(name, range) => write!(f, "{name}[{range}]")?,
+            Subject::Term(term) => term.fmt(f)?,
+        }
         match &self.evidence {
             None => Ok(()),
             Some(Evidence::Hard(value)) => write!(f, " = {value}"),
@@ -136,7 +140,8 @@ impl Display for Word {
 impl Display for Distribution {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let items = |items: &[Item]| {
-            let plain = items.iter().all(|item| item.evidence.is_none());
+            let plain =
+                items.iter().all(|item| item.evidence.is_none() && !matches!(item.subject, Subject::Term(_)));
             list(items, if plain { " " } else { ", " })
         };
         write!(f, "P({}", items(&self.searched))?;

@@ -242,7 +242,7 @@ fn section() -> impl Strategy<Value = Section> {
     ];
     let item = (occurrence(), prop::option::of(evidence)).prop_map(|(variable, evidence)| Item {
         at: At::default(),
-        variable,
+        subject: Subject::Variable(variable),
         evidence,
     });
     let items = prop::collection::vec(item, 0..3).boxed();

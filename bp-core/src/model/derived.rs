@@ -1,0 +1,168 @@
+//! What a question speaks of beside whole variables: predicates, functions, elements and slices of families.
+//!
+//! In: an expression over a program's variables. Out: [`Derived`], and the program with a variable that a Dirac makes of that
+//! expression, so that every strategy answers it. Invariant: in a question a derived variable has an id beyond those of any
+//! program, until [`Model::pose`] adds it to the program that is asked.
+
+use super::{Ask, Domain, Expression, Factor, Family, Form, IndexSpace, Model, Question, Range};
+use super::{Statistic, Variable, VariableUse};
+use crate::ids::{ExpressionId, Id, VariableId};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// A variable that a question makes of those of the program.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Derived {
+    /// As it was written: `Tau > 5`, `Y[3]`.
+    pub name: String,
+    /// What it is.
+    pub kind: DerivedKind,
+    /// Its values.
+    pub domain: Domain,
+    /// Of a slice, the elements.
+    pub over: Option<Range>,
+    /// The variables that it is made of; elements are nodes of this list.
+    pub right: Vec<VariableUse>,
+    /// The nodes of its expression, operands first; they refer to each other by their places in this list.
+    pub nodes: Vec<Expression>,
+}
+
+/// What a derived variable is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub enum DerivedKind {
+    /// An expression that is true or false.
+    Predicate,
+    /// Any other expression.
+    Function,
+    /// One element of a family, or some of them.
+    Element,
+}
+
+impl Derived {
+    /// The id that the n-th derived variable of a question has in that question.
+    pub fn id(number: usize) -> VariableId {
+        VariableId::new(u32::MAX as usize - number)
+    }
+}
+
+impl Question {
+    /// The question with its variables renamed.
+    pub fn renamed(mut self, name: &impl Fn(VariableId) -> VariableId) -> Self {
+        self.asks.iter_mut().for_each(|ask| ask.rename(name));
+        self
+    }
+}
+
+impl Ask {
+    fn rename(&mut self, name: &impl Fn(VariableId) -> VariableId) {
+        self.searched.iter_mut().for_each(|item| item.variable = name(item.variable));
+        self.known.iter_mut().for_each(|item| item.variable = name(item.variable));
+        if let Statistic::Divergence { from, .. } = &mut self.statistic {
+            from.iter_mut().for_each(|item| item.variable = name(item.variable));
+        }
+    }
+}
+
+impl Model {
+    /// Adds what a question derives; gives the question in the ids of this program.
+    pub fn pose(&mut self, question: &Question) -> Question {
+        if question.derived.is_empty() {
+            return question.clone();
+        }
+        let ids: Vec<VariableId> = question.derived.iter().map(|derived| self.add_derived(derived)).collect();
+        let place = |id: VariableId| (u32::MAX as usize).checked_sub(id.position());
+        let name = |id: VariableId| place(id).and_then(|place| ids.get(place).copied()).unwrap_or(id);
+        Question { derived: Vec::new(), ..question.clone() }.renamed(&name)
+    }
+
+    /// The program and the question that all strategies answer: with what the question derives.
+    pub fn posed<'m, 'q>(&'m self, question: &'q Question) -> (Cow<'m, Model>, Cow<'q, Question>) {
+        if question.derived.is_empty() {
+            return (Cow::Borrowed(self), Cow::Borrowed(question));
+        }
+        let mut model = self.clone();
+        let question = model.pose(question);
+        (Cow::Owned(model), Cow::Owned(question))
+    }
+
+    /// Adds a variable, and the factor that says what it is.
+    fn add_derived(&mut self, derived: &Derived) -> VariableId {
+        let first = self.expressions.len();
+        let shifted = |id: ExpressionId| ExpressionId::new(id.position() + first);
+        for node in &derived.nodes {
+            self.expressions.push(node.renumbered(&shifted));
+        }
+        let value = ExpressionId::new(self.expressions.len() - 1);
+        let family = derived.over.map(|range| Family { over: IndexSpace::Range(range), except: None });
+        // The elements of a slice are called as in their family.
+        let name = match derived.over {
+            Some(_) => self.variables[derived.right[0].variable].name.clone(),
+            None => derived.name.clone(),
+        };
+        let variable = self.variables.push(Variable {
+            name,
+            previous_of: None,
+            domain: derived.domain.clone(),
+            family,
+            derived: Some(derived.kind),
+        });
+        let element = family.map(|_| self.expressions.push(Expression::Index(0)));
+        let right = derived.right.iter();
+        let right =
+            right.map(|use_| VariableUse { element: use_.element.map(shifted), ..use_.clone() }).collect();
+        self.factors.push(Factor {
+            left: vec![VariableUse { variable, element }],
+            right,
+            form: Form::Dirac(value),
+            products: family.iter().map(|family| ("i".to_owned(), family.over)).collect(),
+        });
+        variable
+    }
+
+    /// Whether a variable is a predicate of a question.
+    pub fn is_predicate(&self, variable: VariableId) -> bool {
+        self.variables[variable].derived == Some(DerivedKind::Predicate)
+    }
+}
+
+impl Expression {
+    /// The node with its operands renumbered.
+    pub fn renumbered(&self, number: &impl Fn(ExpressionId) -> ExpressionId) -> Self {
+        let all = |ids: &[ExpressionId]| ids.iter().map(|id| number(*id)).collect();
+        match self {
+            Expression::Number(_) | Expression::Index(_) => self.clone(),
+            Expression::Parameter { parameter, indices } => {
+                Expression::Parameter { parameter: *parameter, indices: all(indices) }
+            }
+            Expression::Variable(use_) => {
+                Expression::Variable(VariableUse { element: use_.element.map(number), ..use_.clone() })
+            }
+            Expression::Unary(operator, operand) => Expression::Unary(*operator, number(*operand)),
+            Expression::Binary(operator, left, right) => {
+                Expression::Binary(*operator, number(*left), number(*right))
+            }
+            Expression::If { condition, then, otherwise } => Expression::If {
+                condition: number(*condition),
+                then: number(*then),
+                otherwise: number(*otherwise),
+            },
+            Expression::First { family, with } => Expression::First {
+                family: *family,
+                with: with.map(|(value, at)| (number(value), number(at))),
+            },
+            Expression::Foreign { path, at } => {
+                Expression::Foreign { path: path.clone(), at: at.map(number) }
+            }
+            Expression::GradientNorm { field, at, before } => Expression::GradientNorm {
+                field: number(*field),
+                at: number(*at),
+                before: before.map(number),
+            },
+            Expression::Frontier { condition, at } => {
+                Expression::Frontier { condition: number(*condition), at: number(*at) }
+            }
+            Expression::Innermost { at } => Expression::Innermost { at: number(*at) },
+            Expression::Vector(name, parts) => Expression::Vector(name.clone(), all(parts)),
+        }
+    }
+}

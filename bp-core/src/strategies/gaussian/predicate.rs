@@ -1,0 +1,127 @@
+//! Predicates of what is linear and Gaussian: where along one line they hold, and with what probability.
+//!
+//! In: a truth value made of comparisons of linear forms. Out: its probability under a normal law. Invariant: all
+//! comparisons are of one linear form: there is one comparison, or all are of one variable. Tails are never computed as
+//! differences from one.
+
+use super::offer::degree;
+use crate::ids::{ExpressionId, VariableId};
+use crate::model::{Expression, Form, LinearForm, Model};
+use crate::operators::{Binary, Unary};
+use std::collections::BTreeSet;
+
+/// The expression of a predicate that a normal law answers.
+pub(crate) fn of_normal(model: &Model, variable: VariableId) -> Option<ExpressionId> {
+    let factor = model.factor_of(variable).filter(|_| model.is_predicate(variable))?;
+    let Form::Dirac(root) = model.factors[factor].form else { return None };
+    let mut leaves = Vec::new();
+    comparisons(model, root, &mut leaves)?;
+    let variables = |leaf: &ExpressionId| -> BTreeSet<VariableId> {
+        let nodes = model.nodes_below(*leaf).into_iter();
+        let variable = |id| match &model.expressions[id] {
+            Expression::Variable(use_) => Some(use_.variable),
+            _ => None,
+        };
+        nodes.filter_map(variable).collect()
+    };
+    let read: Vec<BTreeSet<VariableId>> =
+        leaves.iter().map(variables).filter(|read| !read.is_empty()).collect();
+    let of_one = read.iter().all(|own| own.len() == 1 && *own == read[0]);
+    (read.len() == 1 || of_one && !read.is_empty()).then_some(root)
+}
+
+/// The comparisons that a truth value is made of; `None` where something else stands in it.
+fn comparisons(model: &Model, id: ExpressionId, leaves: &mut Vec<ExpressionId>) -> Option<()> {
+    match &model.expressions[id] {
+        Expression::Binary(Binary::And | Binary::Or, left, right) => {
+            comparisons(model, *left, leaves)?;
+            comparisons(model, *right, leaves)
+        }
+        Expression::Unary(Unary::Not, operand) => comparisons(model, *operand, leaves),
+        Expression::Binary(operator, left, right) if operator.compares() => {
+            leaves.push(id);
+            (degree(model, *left).is_some() && degree(model, *right).is_some()).then_some(())
+        }
+        _ => None,
+    }
+}
+
+/// The probabilities that a predicate does not hold and that it does, where its linear form
+/// ([`LinearForm::of`] its expression) has a normal law of this mean and deviation.
+pub(crate) fn probabilities(
+    model: &Model,
+    root: ExpressionId,
+    (mean, deviation): (f64, f64),
+    parameter: &dyn Fn(&str) -> f64,
+) -> [f64; 2] {
+    let mut leaves = Vec::new();
+    comparisons(model, root, &mut leaves).expect("internal: the plan has looked at the predicate");
+    let line = LinearForm::of(model, root, 0, parameter);
+    let leaves: Vec<Leaf> = leaves.iter().map(|id| Leaf::of(model, *id, &line, parameter)).collect();
+    let holds = |at: f64| usize::from(holds(model, root, &leaves, at));
+    let mut probabilities = [0.0; 2];
+    if deviation == 0.0 {
+        probabilities[holds(mean)] = 1.0;
+        return probabilities;
+    }
+    let mut edges: Vec<f64> = leaves.iter().filter_map(Leaf::edge).collect();
+    edges.sort_by(f64::total_cmp);
+    edges.dedup();
+    let lows = std::iter::once(f64::NEG_INFINITY).chain(edges.iter().copied());
+    let highs = edges.iter().copied().chain([f64::INFINITY]);
+    for (low, high) in lows.zip(highs) {
+        let inside = match (low.is_finite(), high.is_finite()) {
+            (true, true) => 0.5 * low + 0.5 * high,
+            (true, false) => low + low.abs().max(1.0),
+            (false, true) => high - high.abs().max(1.0),
+            (false, false) => mean,
+        };
+        probabilities[holds(inside)] += mass((low - mean) / deviation, (high - mean) / deviation);
+    }
+    probabilities
+}
+
+/// Φ(high) − Φ(low), by the tail that is smaller.
+fn mass(low: f64, high: f64) -> f64 {
+    let cumulative = |x: f64| Unary::NormalCumulative.apply(x);
+    match low > 0.0 {
+        true => cumulative(-low) - cumulative(-high),
+        false => cumulative(high) - cumulative(low),
+    }
+}
+
+/// A comparison along the line: `scale` · x + `shift` against 0.
+struct Leaf {
+    id: ExpressionId,
+    scale: f64,
+    shift: f64,
+}
+
+impl Leaf {
+    fn of(model: &Model, id: ExpressionId, line: &LinearForm, parameter: &dyn Fn(&str) -> f64) -> Self {
+        let own = LinearForm::of(model, id, 0, parameter);
+        let first = line.coefficients.iter().find(|(_, coefficient)| **coefficient != 0.0);
+        let scale = first.map_or(0.0, |(slot, coefficient)| {
+            own.coefficients.get(slot).map_or(0.0, |own| own / coefficient)
+        });
+        Self { id, scale, shift: own.constant - scale * line.constant }
+    }
+
+    fn edge(&self) -> Option<f64> {
+        (self.scale != 0.0).then(|| -self.shift / self.scale)
+    }
+}
+
+fn holds(model: &Model, id: ExpressionId, leaves: &[Leaf], at: f64) -> bool {
+    let of = |id: &ExpressionId| holds(model, *id, leaves, at);
+    match &model.expressions[id] {
+        Expression::Binary(Binary::And, left, right) => of(left) && of(right),
+        Expression::Binary(Binary::Or, left, right) => of(left) || of(right),
+        Expression::Unary(Unary::Not, operand) => !of(operand),
+        Expression::Binary(operator, ..) => leaves
+            .iter()
+            .find(|leaf| leaf.id == id)
+            .is_some_and(|leaf| operator.apply(leaf.scale * at + leaf.shift, 0.0) != 0.0),
+        _ => false,
+    }
+}

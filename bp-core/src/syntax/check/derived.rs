@@ -1,0 +1,296 @@
+//! What a question speaks of beside whole variables: predicates, functions, elements and slices of families.
+//!
+//! In: the items of an ask as written. Out: a [`Derived`] for each that is no whole variable. Invariant: the same words
+//! mean the same derived variable throughout a question; elements that are written as numbers lie in their family.
+
+use super::expressions::Scope;
+use super::types::Type;
+use super::{Checker, Meaning};
+use crate::ids::{ExpressionId, Id, ParameterId, SetId, VariableId};
+use crate::model::{
+    Derived, DerivedKind, Domain, Expression, Family, IndexSpace, Model, ModelBuilder, VariableUse,
+};
+use crate::source::Span;
+use crate::syntax::ast::{
+    Ask, At, Comments, Expr, ExprKind, Item, Name, Occurrence, Program, Range, Subject,
+};
+
+/// The most combinations of values that are looked through for those of a function.
+const MOST_COMBINATIONS: usize = 1 << 16;
+
+/// The widest range of whole numbers that a function may take as a finite variable.
+const WIDEST: f64 = 1e6;
+
+/// The derived variable of each item that has one, by where it stands; `None` where it is wrong.
+pub(super) type Found = Vec<(Span, Option<usize>)>;
+
+/// Whether an ask speaks of something beside whole variables.
+pub(super) fn derives(ask: &Ask) -> bool {
+    let whole = |item: &&Item| matches!(&item.subject, Subject::Variable(it) if it.index.is_empty());
+    !items(ask).all(|item| whole(&item))
+}
+
+fn items(ask: &Ask) -> impl Iterator<Item = &Item> {
+    let distributions = std::iter::once(&ask.distribution).chain(ask.from.iter().map(|it| &it.distribution));
+    distributions.flat_map(|it| it.searched.iter().chain(&it.known))
+}
+
+/// A program without text, for questions that are asked of a model.
+pub(super) fn nothing() -> Program {
+    let name = Name { at: At::default(), text: String::new() };
+    let (at, comments) = (At::default(), Comments::default());
+    Program { at, comments, name, plate: None, sections: Vec::new(), closing: Vec::new() }
+}
+
+impl<'p> Checker<'p> {
+    /// A checker of questions to a model.
+    pub(super) fn of(model: &Model, program: &'p Program) -> Self {
+        let mut checker = Self { model: ModelBuilder::of(model.clone()), ..Self::new(program, &[]) };
+        let mut declare = |name: &str, meaning| {
+            checker.names.insert(name.to_owned(), (meaning, Span::default()));
+        };
+        let sets = (0..model.sets.len()).map(SetId::new);
+        sets.for_each(|id| declare(&model.sets[id].name, Meaning::Set(id)));
+        let parameters = (0..model.parameters.len()).map(ParameterId::new);
+        parameters.for_each(|id| declare(&model.parameters[id].name, Meaning::Parameter(id)));
+        let variables = model.variables.iter().filter(|(_, variable)| variable.previous_of.is_none());
+        variables.for_each(|(id, variable)| declare(&variable.name, Meaning::Variable(id)));
+        checker
+    }
+
+    /// Adds what an ask derives to what its question does.
+    pub(super) fn derive(&mut self, ask: &Ask, derived: &mut Vec<Derived>) -> Found {
+        let mut found = Vec::new();
+        for item in items(ask) {
+            let Some(name) = self.derived_name(item) else { continue };
+            let known = derived.iter().position(|other| other.name == name);
+            let place = known.or_else(|| {
+                derived.push(self.derived(item, name)?);
+                Some(derived.len() - 1)
+            });
+            found.push((item.at.0, place));
+        }
+        found
+    }
+
+    /// The name of what an item derives; none of a variable alone, or of what is no family.
+    fn derived_name(&self, item: &Item) -> Option<String> {
+        let divided = |name: &Name| match self.meaning(&name.text) {
+            Some(Meaning::Variable(id)) => {
+                let variable = &self.model.so_far().variables[id];
+                variable.family.is_some() || matches!(variable.domain, Domain::Vector(_))
+            }
+            _ => false,
+        };
+        match &item.subject {
+            Subject::Term(term) => Some(term.to_string()),
+            Subject::Slice(name, range) => divided(name).then(|| format!("{name}[{range}]")),
+            Subject::Variable(it) => (!it.index.is_empty() && divided(&it.name)).then(|| it.to_string()),
+        }
+    }
+
+    fn derived(&mut self, item: &Item, name: String) -> Option<Derived> {
+        let model = self.model.so_far();
+        let first = model.expressions.len();
+        let (parameters, variables) = (model.parameters.len(), model.variables.len());
+        let scope = Scope::of_question(model);
+        let span = item.at.0;
+        let (expr, is_term) = match &item.subject {
+            Subject::Slice(name, range) => return self.slice(name, range),
+            Subject::Term(term) => (term.clone(), true),
+            Subject::Variable(occurrence) => (element(occurrence), false),
+        };
+        let told = self.wrong.0.len();
+        let typed = self.expression(&expr, &scope, None);
+        if self.model.so_far().variables.len() > variables {
+            self.model.forget_variables(variables);
+            self.wrong.0.truncate(told);
+            self.complain(
+                span,
+                format!("`{expr}` is of the previous instant, of which the program does not speak"),
+            );
+            return None;
+        }
+        let model = self.model.so_far();
+        if let Some(new) = model.parameters.values().nth(parameters) {
+            let message = format!("`{}` is neither a variable nor a parameter of the program", new.name);
+            self.complain(span, message);
+            return None;
+        }
+        let (root, kind) = typed?;
+        if root.position() + 1 < model.expressions.len() {
+            let root = model.expressions[root].clone();
+            self.node(span, root);
+        }
+        self.inside(first, span)?;
+        let model = self.model.so_far();
+        let root = ExpressionId::new(model.expressions.len() - 1);
+        let right = parents(model, first, root);
+        if right.is_empty() {
+            self.complain(span, format!("`{name}` speaks of no variable"));
+            return None;
+        }
+        let of_family = right.iter().all(|use_| model.variables[use_.variable].family.is_some());
+        let (kind, domain) = match (&kind, is_term) {
+            (_, false) if of_family => {
+                (DerivedKind::Element, model.variables[right[0].variable].domain.clone())
+            }
+            (Type::Boolean, _) => (DerivedKind::Predicate, Domain::Boolean),
+            (Type::Label(domain), _) => (DerivedKind::Function, domain.clone()),
+            (Type::Element(set), _) => (DerivedKind::Function, Domain::Set(*set)),
+            (Type::Vector(length), _) => (DerivedKind::Function, Domain::Vector(*length)),
+            (Type::Number, _) => (DerivedKind::Function, numbers(model, root, &right)),
+        };
+        let local = |id: ExpressionId| ExpressionId::new(id.position() - first);
+        let local = |use_: VariableUse| VariableUse { element: use_.element.map(local), ..use_ };
+        let right = right.into_iter().map(local).collect();
+        Some(Derived { name, kind, domain, over: None, right, nodes: self.model.take_nodes(first) })
+    }
+
+    /// `Y[1..=4]`
+    fn slice(&mut self, name: &Name, written: &Range) -> Option<Derived> {
+        let Some(Meaning::Variable(variable)) = self.meaning(&name.text) else { return None };
+        let range = self.range(written)?;
+        let declared = &self.model.so_far().variables[variable];
+        let domain = declared.domain.clone();
+        let Some(family) = declared.family else {
+            self.complain(written.at.0, format!("`{name}` is one variable, not a family: it takes no index"));
+            return None;
+        };
+        if range.high.size.is_some() {
+            let message = "the last element of a slice must be a number";
+            self.complain(written.at.0, message);
+            return None;
+        }
+        for number in [range.low, range.high.offset] {
+            self.element_inside(variable, family, number as f64, written.at.0)?;
+        }
+        let nodes = vec![
+            Expression::Index(0),
+            Expression::Variable(VariableUse { variable, element: Some(ExpressionId::new(0)) }),
+        ];
+        let right = vec![VariableUse { variable, element: Some(ExpressionId::new(0)) }];
+        let (kind, name) = (DerivedKind::Element, format!("{name}[{written}]"));
+        Some(Derived { name, kind, domain, over: Some(range), right, nodes })
+    }
+
+    /// Refuses elements, written as numbers, that their family does not have.
+    fn inside(&mut self, first: usize, span: Span) -> Option<()> {
+        let model = self.model.so_far();
+        let uses = (first..model.expressions.len()).filter_map(|place| {
+            let Expression::Variable(use_) = &model.expressions[ExpressionId::new(place)] else {
+                return None;
+            };
+            let number = model.constant(use_.element?)?;
+            Some((use_.variable, model.variables[use_.variable].family?, number))
+        });
+        for (variable, family, number) in uses.collect::<Vec<_>>() {
+            self.element_inside(variable, family, number, span)?;
+        }
+        Some(())
+    }
+
+    fn element_inside(
+        &mut self,
+        variable: VariableId,
+        family: Family,
+        number: f64,
+        span: Span,
+    ) -> Option<()> {
+        let model = self.model.so_far();
+        let first = family.over.first();
+        let count = model.index_count(&family.over);
+        let position = number - first as f64;
+        if number.fract() == 0.0 && position >= 0.0 && count.is_none_or(|count| position < count as f64) {
+            return Some(());
+        }
+        let name = model.spelled(variable);
+        let has = match (family.over, count) {
+            (_, Some(count)) => format!("has the elements {first}..={}", first + count as i64 - 1),
+            (IndexSpace::Set(_), None) => "counts its elements from 0".to_owned(),
+            (IndexSpace::Range(_), None) => format!("has the elements from {first} on"),
+        };
+        self.complain(span, format!("`{name}` {has}: there is no `{name}[{number}]`"));
+        None
+    }
+}
+
+impl Scope {
+    /// The scope of a question: all variables, and the elements of sets by their numbers.
+    fn of_question(model: &Model) -> Self {
+        let visible = model.variables.ids().collect();
+        let head = "the question".to_owned();
+        Self { head, visible, products: Vec::new(), bound: Vec::new(), numbered: true }
+    }
+}
+
+/// `Y[3]` as an expression.
+fn element(occurrence: &Occurrence) -> Expr {
+    let at = occurrence.at;
+    let name = Expr { at, kind: ExprKind::Name(occurrence.name.clone()) };
+    let indexed = Expr { at, kind: ExprKind::Index(Box::new(name), occurrence.index.clone()) };
+    match occurrence.before {
+        true => Expr { at, kind: ExprKind::Before(Box::new(indexed)) },
+        false => indexed,
+    }
+}
+
+/// The variables that an expression is made of, each once; of a family the elements, where all are known.
+fn parents(model: &Model, first: usize, root: ExpressionId) -> Vec<VariableUse> {
+    let mut found: Vec<(VariableUse, Option<f64>)> = Vec::new();
+    for place in first..=root.position() {
+        let (use_, element) = match &model.expressions[ExpressionId::new(place)] {
+            Expression::Variable(use_) => {
+                let element = use_.element.and_then(|id| model.constant(id));
+                (VariableUse { element: use_.element.filter(|_| element.is_some()), ..use_.clone() }, element)
+            }
+            Expression::First { family, .. } => (VariableUse::from(*family), None),
+            _ => continue,
+        };
+        let same =
+            |(other, at): &(VariableUse, Option<f64>)| other.variable == use_.variable && *at == element;
+        if Some(use_.variable) != model.plate_index() && !found.iter().any(same) {
+            found.push((use_, element));
+        }
+    }
+    let whole: Vec<VariableId> =
+        found.iter().filter(|(_, element)| element.is_none()).map(|(use_, _)| use_.variable).collect();
+    found.retain(|(use_, element)| element.is_none() || !whole.contains(&use_.variable));
+    found.into_iter().map(|(use_, _)| use_).collect()
+}
+
+/// The domain of an expression that is a number: whole numbers where it can be nothing else, else a real.
+fn numbers(model: &Model, root: ExpressionId, right: &[VariableUse]) -> Domain {
+    whole_numbers(model, root, right).unwrap_or(Domain::Real)
+}
+
+fn whole_numbers(model: &Model, root: ExpressionId, right: &[VariableUse]) -> Option<Domain> {
+    let counts: Vec<usize> =
+        right.iter().map(|use_| model.variables[use_.variable].domain.count()).collect::<Option<_>>()?;
+    let total = counts.iter().try_fold(1usize, |total, count| total.checked_mul(*count))?;
+    if total > MOST_COMBINATIONS {
+        return None;
+    }
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for combination in 0..total {
+        let value = |use_: &VariableUse| {
+            let mut rest = combination;
+            for (other, count) in right.iter().zip(&counts) {
+                let elements =
+                    (use_.element.map(|id| model.constant(id)), other.element.map(|id| model.constant(id)));
+                if other.variable == use_.variable && elements.0 == elements.1 {
+                    return Some(model.variables[use_.variable].domain.number(rest % count));
+                }
+                rest /= count;
+            }
+            None
+        };
+        let number = model.evaluate_uses(root, &value)?;
+        if number.fract() != 0.0 {
+            return None;
+        }
+        (low, high) = (low.min(number), high.max(number));
+    }
+    (low.is_finite() && high - low <= WIDEST && low.abs().max(high.abs()) < 1e9)
+        .then(|| Domain::integers(low as i64, high as i64))
+}
