@@ -62,18 +62,28 @@ impl Writer<'_, '_> {
             let name = self.setting.model.variable_name(item.variable);
             let real = !self.setting.model.variables[item.variable].domain.is_finite();
             for (variable, element) in self.meant(item.variable, names) {
-                let evidence = match &item.evidence {
-                    Evidence::Hard(value) => Evidence::Hard(self.value_at(item.variable, element, value)?),
-                    Evidence::Each if real && element.is_some() => {
-                        let value = Value::Given(name.clone());
-                        Evidence::Hard(self.value_at(item.variable, element, &value)?)
-                    }
-                    other => other.clone(),
+                let own = Value::Given(name.clone());
+                let value = match &item.evidence {
+                    Evidence::Hard(value) => Some(value),
+                    Evidence::Each if real && element.is_some() => Some(&own),
+                    _ => None,
+                };
+                let evidence = match value {
+                    Some(value) if self.is_missing(element, value) => continue,
+                    Some(value) => Evidence::Hard(self.value_at(item.variable, element, value)?),
+                    None => item.evidence.clone(),
                 };
                 all.push(Known { variable, evidence });
             }
         }
         Ok(all)
+    }
+
+    /// Whether an element of a family was not given a value: it is then not known.
+    fn is_missing(&self, element: Option<usize>, value: &Value) -> bool {
+        let (Value::Given(name), Some(element)) = (value, element) else { return false };
+        let value = self.setting.given(name).and_then(|given| given.get(element));
+        value.is_some_and(|value| value.is_nan())
     }
 
     /// The value of an element of a family, of which all values are given together.
