@@ -99,6 +99,7 @@ pub mod latex;
 pub mod law;
 #[doc(hidden)]
 pub mod learn;
+mod loops;
 #[doc(hidden)]
 pub mod lower;
 mod memory;

@@ -66,7 +66,7 @@ const PRESCRIBED: [(&str, &str); 7] = [
 ];
 
 /// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 19] = [
+const DIRECTIONS: [(&str, &[&str]); 20] = [
     (
         "forms",
         &[
@@ -87,6 +87,7 @@ const DIRECTIONS: [(&str, &[&str]); 19] = [
     ),
     ("model", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("kernel", &["model", "syntax", "equation", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
+    ("loops", &["model", "syntax", "equation", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
     ("syntax", &["equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
     (
         "equation",
@@ -127,14 +128,24 @@ const DIRECTIONS: [(&str, &[&str]); 19] = [
 ];
 
 /// Parts of bp-core between which inputs, sizes and results are known by keys.
-const TYPED: [&str; 6] = ["kernel", "lower", "exec", "emit", "posterior", "answer"];
+const TYPED: [&str; 7] = ["kernel", "loops", "lower", "exec", "emit", "posterior", "answer"];
 
 /// Calls by which text is taken apart again.
-const PHRASES: [&str; 6] =
-    [".strip_prefix(", ".strip_suffix(", ".starts_with(", ".split_once(", ".ends_with('", ".ends_with(\""];
+const PHRASES: [&str; 7] = [
+    ".strip_prefix(",
+    ".strip_suffix(",
+    ".starts_with(",
+    ".split_once(",
+    ".ends_with('",
+    ".ends_with(\"",
+    ".replace(\"",
+];
 
 /// Which of their files spell, and why.
-const SPELLERS: [(&str, &str); 1] = [("emit/names.rs", "it makes identifiers of the names of a program")];
+const SPELLERS: [(&str, &str); 2] = [
+    ("emit/names.rs", "it makes identifiers of the names of a program"),
+    ("kernel/words.rs", "it makes sentences"),
+];
 
 /// Words of densities. The map's are in `bvm/models/*.bp`, and worked out by bp-core.
 const PROBABILITY: [&str; 8] =

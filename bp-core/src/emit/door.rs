@@ -23,8 +23,8 @@ struct Setter<'i> {
     kind: String,
     taken: String,
     default: Option<String>,
-    /// The expression that the kernel takes: `VALUE` is replaced by the value.
-    into: &'static str,
+    /// Whether the kernel takes it as a number.
+    is_number: bool,
     /// Of a size that is not given, what tells it.
     told_by: String,
 }
@@ -43,7 +43,6 @@ fn parameter(model: &Model, id: ParameterId) -> (&'static str, Option<String>) {
 
 impl Interface<'_> {
     fn setters(&self, model: &Model, enums: &Enums) -> Vec<Setter<'_>> {
-        let number = "T::from_f64(VALUE.number())";
         let sizes = self.sizes.iter().filter_map(|SizeField { of, name, field }| {
             let SizeOf::Number(key) = of else { return None };
             let default = match key {
@@ -53,7 +52,7 @@ impl Interface<'_> {
             let told_by = self.told_by(*key);
             let by = if told_by.is_empty() { "" } else { " Without it, arrays over it tell it." };
             let (kind, told) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
-            Some(Setter { field, told, taken: kind.clone(), kind, default, into: "VALUE", told_by })
+            Some(Setter { field, told, taken: kind.clone(), kind, default, is_number: false, told_by })
         });
         let inputs = self.inputs.iter().filter_map(|(id, given)| {
             let buffer = &self.kernel.buffers[*id];
@@ -68,7 +67,7 @@ impl Interface<'_> {
                         taken: kind.clone(),
                         kind,
                         default: None,
-                        into: "VALUE",
+                        is_number: false,
                         told_by: String::new(),
                     })
                 }
@@ -88,7 +87,15 @@ impl Interface<'_> {
                         }
                         _ => ("f64".to_owned(), "f64".to_owned(), None),
                     };
-                    Some(Setter { field, told, kind, taken, default, into: number, told_by: String::new() })
+                    Some(Setter {
+                        field,
+                        told,
+                        kind,
+                        taken,
+                        default,
+                        is_number: true,
+                        told_by: String::new(),
+                    })
                 }
             }
         });
@@ -100,7 +107,7 @@ impl Interface<'_> {
                 taken: kind.clone(),
                 kind,
                 default: None,
-                into: "VALUE",
+                is_number: false,
                 told_by: String::new(),
             }
         });
@@ -189,9 +196,12 @@ impl Interface<'_> {
         text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
         text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::error::Error>");
         let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
-        let given = setters.iter().map(|Setter { field, into, told_by, .. }| {
-            let value = into.replace("VALUE", &format!("needed(self.{field}{told_by}, {field:?})?"));
-            format!("{field}: {value}, ")
+        let given = setters.iter().map(|Setter { field, is_number, told_by, .. }| {
+            let value = format!("needed(self.{field}{told_by}, {field:?})?");
+            match is_number {
+                true => format!("{field}: T::from_f64({value}.number()), "),
+                false => format!("{field}: {value}, "),
+            }
         });
         text.line(format!("let inputs = Inputs {{ {} }};", spaces.chain(given).collect::<String>()));
         text.line("answer.report = run(&inputs, &mut answer.outputs)?;");

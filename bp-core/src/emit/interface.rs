@@ -275,11 +275,11 @@ impl<'k> Interface<'k> {
             fields.line(format!("pub {field}: &'a [T],"));
         }
         text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
-        let generics = match (borrows, numbers) {
-            (true, true) => "<'a, T>",
-            (true, false) => "<'a>",
-            (false, true) => "<T>",
-            (false, false) => "",
+        let (generics, used) = match (borrows, numbers) {
+            (true, true) => ("<'a, T>", "<'_, T>"),
+            (true, false) => ("<'a>", "<'_>"),
+            (false, true) => ("<T>", "<T>"),
+            (false, false) => ("", ""),
         };
         text.open(format!("struct Inputs{generics}"));
         text.line(fields.finish());
@@ -301,7 +301,7 @@ impl<'k> Interface<'k> {
             }
         }
         text.close();
-        generics
+        used
     }
 }
 

@@ -5,6 +5,7 @@
 //! the same schedule as the lanes.
 
 mod best;
+mod blocks;
 mod documentation;
 mod door;
 mod filter;
@@ -14,6 +15,7 @@ mod interface;
 mod load;
 mod names;
 mod nest;
+mod print;
 mod question;
 mod reading;
 mod suspects;

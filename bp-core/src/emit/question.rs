@@ -7,7 +7,7 @@ use super::given::given;
 use super::interface::{Given, Interface};
 use super::names::local;
 use super::nest::Nests;
-use super::text::{LocalName, Text, in_a_comment, words};
+use super::text::{Text, in_a_comment};
 use super::uniform::with_uniform_conditions;
 use super::values::Enums;
 use crate::ids::{BufferId, Id};
@@ -39,7 +39,7 @@ pub(super) fn emit(
     text.line("pub use ::bp_core::exec::compiled::Report;");
     interface.builder(model, enums, text);
     interface.answer(model, enums, &lowered.outputs, text);
-    let generics = interface.structures(text).replace("'a", "'_");
+    let generics = interface.structures(text);
     let impossible = match kernel.parallel.is_empty() && model.plate.is_none() {
         true => "Evidence of probability zero.",
         false => "None for evidence of probability zero: its elements are zeros, which the report counts.",
@@ -78,7 +78,7 @@ pub(super) fn emit(
     }
     text.line("Ok(report)");
     text.close();
-    again(kernel, &interface, &generics, (question, route), (alone, is_linear), text);
+    again(kernel, &interface, generics, (question, route), (alone, is_linear), text);
     text.close();
 }
 
@@ -319,11 +319,9 @@ fn parallel(
         false => (row_count.join(" * "), local("e", *lane)),
     };
     let slices: Vec<String> = shared.iter().map(|id| format!("&mut {}[..]", local("m", *id))).collect();
-    let mut body = Text::default();
-    Nests::new(kernel, schedule, group, is_linear).blocks(&shared, &mut body);
-    let body = body.finish();
+    let pass = Nests::new(kernel, schedule, group, is_linear).blocks(&shared);
     let made: Vec<BufferId> = group.nests.iter().map(|nest| kernel.nests[nest.nest].out).collect();
-    let fields = captured(kernel, &made, &body);
+    let fields = pass.captured(kernel, &made);
     text.open("");
     text.line("/// One pass: what it reads.");
     text.open("struct Group<'g, T>");
@@ -338,7 +336,7 @@ fn parallel(
         "let Self {{ {} .. }} = *self;",
         names.iter().map(|n| format!("{n},")).collect::<String>()
     ));
-    text.line(body);
+    pass.write(text);
     text.close();
     text.close();
     let mut given = String::new();
@@ -358,29 +356,4 @@ fn parallel(
     ));
     text.line(format!("suspects += {each}({units}, {unit}, ::std::vec![{}], &group);", slices.join(", ")));
     text.close();
-}
-
-/// The outer names used in a pass, and their types.
-fn captured(kernel: &Kernel, made: &[BufferId], body: &str) -> Vec<(String, &'static str)> {
-    let mut fields: Vec<(String, &'static str)> = Vec::new();
-    for word in words(body) {
-        let Some(name) = LocalName::of(word) else { continue };
-        let kind = match name.kind {
-            "e" | "q" | "g" => "usize",
-            "m" => {
-                let id = kernel.buffers.ids().nth(name.position).expect("internal: a name of a buffer");
-                match kernel.buffers[id].role {
-                    _ if made.contains(&id) => continue,
-                    Role::Positions(..) => "&'g [i32]",
-                    Role::Table { .. } => "&'g [f64]",
-                    _ => "&'g [T]",
-                }
-            }
-            _ => continue,
-        };
-        if !fields.iter().any(|(known, _)| *known == word) {
-            fields.push((word.to_owned(), kind));
-        }
-    }
-    fields
 }

@@ -52,29 +52,6 @@ impl Text {
     }
 }
 
-/// Allocations outside the loops of a pass.
-pub(super) enum Room {
-    /// A block of lanes.
-    Block,
-    /// This number of contiguous blocks, aligned to a cache line.
-    Blocks(String),
-    /// An array of this length.
-    Array { of: &'static str, count: String },
-}
-
-impl Room {
-    pub(super) fn write(&self, name: &str, text: &mut Text) {
-        match self {
-            Self::Block => text.line(format!("let mut {name} = Aligned([T::ZERO; LANES]);")),
-            Self::Blocks(count) => {
-                text.line(format!("let mut {name} = ::std::vec![T::ZERO; {count} * LANES + LINE];"));
-                text.line(format!("let {name}: &mut [T] = on_a_line(&mut {name});"));
-            }
-            Self::Array { of, count } => text.line(format!("let mut {name} = ::std::vec![{of}; {count}];")),
-        }
-    }
-}
-
 /// Text for a comment: names may contain line ends, and characters that change the direction of text.
 pub(super) fn in_a_comment(text: &str) -> String {
     let is_unsafe = |letter: char| {
@@ -82,26 +59,6 @@ pub(super) fn in_a_comment(text: &str) -> String {
             || matches!(letter, '\u{2028}' | '\u{2029}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     };
     text.chars().map(|letter| if is_unsafe(letter) { ' ' } else { letter }).collect()
-}
-
-/// A local name of emitted code: its kind, and the position of its object.
-pub(super) struct LocalName<'t> {
-    /// `e` for an extent, `m` for an array, …
-    pub(super) kind: &'t str,
-    pub(super) position: usize,
-    /// The suffix.
-    pub(super) rest: &'t str,
-}
-
-impl<'t> LocalName<'t> {
-    /// A word, if it is a local name.
-    pub(super) fn of(word: &'t str) -> Option<Self> {
-        let first = word.find(|letter: char| letter.is_ascii_digit()).filter(|first| *first > 0)?;
-        let (kind, number) = word.split_at(first);
-        let end = number.find(|letter: char| !letter.is_ascii_digit()).unwrap_or(number.len());
-        let (position, rest) = number.split_at(end);
-        Some(Self { kind, position: position.parse().ok()?, rest })
-    }
 }
 
 /// The words of a text: names, numbers, keywords.

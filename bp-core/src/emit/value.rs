@@ -1,21 +1,21 @@
-//! Values as Rust expressions: numbers that are uniform over a block, and numbers of one lane.
+//! Values in the loop language: numbers that are uniform over a block, and numbers of one lane.
 //!
-//! In: a node. Out: its text. Invariant: operands have been named before.
+//! In: a node. Out: its expression, and how Rust writes its operators. Invariant: operands have been named before.
 
-use super::names::local;
 use super::nest::Nests;
-use crate::ids::{AxisId, Id, ValueId};
+use crate::ids::{AxisId, BufferId, ValueId};
 use crate::kernel::{Index, Node, Role};
+use crate::loops::{Element, Expression, Kind, Of, Operation, Statement, Type};
 use crate::operators::{Binary, Unary};
 
 impl Nests<'_> {
-    /// The current index of an axis, as usize; for the lanes' axis, that of the first lane.
-    pub(super) fn running(&self, axis: AxisId) -> String {
+    /// The current index of an axis; for the lanes' axis, that of the first lane.
+    pub(super) fn running(&self, axis: AxisId) -> Expression {
         let lane = self.group.parallel && self.kernel.parallel.last() == Some(&axis);
-        if lane { "start".to_owned() } else { format!("i{}", axis.position()) }
+        if lane { Operation::Start.alone() } else { Of::Running(axis).into() }
     }
 
-    /// Whether a value is an integer from the host: then `z` is that value, as isize.
+    /// Whether a value is an integer from the host.
     pub(super) fn is_whole(&self, value: ValueId) -> bool {
         match &self.kernel.nodes[value] {
             Node::Load { buffer, otherwise: None, .. } => {
@@ -29,44 +29,56 @@ impl Nests<'_> {
         matches!(self.kernel.nodes[value], Node::Constant(bits) if f64::from_bits(bits) == f64::INFINITY)
     }
 
-    /// Computes a number that is uniform over a block, in f64.
-    pub(super) fn settled(&self, value: ValueId) -> Vec<String> {
-        let id = value.position();
-        match &self.kernel.nodes[value] {
-            Node::Load { buffer, indices, .. } if self.is_whole(value) => {
-                let (_, offset) = self.offset(*buffer, indices, false);
-                vec![
-                    format!("let z{id}: isize = {}[{offset}] as isize;", local("m", *buffer)),
-                    format!("let u{id}: f64 = z{id} as f64;"),
-                ]
-            }
-            _ => vec![format!("let u{id}: f64 = {};", self.uniform(value))],
+    /// The type of the elements of an array.
+    pub(super) fn element(&self, buffer: BufferId) -> Element {
+        match self.kernel.buffers[buffer].role {
+            Role::Positions(..) => Element::Position,
+            Role::Table { .. } => Element::Table,
+            _ => Element::Number,
         }
     }
 
-    fn uniform(&self, value: ValueId) -> String {
-        let u = |value: &ValueId| format!("u{}", value.position());
+    /// Computes a number that is uniform over a block, in f64.
+    pub(super) fn settled(&self, value: ValueId) -> Vec<Statement> {
+        let once = |made: Expression| Statement::Let(Of::Once(value).into(), Type::Once, made);
         match &self.kernel.nodes[value] {
-            Node::Constant(bits) => constant(f64::from_bits(*bits)),
-            Node::Axis(axis) => format!("{} as f64", self.running(*axis)),
-            Node::Unary(operator, operand) => match operator {
-                Unary::Not => format!("1.0 - {}", u(operand)),
-                Unary::Negate => format!("-{}", u(operand)),
-                // The functions with identical results on every processor are slow without instruction selection.
-                operator => format!("Unary::{operator:?}.apply({})", u(operand)),
-            },
-            Node::Binary(operator, left, right) => arithmetic(*operator, &u(left), &u(right), "f64", "0.0"),
+            Node::Load { buffer, indices, .. } if self.is_whole(value) => {
+                let (_, offset) = self.offset(*buffer, indices, false);
+                let position = Operation::Position.of([Of::Array(*buffer).into(), offset]);
+                let whole = Of::Whole(value);
+                vec![
+                    Statement::Let(whole.into(), Type::Signed, position),
+                    once(Operation::Number.of([whole.into()])),
+                ]
+            }
+            _ => vec![once(self.uniform(value))],
+        }
+    }
+
+    /// The number in the type of the lanes.
+    pub(super) fn splat(&self, value: ValueId) -> Statement {
+        let narrow = Operation::Narrow.of([Of::Once(value).into()]);
+        Statement::Let(Of::Splat(value).into(), Type::Lane, narrow)
+    }
+
+    fn uniform(&self, value: ValueId) -> Expression {
+        let u = |value: &ValueId| Expression::from(Of::Once(*value));
+        match &self.kernel.nodes[value] {
+            Node::Constant(bits) => Operation::Constant(Kind::Once, *bits).alone(),
+            Node::Axis(axis) => Operation::Number.of([self.running(*axis)]),
+            Node::Unary(operator, operand) => Operation::Unary(Kind::Once, *operator).of([u(operand)]),
+            Node::Binary(operator, left, right) => {
+                Operation::Binary(Kind::Once, *operator).of([u(left), u(right)])
+            }
             Node::Select(condition, then, otherwise) => {
-                format!("if {} != 0.0 {{ {} }} else {{ {} }}", u(condition), u(then), u(otherwise))
+                Operation::Select(Kind::Once).of([u(condition), u(then), u(otherwise)])
             }
             Node::Load { buffer, indices, otherwise } => {
                 let (inside, offset) = self.offset(*buffer, indices, false);
-                let cell = match self.kernel.buffers[*buffer].role {
-                    Role::Positions(..) => format!("f64::from({}[{offset}])", local("m", *buffer)),
-                    _ => format!("{}[{offset}].to_f64()", local("m", *buffer)),
-                };
+                let element = Operation::Element(Kind::Once, self.element(*buffer));
+                let cell = element.of([Of::Array(*buffer).into(), offset]);
                 match otherwise {
-                    Some(otherwise) => format!("if {inside} {{ {cell} }} else {{ {} }}", u(otherwise)),
+                    Some(otherwise) => Operation::If.of([inside, cell, u(otherwise)]),
                     None => cell,
                 }
             }
@@ -74,26 +86,23 @@ impl Nests<'_> {
     }
 
     /// One lane of a value.
-    pub(super) fn lane(&self, value: ValueId, depth: usize) -> String {
+    pub(super) fn lane(&self, value: ValueId, depth: usize) -> Expression {
         let x = |value: &ValueId| self.operand(*value, depth);
         match &self.kernel.nodes[value] {
-            Node::Constant(bits) => format!("T::from_f64({})", constant(f64::from_bits(*bits))),
-            Node::Axis(_) => "T::from_f64((start + l) as f64)".to_owned(),
-            Node::Unary(operator, operand) => match operator {
-                Unary::Not => format!("T::ONE - {}", x(operand)),
-                Unary::Negate => format!("-{}", x(operand)),
-                operator => format!("Scalar::{}({})", function(*operator), x(operand)),
-            },
+            Node::Constant(bits) => Operation::Constant(Kind::Lane, *bits).alone(),
+            Node::Axis(_) => Operation::RunningLane.alone(),
+            Node::Unary(operator, operand) => Operation::Unary(Kind::Lane, *operator).of([x(operand)]),
             Node::Binary(Binary::Less, left, right) if self.is_infinity(*right) => {
-                format!("<T as Scalar>::truth(Scalar::is_below_infinity({}))", x(left))
+                Operation::IsBelowInfinity.of([x(left)])
             }
-            Node::Binary(operator, left, right) => arithmetic(*operator, &x(left), &x(right), "T", "T::ZERO"),
+            Node::Binary(operator, left, right) => {
+                Operation::Binary(Kind::Lane, *operator).of([x(left), x(right)])
+            }
             Node::Select(condition, then, otherwise) => {
-                format!("if {} != T::ZERO {{ {} }} else {{ {} }}", x(condition), x(then), x(otherwise))
+                Operation::Select(Kind::Lane).of([x(condition), x(then), x(otherwise)])
             }
             Node::Load { buffer, indices, otherwise } if self.is_fetched(value) => {
-                let id = value.position();
-                let otherwise = otherwise.as_ref().map_or_else(|| "T::ZERO".to_owned(), x);
+                let otherwise = otherwise.as_ref().map_or_else(|| Operation::Zero.alone(), x);
                 let lane = self.kernel.parallel.last().copied();
                 let turned =
                     indices.iter().zip(&self.kernel.buffers[*buffer].axes).find_map(|(index, axis)| {
@@ -104,14 +113,14 @@ impl Nests<'_> {
                             _ => None,
                         }
                     });
-                let within = turned.map_or_else(String::new, |(wraps, axis)| {
-                    format!(
-                        " && (u{} != 0.0 || (from{id} + l as isize >= 0 && from{id} + (l as isize) < {} as isize))",
-                        wraps.position(),
-                        local("e", *axis)
-                    )
-                });
-                format!("if inside{id}{within} {{ r{id}[l] }} else {{ {otherwise} }}")
+                let mut inside = vec![Of::Inside(value).into()];
+                if let Some((wraps, axis)) = turned {
+                    let [wraps, from, extent] =
+                        [Of::Once(*wraps), Of::From(value), Of::Extent(*axis)].map(Expression::from);
+                    inside.push(Operation::IsLaneInside.of([wraps, from, extent]));
+                }
+                let fetched = Operation::LaneOf(Of::Fetched(value).into()).alone();
+                Operation::If.of([Operation::All.of(inside), fetched, otherwise])
             }
             Node::Load { buffer, indices, otherwise } => self.gather(*buffer, indices, *otherwise, depth),
         }

@@ -11,15 +11,19 @@
 
 mod functions;
 mod layout;
+mod print;
 mod value;
 
 use super::names::{Names, snake};
 use super::text::{Text, in_a_comment};
-use crate::ids::{AxisId, BufferId, Id};
+use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Buffer, Fold, Kernel, Numbers, Reduce, Role, Values};
+use crate::kernel::{Buffer, Kernel, Numbers, Reduce, Role, Values};
+use crate::loops::{Expression, Kind, Of, Operation, Statement, validate};
+use crate::operators::Binary;
 pub use layout::Layout;
 use layout::{Place, Term};
+use print::Printer;
 
 /// Invocations in a workgroup.
 pub const WORKGROUP: u32 = 64;
@@ -195,11 +199,11 @@ impl Pass<'_> {
                 text.line(format!("var b{}: array<f32, {count}>;", out.position()));
             }
         }
-        for loops in &self.group.nests {
-            text.open("");
-            self.nest(loops, 0, self.is_written_out(loops), text);
-            text.close();
-        }
+        let nests = self.group.nests.iter();
+        let nests = nests.map(|loops| Statement::Scope(self.nest(loops, 0, self.is_written_out(loops))));
+        let nests: Vec<Statement> = nests.collect();
+        validate(&nests, self.axes.iter().map(|axis| Of::Running(*axis).into()));
+        Printer { kernel: self.kernel, layout: self.layout }.statements(&nests, text);
         text.close();
     }
 
@@ -211,57 +215,56 @@ impl Pass<'_> {
         self.group.parallel && known.fold(1, usize::saturating_mul) <= MOST_TURNS
     }
 
-    fn level(&self, loops: &Loops, depth: usize, text: &mut Text) {
-        loops.levels[depth].iter().for_each(|value| self.value(*value, text));
+    fn level(&self, loops: &Loops, depth: usize) -> Vec<Statement> {
+        loops.levels[depth].iter().flat_map(|value| self.value(*value)).collect()
     }
 
-    fn nest(&self, loops: &Loops, depth: usize, written_out: bool, text: &mut Text) {
+    fn nest(&self, loops: &Loops, depth: usize, written_out: bool) -> Vec<Statement> {
         let nest = &self.kernel.nests[loops.nest];
-        self.level(loops, depth, text);
+        let mut made = self.level(loops, depth);
         let (outer, last) = (loops.outer.len(), loops.outer.len() + loops.inner.len());
-        let within = |text: &mut Text| self.nest(loops, depth + 1, written_out, text);
         if depth < outer {
             let axis = loops.outer[depth];
+            let within = self.nest(loops, depth + 1, written_out);
             // Axes of the pass run already.
             match self.axes.contains(&axis) {
-                true => within(text),
-                false => self.through(axis, false, written_out, text, within),
+                true => made.extend(within),
+                false => made.extend(self.through(axis, false, written_out, within)),
             }
-            return;
+            return made;
         }
-        let value = format!("v{}", nest.value.position());
+        let v = |value: ValueId| Expression::from(Of::Lane(value));
+        let (value, cell) = (v(nest.value), self.cell(nest.out));
         match &nest.reduce {
-            Reduce::None => text.line(format!("{} = {value};", self.cell(nest.out))),
+            Reduce::None => made.push(Statement::Set(cell, value)),
             Reduce::Scan { axis, backward, keep, initial } => {
-                text.line(format!("var state = v{};", initial.position()));
-                self.through(*axis, *backward, written_out, text, |text| {
-                    self.level(loops, depth + 1, text);
-                    text.line(format!("{} = state;", self.cell(nest.out)));
-                    text.line(format!("state = v{} * state + {value};", keep.position()));
-                });
+                made.push(Statement::State(v(*initial)));
+                let state = Expression::from(Of::State);
+                let operator = |operator: Binary| Operation::Binary(Kind::Lane, operator);
+                let next = operator(Binary::Multiply).of([v(*keep), state.clone()]);
+                let next = operator(Binary::Add).of([next, value]);
+                let mut within = self.level(loops, depth + 1);
+                within.push(Statement::Set(cell, state.clone()));
+                within.push(Statement::Set(state, next));
+                made.extend(self.through(*axis, *backward, written_out, within));
             }
             Reduce::Fold(fold, _) => {
                 if depth == outer {
-                    let start = match fold {
-                        Fold::Sum => "0.0",
-                        Fold::Product => "1.0",
-                        Fold::Maximum => "-infinity()",
-                    };
-                    text.line(format!("var folded = f32({start});"));
+                    made.push(Statement::Begin(*fold));
                 }
                 match depth < last {
-                    true => self.through(loops.inner[depth - outer], false, written_out, text, within),
-                    false => text.line(match fold {
-                        Fold::Sum => format!("folded += {value};"),
-                        Fold::Product => format!("folded *= {value};"),
-                        Fold::Maximum => format!("folded = max(folded, {value});"),
-                    }),
+                    true => {
+                        let within = self.nest(loops, depth + 1, written_out);
+                        made.extend(self.through(loops.inner[depth - outer], false, written_out, within));
+                    }
+                    false => made.push(Statement::Fold(*fold, value)),
                 }
                 if depth == outer {
-                    text.line(format!("{} = folded;", self.cell(nest.out)));
+                    made.push(Statement::Set(cell, Of::Folded.into()));
                 }
             }
         }
+        made
     }
 
     /// Runs through an axis, or writes out its turns.
@@ -270,62 +273,20 @@ impl Pass<'_> {
         axis: AxisId,
         backward: bool,
         written_out: bool,
-        text: &mut Text,
-        within: impl Fn(&mut Text),
-    ) {
-        let running = axis.position();
+        body: Vec<Statement>,
+    ) -> Vec<Statement> {
         match self.layout.extent(axis) {
             Term::Known(extent) if written_out => {
-                for turn in 0..extent {
-                    let at = if backward { extent - 1 - turn } else { turn };
-                    text.open("");
-                    text.line(format!("const i{running}: i32 = {at};"));
-                    within(text);
-                    text.close();
-                }
-                return;
+                let at = |turn: usize| if backward { extent - 1 - turn } else { turn };
+                (0..extent).map(|turn| Statement::Turn(axis, at(turn), body.clone())).collect()
             }
-            extent => {
-                let extent = extent.signed();
-                text.open(match backward {
-                    true => format!("for (var i{running} = {extent} - 1; i{running} >= 0; i{running}--)"),
-                    false => format!("for (var i{running} = 0; i{running} < {extent}; i{running}++)"),
-                });
-            }
+            _ => vec![Statement::Scan { axis, backward, body }],
         }
-        within(text);
-        text.close();
     }
 
     /// The running cell of a buffer that is made.
-    fn cell(&self, out: BufferId) -> String {
-        let axes = &self.kernel.buffers[out].axes;
-        self.element(out, axes.iter().map(|axis| format!("i{}", axis.position())))
-    }
-
-    /// An element of a buffer.
-    fn element(&self, buffer: BufferId, indices: impl Iterator<Item = String>) -> String {
-        let made = &self.kernel.buffers[buffer];
-        match self.layout.place(buffer) {
-            Place::Private(_) => {
-                // Its plate is the invocation's own cell.
-                let own =
-                    made.axes.iter().zip(indices).filter(|(axis, _)| !self.kernel.parallel.contains(axis));
-                let offset = own.fold(String::new(), |offset, (axis, index)| match offset.is_empty() {
-                    true => index,
-                    false => format!("({offset}) * {} + {index}", self.extent(*axis)),
-                });
-                let offset = if offset.is_empty() { "0" } else { &offset };
-                format!("b{}[{offset}]", buffer.position())
-            }
-            Place::Stored { first, strides } => {
-                let terms = indices.zip(strides).map(|(index, stride)| match stride {
-                    Term::Known(1) => format!(" + u32({index})"),
-                    stride => format!(" + u32({index}) * {}", stride.unsigned()),
-                });
-                let array = if matches!(made.role, Role::Positions(..)) { "positions" } else { "numbers" };
-                format!("{array}[{}{}]", first.unsigned(), terms.collect::<String>())
-            }
-        }
+    fn cell(&self, out: BufferId) -> Expression {
+        let running = self.kernel.buffers[out].axes.iter().map(|axis| Of::Running(*axis).into());
+        Operation::Cell(out).of(running.collect::<Vec<Expression>>())
     }
 }

@@ -1,17 +1,16 @@
-//! Fused nests as text: where their lanes stand is settled for a block; then tile after tile runs through all of them.
+//! Fused nests in the loop language: the location of their lanes is computed for a block; then each tile passes through all
+//! of them.
 //!
-//! In: items of nests that follow each other. Out: their text. Invariant: `u`, `t` and `x` mean what they mean in
-//! [`super::nest`], with the values of the axes that are written out after them; `p` is where fetched lanes stand, `r` a
-//! tile of them, `v` one lane of what is made, `k` tiles that are kept for the nests after it. A tile is an array of known
-//! length: so it lives in registers, and each number goes to memory once.
+//! In: items of nests that follow each other. Out: their statements. Invariant: names have copies by the indices of unrolled
+//! axes. A tile is an array of known length, so that it stays in registers and each number is stored once.
 
+use super::blocks::Room;
 use super::fused::{Fused, Run, choices, values, written_out};
-use super::names::local;
-use super::nest::Nests;
-use super::text::{LocalName, Room, Text, words};
+use super::nest::{Nests, folded};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::Loops;
-use crate::kernel::{Check, Fold, Node};
+use crate::kernel::{Check, Node};
+use crate::loops::{Expression, Grain, Kind, Lanes, Local, Of, Operation, Statement, Target, Type};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Tiles that are kept in registers, at most.
@@ -19,29 +18,32 @@ const MOST_TILES: usize = 16;
 
 type Choice = HashMap<AxisId, usize>;
 
+/// A copy of a value.
+type Instance = (ValueId, Vec<usize>);
+
 /// Where the lanes of a tile come from.
 enum Origin {
     /// A tile that another item of the run has kept.
-    Kept(String),
+    Kept(Expression),
     /// An array.
-    Array(String),
+    Array(Expression),
 }
 
-/// The text of one item, in parts.
+/// One item, in parts.
 #[derive(Default)]
 struct Parts {
     /// What is the same for the block: outside the item's loop, and inside it.
-    outside: Vec<String>,
-    inside: Vec<String>,
+    outside: Vec<Statement>,
+    inside: Vec<Statement>,
     /// One lane.
-    lanes: Vec<String>,
-    named: BTreeSet<String>,
-    /// Lanes that are fetched, by name: whether inside the item's loop, and from where.
-    fetched: BTreeMap<String, (bool, Origin)>,
+    lanes: Vec<Statement>,
+    named: BTreeSet<Instance>,
+    /// Fetched lanes: whether inside the item's loop, and their source.
+    fetched: Vec<(Instance, bool, Origin)>,
     /// Numbers that change inside the item's loop.
-    numbers: BTreeSet<String>,
+    numbers: Vec<Instance>,
     /// Tiles that are made: name of the copy, buffer, and plane.
-    made: Vec<(String, BufferId, String)>,
+    made: Vec<(Vec<usize>, BufferId, Expression)>,
 }
 
 impl Origin {
@@ -50,53 +52,54 @@ impl Origin {
     }
 }
 
+fn local(of: impl Fn(ValueId) -> Of, (value, copy): &Instance) -> Local {
+    Local::new(of(*value), copy)
+}
+
+/// The order of copies in the text: that of their names.
+fn in_order(one: &Instance, other: &Instance) -> std::cmp::Ordering {
+    let name = |copy: &Instance| super::print::name(&local(Of::Lane, copy));
+    name(one).cmp(&name(other))
+}
+
 impl Nests<'_> {
-    /// Writes a run of items; `outside` gets what is made once for all blocks.
+    /// A run of items; allocations for all blocks are added to `rooms`.
     pub(super) fn run(
         &mut self,
         run: &Run<'_>,
         shared: &[BufferId],
-        outside: &mut BTreeMap<String, Room>,
-        text: &mut Text,
-    ) {
+        rooms: &mut BTreeMap<Local, Room>,
+    ) -> Vec<Statement> {
         let parts: Vec<Parts> = run.items.iter().map(|fused| self.parts(run, fused)).collect();
+        let mut made = Vec::new();
         for (fused, parts) in run.items.iter().zip(&parts) {
-            self.settle(fused, parts, outside, text);
+            made.extend(self.settle(fused, parts, rooms));
         }
         // Of known length, so that no index is checked in the loop over tiles.
         for (fused, parts) in run.items.iter().zip(&parts) {
             let Some(axis) = fused.axis else { continue };
-            let settled = parts.fetched.iter().filter(|(_, (inside, origin))| *inside && origin.is_array());
-            let names = settled.map(|(name, _)| format!("all_p{name}"));
-            for name in names.chain(parts.numbers.iter().map(|name| format!("all_{name}"))) {
-                text.line(format!("let {name} = &{name}[..{}];", local("e", axis)));
-            }
+            let settled = parts.fetched.iter().filter(|(_, inside, origin)| *inside && origin.is_array());
+            let places = settled.map(|(copy, ..)| local(Of::Places, copy));
+            let numbers = parts.numbers.iter().map(|copy| local(Of::Splats, copy));
+            made.extend(places.chain(numbers).map(|name| Statement::Shorten(name, axis)));
         }
-        text.line("let mut tile: usize = 0;");
-        text.open("while tile < width");
-        text.line("let count = TILE.min(width);");
-        text.line("let at = if tile + TILE <= width { tile } else { width - count };");
-        text.line("let start = start + at;");
+        let mut tiles = Vec::new();
         for kept in self.kept(run) {
-            let name = local("k", kept);
+            let name = Local::from(Of::Tiles(kept));
             match self.kernel.known_cells(&self.serial_axes(kept)) {
                 // Few enough for registers.
-                Some(cells) if cells <= MOST_TILES => {
-                    text.line(format!("let mut {name} = [Aligned([T::ZERO; TILE]); {cells}];"))
-                }
+                Some(cells) if cells <= MOST_TILES => tiles.push(Statement::Tiles(name, cells)),
                 _ => {
-                    let cells = self.cells(kept);
-                    outside.insert(name, Room::Array { of: "Aligned([T::ZERO; TILE])", count: cells });
+                    let count = self.cells(kept);
+                    rooms.insert(name, Room::Array { of: "Aligned([T::ZERO; TILE])", count });
                 }
             }
         }
         for (fused, parts) in run.items.iter().zip(&parts) {
-            text.open("");
-            self.tile(run, fused, parts, shared, text);
-            text.close();
+            tiles.push(Statement::Scope(self.tile(run, fused, parts, shared)));
         }
-        text.line("tile += TILE;");
-        text.close();
+        made.push(Statement::ForTiles(tiles));
+        made
     }
 
     fn parts(&mut self, run: &Run<'_>, fused: &Fused<'_>) -> Parts {
@@ -106,224 +109,214 @@ impl Nests<'_> {
             let nest = &self.kernel.nests[loops.nest];
             let needed = values(self.kernel, loops);
             needed.iter().for_each(|value| self.depth[value.position()] = 0);
-            let mut made: Vec<String> = Vec::new();
+            let mut made: Vec<Vec<usize>> = Vec::new();
             for choice in choices(self.kernel, &short) {
                 needed.iter().for_each(|value| self.put(run, fused, *value, &choice, &mut parts));
-                let root = self.lane_text(&self.operand(nest.value, 0), &choice);
-                let suffix = self.suffix(self.kernel.buffers[nest.out].axes.iter().copied(), &choice);
-                let name = format!("{}{suffix}", local("v", nest.out));
-                match (nest.reduce.fold(), made.contains(&suffix)) {
-                    (Some(fold), true) => {
-                        parts.lanes.push(format!("let {name}: T = {};", folded(fold, &name, &root)))
-                    }
+                let root = self.lane_in(&self.operand(nest.value, 0), &choice);
+                let copy = self.copy(self.kernel.buffers[nest.out].axes.iter().copied(), &choice);
+                let cell = Local::new(Of::Cell(nest.out), &copy);
+                let value = match (nest.reduce.fold(), made.contains(&copy)) {
+                    (Some(fold), true) => folded(fold, cell.clone().into(), root),
                     _ => {
-                        parts.lanes.push(format!("let {name}: T = {root};"));
                         let plane = self.instance(&self.plane(nest.out), &choice);
-                        parts.made.push((suffix.clone(), nest.out, plane));
-                        made.push(suffix);
+                        parts.made.push((copy.clone(), nest.out, plane));
+                        made.push(copy);
+                        root
                     }
-                }
+                };
+                parts.lanes.push(Statement::Let(cell, Type::Lane, value));
             }
         }
-        let used: BTreeSet<&str> = parts.lanes.iter().flat_map(|line| words(line)).collect();
-        parts.numbers.retain(|name| used.contains(name.as_str()));
+        let mut used: BTreeSet<Local> = BTreeSet::new();
+        parts.lanes.iter().for_each(|lane| {
+            lane.names(&mut |name| {
+                used.insert(name);
+            })
+        });
+        parts.numbers.retain(|copy| used.contains(&local(Of::Splat, copy)));
+        parts.numbers.sort_by(in_order);
+        parts.fetched.sort_by(|one, other| in_order(&one.0, &other.0));
         parts
     }
 
     /// The values of axes that are written out, of those among `axes`.
-    fn suffix(&self, axes: impl Iterator<Item = AxisId>, choice: &Choice) -> String {
+    fn copy(&self, axes: impl Iterator<Item = AxisId>, choice: &Choice) -> Vec<usize> {
         let chosen: BTreeSet<AxisId> = axes.filter(|axis| choice.contains_key(axis)).collect();
-        chosen.iter().map(|axis| format!("_{}", choice[axis])).collect()
+        chosen.iter().map(|axis| choice[axis]).collect()
     }
 
-    fn value_suffix(&self, value: usize, choice: &Choice) -> String {
-        let value = self.kernel.nodes.ids().nth(value).expect("internal: a name of a value");
-        self.suffix(self.axes_of(value).into_iter(), choice)
+    fn copy_of(&self, value: ValueId, choice: &Choice) -> Instance {
+        (value, self.copy(self.axes_of(value).into_iter(), choice))
     }
 
     /// Puts one value where it is computed.
     fn put(&self, run: &Run<'_>, fused: &Fused<'_>, value: ValueId, choice: &Choice, parts: &mut Parts) {
-        let id = value.position();
-        let suffix = self.value_suffix(id, choice);
-        if !parts.named.insert(format!("{id}{suffix}")) {
+        let copy = self.copy_of(value, choice);
+        if !parts.named.insert(copy.clone()) {
             return;
         }
         let inside = fused.axis.is_some_and(|axis| self.axes_of(value).contains(&axis));
-        let mut lines: Vec<String> = Vec::new();
+        let lane = |of: Expression| Statement::Let(local(Of::Lane, &copy), Type::Lane, of);
+        let mut made: Vec<Statement> = Vec::new();
         if !self.varies(value) {
-            lines.extend(self.settled(value));
-            lines.push(format!("let t{id}: T = T::from_f64(u{id});"));
+            made.extend(self.settled(value));
+            made.push(self.splat(value));
             if inside {
-                parts.numbers.insert(format!("t{id}{suffix}"));
+                parts.numbers.push(copy);
             }
         } else if let (Node::Load { buffer, indices, .. }, true) =
             (&self.kernel.nodes[value], self.is_fetched(value))
         {
             if fused.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer) {
                 let axes = self.kernel.buffers[*buffer].axes.iter().copied();
-                let made = format!("{}{}", local("v", *buffer), self.suffix(axes, choice));
-                parts.lanes.push(format!("let x{id}{suffix}: T = {made};"));
+                let cell = Local::new(Of::Cell(*buffer), &self.copy(axes, choice));
+                parts.lanes.push(lane(cell.into()));
                 return;
             }
-            parts.lanes.push(format!("let x{id}{suffix}: T = r{id}{suffix}[l];"));
+            parts.lanes.push(lane(Operation::LaneOf(local(Of::Fetched, &copy)).alone()));
             if self.is_made_in(run, *buffer) {
                 let plane = self.instance(&self.planes(*buffer, indices), choice);
-                let kept = format!("{}[{plane}]", local("k", *buffer));
-                parts.fetched.insert(format!("{id}{suffix}"), (inside, Origin::Kept(kept)));
+                let kept = Operation::At(Of::Tiles(*buffer).into()).of([plane]);
+                parts.fetched.push((copy, inside, Origin::Kept(kept)));
                 return;
             }
-            let slot = match (inside, fused.axis) {
-                (true, Some(axis)) => format!("{} * LANES", local("i", axis)),
-                _ => "0".to_owned(),
-            };
-            let mut fetched = Text::default();
-            self.fetch(value, &slot, "TILE", &mut fetched);
-            lines.extend(fetched.finish().lines().map(str::to_owned));
-            let source = self.source(*buffer);
-            parts.fetched.insert(format!("{id}{suffix}"), (inside, Origin::Array(source)));
+            made = self.fetch(value, &slot(fused.axis.filter(|_| inside)), Grain::Tile);
+            parts.fetched.push((copy, inside, Origin::Array(self.source(*buffer))));
         } else {
-            let line = format!("let x{id}: T = {};", self.lane(value, 0));
-            parts.lanes.push(self.lane_text(&line, choice));
+            parts.lanes.push(lane(self.lane_in(&self.lane(value, 0), choice)));
             return;
         }
-        let lines = lines.iter().map(|line| self.instance(line, choice));
-        if inside { parts.inside.extend(lines) } else { parts.outside.extend(lines) }
+        let made = made.into_iter().map(|statement| match statement {
+            Statement::Let(name, of, made) => {
+                let name = self.copied(&name, choice).unwrap_or(name);
+                Statement::Let(name, of, self.instance(&made, choice))
+            }
+            other => other,
+        });
+        if inside { parts.inside.extend(made) } else { parts.outside.extend(made) }
     }
 
-    /// The text of one lane: what was fetched has been read already.
-    fn lane_text(&self, text: &str, choice: &Choice) -> String {
-        let text = self.instance(text, choice);
-        let mut read = String::new();
-        let mut rest = text.as_str();
-        while let Some(end) = rest.find("[l]") {
-            let start =
-                rest[..end].rfind(|c: char| !(c.is_alphanumeric() || c == '_')).map_or(0, |at| at + 1);
-            read.push_str(&rest[..start]);
-            read.push_str(&format!("x{}", &rest[start + 1..end]));
-            rest = &rest[end + 3..];
-        }
-        read + rest
+    /// An expression of one lane: fetched lanes have been read already.
+    fn lane_in(&self, of: &Expression, choice: &Choice) -> Expression {
+        self.instance(of, choice).renamed(&|operation| match operation {
+            Operation::LaneOf(Local { of: Of::Fetched(value), copy }) => {
+                Some(Operation::Local(Local::new(Of::Lane(*value), copy)))
+            }
+            _ => None,
+        })
     }
 
-    /// Text with the names of values and axes made those of one copy.
-    fn instance(&self, text: &str, choice: &Choice) -> String {
-        let mut out = String::new();
-        let mut rest = text;
-        while !rest.is_empty() {
-            let is_word = |c: char| c.is_alphanumeric() || c == '_';
-            let end = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
-            if end == 0 {
-                let first = rest.chars().next().map_or(1, char::len_utf8);
-                out.push_str(&rest[..first]);
-                rest = &rest[first..];
-                continue;
+    /// The name in one copy, if each copy has its own.
+    fn copied(&self, name: &Local, choice: &Choice) -> Option<Local> {
+        let value = name.copied_value()?;
+        Some(Local::new(name.of, &self.copy_of(value, choice).1))
+    }
+
+    /// An expression with the names of one copy.
+    fn instance(&self, of: &Expression, choice: &Choice) -> Expression {
+        of.renamed(&|operation| match operation {
+            Operation::Local(Local { of: Of::Running(axis), .. }) => {
+                choice.get(axis).map(|value| Operation::Chosen(*value))
             }
-            let word = &rest[..end];
-            rest = &rest[end..];
-            let name = LocalName::of(word).filter(|name| name.rest.is_empty());
-            match name.map_or((word, None), |name| (name.kind, Some(name.position))) {
-                ("u" | "z" | "t" | "r" | "x" | "b" | "p" | "from" | "inside", Some(number)) => {
-                    out.push_str(&format!("{word}{}", self.value_suffix(number, choice)));
-                }
-                ("i", Some(number)) => match choice.iter().find(|(axis, _)| axis.position() == number) {
-                    Some((_, value)) => out.push_str(&format!("{value}usize")),
-                    None => out.push_str(word),
-                },
-                _ => out.push_str(word),
-            }
-        }
-        out
+            Operation::Local(name) => self.copied(name, choice).map(Operation::Local),
+            Operation::LaneOf(name) => self.copied(name, choice).map(Operation::LaneOf),
+            _ => None,
+        })
     }
 
     /// What is the same for a block: numbers, and where lanes stand.
-    fn settle(
-        &self,
-        fused: &Fused<'_>,
-        parts: &Parts,
-        outside: &mut BTreeMap<String, Room>,
-        text: &mut Text,
-    ) {
-        parts.outside.iter().for_each(|line| text.line(line));
-        let Some(axis) = fused.axis.filter(|_| !parts.inside.is_empty()) else { return };
-        let (extent, running) = (local("e", axis), local("i", axis));
-        text.open(format!("for {running} in 0..{extent}"));
-        parts.inside.iter().for_each(|line| text.line(line));
-        for name in &parts.numbers {
-            outside.insert(format!("all_{name}"), Room::Array { of: "T::ZERO", count: extent.clone() });
-            text.line(format!("all_{name}[{running}] = {name};"));
+    fn settle(&self, fused: &Fused<'_>, parts: &Parts, rooms: &mut BTreeMap<Local, Room>) -> Vec<Statement> {
+        let mut made = parts.outside.clone();
+        let Some(axis) = fused.axis.filter(|_| !parts.inside.is_empty()) else { return made };
+        let extent = Expression::from(Of::Extent(axis));
+        let mut body = parts.inside.clone();
+        let mut keep = |name: Local, value: Local| {
+            let at = Operation::At(name).of([Of::Running(axis).into()]);
+            body.push(Statement::Set(at, value.into()));
+        };
+        for copy in &parts.numbers {
+            let numbers = Room::Array { of: "T::ZERO", count: extent.clone() };
+            rooms.insert(local(Of::Splats, copy), numbers);
+            keep(local(Of::Splats, copy), local(Of::Splat, copy));
         }
-        for (name, (inside, origin)) in &parts.fetched {
+        for (copy, inside, origin) in &parts.fetched {
             if *inside && origin.is_array() {
                 let places = Room::Array { of: "Place::default()", count: extent.clone() };
-                outside.insert(format!("all_p{name}"), places);
-                outside.insert(format!("b{name}"), Room::Blocks(extent.clone()));
-                text.line(format!("all_p{name}[{running}] = p{name};"));
+                rooms.insert(local(Of::Places, copy), places);
+                rooms.insert(local(Of::Copies, copy), Room::Blocks(extent.clone()));
+                keep(local(Of::Places, copy), local(Of::Place, copy));
             }
         }
-        text.close();
+        made.push(Statement::For(axis, body));
+        made
     }
 
     /// One tile of an item.
-    fn tile(&self, run: &Run<'_>, fused: &Fused<'_>, parts: &Parts, shared: &[BufferId], text: &mut Text) {
+    fn tile(&self, run: &Run<'_>, fused: &Fused<'_>, parts: &Parts, shared: &[BufferId]) -> Vec<Statement> {
         // What is folded over the item's loop is begun before it and given away after it.
         let (mut begun, mut given, mut steps) =
             ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()], Vec::new());
-        for (suffix, out, plane) in &parts.made {
+        for (copy, out, plane) in &parts.made {
             let maker = fused.nests.iter().find(|nest| self.kernel.nests[nest.nest].out == *out);
             let maker = maker.expect("internal: it is made here");
             let over = fused.axis.is_some_and(|axis| maker.inner.contains(&axis));
             let fold = self.kernel.nests[maker.nest].reduce.fold().filter(|_| over);
-            let targets = self.targets(run, fused, *out, plane, shared);
+            let (cell, tile) = (Local::new(Of::Cell(*out), copy), Local::new(Of::Tile(*out), copy));
+            let targets = self.targets(run, fused, (*out, plane, &tile), shared);
             if targets.is_empty() {
                 continue;
             }
-            let (lane, tile) =
-                (format!("{}{suffix}", local("v", *out)), format!("{}{suffix}", local("w", *out)));
-            let start = fold.map_or("T::ZERO".to_owned(), |fold| {
-                format!("T::from_f64({})", super::value::constant(fold.start()))
-            });
-            begun[usize::from(!over)].push(format!("let mut {tile} = Aligned([{start}; TILE]);"));
-            let value = fold.map_or(lane.clone(), |fold| folded(fold, &format!("{tile}[l]"), &lane));
-            steps.push(format!("{tile}[l] = {value};"));
-            given[usize::from(!over)].extend(targets.iter().map(|target| target.replace("TILE_MADE", &tile)));
+            let start = match fold {
+                Some(fold) => Expression::constant(Kind::Lane, fold.start()),
+                None => Operation::Zero.alone(),
+            };
+            begun[usize::from(!over)].push(Statement::Tile(tile.clone(), start));
+            let lane = Operation::LaneOf(tile).alone();
+            let value = match fold {
+                Some(fold) => folded(fold, lane.clone(), cell.into()),
+                None => cell.into(),
+            };
+            steps.push(Statement::Set(lane, value));
+            given[usize::from(!over)].extend(targets);
         }
-        begun[0].iter().for_each(|line| text.line(line));
-        self.read(fused, parts, false, text);
+        let [mut made, begun_inside] = begun;
+        let [given_after, given_inside] = given;
+        self.read(fused, parts, false, &mut made);
+        let mut body = Vec::new();
         if let Some(axis) = fused.axis {
-            let running = local("i", axis);
-            text.open(format!("for {running} in 0..{}", local("e", axis)));
-            for name in &parts.numbers {
-                text.line(format!("let {name}: T = all_{name}[{running}];"));
+            for copy in &parts.numbers {
+                let number = Operation::At(local(Of::Splats, copy)).of([Of::Running(axis).into()]);
+                body.push(Statement::Let(local(Of::Splat, copy), Type::Lane, number));
             }
-            self.read(fused, parts, true, text);
+            self.read(fused, parts, true, &mut body);
         }
-        begun[1].iter().for_each(|line| text.line(line));
-        text.open("for l in 0..TILE");
-        parts.lanes.iter().chain(&steps).for_each(|line| text.line(line));
-        text.close();
-        given[1].iter().for_each(|line| text.line(line));
-        if fused.axis.is_some() {
-            text.close();
+        body.extend(begun_inside);
+        body.push(Statement::ForLanes(Lanes::Tile, parts.lanes.iter().cloned().chain(steps).collect()));
+        body.extend(given_inside);
+        match fused.axis {
+            Some(axis) => made.push(Statement::For(axis, body)),
+            None => made.extend(body),
         }
-        given[0].iter().for_each(|line| text.line(line));
+        made.extend(given_after);
+        made
     }
 
     /// Reads the tiles that were fetched outside an item's loop, or inside it.
-    fn read(&self, fused: &Fused<'_>, parts: &Parts, inside: bool, text: &mut Text) {
-        for (name, (_, origin)) in parts.fetched.iter().filter(|(_, (own, _))| *own == inside) {
-            let (place, slot) = match fused.axis.filter(|_| inside) {
-                Some(axis) => {
-                    let running = local("i", axis);
-                    (format!("all_p{name}[{running}]"), format!("{running} * LANES"))
-                }
-                None => (format!("p{name}"), "0".to_owned()),
+    fn read(&self, fused: &Fused<'_>, parts: &Parts, inside: bool, made: &mut Vec<Statement>) {
+        for (copy, _, origin) in parts.fetched.iter().filter(|(_, own, _)| *own == inside) {
+            let axis = fused.axis.filter(|_| inside);
+            let place = match axis {
+                Some(axis) => Operation::At(local(Of::Places, copy)).of([Of::Running(axis).into()]),
+                None => local(Of::Place, copy).into(),
             };
-            text.line(match origin {
-                Origin::Kept(tile) => format!("let r{name}: Tile<T> = {tile};"),
+            let tile = match origin {
+                Origin::Kept(tile) => tile.clone(),
                 Origin::Array(source) => {
-                    format!("let r{name}: Tile<T> = read_tile({place}, {source}, &b{name}[..], {slot}, at);")
+                    let copies = local(Of::Copies, copy).into();
+                    Operation::ReadTile.of([place, source.clone(), copies, slot(axis)])
                 }
-            });
+            };
+            made.push(Statement::Let(local(Of::Fetched, copy), Type::Tile, tile));
         }
     }
 
@@ -332,32 +325,29 @@ impl Nests<'_> {
         &self,
         run: &Run<'_>,
         fused: &Fused<'_>,
-        out: BufferId,
-        plane: &str,
+        (out, plane, tile): (BufferId, &Expression, &Local),
         shared: &[BufferId],
-    ) -> Vec<String> {
+    ) -> Vec<Statement> {
         let mut targets = Vec::new();
         let check = self.checked(out);
         if check == Some(Check::Total) {
-            // The last tile of a row begins with lanes that the one before it has counted.
-            targets
-                .push(format!("suspects += suspect_tile(&TILE_MADE, tile - at, count, {});", self.least()));
+            targets.push(Statement::LookAtTile(self.totals(), tile.clone()));
         }
+        let mut keep = |target: Target, doubt: bool| {
+            let (plane, tile) = (plane.clone(), tile.clone());
+            targets.push(Statement::KeepTile { target, plane, tile, doubt });
+        };
         if shared.contains(&out) {
-            let place = format!("&mut {}[{plane}][..], place + at, count, TILE_MADE", local("y", out));
-            targets.push(match check {
-                Some(Check::Number) => format!("write_numbers({place}, &mut doubt);"),
-                _ => format!("write_tile({place});"),
-            });
+            keep(Target::Planes(out), check == Some(Check::Number));
         }
         let reads = |nest: &&Loops| self.reads(nest, out);
         let inside = |nest: &&Loops| run.items.iter().any(|item| item.has(nest));
         if self.group.nests.iter().filter(reads).any(|nest| !inside(&nest)) {
-            let lanes = local("m", out);
-            targets.push(format!("write_tile(&mut {lanes}[..], ({plane}) * LANES + at, count, TILE_MADE);"));
+            keep(Target::Own(out), false);
         }
         if self.group.nests.iter().filter(reads).any(|nest| inside(&nest) && !fused.has(nest)) {
-            targets.push(format!("{}[{plane}] = TILE_MADE;", local("k", out)));
+            let kept = Operation::At(Of::Tiles(out).into()).of([plane.clone()]);
+            targets.push(Statement::Set(kept, tile.clone().into()));
         }
         targets
     }
@@ -375,10 +365,10 @@ impl Nests<'_> {
     }
 }
 
-fn folded(fold: Fold, folded: &str, value: &str) -> String {
-    match fold {
-        Fold::Sum => format!("{folded} + {value}"),
-        Fold::Product => format!("{folded} * {value}"),
-        Fold::Maximum => format!("Scalar::maximum({folded}, {value})"),
+/// The offset of the copies of an iteration of an item's loop.
+fn slot(axis: Option<AxisId>) -> Expression {
+    match axis {
+        Some(axis) => Operation::Slot.of([Of::Running(axis).into()]),
+        None => Operation::Count(0).alone(),
     }
 }

@@ -1,91 +1,92 @@
-//! Nodes as WGSL: one `let` for each.
+//! Nodes in the loop language, and the WGSL text of their operators.
 //!
-//! In: a node whose operands have been named. Out: its line. Invariant: indices that may lie outside are checked before
+//! In: a node whose operands have been named. Out: its statement. Invariant: indices that may be out of range are checked before
 //! they are used.
 
 use super::Pass;
-use crate::emit::text::Text;
-use crate::ids::{BufferId, Id, ValueId};
+use crate::ids::{BufferId, ValueId};
 use crate::kernel::{Index, Node, Role};
+use crate::loops::{Expression, Kind, Of, Operation, Statement, Type};
 use crate::operators::{Binary, Unary};
 
 impl Pass<'_> {
-    pub(super) fn value(&self, value: ValueId, text: &mut Text) {
-        let name = format!("v{}", value.position());
-        let v = |value: &ValueId| format!("v{}", value.position());
+    pub(super) fn value(&self, value: ValueId) -> Vec<Statement> {
+        let name = Of::Lane(value);
+        let v = |value: &ValueId| Expression::from(Of::Lane(*value));
+        let mut made = Vec::new();
         let expression = match &self.kernel.nodes[value] {
-            Node::Constant(bits) => constant(f64::from_bits(*bits)),
-            Node::Axis(axis) => format!("f32(i{})", axis.position()),
-            Node::Unary(operator, operand) => unary(*operator, &v(operand)),
-            Node::Binary(operator, left, right) => binary(*operator, &v(left), &v(right)),
+            Node::Constant(bits) => Operation::Constant(Kind::Lane, *bits).alone(),
+            Node::Axis(axis) => Operation::Number.of([Of::Running(*axis).into()]),
+            Node::Unary(operator, operand) => Operation::Unary(Kind::Lane, *operator).of([v(operand)]),
+            Node::Binary(operator, left, right) => {
+                Operation::Binary(Kind::Lane, *operator).of([v(left), v(right)])
+            }
             Node::Select(condition, then, otherwise) => {
-                format!("select({}, {}, {} != 0.0)", v(otherwise), v(then), v(condition))
+                Operation::Select(Kind::Lane).of([v(condition), v(then), v(otherwise)])
             }
             Node::Load { buffer, indices, otherwise } => {
-                let (inside, element) = self.load(&name, *buffer, indices, text);
-                match (otherwise, inside.is_empty()) {
-                    (Some(otherwise), false) => {
-                        text.line(format!("var {name} = {};", v(otherwise)));
-                        text.open(format!("if {}", inside.join(" && ")));
-                        text.line(format!("{name} = {element};"));
-                        text.close();
-                        return;
+                let (inside, element) = self.load(value, *buffer, indices, &mut made);
+                match otherwise {
+                    Some(otherwise) if !inside.is_empty() => {
+                        let parts = [v(otherwise), Operation::All.of(inside), element];
+                        made.push(Statement::LetWhere(name.into(), parts));
+                        return made;
                     }
                     _ => element,
                 }
             }
         };
-        text.line(format!("let {name}: f32 = {expression};"));
+        made.push(Statement::Let(name.into(), Type::Lane, expression));
+        made
     }
 
     /// What must hold for an element to be there, and the element. Places that are computed get names of their own.
     fn load(
         &self,
-        name: &str,
+        value: ValueId,
         buffer: BufferId,
         indices: &[Index],
-        text: &mut Text,
-    ) -> (Vec<String>, String) {
+        made: &mut Vec<Statement>,
+    ) -> (Vec<Expression>, Expression) {
         let mut inside = Vec::new();
         let axes = &self.kernel.buffers[buffer].axes;
         let mut places = Vec::new();
         for (position, (index, axis)) in indices.iter().zip(axes).enumerate() {
-            let extent = self.extent(*axis);
+            let extent = Expression::from(Of::Extent(*axis));
+            let whole = |value: ValueId| Operation::AsSigned.of([Of::Lane(value).into()]);
             let place = match index {
                 Index::Axis(axis) => {
-                    places.push(format!("i{}", axis.position()));
+                    places.push(Of::Running(*axis).into());
                     continue;
                 }
                 Index::At(at) => match (&self.kernel.nodes[*at], self.kernel.axes[*axis].extent.known()) {
                     (Node::Constant(bits), Some(known))
                         if (0.0..known as f64).contains(&f64::from_bits(*bits)) =>
                     {
-                        places.push(format!("{}", f64::from_bits(*bits) as usize));
+                        places.push(Operation::Count(f64::from_bits(*bits) as usize).alone());
                         continue;
                     }
-                    _ => format!("i32(v{})", at.position()),
+                    _ => whole(*at),
                 },
-                Index::Turned { axis, by, wraps } => format!(
-                    "turned(i{} + i32(v{}), {extent}, v{})",
-                    axis.position(),
-                    by.position(),
-                    wraps.position()
-                ),
+                Index::Turned { axis, by, wraps } => {
+                    let (running, wraps) = (Of::Running(*axis).into(), Of::Lane(*wraps).into());
+                    Operation::Turned.of([running, whole(*by), extent.clone(), wraps])
+                }
             };
-            let at = format!("{name}_{position}");
-            text.line(format!("let {at} = {place};"));
-            inside.push(format!("{at} >= 0 && {at} < {extent}"));
-            places.push(at);
+            let at = Of::Index(value, position);
+            made.push(Statement::Let(at.into(), Type::Signed, place));
+            inside.push(Operation::IsInside.of([at.into(), extent]));
+            places.push(at.into());
         }
-        let element = self.element(buffer, places.into_iter());
+        let element = Operation::Cell(buffer).of(places);
         match self.kernel.buffers[buffer].role {
-            Role::Positions(..) => (inside, format!("f32({element})")),
+            Role::Positions(..) => (inside, Operation::Number.of([element])),
             _ => (inside, element),
         }
     }
 }
 
-fn constant(number: f64) -> String {
+pub(super) fn constant(number: f64) -> String {
     // The largest and smallest numbers of f32 stand for what lies beyond them; a literal must not overflow.
     let single = number as f32;
     match single.is_finite() {
@@ -95,7 +96,7 @@ fn constant(number: f64) -> String {
     }
 }
 
-fn unary(operator: Unary, x: &str) -> String {
+pub(super) fn unary(operator: Unary, x: &str) -> String {
     match operator {
         Unary::Negate => format!("-{x}"),
         Unary::Not => format!("1.0 - {x}"),
@@ -116,7 +117,7 @@ fn unary(operator: Unary, x: &str) -> String {
     }
 }
 
-fn binary(operator: Binary, x: &str, y: &str) -> String {
+pub(super) fn binary(operator: Binary, x: &str, y: &str) -> String {
     let truth = |condition: String| format!("select(0.0, 1.0, {condition})");
     match operator {
         Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide => {
