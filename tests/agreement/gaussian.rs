@@ -122,11 +122,14 @@ fn entropy(random: &mut Random, model: &Model, words: &str, variance: f64) -> Re
     if !random.one_in(3) || variance < 1e-3 {
         return Ok(());
     }
-    let question = question_of(model, &format!("entropy {words}; argmax {words}"));
-    let answers = ask(model, &question, &Inputs::new()).map_err(|error| error.to_string())?;
+    let asked = |statistic: &str| {
+        let question = question_of(model, &format!("{statistic} {words}"));
+        let answer = ask(model, &question, &Inputs::new()).map_err(|error| error.to_string())?.remove(0);
+        Ok::<Figure, String>(answer.answer[0].figure)
+    };
     let expected = 0.5 * (std::f64::consts::TAU * std::f64::consts::E * variance).ln();
     let near = |found: f64| (found - expected).abs() <= 1e-7 * (1.0 + 1.0 / variance);
-    match (answers[0].answer[0].figure, answers[1].answer[0].figure) {
+    match (asked("entropy")?, asked("argmax")?) {
         (Figure::Entropy { entropy }, Figure::Density { density })
             if near(entropy) && near(0.5 - density.ln()) =>
         {

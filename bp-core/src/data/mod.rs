@@ -83,7 +83,7 @@ impl Table {
         Error::Cell {
             path: self.path.clone(),
             row: self.line(row),
-            column: self.columns[column].clone(),
+            column: shown(&self.columns[column]),
             value: shown(self.text(row, column)),
             message: message.into(),
         }

@@ -16,10 +16,19 @@ const MANY: usize = 64;
 /// The most values of a variable.
 const MOST: usize = 1 << 24;
 
+/// A chain of choices by the value of one variable.
+struct Arms {
+    variable: VariableId,
+    /// A value of the variable, and the number that the chain gives for it.
+    numbers: Vec<(f64, f64)>,
+    /// The expression for all other values.
+    rest: ExpressionId,
+}
+
 impl Lowering<'_> {
     /// The value of an expression that begins with such a chain.
     pub(super) fn chain(&mut self, id: ExpressionId) -> Result<Option<ValueId>, Error> {
-        let Some((variable, arms, rest)) = self.arms(id) else { return Ok(None) };
+        let Some(Arms { variable, numbers: arms, rest }) = self.arms(id) else { return Ok(None) };
         let domain = &self.model.variables[variable].domain;
         let (base, count) = (domain.base(), domain.count().unwrap_or(0));
         let mut numbers: Vec<Option<f64>> = vec![None; count];
@@ -62,7 +71,7 @@ impl Lowering<'_> {
     }
 
     /// The variable that a chain tells apart, its numbers by the values, and what is left of it.
-    fn arms(&self, id: ExpressionId) -> Option<(VariableId, Vec<(f64, f64)>, ExpressionId)> {
+    fn arms(&self, id: ExpressionId) -> Option<Arms> {
         let expressions = &self.model.expressions;
         let number = |id: &ExpressionId| match expressions[*id] {
             Expression::Number(number) => Some(number),
@@ -87,6 +96,6 @@ impl Lowering<'_> {
         let fits = matches!(declared.domain, Domain::Finite { .. })
             && declared.family.is_none()
             && declared.domain.count().is_some_and(|count| count <= MOST);
-        (fits && arms.len() >= MANY).then_some((variable, arms, rest))
+        (fits && arms.len() >= MANY).then_some(Arms { variable, numbers: arms, rest })
     }
 }

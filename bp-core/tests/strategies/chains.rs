@@ -212,7 +212,7 @@ fn what_cannot_be_is_told() {
     );
     let error = asked(&model, "filter P(X | Z)", &["Z"], &[vec![0.0], vec![1.0]]).unwrap_err().to_string();
     assert!(error.contains("instant 2") && error.contains("probability zero"), "{error}");
-    assert!(error.contains("`Z = true` cannot be there") && error.contains("`P(Z | X)` is 0"), "{error}");
+    assert!(error.contains("`Z = true` is impossible there") && error.contains("`P(Z | X)` is 0"), "{error}");
     let error = asked(&model, "filter P(X | Z)", &["Q"], &[vec![0.0]]).unwrap_err().to_string();
     assert!(error.contains("`Q`") && error.contains("`Z`"), "{error}");
     let error = asked(&model, "filter P(X | Z)", &["Z"], &[vec![0.0], vec![2.0]]).unwrap_err().to_string();

@@ -247,7 +247,7 @@ fn combinations_are_determined_whatever_the_units() {
     assert_eq!(law(&model, agrees, &Inputs::new()), (two, ln));
     let asked = |text: &str| ask(&model, &question(&model, text), &Inputs::new());
     let error = asked("P(A | Y = 3000000, Z = 1000000, W = 5.0001)").unwrap_err();
-    assert!(message(error).contains("`W = 5.0001` cannot be"));
+    assert!(message(error).contains("`W = 5.0001` is impossible"));
     // V is 5e6 but for a noise of deviation 1e-7, which is small and no rounding.
     let (noise, ln_noise) = law(&model, "P(N | Y = 3000000, Z = 1000000, V = 5000000)", &Inputs::new());
     near(noise[0].0, 0.0, 1e-12);

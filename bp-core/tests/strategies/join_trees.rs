@@ -302,7 +302,7 @@ fn what_is_not_foreseen_is_refused() {
     let plan = Marginals::new(&network, &[], &[], &[0]).unwrap();
     let evidence = Evidence { hard: vec![(0, 0)], ..Evidence::default() };
     let error = plan.session().ask(&evidence).unwrap_err().to_string();
-    assert!(error.contains("neither a given nor a weighed variable"), "{error}");
+    assert!(error.contains("neither an observed nor a weighted variable"), "{error}");
     assert!(joint(&network, &evidence, &[0]).is_err() && joint(&network, &evidence, &[]).is_err());
 }
 

@@ -276,7 +276,7 @@ fn what_is_determined_over_time_agrees_or_is_impossible() {
     let asked = question(&model, "filter P(X | Y Z)");
     let error = ask_over_time(&model, &asked, &wrong, &Inputs::new(), Sampling::default()).unwrap_err();
     let told = error.to_string();
-    assert!(told.contains("instant 2") && told.contains("`Y = 2.001` cannot be"), "{told}");
+    assert!(told.contains("instant 2") && told.contains("`Y = 2.001` is impossible"), "{told}");
 }
 
 /// Two states whose means are one deviation apart, seen z deviations away: ln odds are z − ½, ln P = −(z − 1)² / 2 + ….

@@ -155,7 +155,11 @@ fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
     let impossible = ask(&model, &question(&model, "P(Z | X = -2)"), &Inputs::new()).unwrap_err();
     assert!(impossible.to_string().contains("`P(X)` is 0 for `X = -2`"), "{impossible}");
     let told = asked(&model, "P(X | Z = 9)", 2000, 1).estimate.unwrap();
-    assert!(told.effective < 20.0 && told.warning.unwrap().contains("unlikely"), "{}", told.effective);
+    assert!(
+        told.effective < 20.0 && told.warning.unwrap().contains("improbable a priori"),
+        "{}",
+        told.effective
+    );
 }
 
 #[test]
