@@ -65,68 +65,6 @@ const PRESCRIBED: [(&str, &str); 7] = [
     ("statrs", "statrs::"),
 ];
 
-/// Which parts of bp-core a part must not name.
-const DIRECTIONS: [(&str, &[&str]); 20] = [
-    (
-        "forms",
-        &[
-            "syntax",
-            "equation",
-            "kernel",
-            "lower",
-            "distribution",
-            "emit",
-            "exec",
-            "posterior",
-            "strategies",
-            "plan",
-            "learn",
-            "answer",
-            "io",
-        ],
-    ),
-    ("model", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("kernel", &["model", "syntax", "equation", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("loops", &["model", "syntax", "equation", "plan", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("syntax", &["equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    (
-        "equation",
-        &[
-            "syntax",
-            "kernel",
-            "lower",
-            "emit",
-            "exec",
-            "posterior",
-            "strategies",
-            "plan",
-            "learn",
-            "answer",
-            "io",
-        ],
-    ),
-    ("lower", &["syntax", "emit", "exec", "posterior", "strategies", "plan", "learn", "answer", "io"]),
-    (
-        "exec",
-        &["syntax", "equation", "lower", "emit", "strategies", "learn", "answer", "io", "model", "plan"],
-    ),
-    ("posterior", &["syntax", "kernel", "lower", "emit", "strategies", "plan", "learn", "answer", "io"]),
-    ("strategies", &["syntax", "emit", "plan", "learn", "answer", "io"]),
-    ("plan", &["syntax", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("draw", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("gpu", &["model", "syntax", "equation", "plan", "lower", "learn", "answer", "io"]),
-    ("emit", &["syntax", "learn", "answer", "io"]),
-    ("distribution", &["syntax", "equation", "plan", "kernel", "lower", "emit", "learn", "answer", "io"]),
-    (
-        "sample",
-        &["syntax", "equation", "kernel", "lower", "emit", "strategies", "plan", "learn", "answer", "io"],
-    ),
-    ("data", &["syntax", "equation", "plan", "kernel", "lower", "emit", "exec", "learn", "answer", "io"]),
-    ("answer", &["syntax", "emit", "learn", "io"]),
-    ("learn", &["syntax", "emit"]),
-    ("io", &["plan", "kernel", "lower", "emit", "learn"]),
-];
-
 /// Parts of bp-core between which inputs, sizes and results are known by keys.
 const TYPED: [&str; 7] = ["kernel", "loops", "lower", "exec", "emit", "posterior", "answer"];
 
@@ -255,21 +193,112 @@ fn nothing_is_left_for_later() {
     nothing(&wrong);
 }
 
-#[test]
-fn imports_point_in_one_direction() {
-    let mut wrong = Vec::new();
-    for file in files("rs") {
+/// The parts of bp-core in the order of the table in docs/architecture.md, and what each may import.
+fn import_table() -> Vec<(String, Vec<String>)> {
+    let page = files("md").into_iter().find(|file| file.path == "docs/architecture.md").expect("the page");
+    let (_, rest) = page.text.split_once("## Who imports whom").expect("the heading of the table");
+    let section = rest.split("\n## ").next().unwrap_or(rest);
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    let names = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<String>>();
+    rows.map(|row| {
+        let cells: Vec<&str> = row.split('|').collect();
+        (names(cells[1]).remove(0), names(cells[2]))
+    })
+    .collect()
+}
+
+/// The parts of bp-core that a part's code imports.
+fn imports(part: &str, parts: &[String], all: &[File]) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for file in all {
         let Some(inside) = file.path.strip_prefix("bp-core/src/") else { continue };
-        let part = inside.split(['/', '.']).next().unwrap_or("");
-        let Some((_, forbidden)) = DIRECTIONS.iter().find(|(known, _)| *known == part) else { continue };
-        let text = code(&file.text);
-        for other in *forbidden {
+        if inside.split(['/', '.']).next() != Some(part) {
+            continue;
+        }
+        // What tests import is another matter.
+        let text = code(file.text.split("#[cfg(test)]").next().unwrap_or(""));
+        for other in parts.iter().filter(|other| *other != part) {
             if has_word(&text, &format!("crate::{other}")) {
-                wrong.push(format!("{}: {part} must not know {other}", file.path));
+                found.push((other.clone(), file.path.clone()));
             }
         }
-        if text.contains("crate::{") {
-            wrong.push(format!("{}: imports of several parts in one line hide where they point", file.path));
+    }
+    found
+}
+
+#[test]
+fn imports_follow_the_table_of_the_architecture() {
+    let mut wrong = Vec::new();
+    let (table, all) = (import_table(), files("rs"));
+    let mut parts: Vec<String> = all
+        .iter()
+        .filter_map(|file| file.path.strip_prefix("bp-core/src/"))
+        .filter_map(|inside| inside.split(['/', '.']).next())
+        .filter(|part| !["lib", "bin"].contains(part))
+        .map(str::to_owned)
+        .collect();
+    parts.dedup();
+    parts.sort();
+    parts.dedup();
+    for (row, (part, allowed)) in table.iter().enumerate() {
+        for other in allowed {
+            if !table[..row].iter().any(|(earlier, _)| earlier == other) {
+                wrong.push(format!(
+                    "docs/architecture.md: `{part}` imports `{other}`, which does not stand above it"
+                ));
+            }
+        }
+        let found = imports(part, &parts, &all);
+        for (other, path) in found.iter().filter(|(other, _)| !allowed.contains(other)) {
+            wrong.push(format!("{path}: `{part}` imports `{other}`, which the table does not list"));
+        }
+        for other in allowed.iter().filter(|other| !found.iter().any(|(one, _)| one == *other)) {
+            wrong.push(format!("docs/architecture.md: `{part}` does not import `{other}`; strike it"));
+        }
+    }
+    for part in parts.iter().filter(|part| !table.iter().any(|(row, _)| row == *part)) {
+        wrong.push(format!("docs/architecture.md: the table has no row for `{part}`"));
+    }
+    let of_library = |file: &&File| {
+        file.path.starts_with("bp-core/src/")
+            && !["/bin/", "/lib.rs"].iter().any(|one| file.path.contains(one))
+    };
+    for file in all.iter().filter(of_library) {
+        if code(&file.text).contains("crate::{") {
+            wrong.push(format!("{}: import each part in a line of its own", file.path));
+        }
+    }
+    nothing(&wrong);
+}
+
+#[test]
+fn every_file_of_the_tests_is_a_module() {
+    let all = files("rs");
+    let mut wrong = Vec::new();
+    for file in &all {
+        let Some((folder, name)) = file.path.rsplit_once('/') else { continue };
+        let tests =
+            ["tests/", "bp-core/tests/", "bvm/tests/"].iter().any(|start| file.path.starts_with(start));
+        // The wrong programs of `tests/macros` are compiled one by one; benches and files in the folder itself are targets.
+        if !tests
+            || name == "main.rs"
+            || folder.ends_with("tests")
+            || ["tests/macros", "tests/benches", "tests/support"].contains(&folder)
+        {
+            continue;
+        }
+        let module = match name {
+            "mod.rs" => folder.rsplit('/').next().unwrap_or(""),
+            _ => name.trim_end_matches(".rs"),
+        };
+        let above =
+            if name == "mod.rs" { folder.rsplit_once('/').map_or("", |(above, _)| above) } else { folder };
+        let declares = |other: &&File| {
+            let near = other.path.starts_with(&format!("{above}/")) || other.path.contains("/main.rs");
+            near && (has_word(&other.text, &format!("mod {module};")))
+        };
+        if !all.iter().any(|other| declares(&other)) {
+            wrong.push(format!("{}: no file has `mod {module};`, so its tests do not run", file.path));
         }
     }
     nothing(&wrong);

@@ -22,8 +22,11 @@ const MOST_ROWS: f64 = 5e6;
 const MOST_DRAWS: f64 = 1e7;
 
 /// Bytes of a row, and of a name and a value in it, as they are allocated.
-const ROW: f64 = 300.0;
+const ROW: f64 = 500.0;
 const NAMES: f64 = 112.0;
+
+/// Below this it is not looked up how much memory is free: that takes longer than most answers.
+const SMALL_BYTES: f64 = 256e6;
 
 pub(crate) struct Reader<'r> {
     pub(crate) model: &'r Model,
@@ -152,11 +155,11 @@ impl Reader<'_> {
     /// Refuses rows for whose names there is no memory.
     fn hold(&self, rows: f64, help: &str) -> Result<(), Error> {
         let columns = (self.table.right.len() + self.table.left.len()) as f64;
-        let cells = rows * (ROW + NAMES * columns) / 8.0;
-        match memory::free() {
-            Some(free) if cells * 8.0 > free => {
+        let bytes = rows * (ROW + NAMES * columns);
+        match (bytes > SMALL_BYTES).then(memory::free).flatten() {
+            Some(free) if bytes > free => {
                 let (name, help) = (self.table.question.clone(), help.to_owned());
-                Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help })
+                Err(Error::TooLarge { name, cells: bytes / 8.0, most: (free / 8.0).floor(), help })
             }
             _ => Ok(()),
         }

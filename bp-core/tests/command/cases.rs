@@ -120,7 +120,7 @@ fn a_case_without_an_answer_leaves_the_others_theirs() {
     near(p_true(&answers["cases"][2]), 0.5);
     let (page, told) = folder.ends(1, &["batch", "z.bp", "--cases", "t.csv", "--only", "B"]);
     assert!(page.lines().nth(3).unwrap().ends_with(",0.5,0.5,"), "{page}");
-    assert!(told.contains("2 of 3 cases have no answer; their rows say why"), "{told}");
+    assert!(told.contains("2 of 3 cases have no answer; their rows give the reasons"), "{told}");
     // What is wrong with the table itself is wrong with all.
     let wrong = Folder::with(&[("z.bp", ZEROS), ("t.csv", "C,K\nfalse,1\nfalse,7\n")]);
     let (page, told) = wrong.ends(1, &ask);
@@ -337,7 +337,7 @@ fn messages_say_what_was_asked_and_why_not() {
         &["ask", "z.bp", "divergence P(B | C virtual [1, 2]) from P(B)", "--by", "weighting"],
         &["`weighting` answers by draws"],
     );
-    says(&["ask", "f.bp", "P(X | Y = 1)", "--table"], &["`weighting` answers by draws"]);
+    says(&["ask", "f.bp", "P(X | Y = 1)", "--table"], &["`gaussian` answers with a normal law"]);
     says(&["ask", "z.bp", "P(B | C virtual [0, 1])"], &["`C virtual [0, 1]` is impossible; see `P(C | B)`"]);
     says(&["ask", "z.bp", "P(K | B = true, C = true)"], &["`P(C | B)` is 0 for `C = true` where `B = true`"]);
     let family = FAMILY.replace("0.2", "0");

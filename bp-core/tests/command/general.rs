@@ -219,7 +219,7 @@ fn wrong_questions_are_shown_under_their_words() {
     let snow = wrong("P(Snow | Wet)");
     assert!(snow.contains("unknown variable `Snow`") && snow.contains("question:1:3"), "{snow}");
     assert!(wrong("rian").contains("has no question `rian`"));
-    assert!(wrong("P(Rain").contains("expected `)`"));
+    assert!(wrong("P(Rain").contains("expected `,` or `)`"));
     wrong("");
     assert!(ill(1, &["explain", path.to_str().unwrap(), "P(Rain | Rain)"]).contains("on both sides"));
 }

@@ -127,5 +127,5 @@ fn questions_are_read_as_users_type_them() {
     assert_eq!(message("P(Rain | Wet = 3)"), "`3` is not a value of `Wet`, which is `bool`");
     assert_eq!(message("P(| Wet)"), "this question searches nothing");
     assert_eq!(message("P(Rain | Rain)"), "this question asks what it knows: `Rain` is on both sides");
-    assert_eq!(message("P(Rain"), "expected `)`, found the end of the text");
+    assert_eq!(message("P(Rain"), "expected `,` or `)`, found the end of the text");
 }

@@ -36,7 +36,7 @@ fn predicates_and_functions_of_dice() {
             ("P(First + Second = 7)", 6.0 / 36.0),
             ("sevens", 6.0 / 36.0),
             ("P(First = 3 or Second > 4)", 16.0 / 36.0),
-            ("P((First = 3 or Second > 4) and not (Second = 6))", 11.0 / 36.0),
+            ("P((First = 3 or Second > 4) and not (Second = 6))", 10.0 / 36.0),
             ("P(Second > First | First + Second > 9)", 2.0 / 6.0),
             ("P(First = 6 | max(First, Second) = 6)", 6.0 / 11.0),
             ("P(First * 2 = Second)", 3.0 / 36.0),
@@ -94,12 +94,12 @@ const REALS: &str = "program Reals { parameters { limit : real = 21; } variables
 fn predicates_of_linear_gaussian_programs_are_exact() {
     let program = Program::parse(REALS).unwrap().by("gaussian").unwrap();
     for (question, expected) in [
-        ("P(T > 21 | A = 22)", 0.826_739_143_946_946_4),
-        ("P(T > limit | A = 22)", 0.826_739_143_946_946_4),
+        ("P(T > 21 | A = 22)", 0.826_739_144_146_946_4),
+        ("P(T > limit | A = 22)", 0.826_739_144_146_946_4),
         ("P(21 < T and T < 22 | A = 22)", 0.358_002_682_965_708_84),
-        ("P(-T < -21 | A = 22)", 0.826_739_143_946_946_4),
+        ("P(-T < -21 | A = 22)", 0.826_739_144_146_946_4),
         // T − A given A is T − 22: the same normal law, moved.
-        ("P(T - A > -1 | A = 22)", 0.826_739_143_946_946_4),
+        ("P(T - A > -1 | A = 22)", 0.826_739_144_146_946_4),
         ("P(B > 8)", 6.220_960_574_271_784e-16),
         ("P(not (B <= 8))", 6.220_960_574_271_784e-16),
         ("P(B > 1 and B < 2)", 0.135_905_121_983_277_84),
