@@ -1,6 +1,6 @@
 //! Chains of finite hidden states: messages forward and backward, and the most likely sequence.
 //!
-//! In: the [`Factors`] of a program, and what is observed at each instant. Out: messages, from which the distribution of
+//! In: the `Factors` of a program, and what is observed at each instant. Out: messages, from which the distribution of
 //! any slots of any instant follows; the most likely values of all instants. Invariant: a message is a product of
 //! potentials, summed to one; it is zero only where the program says zero.
 //!
