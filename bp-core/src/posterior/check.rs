@@ -27,13 +27,16 @@ pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
     elements(model, inputs)?;
     for ask in &question.asks {
         for searched in &ask.searched {
-            if let Some(Value::Given(name)) = &searched.at {
-                given(model, searched.variable, name, inputs)?;
+            match &searched.at {
+                Some(Value::Given(name)) => given(model, searched.variable, name, inputs)?,
+                Some(Value::Ordinal(ordinal)) => fixed(model, searched.variable, *ordinal, inputs)?,
+                _ => {}
             }
         }
         for known in ask.known.iter().chain(ask.statistic.from()) {
             match &known.evidence {
                 Evidence::Hard(Value::Given(name)) => given(model, known.variable, name, inputs)?,
+                Evidence::Hard(Value::Ordinal(ordinal)) => fixed(model, known.variable, *ordinal, inputs)?,
                 Evidence::Each => given(model, known.variable, &model.variable_name(known.variable), inputs)?,
                 _ => {}
             }
@@ -60,9 +63,9 @@ fn elements(model: &Model, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
     Ok(())
 }
 
-fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
-    let domain = &model.variables[variable].domain;
-    let count = match domain {
+/// The number of values of a finite domain, once its sizes are known.
+fn count(model: &Model, domain: &Domain, inputs: &Inputs<'_, f64>) -> Option<usize> {
+    match domain {
         Domain::Set(set) => inputs.find_size(&model.sets[*set].name),
         Domain::Finite { range: Some(range), labels } => match range.high.size {
             None => domain.count(),
@@ -72,7 +75,28 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
                 .map(|size| (size as i64 + range.high.offset + 1 - range.low) as usize + labels.len()),
         },
         _ => domain.count(),
-    };
+    }
+}
+
+/// Refuses a value that a question writes, and that its domain, once its size is known, does not have.
+fn fixed(model: &Model, variable: VariableId, ordinal: usize, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let domain = &model.variables[variable].domain;
+    match count(model, domain, inputs) {
+        Some(count) if ordinal >= count => {
+            let (value, name) = (domain.value_name(ordinal), model.variable_name(variable));
+            let message = format!(
+                "{value} is not a value of it: its domain, `{}`, has {count}",
+                model.domain_text(domain)
+            );
+            Err(Error::input(name, message))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let domain = &model.variables[variable].domain;
+    let count = count(model, domain, inputs);
     let several = model.variables[variable].family.is_some();
     for value in inputs.find(name).unwrap_or_default() {
         // An element of a family that is not known.

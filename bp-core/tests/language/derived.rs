@@ -311,3 +311,41 @@ fn one_element_is_not_known_twice() {
     let error = asked.ask().unwrap_err().to_string();
     assert!(error.contains("this question asks what it knows: `Y[2]` is on both sides"), "{error}");
 }
+
+/// Sizes that are given when a question is asked bound what it may name.
+#[test]
+fn values_and_families_of_sizes_given_when_asked() {
+    let text = "program Sized { parameters { N : size; } variables { K : 1..=N; G[1..=N] : bool; T : bool; }
+        decomposition { P(K) prod(i) { P(G[i] | K) } P(T | K) }
+        forms { P(K) = uniform; P(G[i] | K) = bernoulli(if i = K { 0.75 } else { 0.25 }); P(T | K) = bernoulli(1 / K); } }"
+        .replace("if i = K", "if i == K");
+    let program = Program::parse(&text).unwrap().with("N", 3).unwrap();
+    close(number(&program, "P(T = true | K = 3)"), 1.0 / 3.0, "inside");
+    for by in ["sums", "join_tree", "weighting"] {
+        let program = program.clone().by(by).unwrap();
+        for question in ["P(T = true | K = 4)", "P(K = 9)"] {
+            let error = program.ask(question).unwrap_err().to_string();
+            assert!(
+                error.contains("is not a value of it: its domain, `1..=N`, has 3"),
+                "{by}, {question}: {error}"
+            );
+        }
+    }
+    // A row of a table over the whole family has a value for each element, whose number the plan does not know.
+    let error = program.clone().by("join_tree").unwrap().ask("P(G | K = 1)").unwrap_err().to_string();
+    assert!(error.contains("the length of the family `G` is given when it is asked"), "{error}");
+}
+
+/// An element is not read from a column by itself; it was left out without a word.
+#[test]
+fn an_element_over_time_is_written_as_a_slice() {
+    let program = Program::parse(
+        "program Steps { variables { X, X^-1, Z, G[1..=2] : bool; }
+         decomposition { P(X^-1) P(X | X^-1) P(Z | X) prod(i) { P(G[i] | X) } }
+         forms { P(X^-1) = previous(X) else bernoulli(0.5); P(X | X^-1) = dirac(X^-1);
+            P(Z | X) = bernoulli(0.5); P(G[i] | X) = bernoulli(if X { 0.75 } else { 0.25 }); } }",
+    )
+    .unwrap();
+    let error = program.question("filter P(X | Z, G[1])").map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("write it as a slice"), "{error}");
+}

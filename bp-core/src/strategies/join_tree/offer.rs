@@ -7,7 +7,7 @@
 use crate::equation::{Draft, Exact, Line, Notation, Options, Strategy, Term, remove_barren};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Evidence, Model, Question, Searched, Statistic};
+use crate::model::{Ask, Evidence, IndexSpace, Model, Question, Searched, Statistic};
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
@@ -71,6 +71,18 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     }
     if factors.len() <= MANY_FACTORS && !asked_for {
         return Err(few(factors.len()));
+    }
+    // The rows of an answer are laid out when the question is planned.
+    let grows = |variable: &&VariableId| match model.variables[**variable].family.map(|family| family.over) {
+        Some(IndexSpace::Range(range)) => range.high.size.is_some(),
+        Some(IndexSpace::Set(_)) => true,
+        None => false,
+    };
+    if let Some(variable) = draft.searched.iter().chain(&draft.each).find(grows).filter(|_| !alone) {
+        let name = model.variable_name(*variable);
+        return Err(format!(
+            "the length of the family `{name}` is given when it is asked: ask for its elements"
+        ));
     }
     Ok(JoinTree { exact: draft.unordered(), factors, likelihoods, alone })
 }

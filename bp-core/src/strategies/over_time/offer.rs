@@ -11,7 +11,7 @@ use super::answer::Instants;
 use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Evidence, Model, Question, Searched, Statistic, When};
+use crate::model::{Ask, DerivedKind, Evidence, Known, Model, Question, Searched, Statistic, Value, When};
 use crate::strategies::gaussian::Gaussian;
 use crate::strategies::{Offered, Prepared, Purpose};
 use std::collections::BTreeSet;
@@ -51,6 +51,20 @@ pub(crate) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
 
 /// Refuses what no strategy answers over time.
 pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
+    let is_element = |known: &&Known| {
+        let variable = &model.variables[known.variable];
+        variable.derived == Some(DerivedKind::Element)
+            && variable.family.is_none()
+            && matches!(known.evidence, Evidence::Each | Evidence::Hard(Value::Given(_)))
+    };
+    if let Some(known) = ask.known.iter().find(is_element) {
+        let name = model.variable_name(known.variable);
+        let reason = format!(
+            "over time `{name}` is not read from a column by itself: write it as a slice (`[1..=1]` for `[1]`), or \
+             name the whole family, whose other elements may have no column"
+        );
+        return Err(Error::Unplanned { question: model.ask_text(ask), reason });
+    }
     let soft = ask.known.iter().find(|known| matches!(known.evidence, Evidence::Soft(_)));
     soft.map_or(Ok(()), |known| {
         let name = model.variable_name(known.variable);

@@ -72,7 +72,10 @@ fn object(answer: &Answer) -> Value {
             }
         }
     }
-    let mut all = json!({ "ln_p_evidence": answer.ln_evidence, "posteriors": posteriors });
+    let mut all = json!({ "posteriors": posteriors });
+    if let Some(ln_evidence) = answer.ln_evidence {
+        all["ln_p_evidence"] = json!(ln_evidence);
+    }
     if let Some(estimate) = &answer.estimate {
         all["estimate"] = json!(estimate);
     }
