@@ -141,7 +141,7 @@ fn ordinal(known: &Known) -> Option<usize> {
     }
 }
 
-/// What is observed, as a distribution: of a real nothing is said.
+/// The distribution of an observed variable, concentrated at its value; a real has none.
 fn certain(setting: &Setting<'_>, known: &Known) -> Vec<Part> {
     let Some(ordinal) = ordinal(known) else { return Vec::new() };
     let part = |slot: usize| {

@@ -29,6 +29,22 @@ struct Setter<'i> {
     told_by: String,
 }
 
+impl<'i> Setter<'i> {
+    /// The setter of an array without a default.
+    fn of_slice(field: &'i str, told: String) -> Self {
+        let kind = "&'a [T]".to_owned();
+        Self {
+            field,
+            told,
+            taken: kind.clone(),
+            kind,
+            default: None,
+            is_number: false,
+            told_by: String::new(),
+        }
+    }
+}
+
 /// The type of a parameter, and its default.
 fn parameter(model: &Model, id: ParameterId) -> (&'static str, Option<String>) {
     let declared = &model.parameters[id];
@@ -59,18 +75,7 @@ impl Interface<'_> {
             let told = format!("`{}`.", buffer.name);
             match given {
                 Given::Derived(_) => None,
-                Given::Slice(field) => {
-                    let kind = "&'a [T]".to_owned();
-                    Some(Setter {
-                        field,
-                        told,
-                        taken: kind.clone(),
-                        kind,
-                        default: None,
-                        is_number: false,
-                        told_by: String::new(),
-                    })
-                }
+                Given::Slice(field) => Some(Setter::of_slice(field, told)),
                 Given::Number(field) => {
                     let (kind, taken, default) = match buffer.role.input() {
                         Some(InputKey::Value(variable, _)) => {
@@ -99,18 +104,10 @@ impl Interface<'_> {
                 }
             }
         });
-        let fields = self.fields.iter().map(|(name, field)| {
-            let (kind, told) = ("&'a [T]".to_owned(), format!("`{name}`, which breaks ties."));
-            Setter {
-                field,
-                told,
-                taken: kind.clone(),
-                kind,
-                default: None,
-                is_number: false,
-                told_by: String::new(),
-            }
-        });
+        let fields = self
+            .fields
+            .iter()
+            .map(|(name, field)| Setter::of_slice(field, format!("`{name}`, which breaks ties.")));
         sizes.chain(inputs).chain(fields).collect()
     }
 

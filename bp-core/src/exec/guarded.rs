@@ -54,7 +54,7 @@ impl Lanes {
     }
 }
 
-/// The error that a probability is smaller than any number that is told from 0.
+/// The error that a probability is below the smallest number above 0.
 pub(crate) fn beyond_range() -> Error {
     Error::Number {
         form: "P(evidence)".to_owned(),

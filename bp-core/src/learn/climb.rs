@@ -51,7 +51,7 @@ pub(super) fn climb(learnable: &mut Learnable, statistics: &[Statistic], spreads
     }
 }
 
-/// Whether it is a law over integers or bins. (A uniform one's likelihood has steps: it is told by its ends.)
+/// Whether it is a law over integers or bins. (The likelihood of a uniform law has steps: its ends are fitted.)
 pub(super) fn is_climbed(learnable: &Learnable, distribution: &Distribution) -> bool {
     matches!(distribution.kind, Kind::Law(law, _) if law != Law::Uniform)
         && learnable.count(distribution).is_some()

@@ -318,7 +318,7 @@ fn fitted(
     }
     match law.refuses(&numbers) {
         None => Ok(back(numbers)),
-        // It is told with the number.
+        // The error shows it with the number.
         Some(_) if numbers.iter().any(|number| number.is_infinite()) => Ok(numbers),
         Some(_) => Err("needs values that differ more"),
     }

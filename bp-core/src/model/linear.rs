@@ -1,7 +1,7 @@
 //! Which expressions are linear in some variables, and with what coefficients.
 //!
 //! In: an expression, and the variables in question or the numbers of parameters. Out: its degree, or a [`LinearForm`]. Invariant:
-//! what is said to be of degree 0 or 1 is so whatever the other variables are; the one place where that is decided.
+//! degrees 0 and 1 hold whatever values the other variables have. No other part decides what is linear.
 
 use super::{Domain, Expression, Folded, Model};
 use crate::ids::{ExpressionId, VariableId};

@@ -61,7 +61,7 @@ pub(crate) fn is_closed(model: &Model, question: &Question) -> bool {
 pub fn plan_for_answer(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let (model, question) = model.posed(question);
     let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
-    // The density of a real is told without ln P(evidence), for which it would have to be integrated.
+    // The density of a real is answered without ln P(evidence), which would need an integral.
     let event = |ask: &Ask| {
         ask.known.iter().all(|known| !matches!(known.evidence, Evidence::Each))
             && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())

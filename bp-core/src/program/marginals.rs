@@ -135,7 +135,7 @@ impl Names<'_> {
     }
 }
 
-/// Refuses a likelihood that is none.
+/// Refuses a likelihood with a number that is negative or not finite.
 fn check(name: &str, weights: &[f64], count: usize, is_one: bool) -> Result<(), Error> {
     let found = weights.len();
     let wrong = match () {

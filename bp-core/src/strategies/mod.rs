@@ -38,7 +38,7 @@ pub(crate) trait Engine: Sync {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error>;
 }
 
-/// What a strategy is told when its turn comes.
+/// The options and earlier results that a strategy receives when it makes its offer.
 #[derive(Clone, Copy)]
 pub(crate) struct Turn<'t> {
     pub(crate) options: Options,

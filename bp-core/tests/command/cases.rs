@@ -1,4 +1,4 @@
-//! Many cases at once, as a shell sees them: rows and sequences that have no answer, families as columns, sizes told by
+//! Many cases at once, as a shell sees them: rows and sequences that have no answer, families as columns, sizes given by
 //! arrays.
 //!
 //! In: the built binary, programs and tables. Out: answers, messages, exit codes. Invariant: expected numbers are worked out

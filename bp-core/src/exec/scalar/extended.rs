@@ -2,8 +2,8 @@
 //!
 //! In: numbers. Out: numbers m · 2ᵉ with 1 ≤ |m| < 2. Invariant: products of any number of probabilities and densities
 //! neither underflow nor overflow; each operator rounds as f64 does. Zero, infinity and NaN have the exponent 0, so that
-//! equal numbers have equal parts. What is smaller than 2⁻ⁿ with n = 2¹²⁰ is not 0, but it can no longer be told from what
-//! is smaller still ([`Extended::is_beyond`]).
+//! equal numbers have equal parts. Numbers below 2⁻ⁿ with n = 2¹²⁰ are not 0, but no longer distinct from
+//! each other ([`Extended::is_beyond`]).
 //!
 //! Φ(x) for x < −36 is φ(x) / |x| · (1 − 1/x² + 1·3/x⁴ − …) (Abramowitz and Stegun 26.2.12).
 
@@ -24,7 +24,7 @@ pub struct Extended {
 /// The bits of f64's exponent.
 const EXPONENT: u64 = 0x7FF0_0000_0000_0000;
 
-/// The largest exponent of a number that can be told from its neighbours: a few products more have their place in an i128.
+/// The largest exponent of a number: an i128 has room for the exponents of a few more products.
 const MOST_EXPONENT: i128 = 1 << 120;
 
 /// A rest of this size is reduced once more.
@@ -66,7 +66,7 @@ impl Extended {
         }
     }
 
-    /// Whether it is not 0, but too small to be told from other numbers that are.
+    /// Whether it is not 0, but below the smallest exponent, where numbers are no longer distinct.
     pub fn is_beyond(self) -> bool {
         self.binary_exponent().is_some_and(|exponent| exponent < -MOST_EXPONENT)
     }

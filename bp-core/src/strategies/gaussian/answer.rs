@@ -55,7 +55,7 @@ pub(crate) fn rows(
             let first = setting.slots_of(ask.searched[0].variable).len();
             vec![row(Vec::new(), Figure::Information { information: law.information(first) })]
         }
-        // The density is largest at the mean. Of a sequence the mean of each instant is told as it is.
+        // The density is largest at the mean; a sequence is answered by the mean of each instant.
         Statistic::Maximum | Statistic::Argmax { .. } if ask.when != When::Sequence => {
             vec![at(&means(), Figure::Density { density: law.ln_largest_density().exp() })]
         }

@@ -51,7 +51,7 @@ pub(super) fn typed(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) 
     Question { name: String::new(), asks: vec![ask], derived }
 }
 
-/// One ask, as far as it can be read; what cannot is told. It speaks of what is derived by the ids of the question.
+/// One ask, as far as it can be read; the rest is reported. Derived variables have the ids of the question.
 fn ask_of(
     model: &Model,
     written: &ast::Ask,
@@ -168,7 +168,7 @@ impl Reader<'_> {
         Some(Known { variable, evidence })
     }
 
-    /// The variable of an item, or the one that it derives; nothing where that is wrong and was told.
+    /// The variable of an item, or the one derived from it; `None` if an error was reported.
     fn variable(&self, item: &Item, wrong: &mut Diagnostics) -> Option<VariableId> {
         if let Some((_, place)) = self.found.iter().find(|(span, _)| *span == item.at.0) {
             return place.map(|place| VariableId::new(self.first + place));
