@@ -7,10 +7,10 @@
 #[path = "plots/mod.rs"]
 mod plots;
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 
 fn entropy(p: &[f64]) -> f64 {
     -p.iter().filter(|p| **p > 0.0).map(|p| p * p.ln()).sum::<f64>()

@@ -6,10 +6,10 @@
 #[path = "plots/mod.rs"]
 mod plots;
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/inverse_programming.bp");

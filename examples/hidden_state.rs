@@ -36,7 +36,7 @@ fn by_hand() -> f64 {
     weight[1] / (weight[0] + weight[1])
 }
 
-fn main() -> Result<(), bp_core::error::Error> {
+fn main() -> Result<(), bp_core::compiler::error::Error> {
     let (mut before, mut now) = (door::open::Answer::default(), door::open::Answer::default());
     *now.distribution_mut() = vec![0.5, 0.5];
     for seen in READINGS {

@@ -6,13 +6,13 @@
 #[path = "plots/mod.rs"]
 mod plots;
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::law::Law;
-use bp_core::learn::{Case, Learner};
-use bp_core::random::seeded;
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::law::Law;
+use bp_core::compiler::learn::{Case, Learner};
+use bp_core::compiler::random::seeded;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 
 const TRUTH: f64 = 1.0 / 3.0;
 const TOSSES: usize = 500;

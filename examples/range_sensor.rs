@@ -10,7 +10,7 @@ bayesian_program!("bvm/models/line_of_sight.bp");
 
 const CELLS: usize = 10;
 
-fn main() -> Result<(), bp_core::error::Error> {
+fn main() -> Result<(), bp_core::compiler::error::Error> {
     // sigma_min / (lambda · rho · ln b) is the deviation in cells.
     let question = line_of_sight::reading().rays(1).n(CELLS).sigma_min(0.6).ln_b(1.0);
     let answer = question.z(&[3.0]).lambda(&[1.0]).rho(&[1.0]).ask()?;

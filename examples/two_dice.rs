@@ -2,8 +2,8 @@
 //!
 //! If the sum is 9, the first die shows 3, 4, 5 or 6, each with probability ¼.
 
-use bp_core::model::{Domain, Form, ModelBuilder};
-use bp_core::operators::Binary;
+use bp_core::compiler::model::{Domain, Form, ModelBuilder};
+use bp_core::compiler::operators::Binary;
 use bp_core::prelude::*;
 
 fn main() -> Result<(), bp_core::Error> {

@@ -7,7 +7,7 @@ use bp_macros::bayesian_program;
 
 bayesian_program!("examples/water_unit.bp");
 
-fn main() -> Result<(), bp_core::error::Error> {
+fn main() -> Result<(), bp_core::compiler::error::Error> {
     let start = std::time::Instant::now();
     let table = water_unit::output().ask()?;
     println!("161 051 numbers in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);

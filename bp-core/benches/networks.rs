@@ -9,9 +9,9 @@
 //! the time to read the stored tables once, at the bandwidth of memory, divided by the time of an answer; above 1 if
 //! they fit in a cache.
 
-use bp_core::io::bif;
-use bp_core::source::Source;
-use bp_core::strategies::join_tree::{Evidence, Marginals, Named, answer_cases};
+use bp_core::compiler::io::bif;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::strategies::join_tree::{Marginals, Named, NetworkEvidence, answer_cases};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -40,11 +40,11 @@ fn read_bandwidth() -> f64 {
     8.0 * numbers.len() as f64 / (least(sum) / 1e3)
 }
 
-fn evidence(named: &Named, case: &serde_json::Value) -> Evidence {
+fn evidence(named: &Named, case: &serde_json::Value) -> NetworkEvidence {
     let hard = case["hard_evidence"].as_object().into_iter().flatten().filter_map(|(variable, value)| {
         Some((named.number_of(variable).ok()?, usize::try_from(value["index"].as_u64()?).ok()?))
     });
-    Evidence { hard: hard.collect(), ..Evidence::default() }
+    NetworkEvidence { hard: hard.collect(), ..NetworkEvidence::default() }
 }
 
 fn main() {
@@ -100,7 +100,7 @@ fn main() {
             let evidence = evidence(&named, case);
             // The same variables observed, at other values where the reference has such a case.
             let other = all.iter().filter(|other| other["id"] == format!("{id}b"));
-            let others: Vec<Evidence> =
+            let others: Vec<NetworkEvidence> =
                 [case].into_iter().chain(other).map(|case| self::evidence(&named, case)).collect();
             let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
             let make = || Marginals::new(&named.network, &given, &[], &every).expect("room");
@@ -120,7 +120,7 @@ fn main() {
             let limit = marginals.cost().bytes / bandwidth / (ask_1 / 1e3);
             let batch = match cells < 2e5 {
                 true => {
-                    let cases: Vec<Evidence> = others.iter().cycle().take(1000).cloned().collect();
+                    let cases: Vec<NetworkEvidence> = others.iter().cycle().take(1000).cloned().collect();
                     let time =
                         least(|| drop(answer_cases(&named.network, &cases, &every, || {}).expect("room")));
                     format!("{:9.4}", time / 1000.0)

@@ -39,100 +39,16 @@
 //!
 //! An [`Error`] prints for users: a wrong program with its lines, data with file, row and column.
 //!
-//! The stages of the compiler are in [`compiler`].
+//! Everything else is in [`compiler`].
 
+pub mod compiler;
 pub mod prelude;
 pub mod program;
 
+use compiler::{
+    answer, bins, data, diagnostic, distribution, elimination, emit, equation, error, exec, files, forms,
+    guess, ids, io, kernel, latex, law, learn, loops, lower, memory, model, numbers, operators, plan,
+    posterior, potential, progress, radix, random, sample, source, space, special, spelling, strategies,
+    syntax, wrap, xml,
+};
 pub use error::Error;
-
-/// The stages of the compiler: [`source::Source`] → parse → [`syntax::ast::Program`] → check → [`model::Model`] → plan
-/// → [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`]. `docs/architecture.md` describes them.
-pub mod compiler {
-    #[cfg(feature = "gpu")]
-    #[doc(inline)]
-    pub use crate::gpu;
-    #[doc(inline)]
-    pub use crate::{
-        answer, bins, data, diagnostic, distribution, draw, emit, error, exec, files, ids, io, kernel, latex,
-        law, learn, lower, model, operators, plan, progress, random, sample, source, space, special,
-        spelling, strategies, syntax, xml,
-    };
-}
-
-#[doc(hidden)]
-pub mod answer;
-#[doc(hidden)]
-pub mod bins;
-#[doc(hidden)]
-pub mod data;
-#[doc(hidden)]
-pub mod diagnostic;
-#[doc(hidden)]
-pub mod distribution;
-#[doc(hidden)]
-pub mod draw;
-mod elimination;
-#[doc(hidden)]
-pub mod emit;
-pub(crate) mod equation;
-#[doc(hidden)]
-pub mod error;
-#[doc(hidden)]
-pub mod exec;
-#[doc(hidden)]
-pub mod files;
-mod forms;
-#[cfg(feature = "gpu")]
-#[doc(hidden)]
-pub mod gpu;
-mod guess;
-#[doc(hidden)]
-pub mod ids;
-#[doc(hidden)]
-pub mod io;
-#[doc(hidden)]
-pub mod kernel;
-#[doc(hidden)]
-pub mod latex;
-#[doc(hidden)]
-pub mod law;
-#[doc(hidden)]
-pub mod learn;
-mod loops;
-#[doc(hidden)]
-pub mod lower;
-mod memory;
-#[doc(hidden)]
-pub mod model;
-#[doc(hidden)]
-pub mod numbers;
-#[doc(hidden)]
-pub mod operators;
-#[doc(hidden)]
-pub mod plan;
-mod posterior;
-mod potential;
-#[doc(hidden)]
-pub mod progress;
-mod radix;
-#[doc(hidden)]
-pub mod random;
-#[doc(hidden)]
-pub mod sample;
-#[doc(hidden)]
-pub mod source;
-#[doc(hidden)]
-pub mod space;
-#[doc(hidden)]
-pub mod special;
-#[doc(hidden)]
-pub mod spelling;
-#[doc(hidden)]
-pub mod strategies;
-#[doc(hidden)]
-pub mod syntax;
-#[doc(hidden)]
-pub mod wrap;
-#[doc(hidden)]
-pub mod xml;

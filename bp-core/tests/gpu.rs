@@ -4,14 +4,14 @@
 //! a shader computes in f32 throughout.
 #![cfg(feature = "gpu")]
 
-use bp_core::answer::link;
-use bp_core::exec::{Inputs, interpret};
-use bp_core::gpu::Gpu;
-use bp_core::lower::lower;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::source::Source;
-use bp_core::space::{Edge, Space};
-use bp_core::syntax::compile;
+use bp_core::compiler::answer::link;
+use bp_core::compiler::exec::{Inputs, interpret};
+use bp_core::compiler::gpu::Gpu;
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::space::{Edge, Space};
+use bp_core::compiler::syntax::compile;
 use std::path::Path;
 
 /// Numbers by name.

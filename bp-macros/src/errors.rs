@@ -4,8 +4,8 @@
 //! first line is the diagnostic's own message.
 
 use crate::tokens::Written;
-use bp_core::diagnostic::{Diagnostic, Diagnostics};
-use bp_core::source::Source;
+use bp_core::compiler::diagnostic::{Diagnostic, Diagnostics};
+use bp_core::compiler::source::Source;
 use proc_macro2::{Delimiter, Group, Literal, Span, TokenStream, TokenTree};
 use quote::quote_spanned;
 

@@ -4,10 +4,10 @@
 //! the module's name has the span of the program's name, and the module causes no lint in the surrounding code.
 
 use crate::origin::{self, Origin};
-use bp_core::answer::link;
-use bp_core::emit::{emit_rust, snake};
-use bp_core::syntax::ast::Program;
-use bp_core::syntax::{check, parse};
+use bp_core::compiler::answer::link;
+use bp_core::compiler::emit::{emit_rust, snake};
+use bp_core::compiler::syntax::ast::Program;
+use bp_core::compiler::syntax::{check, parse};
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
 use std::borrow::Cow;
@@ -52,8 +52,8 @@ fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bp_core::source::Source;
-    use bp_core::syntax::compile;
+    use bp_core::compiler::source::Source;
+    use bp_core::compiler::syntax::compile;
 
     fn expanded(input: &str) -> String {
         let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));

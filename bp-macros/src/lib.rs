@@ -35,7 +35,7 @@ use std::path::PathBuf;
 ///
 /// let answer = coin::heads().ask()?;
 /// assert_eq!(answer.p(true), 0.5);
-/// # Ok::<(), bp_core::error::Error>(())
+/// # Ok::<(), bp_core::compiler::error::Error>(())
 /// ```
 ///
 /// A question is a function that returns a builder with a method for each input, `ask`, and `run_into` for an earlier

@@ -6,8 +6,8 @@
 use crate::errors;
 use crate::quoted::unquote;
 use crate::tokens::Written;
-use bp_core::diagnostic::Diagnostics;
-use bp_core::source::{self, Source};
+use bp_core::compiler::diagnostic::Diagnostics;
+use bp_core::compiler::source::{self, Source};
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use std::io::ErrorKind;
 use std::path::Path;

@@ -5,7 +5,7 @@
 //! comments.
 
 use crate::quoted::unquote;
-use bp_core::source;
+use bp_core::compiler::source;
 use proc_macro2::{Delimiter, Group, Spacing, Span, TokenStream, TokenTree};
 use std::ops::Range;
 
@@ -161,8 +161,8 @@ fn has_operator(tokens: TokenStream) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bp_core::source::Source;
-    use bp_core::syntax::parse;
+    use bp_core::compiler::source::Source;
+    use bp_core::compiler::syntax::parse;
 
     /// The text of the tokens of a text.
     fn back(text: &str) -> Written {

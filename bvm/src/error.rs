@@ -19,10 +19,10 @@ pub enum Error {
     Report(#[from] crate::report::ReportError),
     /// Questions to the programs.
     #[error(transparent)]
-    Program(#[from] bp_core::error::Error),
+    Program(#[from] bp_core::compiler::error::Error),
     /// An invalid space.
     #[error(transparent)]
-    Space(#[from] bp_core::space::SpaceError),
+    Space(#[from] bp_core::compiler::space::SpaceError),
     /// A folder that cannot be written.
     #[error("cannot write into the folder `{}`: {source}", path.display())]
     Folder {

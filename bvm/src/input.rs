@@ -9,7 +9,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// The most bytes of a picture, a field of numbers or a table of readings: 256 MiB.
-pub(crate) const MOST_BYTES: u64 = bp_core::files::MOST_BYTES;
+pub(crate) const MOST_BYTES: u64 = bp_core::compiler::files::MOST_BYTES;
 
 /// The most bytes of a calibration, which is a page of text: 1 MiB.
 pub(crate) const MOST_OF_CALIBRATION: u64 = 1 << 20;
@@ -18,7 +18,7 @@ pub(crate) const MOST_OF_CALIBRATION: u64 = 1 << 20;
 pub(crate) fn bytes(path: &Path, most: u64) -> Result<Vec<u8>, VisionError> {
     let failed = |source| VisionError::Read { path: path.to_path_buf(), source };
     let file = File::open(path).map_err(failed)?;
-    let bytes = bp_core::files::bounded(file.take(most + 1)).map_err(failed)?;
+    let bytes = bp_core::compiler::files::bounded(file.take(most + 1)).map_err(failed)?;
     if bytes.len() as u64 > most {
         return Err(VisionError::TooLong { path: path.to_path_buf(), most_mib: most >> 20 });
     }

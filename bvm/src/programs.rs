@@ -17,8 +17,8 @@ bayesian_program!("models/view.bp");
 
 /// `models/scanline.bp`. Its question is over time, for which no code is emitted: it is compiled at run time.
 pub mod scanline {
-    use bp_core::model::Model;
-    use bp_core::source::Source;
+    use bp_core::compiler::model::Model;
+    use bp_core::compiler::source::Source;
 
     /// The program's text.
     pub const SOURCE: &str = include_str!("../models/scanline.bp");
@@ -26,6 +26,6 @@ pub mod scanline {
     /// The program's meaning.
     pub fn model() -> Model {
         let source = Source::new("Scanline", SOURCE);
-        bp_core::syntax::compile(&source).expect("internal: a test compiles it")
+        bp_core::compiler::syntax::compile(&source).expect("internal: a test compiles it")
     }
 }

@@ -6,13 +6,13 @@
 
 use crate::enumerate::{Ask, Evidence};
 use crate::question::near;
-use bp_core::answer::link;
-use bp_core::emit::wgsl::emit_wgsl;
-use bp_core::error::Error;
-use bp_core::exec::{Inputs, Lanes, Outputs, interpret, scalar::Scalar};
-use bp_core::lower::{lower, lower_guarded};
-use bp_core::model::{Model, Question};
-use bp_core::plan::{Options, Route, plan};
+use bp_core::compiler::answer::link;
+use bp_core::compiler::emit::wgsl::emit_wgsl;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::{Inputs, Lanes, Outputs, interpret, scalar::Scalar};
+use bp_core::compiler::lower::{lower, lower_guarded};
+use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::plan::{Options, Route, plan};
 
 /// Whether all back ends compute an ask's kernels alike; `given` are arrays by name.
 pub(crate) fn verdict(

@@ -5,12 +5,12 @@
 //! errors.
 
 use crate::random::Random;
-use bp_core::answer::{Figure, compile_by};
-use bp_core::exec::Inputs;
-use bp_core::plan::Strategy;
-use bp_core::sample::Sampling;
-use bp_core::source::Source;
-use bp_core::syntax;
+use bp_core::compiler::answer::{Figure, compile_by};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax;
 
 /// ∫ N(x; m, s) f(x) dx by Simpson's rule over ± 10 s.
 fn integral(mean: f64, deviation: f64, f: impl Fn(f64) -> f64) -> f64 {

@@ -7,12 +7,12 @@
 use crate::question_of;
 use crate::random::Random;
 use crate::twofold::Twofold;
-use bp_core::answer::{Figure, ask};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::source::Source;
-use bp_core::syntax;
+use bp_core::compiler::answer::{Figure, ask};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax;
 use std::fmt::Write;
 
 struct Linear {

@@ -6,9 +6,9 @@
 use crate::enumerate::{Ask, Evidence, is_possible, ln_sum_of};
 use crate::program::{Assignment, Program};
 use crate::question::near;
-use bp_core::error::Error;
-use bp_core::model::Model;
-use bp_core::strategies::join_tree::{Marginals, Named, most_probable};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::strategies::join_tree::{Marginals, Named, most_probable};
 
 /// Whether the join tree answers as the sum over all assignments does.
 pub(crate) fn verdict(

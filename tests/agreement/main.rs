@@ -16,11 +16,11 @@ mod question;
 mod random;
 mod twofold;
 
-use bp_core::answer::compile;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::source::Source;
-use bp_core::syntax::{self, parse_question};
+use bp_core::compiler::answer::compile;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{self, parse_question};
 use program::{Domain, Program};
 use random::{Limits, Random};
 use rayon::prelude::*;
@@ -48,7 +48,7 @@ fn accepted(random: &mut Random, mut draw: impl FnMut(&mut Random) -> Program) -
     }
 }
 
-fn question_of(model: &Model, text: &str) -> bp_core::model::Question {
+fn question_of(model: &Model, text: &str) -> bp_core::compiler::model::Question {
     let source = Source::new("question", text);
     parse_question(&source, model).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)))
 }

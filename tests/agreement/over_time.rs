@@ -9,12 +9,12 @@ use crate::program::{Domain, Program, ln_sum};
 use crate::question::{near, rows};
 use crate::random::{Limits, Random, program};
 use crate::{accepted, question_of};
-use bp_core::answer::{ask_over_time, read_instants};
-use bp_core::data::read_table;
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{ask_over_time, read_instants};
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::sample::Sampling;
 use std::collections::HashMap;
 use std::path::Path;
 

@@ -6,8 +6,8 @@
 use crate::enumerate::{Ask, Evidence, Expected, Known, Names, Statistic};
 use crate::program::{Domain, Program};
 use crate::random::Random;
-use bp_core::answer::{Answer, Figure};
-use bp_core::error::Error;
+use bp_core::compiler::answer::{Answer, Figure};
+use bp_core::compiler::error::Error;
 
 /// A random question; everything in it can be asked.
 pub(crate) fn question(random: &mut Random, program: &Program) -> Ask {

@@ -3,10 +3,10 @@
 //! In: programs of `examples/`. Out: seconds for each answer. Invariant: a repeated question does not allocate, which
 //! is asserted before it is timed.
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 use bp_macros::bayesian_program;
 use criterion::Criterion;
 use std::hint::black_box;

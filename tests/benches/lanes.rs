@@ -3,12 +3,12 @@
 //! In: programs of `examples/`. Out: the least time of each question by emitted Rust and by lanes, and their ratio.
 //! Invariant: both give the same numbers, and alternate, so that disturbances affect both.
 
-use bp_core::answer::link;
-use bp_core::exec::compiled::Value;
-use bp_core::exec::{Inputs, Lanes, Outputs};
-use bp_core::lower::lower;
-use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan};
+use bp_core::compiler::answer::link;
+use bp_core::compiler::exec::compiled::Value;
+use bp_core::compiler::exec::{Inputs, Lanes, Outputs};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Route, plan};
 use bp_macros::bayesian_program;
 use std::hint::black_box;
 use std::time::{Duration, Instant};

@@ -5,8 +5,8 @@
 //! tokens; the module causes no lint in the surrounding code.
 #![deny(warnings, missing_docs, unused, unreachable_pub, clippy::all, clippy::pedantic)]
 
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 use bp_macros::bayesian_program;
 use std::path::Path;
 

@@ -3,13 +3,13 @@
 //! In: the programs of `examples/` and `bvm/models/`. Out: nothing where all is well. Invariant: naga parses and validates
 //! the shader of each question that has an exact kernel, and finds in it the entry points that are promised.
 
-use bp_core::answer::link;
-use bp_core::emit::wgsl::{emit_wgsl, emit_wgsl_module};
-use bp_core::kernel::{Kernel, Role};
-use bp_core::lower::lower;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::answer::link;
+use bp_core::compiler::emit::wgsl::{emit_wgsl, emit_wgsl_module};
+use bp_core::compiler::kernel::{Kernel, Role};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 use std::path::Path;
 
 /// The kernels of the exact answers of a program, with the questions' names.

@@ -4,8 +4,8 @@
 //! `BLESS=1` in the environment the pages are written instead. Invariant: every program there is wrong, and every page
 //! is wanted.
 
-use bp_core::io::{self, Format};
-use bp_core::source::Source;
+use bp_core::compiler::io::{self, Format};
+use bp_core::compiler::source::Source;
 use std::path::PathBuf;
 
 /// The wrong files: programs, and networks of every format.

@@ -4,13 +4,13 @@
 //! seeded. Out: nothing where all is well. Invariant: what compiles is also printed, planned and, where its plan is cheap,
 //! asked.
 
-use bp_core::answer::ask;
-use bp_core::answer::link;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan_for_answer};
-use bp_core::source::Source;
-use bp_core::syntax::{check, compile, parse, parse_question};
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::answer::link;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Route, plan_for_answer};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{check, compile, parse, parse_question};
 
 /// The most values of all variables together for which a mutant is asked: the sum of a mutant may run over all of them.
 const MOST_VALUES: f64 = 3e5;
@@ -83,7 +83,7 @@ fn mutant(text: &str, random: &mut Random) -> String {
 }
 
 fn values(model: &Model) -> f64 {
-    let count = |domain: &bp_core::model::Domain| domain.count().map_or(1.0, |count| count as f64);
+    let count = |domain: &bp_core::compiler::model::Domain| domain.count().map_or(1.0, |count| count as f64);
     let one =
         |model: &Model| model.variables.values().map(|variable| count(&variable.domain)).product::<f64>();
     let subroutines = model.subroutines.iter().map(|subroutine| one(&subroutine.program));

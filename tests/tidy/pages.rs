@@ -5,9 +5,9 @@
 //! `bp-error` must not compile: their first line is `// ` and the message. Invariant: a page cannot speak of a language
 //! that is gone.
 
-use bp_core::plan::{Options, plan};
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse};
+use bp_core::compiler::plan::{Options, plan};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse};
 use std::path::{Path, PathBuf};
 
 /// A page's path from the root, and its text.

@@ -93,16 +93,16 @@ impl Names<'_> {
                 check(name, weights, self.setting.count(variable), element.is_some() || slots.len() == 1)?;
                 match element {
                     Some(element) => all.elements.weighed.push((variable, element, weights.clone())),
-                    None => all
-                        .known
-                        .push(Known { variable, evidence: model::Evidence::Virtual(weights.clone()) }),
+                    None => {
+                        all.known.push(Known { variable, evidence: model::Finding::Virtual(weights.clone()) })
+                    }
                 }
                 continue;
             }
             if let (None, 1) = (element, slots.len()) {
                 all.known.push(Known {
                     variable,
-                    evidence: model::Evidence::Hard(self.value(variable, name, value)?),
+                    evidence: model::Finding::Hard(self.value(variable, name, value)?),
                 });
                 continue;
             }

@@ -11,7 +11,7 @@ use crate::exec::Inputs;
 use crate::guess::{listed, near};
 use crate::ids::{ParameterId, SetId, VariableId};
 use crate::kernel::{InputKey, Role};
-use crate::model::{self, Evidence, Form, IndexSpace, Model, Parameter, ParameterKind, SetKind, Statistic};
+use crate::model::{self, Finding, Form, IndexSpace, Model, Parameter, ParameterKind, SetKind, Statistic};
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
 use std::collections::BTreeMap;
@@ -57,9 +57,9 @@ pub fn names_of<'q, 'm: 'q>(
             let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
             let known =
                 ask.known.iter().chain(ask.statistic.from()).filter_map(|known| match &known.evidence {
-                    Evidence::Hard(value) => Some((known.variable, value.clone())),
-                    Evidence::Each => given_when_asked(model, known.variable),
-                    Evidence::Virtual(_) | Evidence::Soft(_) => None,
+                    Finding::Hard(value) => Some((known.variable, value.clone())),
+                    Finding::Each => given_when_asked(model, known.variable),
+                    Finding::Virtual(_) | Finding::Soft(_) => None,
                 });
             for (variable, value) in searched.chain(known) {
                 let model::Value::Given(name) = value else { continue };

@@ -3,9 +3,9 @@
 //! In: the programs of `tests/programs`, and questions as users type them. Out: facts about their models. Invariant:
 //! every program there checks, except one with a missing parameter, which is an error.
 
-use bp_core::model::{Evidence, Expression, Form, IndexSpace, Model, SetKind, Value};
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::model::{Expression, Finding, Form, IndexSpace, Model, SetKind, Value};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 
 fn source(name: &str) -> Source {
     let path = format!("{}/../tests/programs/{name}.bp", env!("CARGO_MANIFEST_DIR"));
@@ -110,8 +110,8 @@ fn a_match_becomes_a_chain_and_needs_no_wildcard_when_it_covers() {
     let model = model_of(&Source::new("match", text));
     assert!(matches!(model.factors.values().last().unwrap().form, Form::If { .. }));
     let asks = &model.questions.values().next().unwrap().asks;
-    assert_eq!(asks[0].known[0].evidence, Evidence::Hard(Value::Given("z".to_owned())));
-    assert_eq!(asks[0].known[1].evidence, Evidence::Hard(Value::Ordinal(1)));
+    assert_eq!(asks[0].known[0].evidence, Finding::Hard(Value::Given("z".to_owned())));
+    assert_eq!(asks[0].known[1].evidence, Finding::Hard(Value::Ordinal(1)));
     assert_eq!(asks[3].searched[0].at, Some(Value::Ordinal(0)));
 }
 
@@ -120,7 +120,7 @@ fn questions_are_read_as_users_type_them() {
     let model = model_of(&source("wet_grass"));
     let typed = |text: &str| parse_question(&Source::new("question", text), &model);
     let question = typed("P(Rain | Wet = true)").unwrap();
-    assert_eq!(question.asks[0].known[0].evidence, Evidence::Hard(Value::Ordinal(1)));
+    assert_eq!(question.asks[0].known[0].evidence, Finding::Hard(Value::Ordinal(1)));
     assert_eq!(typed(" rain ").unwrap().name, "rain");
     let message = |text: &str| typed(text).unwrap_err().0[0].message.clone();
     assert_eq!(message("rian"), "`WetGrass` has no question `rian`");

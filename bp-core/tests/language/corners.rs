@@ -3,10 +3,10 @@
 //! In: small programs. Out: their answers. Invariant: expected values are computed by hand in each test.
 
 use crate::support::{model_of, question};
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 
 fn answers(text: &str, asked: &str, inputs: &Inputs<'_, f64>) -> Result<Vec<f64>, String> {
     let model = model_of(text);
@@ -26,7 +26,7 @@ fn near(found: Result<Vec<f64>, String>, expected: &[f64]) {
 fn the_index_of_a_plate_has_no_value_in_a_question() {
     let text = "program Plate over C in Grid { variables { O : bool; } decomposition { P(O) } forms { P(O) = bernoulli(0.5); } }";
     let source = Source::new("question", "P(O | C = 3)");
-    let wrong = bp_core::syntax::parse_question(&source, &model_of(text)).unwrap_err();
+    let wrong = bp_core::compiler::syntax::parse_question(&source, &model_of(text)).unwrap_err();
     assert!(
         wrong.render(&source, false).contains("`C` is the plate's index"),
         "{}",

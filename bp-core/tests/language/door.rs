@@ -193,8 +193,8 @@ fn labels_integers_bins_and_elements_of_families_are_values() {
 
 #[test]
 fn a_model_that_was_built_is_a_program() {
-    use bp_core::model::{Domain, Form, ModelBuilder};
-    use bp_core::operators::Binary;
+    use bp_core::compiler::model::{Domain, Form, ModelBuilder};
+    use bp_core::compiler::operators::Binary;
     let mut model = ModelBuilder::new("TwoDice");
     let first = model.variable("First", Domain::integers(1, 6));
     let second = model.variable("Second", Domain::integers(1, 6));

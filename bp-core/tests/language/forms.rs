@@ -4,9 +4,9 @@
 //! cumulative distributions that are tested against statrs.
 
 use crate::support::{model_of, question};
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::law::Law;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::law::Law;
 
 /// P(X | A B E) with two truth values and a real parent.
 fn answer(domain: &str, form: &str, text: &str) -> Vec<f64> {

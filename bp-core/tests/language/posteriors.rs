@@ -3,9 +3,9 @@
 //! In: networks and the answers of another engine, in a folder that may be absent. Out: every posterior, ln P(evidence) and
 //! the most probable assignment, to 1e-10.
 
-use bp_core::io::bif;
-use bp_core::source::Source;
-use bp_core::strategies::join_tree::{Evidence, Marginals, Named, most_probable};
+use bp_core::compiler::io::bif;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::strategies::join_tree::{Marginals, Named, NetworkEvidence, most_probable};
 use std::path::Path;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/networks");
@@ -47,7 +47,7 @@ fn the_classic_networks_are_answered_as_by_another_engine() {
         let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
         for case in reference["cases"].as_array().unwrap() {
             let what = format!("{name} {}", case["id"]);
-            let mut evidence = Evidence::default();
+            let mut evidence = NetworkEvidence::default();
             for (variable, value) in case["hard_evidence"].as_object().unwrap() {
                 let value = value["index"].as_u64().unwrap() as usize;
                 evidence.hard.push((named.number_of(variable).unwrap(), value));

@@ -2,15 +2,15 @@
 //!
 //! In: small programs. Out: their answers. Invariant: no expected value is output of this crate; draws are seeded.
 
-use bp_core::answer::{Answer, Figure, OtherColumns, ask, ask_over_time, compile, read_sequences};
-use bp_core::data::read_table;
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::{Notation, Options, plan};
-use bp_core::sample::Sampling;
-use bp_core::source::Source;
-use bp_core::syntax::{compile as read, parse_question};
+use bp_core::compiler::answer::{Answer, Figure, OtherColumns, ask, ask_over_time, compile, read_sequences};
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Notation, Options, plan};
+use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile as read, parse_question};
 use std::path::Path;
 
 /// The umbrella of a lecture: P(rain | umbrella) = 0.38 / 0.44.
@@ -208,7 +208,7 @@ fn tables_have_the_left_fastest_and_the_last_on_the_right_next() {
         compile(&model, &question).unwrap().tables(&Inputs::new()).unwrap().remove(0)
     };
     let ba = table("P(S | B A)");
-    let names = |columns: &[bp_core::answer::Column]| {
+    let names = |columns: &[bp_core::compiler::answer::Column]| {
         columns.iter().map(|column| column.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!((names(&ba.right), names(&ba.left)), (vec!["B".into(), "A".into()], vec!["S".into()]));

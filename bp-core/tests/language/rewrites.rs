@@ -4,11 +4,11 @@
 //! is computed by hand beside it.
 
 use crate::support::{interpreted, model_of, program, question, without};
-use bp_core::answer::{Answer, Figure, ask};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::{Options, Rewrites, Route, plan};
+use bp_core::compiler::answer::{Answer, Figure, ask};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Rewrites, Route, plan};
 
 fn asked(model: &Model, text: &str) -> Result<Vec<Answer>, Error> {
     ask(model, &question(model, text), &Inputs::new())
@@ -31,7 +31,7 @@ fn near(found: &[f64], expected: &[f64]) {
 
 /// The value of a variable in each row.
 fn values(answer: &Answer, variable: &str) -> Vec<String> {
-    let of = |row: &bp_core::answer::Row| {
+    let of = |row: &bp_core::compiler::answer::Row| {
         row.values.iter().find(|(name, _)| name == variable).map(|(_, value)| value.clone()).unwrap()
     };
     answer.answer.iter().map(of).collect()

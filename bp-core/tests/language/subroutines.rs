@@ -3,8 +3,8 @@
 //! In: files of several programs. Out: answers. Invariant: the answer is that of the same program written without them.
 
 use crate::support::{model_of, question};
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
 
 fn p(text: &str, asked: &str) -> Vec<f64> {
     let model = model_of(text);
@@ -82,8 +82,9 @@ fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
     let model = model_of(text);
     let rows = vec![vec![("Z".to_owned(), 1.0)]];
     let asked = question(&model, "filter P(X | Z)");
-    let sampling = bp_core::sample::Sampling::default();
-    let answers = bp_core::answer::ask_over_time(&model, &asked, &rows, &Inputs::new(), sampling).unwrap();
+    let sampling = bp_core::compiler::sample::Sampling::default();
+    let answers =
+        bp_core::compiler::answer::ask_over_time(&model, &asked, &rows, &Inputs::new(), sampling).unwrap();
     let found: Vec<f64> = answers[0].answer.iter().map(|row| row.p().unwrap()).collect();
     // 0.1 · 0.2 and 0.9 · 0.9.
     near(&found, &[0.02 / 0.83, 0.81 / 0.83]);

@@ -3,8 +3,8 @@
 //! In: the programs of `tests/programs`, and trees and texts made at random. Out: pass or fail. Invariant: for any
 //! text, parsing terminates without a panic.
 
-use bp_core::source::Source;
-use bp_core::syntax::{check, compile, parse};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{check, compile, parse};
 use proptest::prelude::*;
 
 fn programs() -> Vec<Source> {

@@ -4,11 +4,11 @@
 //! computed by hand.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{argmax, ask};
-use bp_core::distribution::Setting;
-use bp_core::exec::Inputs;
-use bp_core::space::{Edge, Space};
-use bp_core::strategies::join_tree::Network;
+use bp_core::compiler::answer::{argmax, ask};
+use bp_core::compiler::distribution::Setting;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::space::{Edge, Space};
+use bp_core::compiler::strategies::join_tree::Network;
 use statrs::distribution::{Continuous, Normal, Uniform};
 
 /// A program of one variable.

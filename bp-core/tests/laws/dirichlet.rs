@@ -4,10 +4,10 @@
 //! posterior dirichlet(a + n), with E = (a + n) / Σ and its deviation.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Figure, ask_with, compile_by};
-use bp_core::exec::Inputs;
-use bp_core::plan::Strategy;
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Figure, ask_with, compile_by};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
 
 #[track_caller]
 fn within([found, error]: [f64; 2], expected: f64) {

@@ -5,15 +5,15 @@
 //! densities of laws are tested against statrs.
 
 use crate::support::{model_of, question};
-use bp_core::answer::ask;
-use bp_core::distribution::{Distribution, Setting};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::exec::scalar::{Extended, Scalar};
-use bp_core::ids::VariableId;
-use bp_core::law::Law;
-use bp_core::model::Model;
-use bp_core::random::seeded;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::distribution::{Distribution, Setting};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::exec::scalar::{Extended, Scalar};
+use bp_core::compiler::ids::VariableId;
+use bp_core::compiler::law::Law;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::random::seeded;
 use rand::RngExt;
 
 fn one(domain: &str, form: &str) -> Model {
@@ -207,7 +207,7 @@ fn draws_have_the_distribution_that_they_are_drawn_from() {
     assert_eq!(Distribution::Finite(vec![0.0; 3]).draw(&mut random), None);
     // A normal law far in its tail: 8 to 9 deviations out, where rejection would never end. E = φ(8)/Q(8) ≈ 8.1213.
     let law = Law::Normal;
-    let mass = law.mass(&mut bp_core::law::Numbers, 8.0, 9.0, &[0.0, 1.0]).unwrap();
+    let mass = law.mass(&mut bp_core::compiler::law::Numbers, 8.0, 9.0, &[0.0, 1.0]).unwrap();
     let tail = Distribution::Truncated {
         law,
         parameters: [0.0, 1.0],

@@ -5,12 +5,12 @@
 //! holds a NaN, an infinity or a negative probability.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, Figure, ask, ask_over_time, ask_with};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::sample::Sampling;
-use bp_core::strategies::join_tree::{Marginals, MarginalsSession, Named, most_probable};
+use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time, ask_with};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::strategies::join_tree::{Marginals, MarginalsSession, Named, most_probable};
 
 /// Domain of Y, its form where K is one of 0..=3, the context that is refused, and the message about the number.
 const FINITE: &[(&str, &str, &str, &str)] = &[

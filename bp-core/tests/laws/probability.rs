@@ -5,10 +5,10 @@
 
 use crate::support::random::{Random, Tape};
 use crate::support::{Table, brute, interpreted, without};
-use bp_core::model::{Model, Question};
-use bp_core::plan::Options;
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::plan::Options;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};

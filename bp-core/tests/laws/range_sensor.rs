@@ -5,13 +5,13 @@
 //! the plan but the program's text.
 
 use crate::support::{model_of, program};
-use bp_core::exec::{Inputs, Outputs, interpret};
-use bp_core::ids::ValueId;
-use bp_core::kernel::{Node, Reduce};
-use bp_core::lower::{Lowered, lower};
-use bp_core::model::Model;
-use bp_core::operators::Unary;
-use bp_core::plan::{Options, Rewrites, Route, plan};
+use bp_core::compiler::exec::{Inputs, Outputs, interpret};
+use bp_core::compiler::ids::ValueId;
+use bp_core::compiler::kernel::{Node, Reduce};
+use bp_core::compiler::lower::{Lowered, lower};
+use bp_core::compiler::model::Model;
+use bp_core::compiler::operators::Unary;
+use bp_core::compiler::plan::{Options, Rewrites, Route, plan};
 
 /// Φ((x − m) / s)
 fn below(x: f64, mean: f64, deviation: f64) -> f64 {
@@ -201,7 +201,7 @@ fn closed_forms_with_weights_that_halve() {
 /// The number of evaluations of all nests for one ray of n cells.
 fn iterations(lowered: &Lowered, n: usize) -> usize {
     let kernel = &lowered.kernel;
-    let extent = |axis: &bp_core::ids::AxisId| {
+    let extent = |axis: &bp_core::compiler::ids::AxisId| {
         let extent = &kernel.axes[*axis].extent;
         let size = match extent.size.map(|key| kernel.size(key).name.as_str()) {
             Some("N") => n as i64,
@@ -210,7 +210,7 @@ fn iterations(lowered: &Lowered, n: usize) -> usize {
         };
         (size + extent.offset) as usize
     };
-    let of = |nest: &bp_core::kernel::Nest| {
+    let of = |nest: &bp_core::compiler::kernel::Nest| {
         let folded: &[_] = if let Reduce::Fold(_, axes) = &nest.reduce { axes } else { &[] };
         kernel.buffers[nest.out].axes.iter().chain(folded).map(extent).product::<usize>()
     };

@@ -6,10 +6,10 @@
 
 use crate::support::learning::{answer, both, near, program, seen, written};
 use crate::support::model_of;
-use bp_core::data::read_table;
-use bp_core::law::Law;
-use bp_core::learn::{Case, Columns, Learned, Learner, Settings};
-use bp_core::model::Model;
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::law::Law;
+use bp_core::compiler::learn::{Case, Columns, Learned, Learner, Settings};
+use bp_core::compiler::model::Model;
 use proptest::prelude::*;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};

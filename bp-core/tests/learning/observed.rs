@@ -5,10 +5,10 @@
 
 use crate::support::learning::{answer, both, case, learned, near, program, seen, written};
 use crate::support::model_of;
-use bp_core::data::read_table;
-use bp_core::error::Error;
-use bp_core::law::Law;
-use bp_core::learn::{Case, Columns, Learner};
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::law::Law;
+use bp_core::compiler::learn::{Case, Columns, Learner};
 use std::path::Path;
 
 const WORDS: [&str; 5] = ["Fortune", "Next", "Programming", "Money", "You"];

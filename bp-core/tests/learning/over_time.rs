@@ -4,10 +4,10 @@
 //! by hand, or those of the equations of Rabiner (1989, section III.C) for two states, iterated until they converge.
 
 use crate::support::{model_of, question};
-use bp_core::data::read_table;
-use bp_core::exec::Inputs;
-use bp_core::learn::{Case, Columns, Learned, Learner};
-use bp_core::model::Model;
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::learn::{Case, Columns, Learned, Learner};
+use bp_core::compiler::model::Model;
 use std::path::Path;
 
 fn learned(model: &Model, table: &str, sequence: Option<&str>) -> Result<Learned, String> {
@@ -217,10 +217,11 @@ fn hidden_states_are_baum_welch() {
             .map(|seen| seen.map(|seen| ("F".to_owned(), seen as f64)).into_iter().collect::<Vec<_>>())
             .collect();
         let asked = question(found.model(), "filter P(S | F)");
-        let sampling = bp_core::sample::Sampling::default();
+        let sampling = bp_core::compiler::sample::Sampling::default();
         let inputs = Inputs::new();
         let answers =
-            bp_core::answer::ask_over_time(found.model(), &asked, &rows, &inputs, sampling).unwrap();
+            bp_core::compiler::answer::ask_over_time(found.model(), &asked, &rows, &inputs, sampling)
+                .unwrap();
         let chain = Chain {
             start: if is_learned { numbers(&found, "s")[0] } else { 0.5 },
             a: [a[0], a[1]],
@@ -234,8 +235,8 @@ fn hidden_states_are_baum_welch() {
 /// ln P of the rows by `filter`, whose messages are potentials and not flat arrays.
 fn filtered(model: &Model, asked: &str, rows: &[Vec<(String, f64)>]) -> f64 {
     let (asked, inputs) = (question(model, asked), Inputs::new());
-    let sampling = bp_core::sample::Sampling::default();
-    let answers = bp_core::answer::ask_over_time(model, &asked, rows, &inputs, sampling).unwrap();
+    let sampling = bp_core::compiler::sample::Sampling::default();
+    let answers = bp_core::compiler::answer::ask_over_time(model, &asked, rows, &inputs, sampling).unwrap();
     answers[0].ln_evidence.unwrap()
 }
 
@@ -273,7 +274,7 @@ fn states_in_part_seen_and_hidden_causes_have_the_likelihood_of_the_filter() {
     let mut learner = Learner::new(&model).unwrap();
     let columns = Columns { hidden: vec!["K".to_owned()], ..Columns::default() };
     learner.observe_table(&read, &columns).unwrap();
-    let settings = bp_core::learn::Settings { iterations: 60, ..Default::default() };
+    let settings = bp_core::compiler::learn::Settings { iterations: 60, ..Default::default() };
     let found = learner.learned_with(&settings, &mut |_, _| {}).unwrap();
     let (own, asked) = (found.report.ln_likelihood, filtered(found.model(), "filter P(S | X, Y, Z)", &rows));
     assert!((own - asked).abs() < 1e-9, "{own}, by the filter {asked}");

@@ -4,8 +4,8 @@
 //! messages. Invariant: no text causes a panic.
 
 use crate::dialects::{ASIA_LIKE, MARKOV, NET, UAI, XML, read};
-use bp_core::io::{self, Format, uai};
-use bp_core::source::Source;
+use bp_core::compiler::io::{self, Format, uai};
+use bp_core::compiler::source::Source;
 use proptest::prelude::*;
 
 proptest! {

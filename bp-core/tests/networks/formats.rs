@@ -4,15 +4,15 @@
 //! exactly.
 
 use crate::dialects::{ASIA_LIKE, MARKOV, NET, UAI, XML, read};
-use bp_core::answer;
-use bp_core::exec::Inputs;
-use bp_core::ids::{Id, VariableId};
-use bp_core::io::{self, Format, Network, uai};
-use bp_core::model::{
-    Ask, Domain, Evidence, Factor, Form, Known, Model, ModelBuilder, Question, Searched, Statistic, Value,
+use bp_core::compiler::answer;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::ids::{Id, VariableId};
+use bp_core::compiler::io::{self, Format, Network, uai};
+use bp_core::compiler::model::{
+    Ask, Domain, Factor, Finding, Form, Known, Model, ModelBuilder, Question, Searched, Statistic, Value,
     When,
 };
-use bp_core::source::Source;
+use bp_core::compiler::source::Source;
 use proptest::prelude::*;
 
 /// The content of a network: names, values, and for each variable its parents and numbers.
@@ -124,7 +124,7 @@ proptest! {
         let ids: Vec<VariableId> = network.model.variables.ids().collect();
         let (first, last) = (ids[0], ids[ids.len() - 1]);
         let known = |evidence| if first == last { vec![] } else { vec![Known { variable: last, evidence }] };
-        for known in [known(Evidence::Each), known(Evidence::Hard(Value::Ordinal(0)))] {
+        for known in [known(Finding::Each), known(Finding::Hard(Value::Ordinal(0)))] {
             let searched = vec![Searched { variable: first, at: None }];
             let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known };
             let question = Question { name: String::new(), asks: vec![ask], derived: Vec::new() };
@@ -241,7 +241,7 @@ fn evidence_files_of_both_ages_are_read() {
         |text: &str| uai::evidence(&Source::new("e", text), &model).map_err(|wrong| wrong.to_string());
     let known = |variable, value| Known {
         variable: VariableId::new(variable),
-        evidence: Evidence::Hard(Value::Ordinal(value)),
+        evidence: Finding::Hard(Value::Ordinal(value)),
     };
     assert_eq!(cases(""), Ok(vec![]));
     assert_eq!(cases("0"), Ok(vec![vec![]]));

@@ -2,9 +2,9 @@
 //!
 //! In: the files of a folder that may be absent. Out: their sizes, compared with the literature.
 
-use bp_core::io::{self, Format, Network, bif};
-use bp_core::model::{Form, Model};
-use bp_core::source::Source;
+use bp_core::compiler::io::{self, Format, Network, bif};
+use bp_core::compiler::model::{Form, Model};
+use bp_core::compiler::source::Source;
 use std::path::Path;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/networks");

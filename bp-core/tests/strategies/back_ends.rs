@@ -6,11 +6,11 @@
 
 use crate::support::random::{Random, Tape};
 use crate::support::{model_of, program};
-use bp_core::exec::{Inputs, Lanes, Outputs, interpret, scalar::Scalar};
-use bp_core::kernel::Kernel;
-use bp_core::lower::lower;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::space::{Edge, Moves, Space};
+use bp_core::compiler::exec::{Inputs, Lanes, Outputs, interpret, scalar::Scalar};
+use bp_core::compiler::kernel::Kernel;
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::space::{Edge, Moves, Space};
 
 /// Numbers by name, in f64; turned into either precision.
 #[derive(Default)]
@@ -225,7 +225,9 @@ fn random_programs() {
         let made = Random::program(&mut tape);
         let ask = made.ask(&mut tape, true, true);
         let text = format!("{} question q {{ {ask} }} }}", made.text().trim_end_matches('}'));
-        if bp_core::syntax::compile(&bp_core::source::Source::new("random", text.clone())).is_ok() {
+        if bp_core::compiler::syntax::compile(&bp_core::compiler::source::Source::new("random", text.clone()))
+            .is_ok()
+        {
             tried += 1;
             for kernel in kernels(&text, "q", Options::default()) {
                 everywhere(&text, &kernel, &Given::default());

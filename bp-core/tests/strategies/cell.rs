@@ -4,11 +4,11 @@
 //! expected values are those of the published hand-checkable step, or of a loop over cells written here.
 
 use crate::support::{model_of, program};
-use bp_core::exec::{Inputs, interpret};
-use bp_core::lower::lower;
-use bp_core::model::{Model, Statistic};
-use bp_core::plan::{Options, Rewrites, Route, plan};
-use bp_core::space::{Edge, Space};
+use bp_core::compiler::exec::{Inputs, interpret};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::model::{Model, Statistic};
+use bp_core::compiler::plan::{Options, Rewrites, Route, plan};
+use bp_core::compiler::space::{Edge, Space};
 
 /// The cell program, with its marginals and its entropy.
 fn model() -> Model {

@@ -5,12 +5,12 @@
 //! every sequence of states, or counted by hand.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, ask, ask_over_time};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::{Notation, Options, plan};
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Answer, ask, ask_over_time};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Notation, Options, plan};
+use bp_core::compiler::sample::Sampling;
 use proptest::prelude::*;
 
 /// A row for each instant; NaN where nothing was observed.

@@ -5,12 +5,12 @@
 //! τ_c · sqrt(1 + σ_Ω² / σ_V²).
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Figure, ask};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::strategies::gaussian::{Filter, Gaussian};
+use bp_core::compiler::answer::{Figure, ask};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::strategies::gaussian::{Filter, Gaussian};
 use statrs::distribution::{Continuous, Normal};
 
 const YAW: &str = "program Yaw over t in Time {
@@ -131,7 +131,7 @@ fn two() -> Inputs<'static, f64> {
 
 fn law(model: &Model, text: &str, inputs: &Inputs<'_, f64>) -> (Vec<(f64, f64)>, f64) {
     let answers = ask(model, &question(model, text), inputs).unwrap();
-    let of = |row: &bp_core::answer::Row| match row.figure {
+    let of = |row: &bp_core::compiler::answer::Row| match row.figure {
         Figure::Normal { mean, deviation } => (mean, deviation),
         figure => panic!("{figure:?}"),
     };

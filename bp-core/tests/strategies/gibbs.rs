@@ -4,16 +4,16 @@
 //! own standard errors of the truth; the number of threads does not matter; chains that disagree are reported.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, Figure, compile_by};
-use bp_core::distribution::Setting;
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::ids::Id;
-use bp_core::model::Model;
-use bp_core::plan::Strategy;
-use bp_core::sample::{Observations, Sampling};
-use bp_core::strategies::gibbs::gibbs;
-use bp_core::strategies::weighting::Treatment;
+use bp_core::compiler::answer::{Answer, Figure, compile_by};
+use bp_core::compiler::distribution::Setting;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::ids::Id;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::{Observations, Sampling};
+use bp_core::compiler::strategies::gibbs::gibbs;
+use bp_core::compiler::strategies::weighting::Treatment;
 use statrs::distribution::{Beta, ContinuousCDF};
 
 fn asked_by(by: Strategy, model: &Model, text: &str, particles: usize) -> Result<Answer, Error> {
@@ -115,7 +115,7 @@ fn a_finite_model_has_the_probabilities_of_the_sum() {
     let steps: Vec<_> = (0..5)
         .map(|factor| {
             let treatment = if factor == 2 || factor == 4 { Treatment::Weighed } else { Treatment::Drawn };
-            (bp_core::ids::FactorId::new(factor), treatment)
+            (bp_core::compiler::ids::FactorId::new(factor), treatment)
         })
         .collect();
     let draws =

@@ -3,9 +3,9 @@
 //! In: seeded networks with evidence of every kind. Out: marginals, ln P(evidence), most probable assignments. Invariant:
 //! expected values are sums and maxima over all assignments, written here.
 
-use bp_core::error::Error;
-use bp_core::strategies::join_tree::{
-    Evidence, Marginals, Network, Table, Tree, joint, most_probable, observations,
+use bp_core::compiler::error::Error;
+use bp_core::compiler::strategies::join_tree::{
+    FactorTable, Marginals, Network, NetworkEvidence, Tree, joint, most_probable, observations,
 };
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, RngExt, SeedableRng};
@@ -31,13 +31,13 @@ fn network(random: &mut impl Rng) -> Network {
                 .extend(row.iter().map(|entry| if total > 0.0 { entry / total } else { 1.0 / width as f64 }));
         }
         network.table_of.push(Some(variable));
-        network.tables.push(Table { variables, values });
+        network.tables.push(FactorTable { variables, values });
     }
     network
 }
 
-fn evidence(network: &Network, random: &mut impl Rng) -> Evidence {
-    let mut evidence = Evidence::default();
+fn evidence(network: &Network, random: &mut impl Rng) -> NetworkEvidence {
+    let mut evidence = NetworkEvidence::default();
     for (variable, count) in network.cardinalities.iter().enumerate() {
         match random.random_range(0..6) {
             0 => evidence.hard.push((variable, random.random_range(0..*count))),
@@ -51,7 +51,7 @@ fn evidence(network: &Network, random: &mut impl Rng) -> Evidence {
 }
 
 /// Every assignment with the product of all tables and of the evidence.
-fn enumerate(network: &Network, evidence: &Evidence) -> Vec<(Vec<usize>, f64)> {
+fn enumerate(network: &Network, evidence: &NetworkEvidence) -> Vec<(Vec<usize>, f64)> {
     let mut all = vec![Vec::new()];
     for count in &network.cardinalities {
         all = all
@@ -62,7 +62,7 @@ fn enumerate(network: &Network, evidence: &Evidence) -> Vec<(Vec<usize>, f64)> {
             .collect();
     }
     let weigh = |values: &Vec<usize>| {
-        let entry = |table: &Table| {
+        let entry = |table: &FactorTable| {
             let place = table
                 .variables
                 .iter()
@@ -156,16 +156,16 @@ fn asking_again_forgets_what_was_known() {
     let every: Vec<usize> = (0..network.cardinalities.len()).collect();
     let tree = Tree::new(&network, &[], &every, &every).unwrap();
     let (mut kept, mut fresh) = (tree.session(), tree.session());
-    kept.ask(&Evidence::default()).unwrap();
+    kept.ask(&NetworkEvidence::default()).unwrap();
     for variable in 0..network.cardinalities.len() {
         // What is impossible leaves nothing behind either.
-        let _ = kept.ask(&Evidence {
+        let _ = kept.ask(&NetworkEvidence {
             hard: vec![(variable, network.cardinalities[variable] - 1)],
-            ..Evidence::default()
+            ..NetworkEvidence::default()
         });
     }
-    kept.ask(&Evidence::default()).unwrap();
-    fresh.ask(&Evidence::default()).unwrap();
+    kept.ask(&NetworkEvidence::default()).unwrap();
+    fresh.ask(&NetworkEvidence::default()).unwrap();
     (0..network.cardinalities.len()).for_each(|one| assert_eq!(kept.marginal(one), fresh.marginal(one)));
 }
 
@@ -181,7 +181,7 @@ fn improbable_evidence_does_not_underflow() {
             seen => (vec![seen - count, seen], vec![1.0 - 1e-3, 1e-3, 1.0 - 2e-3, 2e-3]),
         };
         network.table_of.push(Some(variable));
-        network.tables.push(Table { variables, values });
+        network.tables.push(FactorTable { variables, values });
     }
     let hard: Vec<(usize, usize)> = (count..2 * count).map(|seen| (seen, 1)).collect();
     // By hand: the forward recursion, divided by its sum at each step.
@@ -197,7 +197,7 @@ fn improbable_evidence_does_not_underflow() {
         forward = [seen[0] / total, seen[1] / total];
     }
     let given: Vec<usize> = hard.iter().map(|(one, _)| *one).collect();
-    let evidence = Evidence { hard, ..Evidence::default() };
+    let evidence = NetworkEvidence { hard, ..NetworkEvidence::default() };
     let all: Vec<usize> = (0..2 * count).collect();
     for given in [given.as_slice(), &[]] {
         let tree = Tree::new(&network, given, &all, &all).unwrap();
@@ -226,7 +226,7 @@ fn threads_change_nothing() {
         };
         let values = (0..rows).flat_map(|_| row(&mut random)).collect();
         network.table_of.push(Some(variable));
-        network.tables.push(Table { variables, values });
+        network.tables.push(FactorTable { variables, values });
     }
     let every: Vec<usize> = (0..count).collect();
     let tree = Tree::new(&network, &[], &[20], &every).unwrap();
@@ -235,7 +235,7 @@ fn threads_change_nothing() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut session = tree.session();
-            session.ask(&Evidence { hard: vec![(20, 1)], ..Evidence::default() }).unwrap();
+            session.ask(&NetworkEvidence { hard: vec![(20, 1)], ..NetworkEvidence::default() }).unwrap();
             let all: Vec<f64> = (0..count).flat_map(|one| session.marginal(one).to_vec()).collect();
             (session.ln_evidence(), all)
         })
@@ -300,7 +300,7 @@ fn what_is_not_foreseen_is_refused() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
     let network = network(&mut random);
     let plan = Marginals::new(&network, &[], &[], &[0]).unwrap();
-    let evidence = Evidence { hard: vec![(0, 0)], ..Evidence::default() };
+    let evidence = NetworkEvidence { hard: vec![(0, 0)], ..NetworkEvidence::default() };
     let error = plan.session().ask(&evidence).unwrap_err().to_string();
     assert!(error.contains("neither an observed nor a weighted variable"), "{error}");
     assert!(joint(&network, &evidence, &[0]).is_err() && joint(&network, &evidence, &[]).is_err());
@@ -314,8 +314,8 @@ fn asking_again_allocates_nothing() {
     let every: Vec<usize> = (0..network.cardinalities.len()).collect();
     let plan = Marginals::new(&network, &[0], &every, &every).unwrap();
     let mut session = plan.session();
-    let cases: Vec<Evidence> = (0..network.cardinalities[0])
-        .map(|value| Evidence { hard: vec![(0, value)], likelihoods: Vec::new() })
+    let cases: Vec<NetworkEvidence> = (0..network.cardinalities[0])
+        .map(|value| NetworkEvidence { hard: vec![(0, value)], likelihoods: Vec::new() })
         .collect();
     // The counter counts.
     assert!(allocation_counter::measure(|| drop(std::hint::black_box(vec![1u8; 100]))).count_total == 1);

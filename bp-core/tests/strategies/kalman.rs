@@ -5,10 +5,10 @@
 //! conditioned at once by nalgebra.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Figure, ask, ask_over_time};
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Figure, ask, ask_over_time};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::sample::Sampling;
 use nalgebra::{DMatrix, DVector};
 
 /// A normal law: means and covariances of variables that are added one by one.

@@ -4,9 +4,9 @@
 //! Invariant: a law that determines a real has no density: its entropy is said to be −∞, not a number that is none.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, Figure, ask, ask_over_time};
-use bp_core::exec::Inputs;
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::sample::Sampling;
 use std::f64::consts::{E, PI, TAU};
 
 /// X has the variance 4, Y given X ¼, and D is 2 Y for sure.

@@ -4,13 +4,13 @@
 //! every sequence of switches of Kalman filters in closed form, or integrals over a grid.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, Figure, ask_over_time, ask_over_time_by};
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::Strategy;
-use bp_core::plan::{Notation, Options, Route, plan};
-use bp_core::sample::Sampling;
-use bp_core::strategies::over_time::By;
+use bp_core::compiler::answer::{Answer, Figure, ask_over_time, ask_over_time_by};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::plan::{Notation, Options, Route, plan};
+use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::strategies::over_time::By;
 
 fn asked(model: &Model, text: &str, z: &[f64], particles: usize, seed: u64) -> Answer {
     let rows: Vec<_> = z.iter().map(|z| vec![("Z".to_owned(), *z)]).collect();

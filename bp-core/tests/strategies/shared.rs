@@ -3,12 +3,12 @@
 //! In: the `observe` question of the cell: P(O), P(V) and two entropies, all of which know Z. Out: the nests of its kernel.
 //! Invariant: each sum is computed once, whatever the number of asks that need it.
 
-use bp_core::kernel::{Kernel, Reduce, Role};
-use bp_core::lower::lower;
-use bp_core::model::Model;
-use bp_core::plan::{Options, plan};
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::kernel::{Kernel, Reduce, Role};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, plan};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 
 fn observe() -> Kernel {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../bvm/models/cell.bp");

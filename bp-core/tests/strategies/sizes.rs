@@ -3,10 +3,10 @@
 //! In: programs made here, the built binary under a limit of memory and of stack. Out: answers that can be checked by
 //! hand; exit statuses 0, 1 and 2. Invariant: nothing aborts, hangs, or takes more memory than the limit.
 
-use bp_core::answer::{Figure, ask};
-use bp_core::exec::Inputs;
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::answer::{Figure, ask};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

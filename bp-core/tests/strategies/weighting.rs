@@ -5,12 +5,12 @@
 //! matter.
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, Figure, ask, ask_with};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::plan::{Notation, Options, Route, plan};
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Answer, Figure, ask, ask_with};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Notation, Options, Route, plan};
+use bp_core::compiler::sample::Sampling;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 use statrs::function::beta::ln_beta;
 

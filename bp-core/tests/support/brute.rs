@@ -4,9 +4,9 @@
 //! Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the meaning of the model, not from its plan.
 
 use super::{Table, Values};
-use bp_core::ids::{ExpressionId, VariableId};
-use bp_core::model::{Ask, Domain, Evidence, Expression, Factor, Form, Model, Statistic, Value};
-use bp_core::operators::{Binary, Unary};
+use bp_core::compiler::ids::{ExpressionId, VariableId};
+use bp_core::compiler::model::{Ask, Domain, Expression, Factor, Finding, Form, Model, Statistic, Value};
+use bp_core::compiler::operators::{Binary, Unary};
 
 /// All assignments of some variables.
 pub(crate) fn assignments(model: &Model, variables: &[VariableId]) -> Vec<Values> {
@@ -110,7 +110,7 @@ fn density(model: &Model, values: &Values, factor: &Factor, form: &Form) -> f64 
         }
         Form::Categorical(entries) => of(&entries[values[&left]]),
         Form::Table(rows) => {
-            let place = |uses: &[bp_core::model::VariableUse]| {
+            let place = |uses: &[bp_core::compiler::model::VariableUse]| {
                 uses.iter().fold(0, |place, use_| {
                     place * model.variables[use_.variable].domain.count().unwrap() + values[&use_.variable]
                 })
@@ -130,7 +130,7 @@ fn density(model: &Model, values: &Values, factor: &Factor, form: &Form) -> f64 
                 0.0
             }
         }
-        Form::Law { law: bp_core::law::Law::Normal, arguments } => {
+        Form::Law { law: bp_core::compiler::law::Law::Normal, arguments } => {
             let (mean, deviation) = (&arguments[0], &arguments[1]);
             let (mean, deviation) = (of(mean), of(deviation));
             let bell = |ordinal: usize| (-0.5 * ((ordinal as f64 + base - mean) / deviation).powi(2)).exp();
@@ -150,10 +150,10 @@ pub(crate) fn joint(model: &Model, values: &Values) -> f64 {
 
 /// The likelihood of the evidence under an assignment: 0 or 1, or the virtual evidence.
 fn agreement(ask: &Ask, values: &Values) -> f64 {
-    let one = |known: &bp_core::model::Known| match &known.evidence {
-        Evidence::Hard(Value::Ordinal(ordinal)) => f64::from(u8::from(values[&known.variable] == *ordinal)),
-        Evidence::Virtual(weights) => weights[values[&known.variable]],
-        Evidence::Each => 1.0,
+    let one = |known: &bp_core::compiler::model::Known| match &known.evidence {
+        Finding::Hard(Value::Ordinal(ordinal)) => f64::from(u8::from(values[&known.variable] == *ordinal)),
+        Finding::Virtual(weights) => weights[values[&known.variable]],
+        Finding::Each => 1.0,
         other => panic!("{other:?}"),
     };
     ask.known.iter().map(one).product()
@@ -180,7 +180,7 @@ pub(crate) fn enumerate(model: &Model) -> Vec<(Values, f64)> {
 /// The answer to an ask as a table, and the mass of the evidence.
 pub(crate) fn answer(model: &Model, all: &[(Values, f64)], ask: &Ask) -> (Table, f64) {
     let each: Vec<VariableId> = (ask.known.iter())
-        .filter(|known| known.evidence == Evidence::Each)
+        .filter(|known| known.evidence == Finding::Each)
         .map(|known| known.variable)
         .collect();
     let searched: Vec<VariableId> = ask.searched.iter().map(|searched| searched.variable).collect();

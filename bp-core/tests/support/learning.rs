@@ -4,13 +4,13 @@
 //! learned text give the same answers.
 
 use super::{model_of, question};
-use bp_core::answer::ask;
-use bp_core::data::read_table;
-use bp_core::exec::Inputs;
-use bp_core::learn::{Case, Columns, Learned, Learner, sizes};
-use bp_core::model::Model;
-use bp_core::source::Source;
-use bp_core::syntax::{compile, graft, parse};
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::learn::{Case, Columns, Learned, Learner, sizes};
+use bp_core::compiler::model::Model;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, graft, parse};
 use std::path::Path;
 
 /// A program of these parts.

@@ -8,14 +8,14 @@ pub(crate) mod brute;
 pub(crate) mod learning;
 pub(crate) mod random;
 
-use bp_core::exec::{Inputs, interpret};
-use bp_core::ids::VariableId;
-use bp_core::kernel::OutputKey;
-use bp_core::lower::lower;
-use bp_core::model::{Ask, Model, Question};
-use bp_core::plan::{Options, Rewrites, Route, plan};
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::exec::{Inputs, interpret};
+use bp_core::compiler::ids::VariableId;
+use bp_core::compiler::kernel::OutputKey;
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::model::{Ask, Model, Question};
+use bp_core::compiler::plan::{Options, Rewrites, Route, plan};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 use std::collections::BTreeMap;
 
 /// The model of a text.

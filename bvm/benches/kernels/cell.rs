@@ -5,11 +5,11 @@
 
 use crate::clock::{Task, Work, race_on, table};
 use crate::hand;
-use bp_core::exec::{Inputs, Lanes, Outputs, interpret};
-use bp_core::kernel::OutputKey;
-use bp_core::lower::lower;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::space::{Edge, Space};
+use bp_core::compiler::exec::{Inputs, Lanes, Outputs, interpret};
+use bp_core::compiler::kernel::OutputKey;
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::space::{Edge, Space};
 use bvm::map::VELOCITIES;
 use bvm::programs::cell;
 use rayon::prelude::*;
@@ -210,8 +210,8 @@ pub(crate) fn run(seconds: f64) {
 
 /// The same kernels as shaders, their inputs on the device already.
 #[cfg(feature = "gpu")]
-fn on_a_device(kernels: &[bp_core::kernel::Kernel], inputs: &Inputs<'_, f32>, seconds: f64) {
-    let Some(gpu) = bp_core::gpu::Gpu::open() else {
+fn on_a_device(kernels: &[bp_core::compiler::kernel::Kernel], inputs: &Inputs<'_, f32>, seconds: f64) {
+    let Some(gpu) = bp_core::compiler::gpu::Gpu::open() else {
         println!("  WGSL: skipped: no adapter");
         return;
     };

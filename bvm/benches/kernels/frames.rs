@@ -5,11 +5,11 @@
 //! Invariant: the programs are the map's own; occupancy alone is the cell program whose only velocity is 0.
 
 use crate::clock::{Task, Work, table};
-use bp_core::space::{Edge, Space};
+use bp_core::compiler::space::{Edge, Space};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::VELOCITIES;
 use bvm::programs::{cell, line_of_sight};
-use bvm::vision::{Evidence, RangeReading, Sight};
+use bvm::vision::{EvidenceKind, RangeReading, Sight};
 use bvm::world::World;
 use std::hint::black_box;
 
@@ -43,7 +43,7 @@ fn sphere(seconds: f64) {
         [1, VELOCITIES.len()].map(|velocities| (State::new(&space, velocities), Sight::default()));
     let frame = |(state, sight): &mut (State, Sight)| {
         let likelihood =
-            sight.likelihood(&grid, &readings, SIGMA_M, Evidence::Hard).expect("as many as directions");
+            sight.likelihood(&grid, &readings, SIGMA_M, EvidenceKind::Hard).expect("as many as directions");
         state.estimate(&space, &likelihood);
     };
     states.iter_mut().for_each(frame);

@@ -4,8 +4,8 @@
 //! thread, no allocation inside a row; compiled for each set of instructions, as emitted code is; each is checked
 //! against the kernel before it is timed.
 
-use bp_core::exec::scalar::Scalar;
-use bp_core::space::Moves;
+use bp_core::compiler::exec::scalar::Scalar;
+use bp_core::compiler::space::Moves;
 
 /// Lanes held in the first cache at once.
 const BLOCK: usize = 64;

@@ -2,7 +2,7 @@
 //!
 //! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: as in [`crate::hand`].
 
-use bp_core::exec::scalar::Scalar;
+use bp_core::compiler::exec::scalar::Scalar;
 
 /// Rays held in the first cache at once.
 const BLOCK: usize = 64;

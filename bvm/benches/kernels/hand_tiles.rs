@@ -4,7 +4,7 @@
 //! In: as [`crate::hand`]. Out: the same answers. Invariant: rows of at least [`TILE`] and at most [`LONGEST`] cells.
 
 use crate::hand::Cells;
-use bp_core::exec::compiled::Aligned;
+use bp_core::compiler::exec::compiled::Aligned;
 
 /// Velocities.
 const SEVEN: usize = 7;

@@ -6,11 +6,11 @@
 use crate::cell::numbers;
 use crate::clock::{Task, Work, table};
 use crate::hand_senses;
-use bp_core::answer::{argmax, compile};
-use bp_core::exec::{Inputs, Lanes, Outputs};
-use bp_core::lower::lower;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::space::{Edge, Space};
+use bp_core::compiler::answer::{argmax, compile};
+use bp_core::compiler::exec::{Inputs, Lanes, Outputs};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::space::{Edge, Space};
 use bp_macros::bayesian_program;
 use bvm::programs::{gaze, line_of_sight};
 use std::hint::black_box;

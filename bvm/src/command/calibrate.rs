@@ -6,13 +6,13 @@
 
 use super::look::{Seen, mapped};
 use super::{check_folder, print};
-use bp_core::learn::{Case, Learner, Settings};
+use bp_core::compiler::learn::{Case, Learner, Settings};
 use bvm::error::Error;
 use bvm::map::Map;
 use bvm::programs::stereo_error;
 use bvm::report::{Line, lines, write_atomically};
 use bvm::vision::evaluation::{Scored, Truth, part, wrong};
-use bvm::vision::{DisparityMap, Evidence, Heard, Hidden, Matcher, Pair, Sight};
+use bvm::vision::{DisparityMap, EvidenceKind, FrameEvidence, HiddenCells, Matcher, Pair, Sight};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -89,8 +89,8 @@ struct Figures {
 /// The map compared with the true surface.
 #[derive(Serialize)]
 struct MapFigures {
-    evidence: Evidence,
-    hidden: Hidden,
+    evidence: EvidenceKind,
+    hidden: HiddenCells,
     /// How many times the head, at rest, used the pair.
     times: usize,
     directions: usize,
@@ -126,9 +126,9 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
             };
             scored.extend(truth.score(&found)?);
             counted += truth.count();
-            for evidence in [Evidence::Hard, Evidence::Virtual] {
-                let heard = Heard { evidence, population: population.as_ref() };
-                let again = matcher == Some(Matcher::Scanline) && evidence == Evidence::Virtual;
+            for evidence in [EvidenceKind::Hard, EvidenceKind::Virtual] {
+                let heard = FrameEvidence { evidence, population: population.as_ref() };
+                let again = matcher == Some(Matcher::Scanline) && evidence == EvidenceKind::Virtual;
                 maps.extend(against(pair, &found, &heard, again, truth)?);
             }
         }
@@ -274,7 +274,7 @@ fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
 fn against(
     pair: &Pair,
     found: &DisparityMap,
-    heard: &Heard<'_>,
+    heard: &FrameEvidence<'_>,
     again: bool,
     truth: &Truth,
 ) -> Result<Vec<MapFigures>, Error> {
@@ -285,9 +285,9 @@ fn against(
         times,
         ..compared(pair, map, truth)
     };
-    let mut figures = vec![figures_of(&map, Hidden::Uniform, 1)];
-    for hidden in [Hidden::Uniform, Hidden::Map].into_iter().filter(|_| again) {
-        let before = (hidden == Hidden::Map).then_some(&map);
+    let mut figures = vec![figures_of(&map, HiddenCells::Uniform, 1)];
+    for hidden in [HiddenCells::Uniform, HiddenCells::Map].into_iter().filter(|_| again) {
+        let before = (hidden == HiddenCells::Map).then_some(&map);
         let likelihood = Sight::default().likelihood_of(map.grid(), &glance, before)?;
         let mut next = map.clone();
         next.observe(&[&likelihood])?;
@@ -326,8 +326,8 @@ fn compared(pair: &Pair, map: &Map, truth: &Truth) -> MapFigures {
         right += usize::from(first.is_some_and(|first| (first + 1).abs_diff(surface) <= 1));
     }
     MapFigures {
-        evidence: Evidence::default(),
-        hidden: Hidden::default(),
+        evidence: EvidenceKind::default(),
+        hidden: HiddenCells::default(),
         times: 1,
         directions,
         log_loss: (cells > 0).then(|| loss / cells as f64),

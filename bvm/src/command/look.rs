@@ -15,7 +15,9 @@ use bvm::report::{
 use bvm::vision::image::write_png_rgb;
 use bvm::vision::readings::speakers;
 use bvm::vision::stereo::coherence::cyclopean;
-use bvm::vision::{DisparityMap, Evidence, Glance, Heard, Matcher, Pair, RangeReading, Sight, cloud, pfm};
+use bvm::vision::{
+    DisparityMap, EvidenceKind, FrameEvidence, Glance, Matcher, Pair, RangeReading, Sight, cloud, pfm,
+};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -80,14 +82,14 @@ pub(crate) struct StereoOptions {
         help = "Stereo matching: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
     )]
     pub(crate) matcher: MatcherName,
-    /// Evidence of a direction for the map.
+    /// EvidenceKind of a direction for the map.
     #[arg(
         long,
         value_name = "NAME",
         value_enum,
         default_value_t,
         hide_possible_values = true,
-        help = "Evidence for the map: the most probable range with\nits deviation (hard), or the whole posterior over\nrange (virtual)"
+        help = "EvidenceKind for the map: the most probable range with\nits deviation (hard), or the whole posterior over\nrange (virtual)"
     )]
     pub(crate) evidence: EvidenceName,
 }
@@ -109,7 +111,7 @@ impl From<MatcherName> for Matcher {
     }
 }
 
-/// [`Evidence`], as an argument.
+/// [`EvidenceKind`], as an argument.
 #[derive(Clone, Copy, Default, clap::ValueEnum)]
 pub(crate) enum EvidenceName {
     #[default]
@@ -117,11 +119,11 @@ pub(crate) enum EvidenceName {
     Virtual,
 }
 
-impl From<EvidenceName> for Evidence {
+impl From<EvidenceName> for EvidenceKind {
     fn from(name: EvidenceName) -> Self {
         match name {
-            EvidenceName::Hard => Evidence::Hard,
-            EvidenceName::Virtual => Evidence::Virtual,
+            EvidenceName::Hard => EvidenceKind::Hard,
+            EvidenceName::Virtual => EvidenceKind::Virtual,
         }
     }
 }
@@ -129,7 +131,7 @@ impl From<EvidenceName> for Evidence {
 #[derive(Serialize)]
 struct Figures {
     matcher: Matcher,
-    evidence: Evidence,
+    evidence: EvidenceKind,
     width: usize,
     height: usize,
     /// Share of the pixels with an estimate.
@@ -169,7 +171,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let begun = Instant::now();
     let evidence = arguments.stereo.evidence.into();
     let (found, population) = match (evidence, &folder) {
-        (Evidence::Virtual, Some(_)) => pair.matched_with_population(arguments.stereo.matcher.into())?,
+        (EvidenceKind::Virtual, Some(_)) => pair.matched_with_population(arguments.stereo.matcher.into())?,
         _ => (pair.matched(arguments.stereo.matcher.into())?, None),
     };
     let matching_ms = begun.elapsed().as_secs_f64() * 1e3;
@@ -192,7 +194,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         map: None,
     };
     if let Some(folder) = &folder {
-        let heard = Heard { evidence, population: population.as_ref() };
+        let heard = FrameEvidence { evidence, population: population.as_ref() };
         let Seen { map, glance, figures: told } = mapped(&pair, &found, &heard)?;
         figures.map = Some(told);
         files.extend(write(folder, &pair, &found, &map, &glance.readings, &figures)?);
@@ -230,7 +232,7 @@ pub(super) struct Seen {
 }
 
 /// The map from the pair, and its readings.
-pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &Heard<'_>) -> Result<Seen, Error> {
+pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &FrameEvidence<'_>) -> Result<Seen, Error> {
     let calibration = &pair.calibration;
     let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
     let step = CELL_DEGREES.to_radians();

@@ -22,7 +22,7 @@ fn check_folder(folder: &Path) -> Result<(), Error> {
     let cannot = |source| Error::Folder { path: folder.to_owned(), source };
     let existed = folder.exists();
     std::fs::create_dir_all(folder).map_err(cannot)?;
-    bp_core::files::check_folder(folder).map_err(cannot)?;
+    bp_core::compiler::files::check_folder(folder).map_err(cannot)?;
     // A run that is refused later must not leave an empty folder behind.
     if existed { Ok(()) } else { std::fs::remove_dir(folder).map_err(cannot) }
 }

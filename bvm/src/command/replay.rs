@@ -18,7 +18,7 @@ use bvm::report::{
 use bvm::vision::calibration::raw::RawPair;
 use bvm::vision::image::{self, write_png_rgb};
 use bvm::vision::readings::speakers;
-use bvm::vision::{DisparityMap, Evidence, Glance, Heard, Hidden, Pair, Sight, VisionError};
+use bvm::vision::{DisparityMap, EvidenceKind, FrameEvidence, Glance, HiddenCells, Pair, Sight, VisionError};
 use clap::Args;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -60,11 +60,11 @@ pub(crate) enum HiddenName {
     Map,
 }
 
-impl From<HiddenName> for Hidden {
+impl From<HiddenName> for HiddenCells {
     fn from(name: HiddenName) -> Self {
         match name {
-            HiddenName::Uniform => Hidden::Uniform,
-            HiddenName::Map => Hidden::Map,
+            HiddenName::Uniform => HiddenCells::Uniform,
+            HiddenName::Map => HiddenCells::Map,
         }
     }
 }
@@ -125,8 +125,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         let pair = Pair::rectified(&raw, &image::read(left)?, &image::read(right)?)?;
         let evidence = arguments.stereo.evidence.into();
         let (found, population) = match evidence {
-            Evidence::Virtual => pair.matched_with_population(arguments.stereo.matcher.into())?,
-            Evidence::Hard => (pair.matched(arguments.stereo.matcher.into())?, None),
+            EvidenceKind::Virtual => pair.matched_with_population(arguments.stereo.matcher.into())?,
+            EvidenceKind::Hard => (pair.matched(arguments.stereo.matcher.into())?, None),
         };
         let grid = map.grid();
         let heading = Heading { yaw: posture.yaw() };
@@ -137,9 +137,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
         let speakers = speakers(&found, &rig, direction, cells, steps)?;
-        let heard = Heard { evidence, population: population.as_ref() };
+        let heard = FrameEvidence { evidence, population: population.as_ref() };
         let glance = Glance::of(&speakers, &found, &rig, grid, REACH_M[0], &heard);
-        let before = (Hidden::from(arguments.hidden) == Hidden::Map).then_some(&map);
+        let before = (HiddenCells::from(arguments.hidden) == HiddenCells::Map).then_some(&map);
         let likelihood = sight.likelihood_of(grid, &glance, before)?;
         map.observe(&[&likelihood])?;
         let entropies = map.occupancy_entropy();

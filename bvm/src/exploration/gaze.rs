@@ -13,7 +13,7 @@ use crate::grid::{Direction, Grid};
 use crate::map::{Heading, Map};
 use crate::programs::{gaze, view};
 use crate::world::sensors::DepthCamera;
-use bp_core::answer::argmax;
+use bp_core::compiler::answer::argmax;
 
 /// A direction to look at.
 #[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]

@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::grid::{Grid, GridConfiguration};
 use crate::map::{Heading, Map};
 use crate::vestibular::{Balance, Vestibular};
-use crate::vision::{Evidence, Sight};
+use crate::vision::{EvidenceKind, Sight};
 use crate::world::sensors::{DepthCamera, Ears, Gyroscope, Pose, turn_profile};
 use crate::world::{World, seeded};
 use rand::{Rng, RngExt};
@@ -101,7 +101,7 @@ pub struct Episode {
 /// A grid that cannot be.
 pub fn explore(
     rule: Rule,
-    evidence: Evidence,
+    evidence: EvidenceKind,
     steps: usize,
     seed: u64,
     mut done: impl FnMut(),

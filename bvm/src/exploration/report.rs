@@ -9,7 +9,7 @@ use crate::report::{
     ColourMap, Panorama, Picture, Series, TopView, Window, entropy_curves, first_occupied_range, mean,
     panorama, top_view, write_atomically,
 };
-use crate::vision::Evidence;
+use crate::vision::EvidenceKind;
 use crate::world::World;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub struct Report {
     seed: u64,
     steps: usize,
     /// The evidence from a range reading.
-    evidence: Evidence,
+    evidence: EvidenceKind,
     grid: crate::grid::GridConfiguration,
     rules: Vec<RuleReport>,
 }
@@ -53,7 +53,7 @@ struct RuleReport {
 
 impl Report {
     /// Collects the figures of a run.
-    pub fn new(seed: u64, evidence: Evidence, episodes: &[Episode]) -> Self {
+    pub fn new(seed: u64, evidence: EvidenceKind, episodes: &[Episode]) -> Self {
         let rules = episodes.iter().map(|episode| {
             let share = |value: &dyn Fn(&Step) -> f64, initial: f64| {
                 let shares: Vec<f64> = episode.steps.iter().map(|step| value(step) / initial).collect();

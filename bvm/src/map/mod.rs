@@ -13,8 +13,8 @@ pub use heading::Heading;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::programs::cell;
-use bp_core::exec::compiled::Report;
-use bp_core::space::{Edge, Moves, Space};
+use bp_core::compiler::exec::compiled::Report;
+use bp_core::compiler::space::{Edge, Moves, Space};
 
 /// The possible displacements of a cell's content in a step, along (ρ, φ, θ).
 pub const VELOCITIES: [[i32; 3]; 7] =

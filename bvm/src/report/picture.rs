@@ -123,12 +123,12 @@ impl Picture {
     }
 }
 
-/// Writes a file, as [`bp_core::files::write`] does: completely or not at all.
+/// Writes a file, as [`bp_core::compiler::files::write`] does: completely or not at all.
 ///
 /// # Errors
 /// [`ReportError::Write`] names `path`.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    bp_core::files::write(path, bytes)
+    bp_core::compiler::files::write(path, bytes)
         .map_err(|source| ReportError::Write { path: path.to_path_buf(), source })
 }
 

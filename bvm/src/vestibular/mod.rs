@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::programs::vestibular::{self, heading};
-use bp_core::strategies::gaussian::Filter;
+use bp_core::compiler::strategies::gaussian::Filter;
 
 /// The kind of sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

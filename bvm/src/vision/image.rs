@@ -161,7 +161,7 @@ pub fn write_png_rgb(path: &Path, width: usize, height: usize, rgb: &[u8]) -> Re
         .write_header()
         .and_then(|mut writer| writer.write_image_data(rgb).and_then(|()| writer.finish()))
         .map_err(|error| failed(std::io::Error::other(error)))?;
-    bp_core::files::write(path, &bytes).map_err(failed)
+    bp_core::compiler::files::write(path, &bytes).map_err(failed)
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use serde::Serialize;
 /// The kind of evidence from a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Evidence {
+pub enum EvidenceKind {
     /// The cell of one range, with the deviation of the range.
     #[default]
     Hard,
@@ -27,7 +27,7 @@ pub enum Evidence {
     Virtual,
 }
 
-impl Evidence {
+impl EvidenceKind {
     /// Its name in commands and files.
     pub fn name(self) -> &'static str {
         match self {
@@ -37,7 +37,7 @@ impl Evidence {
     }
 }
 
-impl Hidden {
+impl HiddenCells {
     /// Its name in commands and files.
     pub fn name(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ impl Hidden {
 /// The occupancy of the hidden cells of a line of sight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Hidden {
+pub enum HiddenCells {
     /// Each is occupied with probability ½.
     #[default]
     Uniform,
@@ -60,9 +60,9 @@ pub enum Hidden {
 
 /// The evidence of a frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Heard<'p> {
+pub struct FrameEvidence<'p> {
     /// A reading or a code for each direction.
-    pub evidence: Evidence,
+    pub evidence: EvidenceKind,
     /// The posteriors of all pixels, for codes; without them a code is made of the estimate and its λ.
     pub population: Option<&'p Population>,
 }
@@ -86,11 +86,11 @@ impl Glance {
         calibration: &Calibration,
         grid: &Grid,
         nearest_m: f64,
-        heard: &Heard<'_>,
+        heard: &FrameEvidence<'_>,
     ) -> Self {
         let grain = |range_m: f64| calibration.range_sigma_m(range_m, f64::from(GRAIN_PX));
         let sigma_min_m = grain(nearest_m);
-        let is_hard = heard.evidence == Evidence::Hard;
+        let is_hard = heard.evidence == EvidenceKind::Hard;
         let one = |Speaker { reading, .. }: Speaker| {
             let own = if is_hard { f64::from(reading.confidence) } else { 1.0 };
             let confidence = (own * sigma_min_m / grain(f64::from(reading.range_m))).min(1.0);
@@ -129,7 +129,7 @@ impl Sight {
         grid: &Grid,
         readings: &[Option<RangeReading>],
         sigma_min_m: f64,
-        evidence: Evidence,
+        evidence: EvidenceKind,
     ) -> Result<Likelihood, Error> {
         let seen = Seen::of(readings);
         if seen.rays.is_empty() {
@@ -139,13 +139,13 @@ impl Sight {
         let (sigma_min, ln_b) = (sigma_min_m, grid.base().ln());
         let (lambda, rho) = (&seen.lambda(), &seen.rho());
         let answers = match evidence {
-            Evidence::Hard => {
+            EvidenceKind::Hard => {
                 let z: Vec<f32> = seen.readings.iter().map(|reading| bin(grid, reading) as f32).collect();
                 let question = line_of_sight::reading().rays(rays).n(n).sigma_min(sigma_min).ln_b(ln_b);
                 question.lambda(lambda).rho(rho).z(&z).run_into(&mut self.read)?;
                 self.read.distribution_mut()
             }
-            Evidence::Virtual => {
+            EvidenceKind::Virtual => {
                 let question = range_code::reading().rays(rays).n(n).sigma_min(sigma_min).ln_b(ln_b);
                 let question = question.rho_min(grid.edges_m()[0]).lambda(lambda).rho(rho);
                 question.run_into(&mut self.spread)?;
@@ -171,7 +171,7 @@ impl Sight {
     ) -> Result<Likelihood, Error> {
         let Glance { readings, codes, sigma_min_m } = glance;
         if codes.is_none() && before.is_none() {
-            return self.likelihood(grid, readings, *sigma_min_m, Evidence::Hard);
+            return self.likelihood(grid, readings, *sigma_min_m, EvidenceKind::Hard);
         }
         let seen = Seen::of(readings);
         if seen.rays.is_empty() {

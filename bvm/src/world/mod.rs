@@ -14,7 +14,7 @@ mod shape;
 mod tests;
 mod truth;
 
-pub use bp_core::random::{Random, seeded};
+pub use bp_core::compiler::random::{Random, seeded};
 pub use shape::Shape;
 pub use truth::{CellTruth, WALL_M};
 

@@ -3,11 +3,11 @@
 //! In: seeded inputs. Out: the same answers to 1e-12. Invariant: the compiled function and the kernel made at run time
 //! from the same text are two ways to one answer.
 
-use bp_core::answer::argmax;
-use bp_core::exec::{Inputs, Lanes, interpret};
-use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::space::{Edge, Moves, Space};
+use bp_core::compiler::answer::argmax;
+use bp_core::compiler::exec::{Inputs, Lanes, interpret};
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::space::{Edge, Moves, Space};
 use bvm::programs::{binaural, cell, gaze, line_of_sight, population_code, range_code, view};
 
 /// A small generator, so that the inputs are the same everywhere (Knuth's MMIX constants).
@@ -28,7 +28,7 @@ impl Numbers {
 fn by_kernel(model: &Model, question: &str, inputs: &Inputs<'_, f64>) -> Vec<Vec<f64>> {
     let plan = plan(model, model.question(question).unwrap(), Options::default()).unwrap();
     let [Route::Exact(exact)] = plan.routes.as_slice() else { panic!("one exact route") };
-    let lanes = Lanes::new(bp_core::lower::lower(model, exact, question).unwrap().kernel);
+    let lanes = Lanes::new(bp_core::compiler::lower::lower(model, exact, question).unwrap().kernel);
     let truth = interpret(lanes.kernel(), inputs).unwrap();
     let found = lanes.run(inputs).unwrap();
     for ((key, truth), (_, found)) in truth.arrays.iter().zip(&found.arrays) {

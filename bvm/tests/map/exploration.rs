@@ -6,12 +6,12 @@
 use bvm::exploration::{Rule, Score, explore};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
-use bvm::vision::{Evidence, Sight};
+use bvm::vision::{EvidenceKind, Sight};
 use bvm::world::sensors::{DepthCamera, Pose};
 use bvm::world::{World, seeded};
 
 /// Log-loss and false cells of looks that took a reading as this kind of evidence, for each seed.
-fn scores(evidence: Evidence, seeds: std::ops::RangeInclusive<u64>) -> Vec<Score> {
+fn scores(evidence: EvidenceKind, seeds: std::ops::RangeInclusive<u64>) -> Vec<Score> {
     let one = |seed| explore(Rule::View, evidence, 40, seed, || ()).unwrap().score;
     let scores: Vec<Score> = seeds.map(one).collect();
     scores.iter().zip(1..).for_each(|(score, seed)| println!("{evidence:?}, seed {seed}: {score:?}"));
@@ -26,7 +26,7 @@ fn mean(scores: &[Score], of: impl Fn(&Score) -> f64) -> f64 {
 fn the_map_is_where_the_world_is() {
     // With readings shifted by whole columns, half a cell off, and each in the middle of one cell, seeds 1 to 20 have a
     // mean of 0.0651 nats, 38 false cells and 94.1 % of the surfaces, and the default run, seed 1, 0.0576, 37 and 94.0 %.
-    let found = scores(Evidence::Virtual, 1..=6);
+    let found = scores(EvidenceKind::Virtual, 1..=6);
     assert!(found[0].false_occupied <= 11, "the default run: {:?}", found[0]);
     for (score, seed) in found.iter().zip(1..) {
         assert!(score.log_loss < 0.048 && score.found > 0.965, "seed {seed}: {score:?}");
@@ -38,7 +38,7 @@ fn the_map_is_where_the_world_is() {
 
 #[test]
 fn a_reading_in_the_middle_of_its_cell_costs_a_quarter_more() {
-    let [spread, hard] = [Evidence::Virtual, Evidence::Hard]
+    let [spread, hard] = [EvidenceKind::Virtual, EvidenceKind::Hard]
         .map(|evidence| mean(&scores(evidence, 1..=2), |one| one.log_loss));
     assert!(hard > 1.15 * spread && hard < 0.057, "{hard} and {spread}");
 }
@@ -69,7 +69,7 @@ fn wherever_in_a_cell_a_turn_ends_readings_are_where_they_belong() {
         // A head that looks at them again and again has each first surface where it is.
         let (mut map, mut sight) = (Map::new(grid.clone()).unwrap(), Sight::default());
         for _ in 0..4 {
-            map.observe(&[&sight.likelihood(&grid, &readings, 0.01, Evidence::Hard).unwrap()]).unwrap();
+            map.observe(&[&sight.likelihood(&grid, &readings, 0.01, EvidenceKind::Hard).unwrap()]).unwrap();
         }
         let seen = readings
             .iter()

@@ -3,8 +3,8 @@
 //! In: `models/cell.bp` as it is compiled into the crate. Out: P(O), P(V), entropies. Invariant: for any possible
 //! readings, every number is finite, and probabilities sum to one.
 
-use bp_core::exec::scalar::Scalar;
-use bp_core::space::{Edge, Space};
+use bp_core::compiler::exec::scalar::Scalar;
+use bp_core::compiler::space::{Edge, Space};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::Map;
 use bvm::programs::cell;

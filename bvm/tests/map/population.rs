@@ -6,7 +6,7 @@
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::Map;
 use bvm::programs::{population_code, range_code};
-use bvm::vision::{Evidence, RangeReading, Sight};
+use bvm::vision::{EvidenceKind, RangeReading, Sight};
 
 const N: usize = 4;
 
@@ -142,7 +142,7 @@ fn a_map_of_which_nothing_is_known_hides_what_the_paper_hides() {
     let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
     let unknown = Map::new(grid.clone()).unwrap();
     let mut sight = Sight::default();
-    let paper = sight.likelihood(&grid, &readings, 0.05, Evidence::Hard).unwrap();
+    let paper = sight.likelihood(&grid, &readings, 0.05, EvidenceKind::Hard).unwrap();
     let mapped = sight.likelihood_of(&grid, &glance, Some(&unknown)).unwrap();
     assert_eq!(paper.len(), 2 * grid.cells());
     for (paper, mapped) in paper.iter().zip(&mapped) {
@@ -159,13 +159,13 @@ fn what_the_map_knows_to_be_empty_hides_nothing() {
     let mut sight = Sight::default();
     let mut map = Map::new(grid.clone()).unwrap();
     for _ in 0..3 {
-        let likelihood = sight.likelihood(&grid, &readings, 0.05, Evidence::Hard).unwrap();
+        let likelihood = sight.likelihood(&grid, &readings, 0.05, EvidenceKind::Hard).unwrap();
         map.observe(&[&likelihood]).unwrap();
     }
     let ray = (0..readings.len()).find(|ray| readings[*ray].is_some_and(|one| one.range_m > 2.5)).unwrap();
     let z = grid.rho_of(f64::from(readings[ray].unwrap().range_m)).unwrap();
     let occupied = |likelihood: &[f32]| likelihood[grid.cells() + z * grid.directions() + ray];
-    let paper = sight.likelihood(&grid, &readings, 0.05, Evidence::Hard).unwrap();
+    let paper = sight.likelihood(&grid, &readings, 0.05, EvidenceKind::Hard).unwrap();
     let mapped = sight.likelihood_of(&grid, &glance, Some(&map)).unwrap();
     // With ½ for each nearer cell, the reading hardly ever reaches this one.
     assert!(occupied(&mapped) > 4.0 * occupied(&paper), "{} and {}", occupied(&mapped), occupied(&paper));

@@ -4,8 +4,8 @@
 //! Invariant: expected values are those of the reference (closed forms checked by brute force, eLife 6:e28074), or
 //! follow from the world's own geometry.
 
-use bp_core::exec::scalar::Scalar;
-use bp_core::strategies::gaussian::Filter;
+use bp_core::compiler::exec::scalar::Scalar;
+use bp_core::compiler::strategies::gaussian::Filter;
 use bvm::audition::Hearing;
 use bvm::frame::Spherical;
 use bvm::grid::{Grid, GridConfiguration};

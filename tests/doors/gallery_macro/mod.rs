@@ -3,11 +3,11 @@
 //!
 //! In: programs of `examples/`, by the macro. Out: pass or fail. Invariant: 1e-12 between any two.
 
-use bp_core::answer::link;
-use bp_core::exec::{Inputs, Lanes, Outputs, interpret};
-use bp_core::lower::lower;
-use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan};
+use bp_core::compiler::answer::link;
+use bp_core::compiler::exec::{Inputs, Lanes, Outputs, interpret};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Route, plan};
 
 mod enumeration;
 

@@ -1,7 +1,7 @@
 //! `argmax` and `max`: the answer is the value, as a value of its domain, with its probability.
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
 use bp_macros::bayesian_program;
 
 bayesian_program! {

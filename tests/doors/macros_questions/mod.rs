@@ -5,11 +5,11 @@
 //! input, the number and the domain; the code around a program may deny warnings or have no prelude.
 #![deny(warnings)]
 
-use bp_core::answer::{ask, compile};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::exec::compiled::Report;
-use bp_core::model::Model;
+use bp_core::compiler::answer::{ask, compile};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::exec::compiled::Report;
+use bp_core::compiler::model::Model;
 use bp_macros::bayesian_program;
 
 use dice::Far;

@@ -1,7 +1,7 @@
 //! Names: any that the checker takes, whatever they are in Rust.
 
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 use bp_macros::bayesian_program;
 
 // The keywords of every edition, and words of the prelude and of the emitted code itself.

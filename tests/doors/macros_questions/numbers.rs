@@ -1,6 +1,6 @@
 //! Numbers beyond the range of f64, and numbers that a form cannot have, through the macro.
 
-use bp_core::error::Error;
+use bp_core::compiler::error::Error;
 use bp_macros::bayesian_program;
 
 bayesian_program! {

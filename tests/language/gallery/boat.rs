@@ -5,7 +5,7 @@
 
 use super::laws::{entropy, largest, normal, normalised};
 use super::{answers, near, probabilities, program};
-use bp_core::answer::Figure;
+use bp_core::compiler::answer::Figure;
 
 const LANDMARKS: [[f64; 2]; 3] = [[-50.0, -50.0], [-50.0, 0.0], [0.0, -50.0]];
 const BEARINGS: [usize; 3] = [225, 180, 270];

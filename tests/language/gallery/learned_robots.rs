@@ -7,7 +7,7 @@
 use super::laws::normal;
 use super::learning::{chance, maximised, observed};
 use super::{answers, near, probabilities, program};
-use bp_core::random::{Random, seeded};
+use bp_core::compiler::random::{Random, seeded};
 use std::collections::BTreeMap;
 
 fn speed(mean: f64, deviation: f64) -> Vec<f64> {

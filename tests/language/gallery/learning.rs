@@ -5,12 +5,12 @@
 
 use super::laws::normalised;
 use super::{folder, near, probabilities, program};
-use bp_core::law::Law;
-use bp_core::learn::{Case, Learned, Learner, Settings};
-use bp_core::model::Model;
-use bp_core::random::{Random, seeded};
-use bp_core::source::Source;
-use bp_core::syntax::compile;
+use bp_core::compiler::law::Law;
+use bp_core::compiler::learn::{Case, Learned, Learner, Settings};
+use bp_core::compiler::model::Model;
+use bp_core::compiler::random::{Random, seeded};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::compile;
 use statrs::distribution::{Continuous, Normal};
 
 /// Between 0 and 1.

@@ -13,12 +13,12 @@ mod networks;
 mod robots;
 mod water;
 
-use bp_core::answer::{Answer, ask, link};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::{Model, Question};
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse, parse_question};
+use bp_core::compiler::answer::{Answer, ask, link};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse, parse_question};
 use known::{ANSWERS, Known, LEARNED};
 use std::path::{Path, PathBuf};
 

@@ -6,11 +6,11 @@
 
 use super::laws::{in_bins, normal, normalised};
 use super::{answers, near, probabilities, program};
-use bp_core::answer::ask_over_time;
-use bp_core::exec::Inputs;
-use bp_core::sample::Sampling;
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::answer::ask_over_time;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 
 /// The probability of a state of sixteen bits, layer by layer, the first four the causes.
 fn layered(state: usize) -> f64 {

@@ -4,10 +4,10 @@
 //! nothing and the rest is renormalised; a context that cannot be has a row of zeros.
 
 use super::{answers, near, probabilities, program};
-use bp_core::model::Model;
-use bp_core::plan::{Options, Route, plan};
-use bp_core::source::Source;
-use bp_core::syntax::{compile, parse_question};
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{compile, parse_question};
 
 type Row = [f64; 11];
 
@@ -126,8 +126,9 @@ fn the_centre_is_controlled() {
         if asked == "control" {
             assert_eq!(found.len(), 196);
             assert!((best - 1.504465e-4).abs() < 5e-11, "{best}");
-            let named =
-                |row: &bp_core::answer::Row| row.values.iter().map(|(_, v)| v.clone()).collect::<Vec<_>>();
+            let named = |row: &bp_core::compiler::answer::Row| {
+                row.values.iter().map(|(_, v)| v.clone()).collect::<Vec<_>>()
+            };
             assert!(found.iter().any(|row| named(row) == ["6", "6", "4", "9"]));
         }
     }

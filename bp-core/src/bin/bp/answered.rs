@@ -5,8 +5,8 @@
 
 use crate::cases::Answered;
 use crate::failure::Failure;
-use bp_core::answer::Answer;
-use bp_core::error::Error;
+use bp_core::compiler::answer::Answer;
+use bp_core::compiler::error::Error;
 use serde::Serialize;
 use std::io::Write;
 

@@ -6,17 +6,17 @@
 //! are missing together.
 
 use crate::failure::Failure;
-use bp_core::answer::{Answer, CompiledQuestion, compile_by, filled, open};
-use bp_core::data::{Table, Values};
-use bp_core::distribution::Setting;
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::ids::VariableId;
-use bp_core::learn::sizes;
-use bp_core::model::{Model, Question};
-use bp_core::plan::Strategy;
+use bp_core::compiler::answer::{Answer, CompiledQuestion, compile_by, filled, open};
+use bp_core::compiler::data::{Records, Values};
+use bp_core::compiler::distribution::Setting;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::ids::VariableId;
+use bp_core::compiler::learn::sizes;
+use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
-use bp_core::sample::Sampling;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What is answered to one case, or why nothing is.
@@ -26,7 +26,7 @@ pub(crate) type Answered = Result<Vec<Answer>, Error>;
 pub(crate) fn answers(
     model: &Model,
     questions: &[Question],
-    table: &Table,
+    table: &Records,
     settings: &Settings,
     (sampling, by): (Sampling, Option<Strategy>),
 ) -> Result<Vec<(usize, Answered)>, Failure> {
@@ -72,7 +72,7 @@ struct Pattern {
 fn columns<'m>(
     model: &'m Model,
     questions: &[Question],
-    table: &Table,
+    table: &Records,
     settings: &Settings,
     given: &Inputs<'_, f64>,
 ) -> Result<Columns<'m>, Error> {
@@ -99,7 +99,7 @@ fn columns<'m>(
 fn read<'g>(
     model: &Model,
     columns: &Columns<'_>,
-    table: &Table,
+    table: &Records,
     row: usize,
     given: &Inputs<'g, f64>,
 ) -> Result<(Pattern, Inputs<'g, f64>), Error> {

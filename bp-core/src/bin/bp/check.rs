@@ -5,7 +5,7 @@
 
 use crate::failure::Failure;
 use crate::program;
-use bp_core::model::Model;
+use bp_core::compiler::model::Model;
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -5,9 +5,9 @@
 
 use crate::failure::Failure;
 use crate::{output, program};
-use bp_core::diagnostic::Diagnostics;
-use bp_core::io::{self, Format};
-use bp_core::syntax::parse;
+use bp_core::compiler::diagnostic::Diagnostics;
+use bp_core::compiler::io::{self, Format};
+use bp_core::compiler::syntax::parse;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

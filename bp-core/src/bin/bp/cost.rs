@@ -4,8 +4,8 @@
 //! are those of the rows.
 
 use crate::wrap::{columns, wrapped};
-use bp_core::model::Model;
-use bp_core::plan::{Cost, Plan};
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Cost, Plan};
 use serde::Serialize;
 
 /// The costs of one plan.
@@ -49,7 +49,7 @@ pub(crate) const HEADINGS: [&str; 6] =
 /// A table for each exact route.
 pub(crate) fn tables(model: &Model, plan: &Plan) -> Vec<Table> {
     let exact = plan.routes.iter().filter_map(|route| route.exact());
-    let table = |exact: &bp_core::plan::Exact| {
+    let table = |exact: &bp_core::compiler::plan::Exact| {
         let row = |summed: Option<String>, cost: &Cost| Row {
             summed,
             table: cost.table.iter().map(|id| model.variable_name(*id)).collect(),

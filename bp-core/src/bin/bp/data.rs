@@ -4,7 +4,7 @@
 
 use crate::failure::Failure;
 use crate::program::warn;
-use bp_core::data::{self, Table};
+use bp_core::compiler::data::{self, Records};
 use std::path::Path;
 
 /// The separator option.
@@ -27,7 +27,7 @@ fn separator(text: &str) -> Result<u8, String> {
 }
 
 /// Reads a table.
-pub(crate) fn open(path: &Path, separator: &Separator) -> Result<Table, Failure> {
+pub(crate) fn open(path: &Path, separator: &Separator) -> Result<Records, Failure> {
     let table = data::open(path, separator.separator)?;
     for note in &table.notes {
         warn(&format!("{}: note: {note}", path.display()));

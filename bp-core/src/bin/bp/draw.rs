@@ -4,7 +4,7 @@
 
 use crate::failure::Failure;
 use crate::{output, program};
-use bp_core::draw::graph;
+use bp_core::compiler::draw::graph;
 use std::io::Write;
 use std::path::PathBuf;
 

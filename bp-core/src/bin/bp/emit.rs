@@ -5,12 +5,12 @@
 
 use crate::failure::Failure;
 use crate::{output, program};
-use bp_core::answer::link;
-use bp_core::emit::{Emitted, emit_rust, wgsl::emit_wgsl_module};
-use bp_core::kernel::Kernel;
-use bp_core::lower::lower;
-use bp_core::model::Model;
-use bp_core::plan::{Options, plan};
+use bp_core::compiler::answer::link;
+use bp_core::compiler::emit::{Emitted, emit_rust, wgsl::emit_wgsl_module};
+use bp_core::compiler::kernel::Kernel;
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Options, plan};
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
@@ -138,7 +138,7 @@ fn size(text: &str) -> Result<(String, usize), String> {
 }
 
 /// The kernels of a question, if it is answered by kernels.
-fn kernels(model: &Model, question: &bp_core::model::Question) -> Result<Vec<Kernel>, Failure> {
+fn kernels(model: &Model, question: &bp_core::compiler::model::Question) -> Result<Vec<Kernel>, Failure> {
     let mut kernels = Vec::new();
     for route in plan(model, question, Options::default())?.routes {
         match route.exact() {

@@ -3,9 +3,9 @@
 //! In: diagnostics, errors, or a closed pipe. Out: a message on stderr and an exit status. Invariant: nothing here
 //! panics, even if stderr is closed.
 
-use bp_core::diagnostic::Diagnostics;
-use bp_core::error::Error;
-use bp_core::source::Source;
+use bp_core::compiler::diagnostic::Diagnostics;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::source::Source;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 

@@ -5,9 +5,9 @@
 
 use crate::failure::Failure;
 use crate::program::{self, is_stdin};
-use bp_core::error::Error;
-use bp_core::files;
-use bp_core::syntax::parse;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::files;
+use bp_core::compiler::syntax::parse;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 //! In: text. Out: the same text, escaped, with comments, keywords, names of forms and numbers in `span`s. Invariant:
 //! without the marks, the text is unchanged; it need not parse.
 
-use bp_core::xml::escaped;
+use bp_core::compiler::xml::escaped;
 
 const KEYWORDS: [&str; 34] = [
     "program",
@@ -100,6 +100,6 @@ mod tests {
         while let (Some(open), Some(close)) = (bare.find('<'), bare.find('>')) {
             bare.replace_range(open..=close, "");
         }
-        assert_eq!(bare, bp_core::xml::escaped(text));
+        assert_eq!(bare, bp_core::compiler::xml::escaped(text));
     }
 }

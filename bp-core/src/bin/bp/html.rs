@@ -8,10 +8,10 @@
 
 use crate::explain::{asked, routes};
 use crate::{cost, highlight, parameters};
-use bp_core::draw::graph;
-use bp_core::model::{Model, Question};
-use bp_core::plan::{Marked, Notation, Plan};
-use bp_core::xml::escaped;
+use bp_core::compiler::draw::graph;
+use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::plan::{Marked, Notation, Plan};
+use bp_core::compiler::xml::escaped;
 use std::io::{Result, Write};
 
 /// The style sheet.

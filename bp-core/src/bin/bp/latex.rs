@@ -4,9 +4,9 @@
 //! program is escaped; a line wider than the page breaks between factors.
 
 use crate::cost::{self, Table};
-use bp_core::latex::escaped;
-use bp_core::model::Model;
-use bp_core::plan::{Notation, Plan};
+use bp_core::compiler::latex::escaped;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::{Notation, Plan};
 use std::io::{Result, Write};
 
 /// Characters of a line on a page, approximately.

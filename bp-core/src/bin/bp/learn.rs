@@ -8,13 +8,13 @@ use crate::failure::{Failure, colour};
 use crate::numbers::six_digits;
 use crate::wrap::{WIDTH, filled, wrapped};
 use crate::{output, program};
-use bp_core::error::Error;
-use bp_core::files;
-use bp_core::learn::{Columns, Learned, Learner, Report, Settings, sizes};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::files;
+use bp_core::compiler::learn::{Columns, Learned, Learner, Report, Settings, sizes};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::spelling::quoted;
+use bp_core::compiler::syntax::{compile, graft, parse};
 use bp_core::program::settings::{Settings as Given, names};
-use bp_core::source::Source;
-use bp_core::spelling::quoted;
-use bp_core::syntax::{compile, graft, parse};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -218,7 +218,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         format!("ln likelihood {}", six_digits(report.ln_likelihood)),
     ];
     if let Some(weight) = report.weight {
-        facts.insert(1, format!("weight {}", bp_core::spelling::number(weight)));
+        facts.insert(1, format!("weight {}", bp_core::compiler::spelling::number(weight)));
     }
     if !report.hidden.is_empty() {
         facts.push(format!("hidden: {}", report.hidden.join(", ")));
@@ -303,7 +303,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
 }
 
 /// The estimate of a context without cases.
-fn empty(form: &bp_core::learn::FormReport) -> &'static str {
+fn empty(form: &bp_core::compiler::learn::FormReport) -> &'static str {
     match form.learned.as_str() {
         way if way.ends_with("prior") || way.starts_with("beta(") || way.starts_with("dirichlet(") => {
             "the mean of the prior"

@@ -28,7 +28,7 @@ mod parameters;
 mod program;
 mod signals;
 
-use bp_core::{numbers, wrap};
+use bp_core::compiler::{numbers, wrap};
 
 use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;
@@ -101,7 +101,7 @@ fn main() -> ExitCode {
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {
-        Ok(()) if bp_core::progress::is_stopped() => {
+        Ok(()) if bp_core::compiler::progress::is_stopped() => {
             program::warn("warning: interrupted; the answer is from the work done so far");
             ExitCode::from(signals::INTERRUPTED as u8)
         }

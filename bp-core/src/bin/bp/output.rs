@@ -5,10 +5,10 @@
 
 use crate::failure::Failure;
 use crate::program;
-use bp_core::error::Error;
-use bp_core::files;
-use bp_core::io::Network;
-use bp_core::model::Question;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::files;
+use bp_core::compiler::io::Network;
+use bp_core::compiler::model::Question;
 use std::io::Write;
 use std::path::Path;
 

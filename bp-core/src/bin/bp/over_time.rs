@@ -6,18 +6,18 @@
 
 use crate::cases::Answered;
 use crate::failure::Failure;
-use bp_core::answer::{OtherColumns, ask_over_time_by, read_sequences};
-use bp_core::data::Table;
-use bp_core::error::Error;
-use bp_core::model::{Evidence, Model, Question, Value};
-use bp_core::plan::Strategy;
+use bp_core::compiler::answer::{OtherColumns, ask_over_time_by, read_sequences};
+use bp_core::compiler::data::Records;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::model::{Finding, Model, Question, Value};
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
-use bp_core::sample::Sampling;
 
 pub(crate) fn answers(
     model: &Model,
     questions: &[Question],
-    table: &Table,
+    table: &Records,
     others: &OtherColumns,
     settings: &Settings,
     (sampling, by): (Sampling, Option<Strategy>),
@@ -59,7 +59,7 @@ fn refuse_set(model: &Model, question: &Question, settings: &Settings) -> Result
     for known in question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())) {
         let variable = model.variable_name(known.variable);
         let given = match &known.evidence {
-            Evidence::Hard(Value::Given(name)) => name,
+            Finding::Hard(Value::Given(name)) => name,
             _ => &variable,
         };
         if settings.has(given) {

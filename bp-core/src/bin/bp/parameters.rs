@@ -14,9 +14,9 @@
 //!
 //! Bessière et al., *Bayesian Programming*, CRC 2013, compares the first two.
 
-use bp_core::ids::{ExpressionId, ParameterId};
-use bp_core::model::{Expression, Factor, Form, Model, ParameterKind, VariableUse};
-use bp_core::operators::{Binary, Unary};
+use bp_core::compiler::ids::{ExpressionId, ParameterId};
+use bp_core::compiler::model::{Expression, Factor, Form, Model, ParameterKind, VariableUse};
+use bp_core::compiler::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
 /// Free parameters, each `None` if it depends on sizes or on reals.
@@ -165,8 +165,8 @@ fn is_condition(operator: Binary) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bp_core::source::Source;
-    use bp_core::syntax::compile;
+    use bp_core::compiler::source::Source;
+    use bp_core::compiler::syntax::compile;
 
     #[track_caller]
     fn counts(text: &str) -> [Option<f64>; 3] {

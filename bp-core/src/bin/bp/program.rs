@@ -4,11 +4,11 @@
 //! with their source text.
 
 use crate::failure::Failure;
-use bp_core::answer::link;
-use bp_core::io::{self, Format, Network};
-use bp_core::model::{Model, Question};
-use bp_core::source::Source;
-use bp_core::syntax::parse_question;
+use bp_core::compiler::answer::link;
+use bp_core::compiler::io::{self, Format, Network};
+use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::parse_question;
 use std::io::Write;
 use std::path::Path;
 

@@ -4,7 +4,7 @@
 //! far, and the command continues and prints the answer; any other work ends at once. Invariant: a second signal ends
 //! the process at once; files have no name until they are complete (`files.rs`), so no partial file remains.
 
-use bp_core::progress;
+use bp_core::compiler::progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::Duration;

@@ -3,7 +3,7 @@
 //! In: proptest's random source. Out: files with correct syntax and no meaning. Invariant: an operand that is an
 //! operator's expression is in brackets.
 
-use bp_core::syntax::ast::*;
+use bp_core::compiler::syntax::ast::*;
 use proptest::prelude::*;
 
 fn name_text() -> impl Strategy<Value = String> {
@@ -236,9 +236,9 @@ fn section() -> impl Strategy<Value = Section> {
         Learnt { at: At::default(), comments, names, from, by }
     });
     let evidence = prop_oneof![
-        value().prop_map(Evidence::Hard),
-        prop::collection::vec(expr(), 1..3).prop_map(Evidence::Virtual),
-        prop::collection::vec(expr(), 1..3).prop_map(Evidence::Soft),
+        value().prop_map(Finding::Hard),
+        prop::collection::vec(expr(), 1..3).prop_map(Finding::Virtual),
+        prop::collection::vec(expr(), 1..3).prop_map(Finding::Soft),
     ];
     let item = (occurrence(), prop::option::of(evidence)).prop_map(|(variable, evidence)| Item {
         at: At::default(),

@@ -5,12 +5,12 @@
 //! impossible.
 
 use super::{answer, model_of, near, numbers, question, try_answer};
-use bp_core::answer::{Figure, ask_over_time, compile_by};
-use bp_core::distribution::Setting;
-use bp_core::exec::Inputs;
-use bp_core::plan::Strategy;
-use bp_core::sample::Sampling;
-use bp_core::strategies::join_tree::{Evidence, Marginals, Network, most_probable};
+use bp_core::compiler::answer::{Figure, ask_over_time, compile_by};
+use bp_core::compiler::distribution::Setting;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::strategies::join_tree::{Marginals, Network, NetworkEvidence, most_probable};
 
 const SENSORS: &str = "program Sensors { variables { X, Z1, Z2 : 0..=100; }
     decomposition { P(X) P(Z1 | X) P(Z2 | X) }
@@ -47,7 +47,7 @@ fn marginals_and_most_probable_values_of_what_f64_does_not_hold() {
     let model = model_of(SENSORS);
     let inputs = Inputs::new();
     let network = Network::of(&Setting::new(&model, &inputs).unwrap()).unwrap();
-    let observed = Evidence { hard: vec![(1, 0), (2, 74)], likelihoods: Vec::new() };
+    let observed = NetworkEvidence { hard: vec![(1, 0), (2, 74)], likelihoods: Vec::new() };
     for (given, weighed) in [([1, 2].as_slice(), [].as_slice()), (&[], &[1, 2])] {
         let plan = Marginals::new(&network, given, weighed, &[0]).unwrap();
         let mut session = plan.session();
@@ -62,7 +62,7 @@ fn marginals_and_most_probable_values_of_what_f64_does_not_hold() {
     // exp(−50²/2) / S(50) to exp(−60²/2) / S(60), of which the sums S differ by less than 10⁻²⁰.
     let mut likelihood = vec![0.0; 101];
     (likelihood[50], likelihood[60]) = (1e300, 1e300);
-    let observed = Evidence { hard: vec![(1, 0)], likelihoods: vec![(0, likelihood)] };
+    let observed = NetworkEvidence { hard: vec![(1, 0)], likelihoods: vec![(0, likelihood)] };
     let plan = Marginals::new(&network, &[1], &[0], &[0]).unwrap();
     let mut session = plan.session();
     session.ask(&observed).unwrap();
@@ -90,7 +90,7 @@ fn weights_that_f64_does_not_hold() {
     // Here nothing else is possible: ln P(W = 0, C = 3, A = 3) = −2700 − ln 16.
     let inputs = Inputs::new();
     let network = Network::of(&Setting::new(&model, &inputs).unwrap()).unwrap();
-    let observed = Evidence { hard: vec![(0, 3), (1, 3), (2, 0)], likelihoods: Vec::new() };
+    let observed = NetworkEvidence { hard: vec![(0, 3), (1, 3), (2, 0)], likelihoods: Vec::new() };
     let (_, found) = most_probable(&network, &observed).unwrap();
     near(&[found], &[-2700.0 - 16f64.ln()], 1e-12);
 }

@@ -8,9 +8,9 @@ mod printed;
 mod trees;
 
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, Figure, ask};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
+use bp_core::compiler::answer::{Answer, Figure, ask};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use std::fmt::Write;

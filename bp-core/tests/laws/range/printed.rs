@@ -5,10 +5,10 @@
 
 use super::{near, odds};
 use crate::support::{model_of, question};
-use bp_core::exec::scalar::Scalar;
-use bp_core::exec::{Inputs, Lanes};
-use bp_core::lower::lower;
-use bp_core::plan::{Options, Route, plan};
+use bp_core::compiler::exec::scalar::Scalar;
+use bp_core::compiler::exec::{Inputs, Lanes};
+use bp_core::compiler::lower::lower;
+use bp_core::compiler::plan::{Options, Route, plan};
 
 /// The outputs of a question by the kernel of emitted code, in its own precision.
 fn printed<T: Scalar>(text: &str, asked: &str, inputs: &Inputs<'_, T>) -> Vec<f64> {

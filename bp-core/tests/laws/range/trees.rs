@@ -4,7 +4,9 @@
 //! Invariant: observed variables are sliced or weighted.
 
 use super::{near, odds};
-use bp_core::strategies::join_tree::{Evidence, Marginals, Network, Table, most_probable};
+use bp_core::compiler::strategies::join_tree::{
+    FactorTable, Marginals, Network, NetworkEvidence, most_probable,
+};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 
@@ -18,19 +20,20 @@ fn join_trees_of_tiny_cells() {
             .chain([[0.25, 0.75]])
             .collect();
         let scale: Vec<f64> = features.iter().map(|_| random.random::<f64>()).collect();
-        let table = |(at, [no, yes]): (usize, &[f64; 2])| Table {
+        let table = |(at, [no, yes]): (usize, &[f64; 2])| FactorTable {
             variables: vec![0, at + 1],
             values: [no, yes].into_iter().flat_map(|p| [1.0 - p * scale[at], p * scale[at]]).collect(),
         };
         let mut network = Network {
             cardinalities: vec![2; features.len() + 1],
-            tables: vec![Table { variables: vec![0], values: vec![0.5, 0.5] }],
+            tables: vec![FactorTable { variables: vec![0], values: vec![0.5, 0.5] }],
             table_of: (0..=features.len()).map(Some).collect(),
             ..Network::default()
         };
         network.tables.extend(features.iter().enumerate().map(table));
         let all: Vec<usize> = (1..=features.len()).collect();
-        let observed = Evidence { hard: all.iter().map(|one| (*one, 1)).collect(), likelihoods: Vec::new() };
+        let observed =
+            NetworkEvidence { hard: all.iter().map(|one| (*one, 1)).collect(), likelihoods: Vec::new() };
         // ln of both sums, by logarithms.
         let ln = |class: usize| -> f64 {
             features.iter().zip(&scale).map(|(p, scale)| p[class].ln() + scale.ln()).sum()
@@ -55,8 +58,8 @@ fn likelihoods_of_trees_are_of_any_size() {
     let network = Network {
         cardinalities: vec![2, 2],
         tables: vec![
-            Table { variables: vec![0], values: vec![0.6, 0.4] },
-            Table { variables: vec![0, 1], values: vec![0.8, 0.2, 0.1, 0.9] },
+            FactorTable { variables: vec![0], values: vec![0.6, 0.4] },
+            FactorTable { variables: vec![0, 1], values: vec![0.8, 0.2, 0.1, 0.9] },
         ],
         table_of: vec![Some(0), Some(1)],
         ..Network::default()
@@ -70,7 +73,7 @@ fn likelihoods_of_trees_are_of_any_size() {
     ];
     let plan = Marginals::new(&network, &[], &[0, 1], &[0, 1]).unwrap();
     let mut session = plan.session();
-    session.ask(&Evidence { hard: Vec::new(), likelihoods }).unwrap();
+    session.ask(&NetworkEvidence { hard: Vec::new(), likelihoods }).unwrap();
     // 0: 0.6 · 10⁻⁶⁰⁰ (0.8 · 2 + 0.2), 1: 0.4 · 10⁻⁶⁰⁰ (0.1 · 2 + 0.9), and 10⁻⁵⁰⁰ for both; 10⁻³²⁰ has four digits.
     near(session.marginal(0), &[1.08 / 1.52, 0.44 / 1.52], 1e-3);
     near(&[session.ln_evidence()], &[1.52f64.ln() - 1100.0 * std::f64::consts::LN_10], 1e-6);

@@ -4,7 +4,7 @@
 
 #![allow(clippy::approx_constant, reason = "arguments near constants are meant as they stand")]
 
-use bp_core::law::Law;
+use bp_core::compiler::law::Law;
 
 /// x and Φ(x).
 pub(crate) const NORMAL: &[(f64, &str)] = &[

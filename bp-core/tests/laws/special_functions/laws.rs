@@ -3,7 +3,7 @@
 //! In: nothing. Out: parameters, a number, and the law's density and tails there. Invariant: each value was computed in 50
 //! digits or more, as `main.rs` says.
 
-use bp_core::law::Law;
+use bp_core::compiler::law::Law;
 
 /// Law, parameters, x, density, P(X ≤ x) and P(X > x).
 type Values = (Law, &'static [f64], f64, &'static str, &'static str, &'static str);

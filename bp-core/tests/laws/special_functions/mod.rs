@@ -7,10 +7,10 @@
 //! regularized; Iₓ(a, b) = xᵃ (1−x)ᵇ / (a B(a, b)) Σ Π (a+b+j) x / (a+1+j), which has positive terms only; von Mises by
 //! quad over 200 intervals; binomial by sums of its probabilities; masses as differences in the tail where they lie.
 
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::exec::scalar::Scalar;
-use bp_core::special::{beta, gamma, ln_bessel, ln_gamma, normal_cumulative};
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::exec::scalar::Scalar;
+use bp_core::compiler::special::{beta, gamma, ln_bessel, ln_gamma, normal_cumulative};
 
 use functions::{BETA, EXP, GAMMA, LN, LN_BESSEL, LN_GAMMA, MASSES, NORMAL};
 use laws::LAWS;

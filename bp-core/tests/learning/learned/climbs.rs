@@ -5,7 +5,7 @@
 
 use crate::support::learning::{learned, program, seen, written};
 use crate::support::model_of;
-use bp_core::learn::Settings;
+use bp_core::compiler::learn::Settings;
 use proptest::prelude::*;
 
 /// Domains, and the laws that are learned over them.

@@ -5,8 +5,8 @@
 
 use crate::support::learning::{program, written};
 use crate::support::model_of;
-use bp_core::data::read_table;
-use bp_core::learn::{Columns, Learned, Learner};
+use bp_core::compiler::data::read_table;
+use bp_core::compiler::learn::{Columns, Learned, Learner};
 use std::path::Path;
 
 fn columns(hidden: &[&str], ignore: &[&str], weight: Option<&str>) -> Columns {

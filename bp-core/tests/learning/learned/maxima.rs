@@ -4,7 +4,7 @@
 //! of plain EM, written out here and iterated until it converges.
 
 use crate::support::learning::{near, program, seen};
-use bp_core::learn::{Learned, Settings};
+use bp_core::compiler::learn::{Learned, Settings};
 
 /// Numbers in [0, 1[ from Knuth's linear congruence.
 fn units(mut state: u64) -> impl FnMut() -> f64 {
@@ -91,9 +91,9 @@ fn ten_rows_with_weights_come_to_rest() {
         "P(K) P(A | K) P(B | K) P(C | K)",
         "P(K) = unknown(histogram); P(A | K) = unknown(histogram); P(B | K) = unknown(histogram); P(C | K) = unknown(histogram);",
     );
-    let table = bp_core::data::read_table(std::path::Path::new("d.csv"), table.as_bytes()).unwrap();
-    let mut learner = bp_core::learn::Learner::new(&crate::support::model_of(&text)).unwrap();
-    let columns = bp_core::learn::Columns {
+    let table = bp_core::compiler::data::read_table(std::path::Path::new("d.csv"), table.as_bytes()).unwrap();
+    let mut learner = bp_core::compiler::learn::Learner::new(&crate::support::model_of(&text)).unwrap();
+    let columns = bp_core::compiler::learn::Columns {
         hidden: vec!["K".to_owned()],
         weight: Some("w".to_owned()),
         ..Default::default()

@@ -5,9 +5,9 @@
 
 use crate::support::learning::{learned, near, seen, written};
 use crate::support::{model_of, question};
-use bp_core::answer::ask;
-use bp_core::exec::Inputs;
-use bp_core::learn::{Case, Learned, Learner};
+use bp_core::compiler::answer::ask;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::learn::{Case, Learned, Learner};
 
 fn default(learned: &Learned, name: &str) -> Vec<f64> {
     learned.model().parameters.values().find(|it| it.name == name).unwrap().default.clone()

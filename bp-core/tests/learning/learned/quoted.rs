@@ -5,7 +5,7 @@
 
 use crate::support::learning::{answer, learned, program, written};
 use crate::support::model_of;
-use bp_core::spelling::quoted;
+use bp_core::compiler::spelling::quoted;
 use proptest::prelude::*;
 
 /// Names as data have them, and some that are words of the language.
@@ -37,7 +37,7 @@ proptest! {
         let names: Vec<String> = names.into_iter().collect();
         let labels: Vec<String> = labels.into_iter().collect();
         // A set that the language would take for another name of the same variable is not drawn here.
-        let missing = |label: &String| bp_core::data::is_missing(label);
+        let missing = |label: &String| bp_core::compiler::data::is_missing(label);
         prop_assume!(!labels.iter().any(missing));
         let own: Vec<_> = names.iter().map(|name| quoted(name)).collect();
         let [a, b, x, c] = [&own[0], &own[1], &own[2], &own[3]];

@@ -2,8 +2,8 @@
 //!
 //! In: nothing. Out: texts. Invariant: the files of XMLBIF, Hugin NET and UAI describe the same network.
 
-use bp_core::io::{self, Format, Network};
-use bp_core::source::Source;
+use bp_core::compiler::io::{self, Format, Network};
+use bp_core::compiler::source::Source;
 
 /// Reads a correct text.
 pub(crate) fn read(format: Format, text: &str) -> Network {

@@ -6,11 +6,11 @@
 use super::statistics::Enumerated;
 use super::{Dice, Factor, Form, Kind, LABELS, Real, World, world};
 use crate::support::{model_of, question};
-use bp_core::answer::{Answer, ask_over_time};
-use bp_core::error::Error;
-use bp_core::exec::Inputs;
-use bp_core::model::Model;
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Answer, ask_over_time};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::sample::Sampling;
 use std::collections::HashMap;
 
 /// What was observed at an instant: slots, then reals; NaN where nothing was.

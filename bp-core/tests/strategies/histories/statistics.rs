@@ -6,8 +6,8 @@
 
 use super::hold::{Row, near};
 use super::{Kind, World};
-use bp_core::answer::{Answer, Figure};
-use bp_core::model::Model;
+use bp_core::compiler::answer::{Answer, Figure};
+use bp_core::compiler::model::Model;
 use std::collections::HashMap;
 
 /// What is enumerated of a question.

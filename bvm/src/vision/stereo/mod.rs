@@ -54,7 +54,7 @@ pub struct DisparityMap {
 
 /// The estimate of a pixel before the rejection step.
 #[derive(Clone, Copy, Debug)]
-struct Claim {
+struct Estimate {
     /// The most probable integer disparity.
     winner: u16,
     /// Disparity, pixels.

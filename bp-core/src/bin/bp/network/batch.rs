@@ -7,11 +7,11 @@ use super::{network, numbered, uai_cases};
 use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::{output, program};
-use bp_core::data::{Table, Values};
-use bp_core::error::Error;
-use bp_core::io::Network;
-use bp_core::model::Known;
-use bp_core::strategies::join_tree::{Evidence, Named, answer_cases};
+use bp_core::compiler::data::{Records, Values};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::io::Network;
+use bp_core::compiler::model::Known;
+use bp_core::compiler::strategies::join_tree::{Named, NetworkEvidence, answer_cases};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -99,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
 }
 
 /// The evidence of each case of a UAI file.
-fn uai(named: &Named, network: &Network, path: &Path) -> Result<Vec<Evidence>, Failure> {
+fn uai(named: &Named, network: &Network, path: &Path) -> Result<Vec<NetworkEvidence>, Failure> {
     let always = named.evidence([], [])?;
     let cases = uai_cases(&program::read(path)?, network)?;
     let one = |case: &Vec<Known>| {
@@ -111,7 +111,7 @@ fn uai(named: &Named, network: &Network, path: &Path) -> Result<Vec<Evidence>, F
 }
 
 /// The evidence of each row.
-fn cases(named: &Named, table: &Table) -> Result<Vec<Evidence>, Error> {
+fn cases(named: &Named, table: &Records) -> Result<Vec<NetworkEvidence>, Error> {
     let columns: Vec<(usize, Values<'_>)> = (table.columns.iter())
         .map(|name| named.number_of(name).map(|variable| (variable, named.values(variable))))
         .collect::<Result<_, _>>()?;

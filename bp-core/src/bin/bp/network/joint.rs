@@ -7,7 +7,7 @@ use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
 use crate::wrap::{columns, filled};
-use bp_core::strategies::join_tree::{Named, entropy, joint};
+use bp_core::compiler::strategies::join_tree::{Named, entropy, joint};
 use serde_json::{Map, Value, json};
 use std::io::Write;
 

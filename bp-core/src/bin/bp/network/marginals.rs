@@ -5,9 +5,9 @@
 use super::Asked;
 use crate::ask::{particles, strategy};
 use crate::failure::Failure;
-use bp_core::answer::{Answer, Figure};
-use bp_core::plan::Strategy;
-use bp_core::sample::Sampling;
+use bp_core::compiler::answer::{Answer, Figure};
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 

@@ -12,14 +12,14 @@ pub(crate) mod size;
 
 use crate::failure::Failure;
 use crate::program;
-use bp_core::data::{Table, Values};
-use bp_core::io::{Network, uai};
-use bp_core::learn::sizes;
-use bp_core::model::{self, Known};
+use bp_core::compiler::data::{Records, Values};
+use bp_core::compiler::io::{Network, uai};
+use bp_core::compiler::learn::sizes;
+use bp_core::compiler::model::{self, Known};
+use bp_core::compiler::source::Source;
+use bp_core::compiler::strategies::join_tree::{Named, NetworkEvidence};
 use bp_core::program::settings::Settings;
 use bp_core::program::{self as program_door, Program};
-use bp_core::source::Source;
-use bp_core::strategies::join_tree::{Evidence, Named};
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use serde_json::Value;
 use std::collections::HashSet;
@@ -50,7 +50,7 @@ pub(crate) struct Written {
 
 impl Asked {
     /// A network and its evidence, by number.
-    pub(crate) fn read(&self) -> Result<(Named, Evidence), Failure> {
+    pub(crate) fn read(&self) -> Result<(Named, NetworkEvidence), Failure> {
         let (named, network) = network(&self.file, None)?;
         let written = self.written(&network)?;
         let evidence = named.evidence(
@@ -141,7 +141,7 @@ fn observed(network: &Network, known: &Known) -> Result<(String, usize), Failure
     if network.known.iter().any(|always| always.variable == known.variable) {
         return Err(Failure::Words(format!("`{name}` is a potential, which is not observed")));
     }
-    let model::Evidence::Hard(model::Value::Ordinal(ordinal)) = known.evidence else {
+    let model::Finding::Hard(model::Value::Ordinal(ordinal)) = known.evidence else {
         unreachable!("internal: an evidence file holds values")
     };
     Ok((name, ordinal))
@@ -166,7 +166,7 @@ pub(crate) fn numbered(
 }
 
 /// Reads a network: by names, and as it was read. Its fields and the columns of the table tell the sizes of its sets.
-pub(crate) fn network(path: &Path, table: Option<&Table>) -> Result<(Named, Network), Failure> {
+pub(crate) fn network(path: &Path, table: Option<&Records>) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
     let told = Settings::new(&read.model).with_told(&read.model);
     let given = match table {
@@ -179,7 +179,11 @@ pub(crate) fn network(path: &Path, table: Option<&Table>) -> Result<(Named, Netw
 }
 
 /// Variables by name, each once, none of them observed.
-pub(crate) fn free(named: &Named, evidence: &Evidence, names: &[String]) -> Result<Vec<usize>, Failure> {
+pub(crate) fn free(
+    named: &Named,
+    evidence: &NetworkEvidence,
+    names: &[String],
+) -> Result<Vec<usize>, Failure> {
     let mut found = Vec::with_capacity(names.len());
     for name in names {
         let variable = named.number_of(name)?;

@@ -6,7 +6,7 @@ use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::six_digits;
 use crate::wrap::{columns, filled};
-use bp_core::strategies::join_tree::most_probable;
+use bp_core::compiler::strategies::join_tree::most_probable;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 

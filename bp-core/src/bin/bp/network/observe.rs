@@ -7,7 +7,7 @@ use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
 use crate::wrap::{columns, filled};
-use bp_core::strategies::join_tree::{Observation, entropy, joint, observations};
+use bp_core::compiler::strategies::join_tree::{Observation, entropy, joint, observations};
 use serde_json::{Value, json};
 use std::io::Write;
 

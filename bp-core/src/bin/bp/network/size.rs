@@ -6,7 +6,7 @@
 use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::six_digits;
-use bp_core::strategies::join_tree::{Cost, Marginals, Tree};
+use bp_core::compiler::strategies::join_tree::{Cost, Marginals, Tree};
 use serde_json::json;
 use std::io::Write;
 

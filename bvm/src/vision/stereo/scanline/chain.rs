@@ -111,9 +111,9 @@ mod tests {
     use super::super::Law;
     use super::*;
     use crate::programs::scanline;
-    use bp_core::answer::ask_over_time;
-    use bp_core::exec::Inputs;
-    use bp_core::sample::Sampling;
+    use bp_core::compiler::answer::ask_over_time;
+    use bp_core::compiler::exec::Inputs;
+    use bp_core::compiler::sample::Sampling;
     /// Costs and contrasts of a line, at random; a jump of the best disparity in the middle.
     fn line(seed: u64, levels: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
         let mut state = seed;

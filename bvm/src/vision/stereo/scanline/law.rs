@@ -8,7 +8,7 @@
 //! ```
 
 use crate::programs::scanline;
-use bp_core::model::Parameter;
+use bp_core::compiler::model::Parameter;
 use std::f32::consts::LN_2;
 use std::f64::consts::LOG2_E;
 

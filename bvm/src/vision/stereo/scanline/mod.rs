@@ -1,6 +1,6 @@
 //! Stereo by Bayesian inference: every pixel gets a posterior over disparities.
 //!
-//! In: a rectified pair and the number of disparities. Out: for each row the [`Claim`]s from its posteriors. The
+//! In: a rectified pair and the number of disparities. Out: for each row the [`Estimate`]s from its posteriors. The
 //! program of one line is `models/scanline.bp`. The lines are combined in a tree:
 //!
 //! ```text

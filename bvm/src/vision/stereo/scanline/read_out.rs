@@ -1,6 +1,6 @@
 //! The posterior of a row given its columns, and its estimates.
 //!
-//! In: the evidence of each pixel. Out: a [`Claim`] for each pixel whose match in the right image agrees. With
+//! In: the evidence of each pixel. Out: a [`Estimate`] for each pixel whose match in the right image agrees. With
 //! p(d) the posterior and w its maximum,
 //!
 //! ```text
@@ -15,7 +15,7 @@
 //! there are at most 2^16 disparities.
 
 use super::super::lanes::{LANES, across, both};
-use super::super::{Claim, LEAST_CONFIDENCE, Support};
+use super::super::{Estimate, LEAST_CONFIDENCE, Support};
 use super::{Frame, Tables, short};
 use pulp::{Simd, WithSimd};
 use std::hint::black_box;
@@ -35,7 +35,7 @@ pub(super) struct ReadOut {
     posterior: Vec<f32>,
     /// For each right pixel, from right to left: the likeliest left pixel's p above, its disparity in the low bits.
     named: Vec<u32>,
-    claims: Vec<Option<Claim>>,
+    claims: Vec<Option<Estimate>>,
 }
 
 impl ReadOut {
@@ -102,7 +102,7 @@ impl WithSimd for Row<'_> {
         }
         let Said { disparity, confidence, spread, support } = self.said;
         for (x, claim) in claims.iter().enumerate() {
-            let agrees = |claim: &&Claim| {
+            let agrees = |claim: &&Estimate| {
                 let named = named[width - 1 - x + usize::from(claim.winner)] & INDEX;
                 named.abs_diff(u32::from(claim.winner)) <= MOST_DISAGREEMENT
                     && claim.confidence >= LEAST_CONFIDENCE
@@ -182,7 +182,7 @@ fn name(posterior: &[f32], scale: f32, named: &mut [u32]) {
 
 /// The estimate of a pixel, with the costs of the disparities in the right image.
 #[inline(always)]
-fn claim(posterior: &[f32], total: f32, winner: usize, costs: &[u8]) -> Claim {
+fn claim(posterior: &[f32], total: f32, winner: usize, costs: &[u8]) -> Estimate {
     let disparity = winner as f32 + finer(posterior, winner);
     let (mut rest, mut moment) = ([0f32; LANES], [0f32; LANES]);
     let mut from_winner: [f32; LANES] = std::array::from_fn(|lane| lane as f32 - winner as f32);
@@ -198,7 +198,7 @@ fn claim(posterior: &[f32], total: f32, winner: usize, costs: &[u8]) -> Claim {
     }
     let clearly = costs[winner].saturating_add(CLEARLY);
     let worse = costs.iter().fold(0u16, |worse, cost| worse + u16::from(*cost > clearly));
-    Claim {
+    Estimate {
         winner: winner as u16,
         disparity,
         confidence: (1.0 - (across(rest) / total).sqrt().sqrt()).max(f32::MIN_POSITIVE),

@@ -1,0 +1,325 @@
+//! A question that is compiled once and asked again and again with other given values.
+//!
+//! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant: what
+//! does not depend on the inputs (plan, kernels, schedules) is made once; answers are found by [`Place`].
+
+use super::elements::Elements;
+use super::{Answer, link, soft};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::kernel::Kernel;
+use crate::model::{Ask, Finding, Known, Model, Question, Statistic};
+use crate::plan::{self, Options, Place, Plan, Strategy};
+use crate::posterior::{Part, Reader, Table, check, compare};
+use crate::sample::Sampling;
+use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian, sums};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// A question that is ready to be asked.
+#[derive(Clone, Debug)]
+pub struct CompiledQuestion<'m> {
+    model: Cow<'m, Model>,
+    question: Question,
+    routes: Arc<Vec<Box<dyn Prepared>>>,
+    strategies: Vec<Strategy>,
+    /// The parts of each ask.
+    places: Vec<Vec<Place>>,
+    /// Whether the elements of families become variables of their own.
+    pub(super) elements: Elements,
+    /// The strategy that is to answer.
+    by: Option<Strategy>,
+}
+
+/// Compiles a question to a model.
+///
+/// # Errors
+/// No route answers it; a subroutine that cannot be answered.
+pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQuestion<'m>, Error> {
+    compile_by(model, question, None)
+}
+
+/// Compiles a question that one strategy is to answer.
+///
+/// # Errors
+/// As [`compile`]; the strategy does not answer it.
+pub fn compile_by<'m>(
+    model: &'m Model,
+    question: &Question,
+    by: Option<Strategy>,
+) -> Result<CompiledQuestion<'m>, Error> {
+    let (model, question) = posed(link(model)?, question);
+    let elements = Elements::of(&model, &question, by);
+    let options = Options { by, ..Options::default() };
+    match elements {
+        Elements::Apart => Ok(later(model, question, elements, by)),
+        Elements::Together => together(model, question, options),
+        Elements::Perhaps => Ok(match together(model.clone(), question.clone(), options) {
+            Ok(compiled) => CompiledQuestion { elements, ..compiled },
+            Err(_) => later(model, question, elements, by),
+        }),
+    }
+}
+
+/// Compiles a question as the options say, to a program whose families stay what they are.
+pub(super) fn compile_with<'m>(
+    model: &'m Model,
+    question: &Question,
+    options: Options,
+) -> Result<CompiledQuestion<'m>, Error> {
+    let (model, question) = posed(link(model)?, question);
+    together(model, question, options)
+}
+
+/// A question that is planned when it is asked.
+fn later(
+    model: Cow<'_, Model>,
+    question: Question,
+    elements: Elements,
+    by: Option<Strategy>,
+) -> CompiledQuestion<'_> {
+    let (routes, strategies, places) = (Arc::default(), Vec::new(), Vec::new());
+    CompiledQuestion { model, question, routes, strategies, places, elements, by }
+}
+
+/// Plan, prepare.
+pub(super) fn together(
+    model: Cow<'_, Model>,
+    question: Question,
+    options: Options,
+) -> Result<CompiledQuestion<'_>, Error> {
+    let plan = plan::plan_for_answer(&model, &question, options)?;
+    let routes = Arc::new(prepare(&model, &plan)?);
+    let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
+    let (question, places) = (plan.question, plan.places);
+    let (elements, by) = (Elements::Together, options.by);
+    Ok(CompiledQuestion { model, question, routes, strategies, places, elements, by })
+}
+
+/// The program with what the question derives from it.
+fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
+    if question.derived.is_empty() {
+        return (model, question.clone());
+    }
+    let mut model = model.into_owned();
+    let question = model.pose(question);
+    (Cow::Owned(model), question)
+}
+
+/// Makes each route of a plan ready to run.
+fn prepare(model: &Model, plan: &Plan) -> Result<Vec<Box<dyn Prepared>>, Error> {
+    let mut purposes = vec![Purpose::Shown; plan.routes.len()];
+    for (ask, places) in plan.question.asks.iter().zip(&plan.places) {
+        let Statistic::Divergence { when, .. } = &ask.statistic else { continue };
+        if ask.when.is_over_time() != when.is_over_time() {
+            return Err(not_over_time(model, ask));
+        }
+        let each = ask.when.is_every_instant() || when.is_every_instant();
+        places.iter().for_each(|place| purposes[place.route] = Purpose::Compared { each });
+    }
+    (plan.routes.iter().zip(purposes))
+        .map(|(route, purpose)| route.offered().prepare(model, &plan.question, purpose))
+        .collect()
+}
+
+fn not_over_time(model: &Model, ask: &Ask) -> Error {
+    let reason = "it is not asked over time: write `filter P(…)`, `smooth P(…)`".to_owned();
+    Error::Unplanned { question: model.ask_text(ask), reason }
+}
+
+impl CompiledQuestion<'_> {
+    /// The same with a model of its own.
+    pub fn into_owned(self) -> CompiledQuestion<'static> {
+        CompiledQuestion { model: Cow::Owned(self.model.into_owned()), ..self }
+    }
+
+    /// The model that it is asked of.
+    pub(super) fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Whether it has been planned; else it is when it is asked.
+    pub(super) fn is_compiled(&self) -> bool {
+        !self.routes.is_empty()
+    }
+
+    /// How it is planned.
+    pub(super) fn options(&self) -> Options {
+        Options { by: self.by, ..Options::default() }
+    }
+
+    /// The question.
+    pub fn question(&self) -> &Question {
+        &self.question
+    }
+
+    /// The kernels that answer it, as far as kernels do: their inputs can be given.
+    pub fn kernels(&self) -> impl Iterator<Item = &Kernel> {
+        self.routes.iter().filter_map(|route| route.kernel())
+    }
+
+    /// Asks it.
+    ///
+    /// # Errors
+    /// Inputs that are missing or do not fit; evidence of probability zero.
+    pub fn ask(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Answer>, Error> {
+        self.ask_with(inputs, Sampling::default())
+    }
+
+    /// Asks it; what has no exact answer is estimated, and what is drawn is drawn, as `sampling` says.
+    ///
+    /// # Errors
+    /// As [`CompiledQuestion::ask`].
+    pub fn ask_with(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
+        if let Some(ask) = self.question.asks.iter().find(|ask| ask.when.is_over_time()) {
+            let message =
+                "it is asked over time: give the observations, a row for each instant (`--data FILE`)";
+            return Err(Error::input(self.model.ask_text(ask), message));
+        }
+        if let Some(answers) = self.ask_apart(inputs, sampling)? {
+            return Ok(answers);
+        }
+        self.answers(&Case { question: &self.question, inputs, instants: &[], sampling, findings: None })
+    }
+
+    /// Asks it over time: what was observed at each instant, by name.
+    ///
+    /// # Errors
+    /// As [`CompiledQuestion::ask`]; a question that is not over time.
+    pub fn ask_over(
+        &self,
+        instants: &[Observed],
+        inputs: &Inputs<'_, f64>,
+        sampling: Sampling,
+    ) -> Result<Vec<Answer>, Error> {
+        match self.question.asks.iter().find(|ask| !ask.when.is_over_time()) {
+            Some(ask) => Err(not_over_time(&self.model, ask)),
+            None => {
+                self.answers(&Case { question: &self.question, inputs, instants, sampling, findings: None })
+            }
+        }
+    }
+
+    pub(super) fn answers(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {
+        let found = self.run(case)?;
+        let asks = self.question.asks.iter().zip(&self.places);
+        let answers = asks.map(|(ask, places)| self.answer(ask, places, &found, case));
+        check::answers(answers.collect::<Result<_, _>>()?)
+    }
+
+    /// The whole conditional table of each thing asked, whatever is made of it otherwise.
+    ///
+    /// # Errors
+    /// As [`CompiledQuestion::ask`]; an answer that is no table.
+    pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
+        if let Some(tables) = self.tables_apart(inputs)? {
+            return Ok(tables);
+        }
+        let case = Case {
+            question: &self.question,
+            inputs,
+            instants: &[],
+            sampling: Sampling::default(),
+            findings: None,
+        };
+        let found = self.run(&case)?;
+        let table = |(ask, places): (&Ask, &Vec<Place>)| {
+            if let Statistic::Entropy | Statistic::Divergence { .. } = ask.statistic {
+                let word = ask.statistic.word();
+                return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
+            }
+            let (table, _) = self.table(ask, &ask.known, self.found(places[0], &found))?;
+            Ok(Table { question: self.model.ask_text(ask), ..table.into_owned() })
+        };
+        self.question.asks.iter().zip(&self.places).map(table).collect()
+    }
+
+    fn no_table(&self, ask: &Ask, reason: &str) -> Error {
+        let reason = format!("{reason}: there is no table of it");
+        Error::Unplanned { question: self.model.ask_text(ask), reason }
+    }
+
+    /// What each route finds.
+    fn run(&self, case: &Case<'_>) -> Result<Vec<Vec<Found>>, Error> {
+        check::inputs(&self.model, &self.question, case.inputs)?;
+        let judged = |error| self.judged(error, case.inputs);
+        self.routes.iter().map(|route| route.run(&self.model, case).map_err(judged)).collect()
+    }
+
+    /// Where no draw met the evidence, exact sums may say whether it is possible.
+    fn judged(&self, error: Error, inputs: &Inputs<'_, f64>) -> Error {
+        let Error::Unmet { question, .. } = &error else { return error };
+        match self.question.asks.iter().find(|ask| self.model.ask_text(ask) == *question) {
+            Some(ask) => sums::judged(error, &self.model, ask, inputs),
+            None => error,
+        }
+    }
+
+    fn found<'f>(&self, place: Place, found: &'f [Vec<Found>]) -> &'f Found {
+        &found[place.route][self.routes[place.route].place(place.ask)]
+    }
+
+    /// The table that an ask means, of that of its part; and ln P(evidence), where the evidence is an event.
+    fn table<'f>(
+        &self,
+        ask: &Ask,
+        known: &[Known],
+        found: &'f Found,
+    ) -> Result<(Cow<'f, Table>, Option<f64>), Error> {
+        match found {
+            Found::Normal(..) => Err(self.no_table(ask, "`gaussian` answers with a normal law")),
+            Found::Answer(answer) => {
+                let by = answer.strategy.name();
+                let reason = match answer.strategy {
+                    Strategy::Gaussian => format!("`{by}` answers with a normal law"),
+                    Strategy::JoinTree => format!("`{by}` answers for each variable alone"),
+                    _ => format!("`{by}` answers by draws"),
+                };
+                Err(self.no_table(ask, &reason))
+            }
+            Found::Table(table, ln_evidence) if !is_soft(known) => Ok((Cow::Borrowed(table), *ln_evidence)),
+            // What is believed softly is no event.
+            Found::Table(table, _) => {
+                Ok((Cow::Owned(soft::applied(&self.model, ask, known, table.clone())?), None))
+            }
+        }
+    }
+
+    fn answer(
+        &self,
+        ask: &Ask,
+        places: &[Place],
+        all: &[Vec<Found>],
+        case: &Case<'_>,
+    ) -> Result<Answer, Error> {
+        let found = self.found(places[0], all);
+        let compared = matches!(ask.statistic, Statistic::Divergence { .. });
+        if let (Found::Answer(answer) | Found::Normal(_, Some(answer)), false) =
+            (found, compared || is_soft(&ask.known))
+        {
+            return Ok(answer.clone());
+        }
+        let (question, when) = (self.model.ask_text(ask), ask.when);
+        let strategy = self.strategies[places[0].route];
+        let second = places.get(1).map(|second| self.found(*second, all));
+        if let (Found::Normal(laws, _), Some(Found::Normal(from, _))) = (found, second) {
+            let (answer, parts) = (gaussian::divergences(laws, from), Vec::new());
+            return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
+        }
+        let (table, ln_evidence) = self.table(ask, &ask.known, found)?;
+        if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, second) {
+            let (second, _) = self.table(ask, from, second)?;
+            let answer = compare::divergences(&table, &second);
+            let parts = Vec::new();
+            return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
+        }
+        let (inputs, seed) = (case.inputs, case.sampling.seed);
+        let answer = Reader { model: &self.model, ask, table: &table, inputs, seed }.rows()?;
+        let parts = vec![Part::of_table(&self.model, &table)];
+        Ok(Answer { question, ln_evidence, estimate: None, answer, strategy, when, parts })
+    }
+}
+
+fn is_soft(known: &[Known]) -> bool {
+    known.iter().any(|known| matches!(known.evidence, Finding::Soft(_)))
+}

@@ -1,0 +1,132 @@
+//! Observations over time, from a table.
+//!
+//! In: a question over time, and a table with a row for each instant. Out: what was observed at each, by name; sequences apart.
+//! Invariant: a missing cell was not observed; a column is a variable of the program, the column of sequences, or ignored.
+
+use crate::data::{Records, Values, is_missing};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::guess::{listed, near};
+use crate::ids::VariableId;
+use crate::model::{Finding, Known, Model, Question, Value};
+use crate::strategies::Observed;
+use std::collections::HashMap;
+use std::io::{Error as Wrong, ErrorKind};
+
+/// The columns of a table that are no variables.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct OtherColumns {
+    /// The column that tells sequences apart: rows with the same text in it follow each other.
+    pub sequence: Option<String>,
+    /// Columns that are left out.
+    pub ignore: Vec<String>,
+}
+
+/// What was observed at each instant, all rows one sequence. `inputs` gives the sizes on which domains depend.
+///
+/// # Errors
+/// As [`read_sequences`].
+pub fn read_instants(
+    model: &Model,
+    question: &Question,
+    table: &Records,
+    inputs: &Inputs<'_, f64>,
+) -> Result<Vec<Observed>, Error> {
+    let sequences = read_sequences(model, question, table, &OtherColumns::default(), inputs)?;
+    Ok(sequences.into_iter().flat_map(|(_, instants)| instants).collect())
+}
+
+/// What was observed at each instant of each sequence, by the names of the sequences, in the order in which they begin; without
+/// a column of sequences all rows are one, without a name. Columns of variables that the question does not know are left out.
+///
+/// # Errors
+/// A column that names no variable of the program; no column is known to the question, or one is given a value by the question
+/// as well; a cell is not a value of its variable; a row that belongs to no sequence.
+pub fn read_sequences(
+    model: &Model,
+    question: &Question,
+    table: &Records,
+    others: &OtherColumns,
+    inputs: &Inputs<'_, f64>,
+) -> Result<Vec<(String, Vec<Observed>)>, Error> {
+    let (model, question) = model.posed(question);
+    let columns = columns(&model, &question, table, others, inputs)?;
+    let sequence = others.sequence.as_deref().map(|name| table.needed(name)).transpose()?;
+    let mut sequences: Vec<(String, Vec<Observed>)> = Vec::new();
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    for row in 0..table.len() {
+        let mut instant = Vec::new();
+        for (position, column, values) in &columns {
+            if let Some(value) = table.cell(row, *position, values)? {
+                instant.push(((*column).clone(), value.number));
+            }
+        }
+        let name = sequence.map_or("", |column| table.text(row, column).trim());
+        if let Some(column) = sequence.filter(|_| is_missing(name)) {
+            return Err(table.wrong(row, column, "missing; each row belongs to a sequence"));
+        }
+        let place = *places.entry(name).or_insert_with(|| {
+            sequences.push((name.to_owned(), Vec::new()));
+            sequences.len() - 1
+        });
+        sequences[place].1.push(instant);
+    }
+    Ok(sequences)
+}
+
+/// The columns that the question observes: their places, names and values.
+fn columns<'m, 't>(
+    model: &'m Model,
+    question: &Question,
+    table: &'t Records,
+    others: &OtherColumns,
+    inputs: &Inputs<'_, f64>,
+) -> Result<Vec<(usize, &'t String, Values<'m>)>, Error> {
+    let wrong = |message: String| Error::file(&table.path, Wrong::new(ErrorKind::InvalidData, message));
+    for name in others.ignore.iter().chain(&others.sequence) {
+        table.needed(name)?;
+    }
+    let known: Vec<&Known> =
+        question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())).collect();
+    // A value that the question gives holds at every instant.
+    let is_fixed =
+        |known: &&Known| matches!(known.evidence, Finding::Hard(Value::Ordinal(_) | Value::Real(_)));
+    let fixed: Vec<VariableId> =
+        known.iter().filter(|known| is_fixed(known)).map(|known| known.variable).collect();
+    let known: Vec<VariableId> = known.iter().map(|known| known.variable).collect();
+    let by_name: HashMap<String, VariableId> =
+        model.variables.ids().map(|id| (model.variable_name(id), id)).collect();
+    let mut columns = Vec::new();
+    for (position, column) in table.columns.iter().enumerate() {
+        if others.ignore.contains(column) || others.sequence.as_ref() == Some(column) {
+            continue;
+        }
+        let name = column.split('[').next().unwrap_or(column).trim();
+        let Some(variable) = by_name.get(name) else {
+            let guess = near(name, by_name.keys().map(String::as_str));
+            let guess = guess.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
+            return Err(wrong(format!(
+                "column `{column}` is not a variable of `{}`{guess}; to ignore it: `--ignore {column}`",
+                model.name
+            )));
+        };
+        if fixed.contains(variable) {
+            let message =
+                format!("the question gives `{column}` a value, and so does a column: remove one of the two");
+            return Err(wrong(message));
+        }
+        if known.contains(variable) {
+            columns.push((position, column, Values::new(model, *variable, &|name| inputs.find_size(name))));
+        }
+    }
+    if columns.is_empty() && known.iter().any(|variable| !fixed.contains(variable)) {
+        let names: Vec<String> = known.iter().map(|variable| model.variable_name(*variable)).collect();
+        let message = format!(
+            "no column is observed by the question: it knows {}, the columns are {}",
+            listed(names.iter().map(String::as_str), "and"),
+            listed(table.columns.iter().map(String::as_str), "and")
+        );
+        return Err(wrong(message));
+    }
+    Ok(columns)
+}

@@ -1,0 +1,232 @@
+//! The posterior of each variable: a question for each, all of which know the same.
+//!
+//! In: a model, which variables are wanted, and what is known. Out: an [`Answer`] with a part for each variable or element.
+//! Invariant: what is observed has its value for sure; one plan answers all, by the strategy that the planner takes.
+
+use super::compiled::compile_with;
+use super::{Answer, Part, PartLaw, Slot};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Ask, Finding, Known, Model, Question, Searched, Statistic, Value, When};
+use crate::plan::{Options, Strategy};
+use crate::sample::Sampling;
+use crate::strategies::{Case, Findings};
+
+/// What all marginals know.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Knowledge {
+    /// Whole variables.
+    pub known: Vec<Known>,
+    /// Elements of families.
+    pub elements: Findings,
+}
+
+/// The posterior of each wanted variable.
+///
+/// # Errors
+/// As [`ask`](super::ask).
+pub fn marginals(
+    model: &Model,
+    wanted: &[VariableId],
+    knowledge: &Knowledge,
+    inputs: &Inputs<'_, f64>,
+    (sampling, by): (Sampling, Option<Strategy>),
+) -> Result<Answer, Error> {
+    let mut known = knowledge.known.clone();
+    let observed = |id: &VariableId| {
+        knowledge.known.iter().any(|it| it.variable == *id && matches!(it.evidence, Finding::Hard(_)))
+    };
+    let mut searched: Vec<VariableId> = wanted.iter().copied().filter(|id| !observed(id)).collect();
+    // P(evidence) is that of all but the last observation, times the posterior of that one.
+    let mut last = None;
+    if searched.is_empty()
+        && let Some(at) = known.iter().rposition(|known| matches!(known.evidence, Finding::Hard(_)))
+    {
+        let known = known.remove(at);
+        searched.push(known.variable);
+        last = Some(known);
+    }
+    let ask = |variable: VariableId| Ask {
+        statistic: Statistic::Distribution,
+        when: When::Now,
+        searched: vec![Searched { variable, at: None }],
+        known: known.clone(),
+    };
+    let question = Question {
+        name: "marginals".to_owned(),
+        asks: searched.iter().map(|id| ask(*id)).collect(),
+        derived: Vec::new(),
+    };
+    check(model, &question)?;
+    let elements = !knowledge.elements.is_empty();
+    let options = Options { by, alone: true, elements, ..Options::default() };
+    let compiled = compile_with(model, &question, options)?;
+    let findings = Some(&knowledge.elements);
+    let mut answers =
+        compiled.answers(&Case { question: &question, inputs, instants: &[], sampling, findings })?;
+    let first = answers.first();
+    let mut all = Answer {
+        question: String::new(),
+        ln_evidence: first.and_then(|answer| answer.ln_evidence),
+        estimate: first.and_then(|answer| answer.estimate.clone()),
+        answer: Vec::new(),
+        strategy: first.map_or(Strategy::JoinTree, |answer| answer.strategy),
+        when: When::Now,
+        parts: Vec::new(),
+    };
+    let setting = Setting::new(model, inputs)?;
+    if let Some(last) = last {
+        let ln = answers.pop().and_then(|answer| ln_of(&last, &answer));
+        all.ln_evidence =
+            all.ln_evidence.or(known.is_empty().then_some(0.0)).zip(ln).map(|(one, two)| one + two);
+        if all.ln_evidence == Some(f64::NEG_INFINITY) {
+            let mut ask = ask(last.variable);
+            ask.known.push(last);
+            let heads: Vec<String> =
+                ask.known.iter().map(|known| model.variable_name(known.variable)).collect();
+            return Err(Error::Impossible(heads.join(", ").into()));
+        }
+    }
+    let mut answers = answers.into_iter();
+    for id in wanted {
+        match observed(id) {
+            false => {
+                let answer = answers.next().expect("internal: each variable is asked");
+                let parts = answer.parts.iter().flat_map(each);
+                let parts: Vec<Part> = parts.collect();
+                match parts.len() == answer.parts.len() {
+                    true => all.answer.extend(answer.answer),
+                    false => all.answer.extend(parts.iter().flat_map(|part| part.rows(model))),
+                }
+                all.parts.extend(parts);
+            }
+            true => {
+                let known = knowledge.known.iter().find(|known| known.variable == *id);
+                for part in known.into_iter().flat_map(|known| certain(&setting, known)) {
+                    all.answer.extend(part.rows(model));
+                    all.parts.push(part);
+                }
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Refuses what no question may know. A variable that has a likelihood is asked all the same.
+fn check(model: &Model, question: &Question) -> Result<(), Error> {
+    let weighed = |ask: &Ask| ask.known.iter().any(|known| known.variable == ask.searched[0].variable);
+    let asks: Vec<Ask> = question.asks.iter().filter(|ask| !weighed(ask)).take(1).cloned().collect();
+    if asks.is_empty() {
+        return Ok(());
+    }
+    let faults = model.question_faults(&Question { name: question.name.clone(), asks, derived: Vec::new() });
+    faults.first().map_or(Ok(()), |fault| {
+        let question = model.ask_text(&question.asks[0]);
+        Err(Error::Unplanned { question, reason: fault.message.clone() })
+    })
+}
+
+/// The distribution of each slot of a part alone.
+fn each(part: &Part) -> Vec<Part> {
+    (0..part.of.len()).map(|place| part.marginal(&[place])).collect()
+}
+
+/// The ordinal of a value that is observed.
+fn ordinal(known: &Known) -> Option<usize> {
+    match known.evidence {
+        Finding::Hard(Value::Ordinal(ordinal)) => Some(ordinal),
+        _ => None,
+    }
+}
+
+/// The distribution of an observed variable, concentrated at its value; a real has none.
+fn certain(setting: &Setting<'_>, known: &Known) -> Vec<Part> {
+    let Some(ordinal) = ordinal(known) else { return Vec::new() };
+    let part = |slot: usize| {
+        let slot = Slot::of(setting, slot);
+        let law = (0..slot.count).map(|value| f64::from(u8::from(value == ordinal))).collect();
+        Part { instant: None, given: Vec::new(), of: vec![slot], law: PartLaw::Finite(law) }
+    };
+    setting.slots_of(known.variable).map(part).collect()
+}
+
+/// ln of the probability, or density, that an answer gives an observation.
+fn ln_of(known: &Known, answer: &Answer) -> Option<f64> {
+    let part = answer.parts.first()?;
+    match (&part.law, &known.evidence) {
+        (PartLaw::Finite(p), _) => p.get(ordinal(known)?).map(|p| p.ln()),
+        (PartLaw::Normal { mean, covariance }, Finding::Hard(Value::Real(value))) => {
+            let (away, variance) = (value - mean.first()?, covariance.first()?);
+            let square = away * away / variance;
+            Some(-0.5 * (square + variance.ln() + (2.0 * std::f64::consts::PI).ln()))
+        }
+        (PartLaw::Draws(..), _) => part.probabilities()?.get(ordinal(known)?).map(|p| p.ln()),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::Id;
+    use crate::model::{Domain, Form, ModelBuilder};
+    use crate::strategies::join_tree::propagations;
+
+    /// A chain of booleans, each as the one before with probability 3/4.
+    fn chain(length: usize) -> Model {
+        let mut model = ModelBuilder::new("Chain");
+        let ids: Vec<VariableId> =
+            (0..length).map(|number| model.variable(&format!("X{number}"), Domain::Boolean)).collect();
+        model.factor([ids[0]], [], Form::Constants(vec![0.5, 0.5]));
+        for pair in ids.windows(2) {
+            model.factor([pair[1]], [pair[0]], Form::Constants(vec![0.75, 0.25, 0.25, 0.75]));
+        }
+        model.build().expect("a chain")
+    }
+
+    #[test]
+    fn one_propagation_answers_all_that_know_the_same() {
+        let model = chain(14);
+        let all: Vec<VariableId> = model.variables.ids().collect();
+        let last = Known { variable: all[13], evidence: Finding::Hard(Value::Ordinal(1)) };
+        let knowledge = Knowledge { known: vec![last], ..Knowledge::default() };
+        let before = propagations();
+        let by = (Sampling::default(), None);
+        let found = marginals(&model, &all, &knowledge, &Inputs::new(), by).unwrap();
+        assert_eq!((found.strategy, propagations() - before), (Strategy::JoinTree, 1));
+        assert_eq!(found.parts.len(), 14);
+        // P(X_k = X_13) = (1 + (3/4 - 1/4)^(13 - k)) / 2, and P(X_13) = 1/2.
+        for (part, id) in found.parts.iter().zip(&all) {
+            let p = part.probabilities().unwrap()[1];
+            let expected = (1.0 + 0.5f64.powi(13 - id.position() as i32)) / 2.0;
+            assert!((p - expected).abs() < 1e-15, "{p} {expected}");
+        }
+        assert!((found.ln_evidence.unwrap() - 0.5f64.ln()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn strategies_agree_and_all_may_be_observed() {
+        let model = chain(3);
+        let all: Vec<VariableId> = model.variables.ids().collect();
+        let known = |ordinals: &[usize]| Knowledge {
+            known: (all.iter().rev().zip(ordinals))
+                .map(|(id, at)| Known { variable: *id, evidence: Finding::Hard(Value::Ordinal(*at)) })
+                .collect(),
+            ..Knowledge::default()
+        };
+        for by in [Strategy::Sums, Strategy::JoinTree] {
+            let ask = |knowledge: &Knowledge| {
+                marginals(&model, &all, knowledge, &Inputs::new(), (Sampling::default(), Some(by))).unwrap()
+            };
+            let one = ask(&known(&[1]));
+            // (1 + 1/4) / 2 and (1 + 1/2) / 2.
+            let p: Vec<f64> = one.parts.iter().map(|part| part.probabilities().unwrap()[1]).collect();
+            assert!((p[0] - 0.625).abs() < 1e-15 && (p[1] - 0.75).abs() < 1e-15 && p[2] == 1.0, "{p:?}");
+            // 1/2 · 1/4 · 3/4.
+            let every = ask(&known(&[1, 1, 0]));
+            assert!((every.ln_evidence.unwrap() - 0.09375f64.ln()).abs() < 1e-14);
+        }
+    }
+}

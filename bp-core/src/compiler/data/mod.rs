@@ -1,0 +1,148 @@
+//! Tables of data: the reader that every command uses.
+//!
+//! In: a file of rows, separated by commas, semicolons or tabs. Out: [`Records`], and each of its cells as a value of a
+//! variable. Invariant: every row has a cell for each column; an error names file, row, column and cell.
+//!
+//! `docs/formats.md`, section "Data files", describes the format.
+
+mod read;
+#[cfg(test)]
+mod tests;
+mod values;
+
+pub use read::{open, read_table};
+pub use values::{MISSING, Value, Values, is_missing};
+
+use crate::error::Error;
+use crate::guess::{listed, near};
+use std::io::{Error as Wrong, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// A table of cells.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Records {
+    /// The source of the data.
+    pub path: PathBuf,
+    /// The names of the columns, each once.
+    pub columns: Vec<String>,
+    /// Notes for the user on the reader's decisions: another separator, an ignored column.
+    pub notes: Vec<String>,
+    /// The text of all cells, concatenated.
+    cells: String,
+    /// The end of each cell.
+    ends: Vec<u32>,
+    /// Number of cells in a row of the file.
+    width: usize,
+    /// The cell of each column.
+    positions: Vec<usize>,
+    /// The line of the file in which each row begins, from 1.
+    lines: Vec<u32>,
+    /// An example of a number with a decimal comma, if there are any.
+    decimal_comma: Option<String>,
+}
+
+impl Records {
+    /// Number of rows, without the header.
+    pub fn len(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    /// The line of the file in which a row begins: messages call it the row. The header is row 1.
+    pub fn line(&self, row: usize) -> usize {
+        self.lines[row] as usize
+    }
+
+    /// The text of a cell.
+    pub fn text(&self, row: usize, column: usize) -> &str {
+        self.cell_text(row * self.width + self.positions[column])
+    }
+
+    fn cell_text(&self, cell: usize) -> &str {
+        let begin = cell.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.cells[begin as usize..self.ends[cell] as usize]
+    }
+
+    /// The value of a cell; `None` if it is missing.
+    ///
+    /// # Errors
+    /// The cell is not a value of the variable.
+    pub fn cell(&self, row: usize, column: usize, values: &Values<'_>) -> Result<Option<Value>, Error> {
+        let text = self.text(row, column);
+        values
+            .read_written(text, self.decimal_comma.as_deref())
+            .map_err(|message| self.wrong(row, column, message))
+    }
+
+    /// An error about a cell: "`data.csv`, row 3, column `X`: `7` is …".
+    pub fn wrong(&self, row: usize, column: usize, message: impl Into<String>) -> Error {
+        Error::Cell {
+            path: self.path.clone(),
+            row: self.line(row),
+            column: shown(&self.columns[column]),
+            value: shown(self.text(row, column)),
+            message: message.into(),
+        }
+    }
+
+    /// An error about a row.
+    pub fn wrong_row(&self, row: usize, error: Error) -> Error {
+        Error::Row { path: self.path.clone(), row: self.line(row), error: Box::new(error) }
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+
+    /// The column of this name, which must exist.
+    ///
+    /// # Errors
+    /// There is none; the error suggests a similar name.
+    pub fn needed(&self, name: &str) -> Result<usize, Error> {
+        self.column(name).ok_or_else(|| {
+            let columns = self.columns.iter().map(String::as_str);
+            let help = match near(name, columns.clone()) {
+                Some(name) => format!("did you mean `{name}`?"),
+                None => format!("the columns are {}", listed(columns, "and")),
+            };
+            wrong(&self.path, format!("there is no column `{}`; {help}", shown(name)))
+        })
+    }
+
+    /// An error about a column that matches none of these names.
+    pub fn unknown<'n>(&self, column: usize, names: impl IntoIterator<Item = &'n str> + Clone) -> Error {
+        let help = match near(&self.columns[column], names.clone()) {
+            Some(name) => format!("did you mean `{name}`?"),
+            None => format!("the variables are {}", listed(names, "and")),
+        };
+        let name = shown(&self.columns[column]);
+        wrong(&self.path, format!("column `{name}` names no variable; {help}"))
+    }
+}
+
+/// An error about a whole file.
+fn wrong(path: &Path, message: String) -> Error {
+    Error::file(path, Wrong::new(ErrorKind::InvalidData, message))
+}
+
+/// The text of a cell for a message: on one line, and shortened.
+fn shown(text: &str) -> String {
+    const MOST: usize = 60;
+    let mut shown: String = text.chars().take(MOST).flat_map(printable).collect();
+    if text.chars().nth(MOST).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+fn printable(letter: char) -> Vec<char> {
+    match letter.is_control() {
+        true => letter.escape_default().collect(),
+        false => vec![letter],
+    }
+}

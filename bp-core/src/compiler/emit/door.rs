@@ -1,0 +1,211 @@
+//! The builder of a question, which takes its inputs by name and by value.
+//!
+//! In: the interface of a question. Out: `Question` with a method for each input, `ask` and `run_into`, and the
+//! function that makes it. Invariant: grids and displacements are arguments, so that none is missing; inputs with a
+//! default are optional; any other missing input is an error that names it; nothing allocates before the answer.
+
+use super::interface::{Given, Interface, SizeField, SizeOf};
+use super::text::Text;
+use super::value::constant;
+use super::values::Enums;
+use crate::ids::{BufferId, ParameterId};
+use crate::kernel::{InputKey, SizeKey};
+use crate::model::{Model, ParameterKind};
+
+/// The methods of a builder that are not inputs.
+pub(super) const METHODS: [&str; 3] = ["new", "ask", "run_into"];
+
+/// One input of a builder.
+struct Setter<'i> {
+    field: &'i str,
+    told: String,
+    /// Its type in the builder, and the argument type of its method.
+    kind: String,
+    taken: String,
+    default: Option<String>,
+    /// Whether the kernel takes it as a number.
+    is_number: bool,
+    /// Of a size that is not given, what tells it.
+    told_by: String,
+}
+
+impl<'i> Setter<'i> {
+    /// The setter of an array without a default.
+    fn of_slice(field: &'i str, told: String) -> Self {
+        let kind = "&'a [T]".to_owned();
+        Self {
+            field,
+            told,
+            taken: kind.clone(),
+            kind,
+            default: None,
+            is_number: false,
+            told_by: String::new(),
+        }
+    }
+}
+
+/// The type of a parameter, and its default.
+fn parameter(model: &Model, id: ParameterId) -> (&'static str, Option<String>) {
+    let declared = &model.parameters[id];
+    let whole = |default: f64| format!("{}", default as i64);
+    let default = declared.default_number();
+    match declared.kind {
+        ParameterKind::Probability | ParameterKind::Real => ("f64", default.map(constant)),
+        ParameterKind::Integer => ("i64", default.map(whole)),
+        ParameterKind::Size => ("usize", default.map(whole)),
+    }
+}
+
+impl Interface<'_> {
+    fn setters(&self, model: &Model, enums: &Enums) -> Vec<Setter<'_>> {
+        let sizes = self.sizes.iter().filter_map(|SizeField { of, name, field }| {
+            let SizeOf::Number(key) = of else { return None };
+            let default = match key {
+                SizeKey::Parameter(id) => parameter(model, *id).1,
+                _ => None,
+            };
+            let told_by = self.told_by(*key);
+            let by = if told_by.is_empty() { "" } else { " Without it, arrays over it tell it." };
+            let (kind, told) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
+            Some(Setter { field, told, taken: kind.clone(), kind, default, is_number: false, told_by })
+        });
+        let inputs = self.inputs.iter().filter_map(|(id, given)| {
+            let buffer = &self.kernel.buffers[*id];
+            let told = format!("`{}`.", buffer.name);
+            match given {
+                Given::Derived(_) => None,
+                Given::Slice(field) => Some(Setter::of_slice(field, told)),
+                Given::Number(field) => {
+                    let (kind, taken, default) = match buffer.role.input() {
+                        Some(InputKey::Value(variable, _)) => {
+                            let own = enums.of(model, *variable);
+                            // A cell of a grid is given by its index in memory.
+                            match own.name.as_str() {
+                                "[usize; 3]" => ("usize".to_owned(), "usize".to_owned(), None),
+                                _ => (own.name, own.taken, None),
+                            }
+                        }
+                        Some(InputKey::Parameter(id)) => {
+                            let (kind, default) = parameter(model, *id);
+                            (kind.to_owned(), kind.to_owned(), default)
+                        }
+                        _ => ("f64".to_owned(), "f64".to_owned(), None),
+                    };
+                    Some(Setter {
+                        field,
+                        told,
+                        kind,
+                        taken,
+                        default,
+                        is_number: true,
+                        told_by: String::new(),
+                    })
+                }
+            }
+        });
+        let fields = self
+            .fields
+            .iter()
+            .map(|(name, field)| Setter::of_slice(field, format!("`{name}`, which breaks ties.")));
+        sizes.chain(inputs).chain(fields).collect()
+    }
+
+    /// What tells a size that is not given: the arrays of one axis of that size, but for one number, which may stand for all.
+    fn told_by(&self, key: SizeKey) -> String {
+        let told = |(id, given): &(BufferId, Given)| {
+            let Given::Slice(field) = given else { return None };
+            let [axis] = self.kernel.buffers[*id].axes.as_slice() else { return None };
+            let extent = self.kernel.axes[*axis].extent;
+            let less = match extent.offset {
+                0 => String::new(),
+                offset => format!(".saturating_add_signed({})", -offset),
+            };
+            (extent.size == Some(key)).then(|| {
+                format!(".or(self.{field}.filter(|given| given.len() > 1).map(|given| given.len(){less}))")
+            })
+        };
+        self.inputs.iter().filter_map(told).collect()
+    }
+
+    /// Grids and displacements: name and type.
+    fn spaces(&self) -> Vec<(&str, &'static str)> {
+        let spaces = self.sizes.iter().filter(|size| !matches!(size.of, SizeOf::Number(_)));
+        spaces.map(|size| (size.field.as_str(), size.of.kind())).collect()
+    }
+
+    /// The function of the program that returns a question.
+    pub(super) fn function(&self, model: &Model, name: &str, documentation: &[String], text: &mut Text) {
+        let spaces = self.spaces();
+        let arguments: Vec<String> = spaces.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
+        let names: Vec<&str> = spaces.iter().map(|(name, _)| *name).collect();
+        // Over a plate the arrays determine the precision; a single answer is computed in f64.
+        let (scalar, number) = match model.plate {
+            Some(_) => (", T: ::bp_core::compiler::exec::scalar::Scalar", "T"),
+            None => ("", "::core::primitive::f64"),
+        };
+        text.documented(documentation);
+        text.line("#[inline]");
+        text.open(format!(
+            "pub fn {name}<'a{scalar}>({}) -> {name}::Question<'a, {number}>",
+            arguments.join(", ")
+        ));
+        text.line(format!("{name}::Question::new({})", names.join(", ")));
+        text.close();
+    }
+
+    /// The builder.
+    pub(super) fn builder(&self, model: &Model, enums: &Enums, text: &mut Text) {
+        let (spaces, setters) = (self.spaces(), self.setters(model, enums));
+        text.line("/// The question, with what it has been given.\n#[derive(Clone, Copy, Debug)]");
+        text.open("pub struct Question<'a, T>");
+        spaces.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
+        setters.iter().for_each(|own| text.line(format!("{}: Option<{}>,", own.field, own.kind)));
+        text.line("number: ::core::marker::PhantomData<&'a T>,");
+        text.close();
+        text.open("impl<'a, T: Scalar> Question<'a, T>");
+        let arguments: Vec<String> = spaces.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
+        text.line("/// The question, with the defaults of the program.\n#[inline]");
+        text.open(format!("pub fn new({}) -> Self", arguments.join(", ")));
+        let started = spaces.iter().map(|(name, _)| format!("{name}, "));
+        let started = started.chain(setters.iter().map(|own| match &own.default {
+            Some(default) => format!("{}: Some({default}), ", own.field),
+            None => format!("{}: None, ", own.field),
+        }));
+        text.line(format!("Self {{ {}number: ::core::marker::PhantomData }}", started.collect::<String>()));
+        text.close();
+        for Setter { field, told, kind, taken, default, .. } in &setters {
+            let default = default.as_ref().map(|default| format!("By default `{default}`."));
+            text.documented(&std::iter::once(told.clone()).chain(default).collect::<Vec<_>>());
+            text.line("#[inline]");
+            text.open(format!("pub fn {field}(mut self, value: {taken}) -> Self"));
+            let value = if taken == kind { "value" } else { "value.into()" };
+            text.line(format!("self.{field} = Some({value});"));
+            text.line("self");
+            text.close();
+        }
+        text.line("/// Asks it.\n///\n/// # Errors\n/// An input that is missing, or is no value of its domain; numbers that a form cannot have; evidence of probability zero.\n#[inline]");
+        text.open("pub fn ask(self) -> Result<Answer<T>, ::bp_core::compiler::error::Error>");
+        text.line("let mut answer = Answer::default();");
+        text.line("self.run_into(&mut answer)?;");
+        text.line("Ok(answer)");
+        text.close();
+        text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
+        text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::compiler::error::Error>");
+        let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
+        let given = setters.iter().map(|Setter { field, is_number, told_by, .. }| {
+            let value = format!("needed(self.{field}{told_by}, {field:?})?");
+            match is_number {
+                true => format!("{field}: T::from_f64({value}.number()), "),
+                false => format!("{field}: {value}, "),
+            }
+        });
+        text.line(format!("let inputs = Inputs {{ {} }};", spaces.chain(given).collect::<String>()));
+        text.line("answer.report = run(&inputs, &mut answer.outputs)?;");
+        let extents: Vec<String> = self.open_extents().iter().map(|extent| self.extent(extent)).collect();
+        text.line(format!("answer.extents = [{}];", extents.join(", ")));
+        text.line("Ok(answer.report)");
+        text.close();
+        text.close();
+    }
+}

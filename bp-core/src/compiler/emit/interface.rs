@@ -1,0 +1,348 @@
+//! The interface of a question: the fields of its inputs and outputs, their names and their documentation.
+//!
+//! In: a lowered question. Out: an [`Interface`] with the field of each buffer and size. Invariant: names within a
+//! structure are unique; the documentation of an array lists its indices, slowest first, and its length.
+
+use super::best::{Best, is_scores};
+use super::documentation as told;
+use super::door::METHODS;
+use super::names::{Names, snake};
+use super::reading::searched_by;
+use super::text::Text;
+use crate::ids::{BufferId, SetId};
+use crate::kernel::{Coordinate, Displacements, Extent, InputKey, Kernel, Role, SizeKey};
+use crate::lower::Output;
+use crate::model::{Model, Statistic};
+use std::collections::HashMap;
+
+/// How an input is given.
+#[derive(Clone)]
+pub(super) enum Given {
+    /// A field of the inputs, one number.
+    Number(String),
+    /// A field of the inputs, a slice.
+    Slice(String),
+    /// An expression of other fields.
+    Derived(String),
+}
+
+/// The source of sizes in a field of the inputs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum SizeOf {
+    Grid(SetId),
+    Displacements(SetId),
+    /// A number of its own.
+    Number(SizeKey),
+}
+
+impl SizeOf {
+    fn of(kernel: &Kernel, key: SizeKey) -> Self {
+        let displaces =
+            |role: &Role, set: SetId| matches!(role, Role::Positions(Displacements::Of(by), _) if *by == set);
+        match key {
+            SizeKey::Grid(grid, _) => Self::Grid(grid),
+            SizeKey::Set(set) if kernel.buffers.values().any(|buffer| displaces(&buffer.role, set)) => {
+                Self::Displacements(set)
+            }
+            _ => Self::Number(key),
+        }
+    }
+
+    /// The type of the field.
+    pub(super) fn kind(self) -> &'static str {
+        match self {
+            Self::Grid(_) => "&'a ::bp_core::compiler::space::Space",
+            Self::Displacements(_) => "&'a ::bp_core::compiler::space::Moves",
+            Self::Number(_) => "usize",
+        }
+    }
+}
+
+/// A field that gives sizes.
+pub(super) struct SizeField {
+    pub(super) of: SizeOf,
+    /// The name of the set, the grid or the size.
+    pub(super) name: String,
+    pub(super) field: String,
+}
+
+/// The field of an output's buffer.
+struct OutputField {
+    field: String,
+    told: Vec<String>,
+    /// The answer, if the most probable values are asked.
+    best: Option<Best>,
+}
+
+/// The fields of a question.
+pub(super) struct Interface<'k> {
+    pub(super) kernel: &'k Kernel,
+    pub(super) sizes: Vec<SizeField>,
+    pub(super) inputs: Vec<(BufferId, Given)>,
+    /// For `nearest`: the field of each name.
+    pub(super) fields: Vec<(String, String)>,
+    outputs: HashMap<BufferId, OutputField>,
+    /// The outputs in order.
+    order: Vec<BufferId>,
+}
+
+impl<'k> Interface<'k> {
+    /// The fields of a kernel with these outputs.
+    pub(super) fn new(model: &Model, kernel: &'k Kernel, meant: &[Output]) -> Self {
+        let mut names = Names::default();
+        METHODS.iter().for_each(|method| drop(names.unique(method)));
+        let mut interface = Self {
+            kernel,
+            sizes: Vec::new(),
+            inputs: Vec::new(),
+            fields: Vec::new(),
+            outputs: HashMap::new(),
+            order: Vec::new(),
+        };
+        for size in kernel.sizes() {
+            let of = SizeOf::of(kernel, size.key);
+            if !interface.sizes.iter().any(|known| known.of == of) {
+                let name = match size.key {
+                    SizeKey::Grid(grid, _) => model.sets[grid].name.clone(),
+                    _ => size.name.clone(),
+                };
+                interface.sizes.push(SizeField { of, field: names.unique(&snake(&name)), name });
+            }
+        }
+        for (id, buffer) in kernel.inputs() {
+            let given = match &buffer.role {
+                Role::Positions(by, coordinate) => Given::Derived(interface.positions(*by, *coordinate)),
+                Role::Input { key: InputKey::Wraps(grid), .. } => {
+                    let grid = interface.size_field(SizeOf::Grid(*grid));
+                    Given::Derived(format!("if inputs.{grid}.wraps() {{ T::ONE }} else {{ T::ZERO }}"))
+                }
+                role => match interface.as_size(role) {
+                    Some(size) => Given::Derived(format!("T::from_f64(inputs.{} as f64)", size.field)),
+                    None if buffer.axes.is_empty() => Given::Number(names.unique(&input_name(&buffer.name))),
+                    None => Given::Slice(names.unique(&input_name(&buffer.name))),
+                },
+            };
+            interface.inputs.push((id, given));
+        }
+        let mut inputs = names;
+        let mut names = Names::default();
+        let mut fields: Vec<(String, String)> = Vec::new();
+        for (id, key) in kernel.outputs() {
+            let output = meant.iter().find(|output| output.key == key);
+            let output = output.expect("internal: each output of a kernel means something");
+            let best = Best::of(model, kernel, id, output, &mut names, |nearest| {
+                if let Some((_, field)) = fields.iter().find(|(known, _)| known == nearest) {
+                    return field.clone();
+                }
+                let field = inputs.unique(&snake(nearest));
+                fields.push((nearest.to_owned(), field.clone()));
+                field
+            });
+            let wanted = match best {
+                Some(_) => "scores".to_owned(),
+                None => output_name(model, output),
+            };
+            let (field, told) = (names.unique(&wanted), told::output(model, kernel, id, output));
+            interface.outputs.insert(id, OutputField { field, told, best });
+            interface.order.push(id);
+        }
+        interface.fields = fields;
+        interface
+    }
+
+    /// How an input is given.
+    pub(super) fn given(&self, id: BufferId) -> &Given {
+        let found = self.inputs.iter().find(|(known, _)| *known == id);
+        &found.expect("internal: every input has a field").1
+    }
+
+    /// The field of an output.
+    pub(super) fn output(&self, id: BufferId) -> &str {
+        &self.outputs[&id].field
+    }
+
+    /// The answer of an output, if its most probable values are asked.
+    pub(super) fn best(&self, id: BufferId) -> Option<&Best> {
+        self.outputs[&id].best.as_ref()
+    }
+
+    /// A table of positions, as an expression of the inputs.
+    pub(super) fn positions(&self, by: Displacements, coordinate: Coordinate) -> String {
+        let (of, steps) = match by {
+            Displacements::Steps(grid) => (SizeOf::Grid(grid), ".steps()"),
+            Displacements::Of(set) => (SizeOf::Displacements(set), ""),
+        };
+        format!("&inputs.{}{steps}.{}", self.size_field(of), coordinate.name())
+    }
+
+    /// The documentation of an output.
+    pub(super) fn told(&self, id: BufferId) -> Vec<String> {
+        self.outputs[&id].told.clone()
+    }
+
+    /// The outputs, in order.
+    pub(super) fn outputs(&self) -> &[BufferId] {
+        &self.order
+    }
+
+    /// An extent, as an expression of the inputs.
+    pub(super) fn extent(&self, extent: &Extent) -> String {
+        let Some(size) = extent.size else { return extent.offset.to_string() };
+        let of = SizeOf::of(self.kernel, size);
+        let field = format!("inputs.{}", self.size_field(of));
+        let field = match (of, size) {
+            (SizeOf::Displacements(_), _) => format!("{field}.displacements"),
+            (_, SizeKey::Grid(_, axis)) => format!("{field}.extents()[{}]", axis as usize),
+            _ => field,
+        };
+        match extent.offset {
+            0 => field,
+            more if more > 0 => format!("{field}.saturating_add({more})"),
+            less => format!("{field}.saturating_sub({})", less.unsigned_abs()),
+        }
+    }
+
+    /// Passes the inputs by name, in f64, to `named` in the text.
+    pub(super) fn named(&self, text: &mut Text) {
+        for SizeField { of, name, field } in &self.sizes {
+            text.line(match of {
+                SizeOf::Number(_) => format!("let named = named.size({name:?}, inputs.{field});"),
+                SizeOf::Grid(_) => format!("let named = named.grid({name:?}, inputs.{field});"),
+                SizeOf::Displacements(_) => {
+                    format!("let named = named.displacements({name:?}, inputs.{field});")
+                }
+            });
+        }
+        for (id, given) in &self.inputs {
+            let buffer = &self.kernel.buffers[*id];
+            let name = &buffer.name;
+            match (given, self.as_size(&buffer.role)) {
+                (Given::Number(field), _) => {
+                    text.line(format!("let named = named.number({name:?}, inputs.{field}.to_f64());"))
+                }
+                (Given::Slice(field), _) => {
+                    text.line(format!("let named = named.numbers({name:?}, T::widen(inputs.{field}));"))
+                }
+                (Given::Derived(_), Some(size)) => {
+                    let field = &size.field;
+                    text.line(format!("let named = named.number({name:?}, inputs.{field} as f64);"))
+                }
+                (Given::Derived(_), None) => {}
+            }
+        }
+    }
+
+    /// The size that an input is read as, if it is one.
+    fn as_size(&self, role: &Role) -> Option<&SizeField> {
+        let InputKey::Parameter(parameter) = role.input()? else { return None };
+        self.sizes.iter().find(|known| known.of == SizeOf::Number(SizeKey::Parameter(*parameter)))
+    }
+
+    fn size_field(&self, of: SizeOf) -> &str {
+        let found = self.sizes.iter().find(|known| known.of == of);
+        &found.expect("internal: every size has a field").field
+    }
+
+    /// Writes `Inputs` and `Outputs`; returns the generics of the inputs: those that a field needs.
+    pub(super) fn structures(&self, text: &mut Text) -> &'static str {
+        let mut fields = Text::default();
+        let (mut borrows, mut numbers) = (false, false);
+        for SizeField { of, name, field } in &self.sizes {
+            borrows |= !matches!(of, SizeOf::Number(_));
+            fields.documented(&[match of {
+                SizeOf::Grid(_) => format!("The grid `{name}`."),
+                SizeOf::Displacements(_) => format!("Where the displacements `{name}` come from."),
+                SizeOf::Number(_) => format!("The size `{name}`."),
+            }]);
+            fields.line(format!("pub {field}: {},", of.kind()));
+        }
+        for (id, given) in &self.inputs {
+            let (field, kind) = match given {
+                Given::Number(field) => (field, "T"),
+                Given::Slice(field) => (field, "&'a [T]"),
+                Given::Derived(_) => continue,
+            };
+            borrows |= matches!(given, Given::Slice(_));
+            numbers = true;
+            fields.documented(&told::input(self.kernel, *id));
+            fields.line(format!("pub {field}: {kind},"));
+        }
+        for (name, field) in &self.fields {
+            (borrows, numbers) = (true, true);
+            let what = format!("`{name}`: a number for each value, or for each value in each context.");
+            fields
+                .documented(&[what, "Among equals the value is chosen at which it is smallest.".to_owned()]);
+            fields.line(format!("pub {field}: &'a [T],"));
+        }
+        text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
+        let (generics, used) = match (borrows, numbers) {
+            (true, true) => ("<'a, T>", "<'_, T>"),
+            (true, false) => ("<'a>", "<'_>"),
+            (false, true) => ("<T>", "<T>"),
+            (false, false) => ("", ""),
+        };
+        text.open(format!("struct Inputs{generics}"));
+        text.line(fields.finish());
+        text.close();
+        text.line("/// What the question answers.\n#[derive(Clone, Debug, Default)]");
+        text.open("struct Outputs<T>");
+        for id in &self.order {
+            let OutputField { field, told, best } = &self.outputs[id];
+            match best {
+                Some(best) => {
+                    best.fields(text);
+                    text.documented(&["Where the distribution is made.".to_owned()]);
+                    text.line(format!("{field}: Vec<T>,"));
+                }
+                None => {
+                    text.documented(told);
+                    text.line(format!("pub {field}: Vec<T>,"));
+                }
+            }
+        }
+        text.close();
+        used
+    }
+}
+
+/// The field of an input: its name without the fixed values of a question in it.
+fn input_name(name: &str) -> String {
+    let mut plain = String::new();
+    let mut parts = name.split(" = ");
+    plain.push_str(parts.next().unwrap_or_default());
+    for part in parts {
+        // The value ends where the next name begins.
+        plain.push_str(part.find([' ', ',', '|', ')']).map_or("", |end| &part[end..]));
+    }
+    snake(&plain)
+}
+
+/// The field of an output: the statistic, and the searched variables.
+fn output_name(model: &Model, output: &Output) -> String {
+    let Some(ask) = &output.ask else { return "ln_evidence".to_owned() };
+    let word = match ask.statistic {
+        Statistic::Distribution => "p".to_owned(),
+        _ if is_scores(model, output) => "scores".to_owned(),
+        ref other => snake(&other.word()),
+    };
+    format!("{}_{}", word.trim_matches('_'), searched_by(model, ask))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::input_name;
+
+    #[test]
+    fn inputs_are_named_without_the_values_that_are_fixed() {
+        let cases = [
+            ("map.P(O | C)", "map_p_o_c"),
+            ("map.P(O = true | C)", "map_p_o_c"),
+            ("map.P(O = true, V | C = 3)", "map_p_o_v_c"),
+            ("previous V", "previous_v"),
+            ("m²", "m2"),
+        ];
+        for (name, field) in cases {
+            assert_eq!(input_name(name), field, "{name}");
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! One question: its inputs, its outputs, and the function that computes them.
+//!
+//! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths and values are checked once,
+//! at the top; the loop below neither allocates nor fails.
+
+use super::given::given;
+use super::interface::{Given, Interface};
+use super::names::local;
+use super::nest::Nests;
+use super::text::{Text, in_a_comment};
+use super::uniform::with_uniform_conditions;
+use super::values::Enums;
+use crate::ids::{BufferId, Id};
+use crate::kernel::schedule::{Group, Schedule};
+use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, with_plate};
+use crate::lower::Lowered;
+use crate::model::{Model, Question};
+
+/// The most nests of a question that is computed where it is asked.
+const INLINED_NESTS: usize = 8;
+
+/// Writes the module of a question.
+pub(super) fn emit(
+    (model, enums): (&Model, &Enums),
+    lowered: &Lowered,
+    (name, question, route): (&str, &str, usize),
+    (is_linear, equation): (bool, &str),
+    text: &mut Text,
+) {
+    let kernel = &with_uniform_conditions(&given(&lowered.kernel)).validated();
+    let interface = Interface::new(model, kernel, &lowered.outputs);
+    interface.function(model, name, &[equation.to_owned()], text);
+    text.documented(&[equation.to_owned()]);
+    text.open(format!("pub mod {name}"));
+    // Named, because the surrounding code may have no prelude.
+    text.line("use ::std::prelude::v1::*;");
+    text.line("use ::bp_core::compiler::exec::compiled::*;");
+    text.line("use ::bp_core::compiler::exec::scalar::Scalar;");
+    text.line("pub use ::bp_core::compiler::exec::compiled::Report;");
+    interface.builder(model, enums, text);
+    interface.answer(model, enums, &lowered.outputs, text);
+    let generics = interface.structures(text);
+    let impossible = match kernel.parallel.is_empty() && model.plate.is_none() {
+        true => "Evidence of probability zero.",
+        false => "None for evidence of probability zero: its elements are zeros, which the report counts.",
+    };
+    text.line("/// Computes the answer.\n///\n/// # Errors");
+    text.line(format!("/// A wrong length; a number that is no value of its domain, or that a form cannot have. {impossible}"));
+    // What is computed once is a few numbers: a call would take as long.
+    if kernel.parallel.is_empty() && kernel.nests.len() <= INLINED_NESTS {
+        text.line("#[inline(always)]");
+    }
+    text.line("#[allow(clippy::all, unused)]");
+    text.open(format!("fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::compiler::error::Error>"));
+    for (id, axis) in kernel.axes.iter() {
+        text.line(format!("let {}: usize = {};", local("e", id), interface.extent(&axis.extent)));
+    }
+    buffers(kernel, &interface, text);
+    text.line("let mut suspects: usize = 0;");
+    let schedule = Schedule::of(kernel);
+    for group in &schedule.groups {
+        match group.parallel {
+            true => parallel(kernel, &schedule, group, (is_linear, false), text),
+            false => match with_plate(kernel, group.nests[0].nest) {
+                Some((alone, schedule)) => {
+                    parallel(&alone, &schedule, &schedule.groups[0], (is_linear, true), text)
+                }
+                None => Nests::new(kernel, &schedule, group, is_linear).serial(text),
+            },
+        }
+    }
+    let alone = model.plate.is_none();
+    conclusion(alone, kernel, text);
+    for id in interface.outputs() {
+        if let Some(best) = interface.best(*id) {
+            best.fill(*id, interface.output(*id), &kernel.buffers[*id].name, text);
+        }
+    }
+    text.line("Ok(report)");
+    text.close();
+    again(kernel, &interface, generics, (question, route), (alone, is_linear), text);
+    text.close();
+}
+
+/// The report: empty, unless a cell is suspect.
+fn conclusion(alone: bool, kernel: &Kernel, text: &mut Text) {
+    let total = kernel.checks.iter().find(|(_, check)| *check == Check::Total);
+    let contexts = match (alone, total) {
+        (true, Some((total, _))) => local("n", *total),
+        (true, None) => "0".to_owned(),
+        _ => String::new(),
+    };
+    let comma = if contexts.is_empty() { "" } else { ", " };
+    text.open("let report: Report = match suspects");
+    text.line("0 => Report::default(),");
+    text.line(format!("_ => again(inputs, outputs, suspects{comma}{contexts})?,"));
+    text.close_with("};");
+}
+
+/// The function for suspect cells: it computes again, or reports the error.
+fn again(
+    kernel: &Kernel,
+    interface: &Interface<'_>,
+    generics: &str,
+    (question, route): (&str, usize),
+    (alone, is_linear): (bool, bool),
+    text: &mut Text,
+) {
+    text.line("#[cold]\n#[inline(never)]\n#[allow(clippy::all, unused)]");
+    let contexts = if alone { ", contexts: usize" } else { "" };
+    text.open(format!(
+        "fn again<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>, suspects: usize{contexts}) -> Result<Report, ::bp_core::compiler::error::Error>"
+    ));
+    text.line(format!(
+        "let asked = ::bp_core::compiler::answer::Asked {{ question: {question:?}, route: {route} }};"
+    ));
+    let named = |text: &mut Text| {
+        text.line("let named = ::bp_core::compiler::exec::Inputs::<f64>::new();");
+        interface.named(text);
+    };
+    let outputs: Vec<(OutputKey, &str)> =
+        kernel.outputs().map(|(id, key)| (key, interface.output(id))).collect();
+    let all: Vec<String> = outputs.iter().map(|(_, field)| format!("&outputs.{field}[..]")).collect();
+    let all = all.join(", ");
+    if alone {
+        if is_linear {
+            text.open(format!("if suspects < contexts && !has_nan(&[{all}])"));
+            text.line("return Ok(Report { impossible: suspects });");
+            text.close();
+        }
+        named(text);
+        text.line("let (found, report) = ::bp_core::compiler::answer::again(&super::model(), asked, &named, (suspects, contexts))?;");
+        for (key, field) in outputs {
+            text.line(format!("put(&found, OutputKey::{key:?}, &mut outputs.{field}[..]);"));
+        }
+        text.line("Ok(report)");
+    } else {
+        text.open(format!("if has_nan(&[{all}])"));
+        named(text);
+        text.open(
+            "if let Some(error) = ::bp_core::compiler::answer::refused(&super::model(), asked, &named)",
+        );
+        text.line("return Err(error);");
+        text.close();
+        for (_, field) in outputs {
+            text.line(format!("without_nan(&mut outputs.{field}[..]);"));
+        }
+        text.close();
+        text.line("Ok(Report { impossible: suspects })");
+    }
+    text.close();
+}
+
+/// A question that is not compiled: a module that states the reason, in its documentation and as a compile-time error
+/// of a caller.
+pub(super) fn emit_refused(model: &Model, question: &Question, name: &str, reason: &str, text: &mut Text) {
+    let asked: Vec<String> = question.asks.iter().map(|ask| format!("`{}`", model.ask_text(ask))).collect();
+    text.documented(&[
+        format!("{}: this question is not compiled, and calling `ask` is an error.", asked.join("; ")),
+        format!("The reason: {reason}."),
+        "`bp_core::compiler::answer::ask` asks it of `model()` at run time, where it has an answer."
+            .to_owned(),
+    ]);
+    text.line(format!("pub fn {name}() -> {name}::Question<()> {{ {name}::Question {{ nothing: () }} }}"));
+    text.documented(&["Why it is not compiled: see the function of this name.".to_owned()]);
+    text.open(format!("pub mod {name}"));
+    text.line("use ::std::prelude::v1::*;");
+    text.line("/// A question that is not compiled.\n#[derive(Clone, Copy, Debug)]\npub struct Question<N> { pub(super) nothing: N }");
+    text.open("impl<N> Question<N>");
+    let reason = in_a_comment(&format!("the question `{}` is not compiled: {reason}", question.name));
+    text.line(format!("/// Not compiled: see the function that made it.\n#[deprecated(note = {reason:?})]"));
+    text.open("pub fn ask(self) where Self: ::bp_core::compiler::exec::compiled::Compiled");
+    text.close();
+    text.close();
+    text.close();
+}
+
+/// Binds inputs, allocates results, and computes strides.
+fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
+    for (id, buffer) in kernel.buffers.iter() {
+        let product = |axes: &mut dyn Iterator<Item = crate::ids::AxisId>| {
+            // An overflow is refused at the allocation.
+            let product = axes
+                .map(|axis| local("e", axis))
+                .reduce(|some, more| format!("{some}.saturating_mul({more})"));
+            product.unwrap_or_else(|| "1usize".to_owned())
+        };
+        let (len, name) = (local("n", id), local("m", id));
+        let whole = product(&mut buffer.axes.iter().copied());
+        let once = product(&mut buffer.axes.iter().copied().filter(|axis| !kernel.parallel.contains(axis)));
+        text.line(format!("let {len}: usize = {whole};"));
+        let broadcast = matches!(buffer.role, Role::Input { broadcast: true, .. });
+        match &buffer.role {
+            Role::Input { .. } => match interface.given(id) {
+                Given::Number(field) => match domain(interface, id, buffer, text) {
+                    Some(domain) => {
+                        text.line(format!("let {name}: [T; 1] = [{domain}.ordinal(inputs.{field})?];"));
+                        text.line(format!("let {name}: &[T] = &{name};"));
+                    }
+                    None => {
+                        text.line(format!("let {name}: &[T] = ::core::slice::from_ref(&inputs.{field});"))
+                    }
+                },
+                Given::Slice(field) => {
+                    text.line(format!("let {name}: &[T] = inputs.{field};"));
+                    text.line(match broadcast {
+                        true => format!("check_broadcast({:?}, {name}.len(), {len}, {once})?;", buffer.name),
+                        false => format!("check_length({:?}, {name}.len(), {len})?;", buffer.name),
+                    });
+                    if let Some(domain) = domain(interface, id, buffer, text) {
+                        text.line(format!("let {name} = {domain}.ordinals({name})?;"));
+                        text.line(format!("let {name}: &[T] = &{name};"));
+                    }
+                }
+                Given::Derived(expression) => {
+                    text.line(format!("let {name} = [{expression}];"));
+                    text.line(format!("let {name}: &[T] = &{name};"));
+                }
+            },
+            Role::Table { numbers, .. } => {
+                let (count, fixed) = (numbers.len(), local("TABLE", id));
+                text.line(format!("static {fixed}: [f64; {count}] = {numbers:?};"));
+                text.line(format!("let {name}: &[f64] = &{fixed};"));
+                if buffer.axes.iter().any(|axis| kernel.axes[*axis].extent.size.is_some()) {
+                    text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
+                }
+            }
+            Role::Positions(by, coordinate) => {
+                let expression = interface.positions(*by, *coordinate);
+                text.line(format!("let {name}: &[i32] = {expression};"));
+                text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
+            }
+            Role::Output(_) => {
+                let field = interface.output(id);
+                text.line(format!("make_room({:?}, {len}, &mut outputs.{field})?;", buffer.name));
+                text.line(format!("let {name}: &mut [T] = &mut outputs.{field}[..{len}];"));
+            }
+            Role::Scratch => {}
+        }
+        // A parallel axis of an input that is given once for the plate has stride 0.
+        if broadcast {
+            text.line(format!(
+                "let g{}: usize = usize::from({name}.len() == {len} && {len} != {once} || {len} == 1);",
+                id.position()
+            ));
+        }
+        for (position, axis) in buffer.axes.iter().enumerate() {
+            let after = &buffer.axes[position + 1..];
+            let parallel = |axis: &crate::ids::AxisId| kernel.parallel.contains(axis);
+            let stride = match broadcast {
+                false => product(&mut after.iter().copied()),
+                true if parallel(axis) => {
+                    format!("g{} * {}", id.position(), product(&mut after.iter().copied()))
+                }
+                true => format!(
+                    "if g{} == 1 {{ {} }} else {{ {} }}",
+                    id.position(),
+                    product(&mut after.iter().copied()),
+                    product(&mut after.iter().copied().filter(|axis| !parallel(axis)))
+                ),
+            };
+            text.line(format!("let q{}_{position}: usize = {stride};", id.position()));
+        }
+    }
+}
+
+/// The domain of an input, as an expression.
+fn domain(interface: &Interface<'_>, id: BufferId, buffer: &Buffer, text: &mut Text) -> Option<String> {
+    let Values { variable, domain, numbers } = buffer.values.as_ref()?;
+    let numbers = match numbers {
+        Numbers::Real => "Numbers::Real".to_owned(),
+        Numbers::Whole { first, count } => {
+            let counts: Vec<String> = count.iter().map(|extent| interface.extent(extent)).collect();
+            let count = counts.into_iter().reduce(|some, more| format!("({some}).saturating_mul({more})"));
+            let count = count.unwrap_or_else(|| "1".to_owned());
+            format!("Numbers::Whole {{ first: {first}, count: {count} }}")
+        }
+        Numbers::Bins(bins) => {
+            let (count, fixed) = (bins.edges().len(), local("EDGES", id));
+            text.line(format!("static {fixed}: [f64; {count}] = {:?};", bins.edges()));
+            format!("Numbers::Bins {{ edges: &{fixed}, circle: {} }}", bins.is_circle())
+        }
+    };
+    let input = &buffer.name;
+    Some(format!(
+        "Domain {{ input: {input:?}, variable: {variable:?}, text: {domain:?}, numbers: {numbers} }}"
+    ))
+}
+
+/// Allocates a buffer that a serial group computes, or that a parallel one computes for another.
+pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
+    let buffer = &kernel.buffers[id];
+    let (len, name) = (local("n", id), local("m", id));
+    match (&buffer.role, kernel.known_cells(&buffer.axes)) {
+        (Role::Output(_), _) => {}
+        (_, Some(known)) if known <= 1024 => text.line(format!("let mut {name} = [T::ZERO; {known}];")),
+        _ => {
+            text.line(format!("let mut {name}: Vec<T> = Vec::new();"));
+            text.line(format!("make_room({:?}, {len}, &mut {name})?;", buffer.name));
+        }
+    }
+}
+
+/// A pass over a plate. A pass over its own axes, which is computed once, is in f64 as all that is computed once.
+fn parallel(
+    kernel: &Kernel,
+    schedule: &Schedule,
+    group: &Group,
+    (is_linear, in_f64): (bool, bool),
+    text: &mut Text,
+) {
+    let mut shared: Vec<BufferId> = Vec::new();
+    for nest in &group.nests {
+        let out = kernel.nests[nest.nest].out;
+        if !schedule.local[out.position()] {
+            room(kernel, out, text);
+            shared.push(out);
+        }
+    }
+    let (lane, rows) = kernel.parallel.split_last().expect("internal: a parallel group has axes");
+    let row_count: Vec<String> = rows.iter().map(|axis| local("e", *axis)).collect();
+    let (units, unit) = match rows.is_empty() {
+        true => (local("e", *lane), "1".to_owned()),
+        false => (row_count.join(" * "), local("e", *lane)),
+    };
+    let slices: Vec<String> = shared.iter().map(|id| format!("&mut {}[..]", local("m", *id))).collect();
+    let pass = Nests::new(kernel, schedule, group, is_linear).blocks(&shared);
+    let made: Vec<BufferId> = group.nests.iter().map(|nest| kernel.nests[nest.nest].out).collect();
+    let fields = pass.captured(kernel, &made);
+    text.open("");
+    text.line("/// One pass: what it reads.");
+    text.open("struct Group<'g, T>");
+    fields.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
+    text.line("number: ::core::marker::PhantomData<&'g T>,");
+    text.close();
+    text.open("impl<T: Scalar> Pass<T> for Group<'_, T>");
+    text.line("#[inline(always)]");
+    text.open("fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) -> usize");
+    let names: Vec<&str> = fields.iter().map(|(name, _)| name.as_str()).collect();
+    text.line(format!(
+        "let Self {{ {} .. }} = *self;",
+        names.iter().map(|n| format!("{n},")).collect::<String>()
+    ));
+    pass.write(text);
+    text.close();
+    text.close();
+    let mut given = String::new();
+    for (name, kind) in &fields {
+        given.push_str(&match *kind {
+            "usize" => format!("{name}, "),
+            "&'g [T]" if in_f64 => {
+                text.line(format!("let wide_{name} = T::widen(&{name}[..]);"));
+                format!("{name}: &wide_{name}[..], ")
+            }
+            _ => format!("{name}: &{name}[..], "),
+        });
+    }
+    let (precision, each) = if in_f64 { ("f64", "each_piece_in_f64") } else { ("T", "each_piece") };
+    text.line(format!(
+        "let group: Group<'_, {precision}> = Group {{ {given}number: ::core::marker::PhantomData }};"
+    ));
+    text.line(format!("suspects += {each}({units}, {unit}, ::std::vec![{}], &group);", slices.join(", ")));
+    text.close();
+}

@@ -1,0 +1,280 @@
+//! Reads cases from a table: the roles of its columns.
+//!
+//! In: a table with a header, and the roles of its columns ([`Columns`]). Out: cases. Invariant: every column is a
+//! variable, the weight, or ignored; every variable has a column, or is declared hidden; so a misspelled name is an
+//! error, and never a variable learned without data.
+
+use super::expect::MISSING;
+use super::learner::{Learner, NO_WEIGHT, is_weight};
+use super::over_time::carried;
+use super::program::Program;
+use crate::data::{Records, Values, is_missing};
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::guess::near;
+use crate::model::{Domain, IndexSpace, Model};
+use crate::spelling::quoted;
+use std::collections::HashMap;
+
+/// The roles of the columns of a table, besides their names.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Columns {
+    /// Hidden variables, or elements of families.
+    pub hidden: Vec<String>,
+    /// Ignored columns.
+    pub ignore: Vec<String>,
+    /// The column of weights.
+    pub weight: Option<String>,
+    /// Over time: the column that identifies the sequence of a row; rows with the same text follow each other.
+    pub sequence: Option<String>,
+}
+
+/// The role of a column.
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Slot(usize),
+    Weight,
+    Sequence,
+    Ignored,
+}
+
+impl Learner {
+    /// Observes all rows of a table.
+    ///
+    /// # Errors
+    /// A column that no variable has, or a variable that has no column and is not declared hidden: the error suggests a
+    /// name. A cell is not a value of its variable: the error names file, row, column and value.
+    pub fn observe_table(&mut self, table: &Records, columns: &Columns) -> Result<(), Error> {
+        let program = &self.learnable.program;
+        let roles = roles(program, table, columns)?;
+        let size = |name: &str| program.size(name);
+        let values: Vec<Option<Values<'_>>> = (roles.iter())
+            .map(|role| match role {
+                Role::Slot(slot) => Some(Values::new(&program.model, program.slots[*slot].variable, &size)),
+                Role::Weight => Some(Values::reals("weight")),
+                Role::Sequence | Role::Ignored => None,
+            })
+            .collect();
+        let mut rows = Vec::with_capacity(table.len());
+        for row in 0..table.len() {
+            let (mut key, mut weight) = (vec![MISSING; program.slots.len()], 1.0);
+            for (column, (role, values)) in roles.iter().zip(&values).enumerate() {
+                let Some(values) = values else { continue };
+                match (role, table.cell(row, column, values)?) {
+                    (Role::Slot(slot), Some(value)) => key[*slot] = (value.number + 0.0).to_bits(),
+                    (Role::Weight, Some(value)) if is_weight(value.number) => weight = value.number,
+                    (Role::Weight, _) => return Err(table.wrong(row, column, NO_WEIGHT)),
+                    _ => {}
+                }
+            }
+            let alone = program.plate_slot().filter(|_| carried(&program.model).is_empty());
+            if let Some(index) = alone.filter(|slot| key[*slot] == MISSING) {
+                let name = &program.slots[index].name;
+                let message = "it is missing, but the program is repeated over it";
+                return Err(table.wrong_row(row, Error::input(name, message)));
+            }
+            rows.push((key, weight));
+        }
+        self.weighted |= columns.weight.is_some();
+        if let Some(column) = &columns.sequence {
+            let column = table.needed(column)?;
+            self.is_over_time()?;
+            return self.sequences_of(table, column, rows.into_iter().map(|(key, _)| key));
+        }
+        if !carried(&self.learnable.program.model).is_empty() {
+            self.begin(String::new());
+        }
+        rows.into_iter().for_each(|(key, weight)| self.take(key, weight));
+        Ok(())
+    }
+}
+
+impl Learner {
+    /// Observes rows, those of each sequence together, in the order in which the sequences begin.
+    fn sequences_of(
+        &mut self,
+        table: &Records,
+        column: usize,
+        keys: impl Iterator<Item = Vec<u64>>,
+    ) -> Result<(), Error> {
+        let mut sequences: Vec<(String, Vec<Vec<u64>>)> = Vec::new();
+        let mut known: HashMap<String, usize> = HashMap::new();
+        for (row, key) in keys.enumerate() {
+            let name = table.text(row, column).trim().to_owned();
+            if is_missing(&name) {
+                return Err(table.wrong(row, column, "missing; each row belongs to a sequence"));
+            }
+            let position = *known.entry(name.clone()).or_insert_with(|| {
+                sequences.push((name, Vec::new()));
+                sequences.len() - 1
+            });
+            sequences[position].1.push(key);
+        }
+        for (name, keys) in sequences {
+            self.begin(name);
+            keys.into_iter().for_each(|key| self.take(key, 1.0));
+        }
+        Ok(())
+    }
+}
+
+/// The role of each column.
+fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Role>, Error> {
+    let wrong = |message: String| Error::input(table.path.display().to_string(), message);
+    let known = || table.columns.iter().map(String::as_str);
+    let did_you_mean =
+        |near: Option<&str>| near.map_or_else(|| listed(known()), |near| format!("did you mean `{near}`?"));
+    for name in columns.ignore.iter().chain(&columns.weight).chain(&columns.sequence) {
+        if !table.columns.contains(name) {
+            let help = did_you_mean(near(name, known()));
+            return Err(wrong(format!("there is no column `{name}`; {help}")));
+        }
+    }
+    let mut roles = Vec::with_capacity(table.columns.len());
+    for column in &table.columns {
+        let is_weight = columns.weight.as_ref() == Some(column);
+        roles.push(match program.slot(column.trim()) {
+            _ if is_weight => Role::Weight,
+            _ if columns.sequence.as_ref() == Some(column) => Role::Sequence,
+            _ if columns.ignore.contains(column) => Role::Ignored,
+            Some(slot) => Role::Slot(slot),
+            None => {
+                let slots = program.slots.iter().enumerate();
+                let open = slots.filter(|(_, slot)| !table.columns.contains(&slot.name));
+                let near = near(column, open.map(|(_, slot)| slot.name.as_str()));
+                let name = argument(column);
+                let over_time = !carried(&program.model).is_empty() && columns.sequence.is_none();
+                let help = match near {
+                    Some(near) => format!("did you mean `{near}`? Otherwise ignore the column: `--ignore {name}`"),
+                    None if over_time => format!(
+                        "if it identifies sequences, add `--sequence {name}`; otherwise ignore it: `--ignore {name}`"
+                    ),
+                    None => format!("ignore the column: `--ignore {name}`"),
+                };
+                return Err(wrong(format!("`{}` has no variable named `{column}`; {help}", program.model.name)));
+            }
+        });
+    }
+    for name in &columns.hidden {
+        let slots = program.slots.iter();
+        let names = || {
+            let variables = program.model.variables.ids().map(|id| program.model.variable_name(id));
+            variables.chain(program.slots.iter().map(|slot| slot.name.clone())).collect::<Vec<String>>()
+        };
+        if !names().contains(name) {
+            let all = names();
+            let help = near(name, all.iter().map(String::as_str));
+            let help = help.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            return Err(wrong_name(program, name, &help));
+        }
+        let mut shown = slots.enumerate().filter(|(_, slot)| is_named(program, slot, name));
+        if let Some((_, slot)) = shown.find(|(slot, _)| roles.contains(&Role::Slot(*slot))) {
+            let message = format!(
+                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
+                slot.name,
+                argument(&slot.name)
+            );
+            return Err(Error::input(name, message));
+        }
+    }
+    for (position, slot) in program.slots.iter().enumerate() {
+        let variable = &program.model.variables[slot.variable];
+        let is_hidden = columns.hidden.iter().any(|name| is_named(program, slot, name))
+            || program.model.hidden.contains(&slot.variable);
+        if variable.previous_of.is_some() || is_hidden || roles.contains(&Role::Slot(position)) {
+            continue;
+        }
+        let near = near(&slot.name, known().filter(|column| program.slot(column).is_none()));
+        // Over time, a carried variable without a similarly named column is a hidden state; the plate's index counts
+        // rows.
+        let over_time = carried(&program.model);
+        let is_state = over_time.iter().any(|(now, _)| *now == slot.variable)
+            || (!over_time.is_empty() && program.plate_slot() == Some(position));
+        if is_state && near.is_none() {
+            continue;
+        }
+        let help = match near {
+            Some(near) => format!("did you mean the column `{near}`?"),
+            None => format!(
+                "if it is hidden, declare it: `--hidden {}`, or `hidden {};` in `identification`",
+                argument(&slot.name),
+                quoted(&program.model.variable_name(slot.variable)),
+            ),
+        };
+        return Err(wrong(format!("there is no column for the variable `{}`; {help}", slot.name)));
+    }
+    Ok(roles)
+}
+
+fn wrong_name(program: &Program, name: &str, help: &str) -> Error {
+    Error::input(name, format!("`{}` has no variable of this name{help}", program.model.name))
+}
+
+/// Whether a name is that of a slot, or of its family.
+fn is_named(program: &Program, slot: &super::program::Slot, name: &str) -> bool {
+    slot.name == name || program.model.variable_name(slot.variable) == name
+}
+
+fn listed<'n>(columns: impl Iterator<Item = &'n str>) -> String {
+    const MOST: usize = 12;
+    let mut names: Vec<String> = columns.map(|name| format!("`{name}`")).collect();
+    if names.len() > MOST {
+        names.truncate(MOST);
+        names.push("…".to_owned());
+    }
+    format!("the columns are {}", names.join(", "))
+}
+
+/// A name as an argument of a shell.
+fn argument(name: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || "_-.^".contains(letter);
+    if name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
+}
+
+/// The inputs, with the sizes found in the columns of a table: for a family `L[k in Channels]` the largest index of a
+/// column, for the set of the plate the largest value of its index.
+///
+/// # Errors
+/// A cell of the index is not an element of the set.
+pub fn sizes<'g>(model: &Model, table: &Records, given: Inputs<'g, f64>) -> Result<Inputs<'g, f64>, Error> {
+    let mut given = given;
+    let at_least = |name: &str, size: i64, given: Inputs<'g, f64>| {
+        let known = super::program::set_size(name, &given).is_some();
+        if known || size < 1 { given } else { given.size(name, size as usize).number(name, size as f64) }
+    };
+    for (id, variable) in model.variables.iter() {
+        let Some(family) = variable.family else { continue };
+        let prefix = format!("{}[", model.variable_name(id));
+        let index = |column: &String| {
+            column.trim().strip_prefix(&prefix)?.strip_suffix(']')?.trim().parse::<i64>().ok()
+        };
+        let Some(last) = table.columns.iter().filter_map(index).max() else { continue };
+        given = match family.over {
+            IndexSpace::Set(set) => at_least(&model.sets[set].name, last.saturating_add(1), given),
+            IndexSpace::Range(range) => match range.high.size {
+                Some(size) if model.parameters[size].default.is_empty() => {
+                    at_least(&model.parameters[size].name, last.saturating_sub(range.high.offset), given)
+                }
+                _ => given,
+            },
+        };
+    }
+    let index = model.plate_index();
+    let column = index.and_then(|index| {
+        let name = model.variable_name(index);
+        table.columns.iter().position(|column| column.trim() == name)
+    });
+    if let (Some(index), Some(column)) = (index, column)
+        && let Domain::Set(set) = model.variables[index].domain
+    {
+        let values = Values::new(model, index, &|_| None);
+        let mut last = -1;
+        for row in 0..table.len() {
+            if let Some(value) = table.cell(row, column, &values)? {
+                last = last.max(value.number as i64);
+            }
+        }
+        given = at_least(&model.sets[set].name, last + 1, given);
+    }
+    Ok(given)
+}

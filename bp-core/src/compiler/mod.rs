@@ -1,0 +1,46 @@
+//! The stages of the compiler: [`source::Source`] → parse → [`syntax::ast::Program`] → check → [`model::Model`] → plan
+//! → [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`]. `docs/architecture.md` describes them.
+
+pub mod answer;
+pub mod bins;
+pub mod data;
+pub mod diagnostic;
+pub mod distribution;
+pub mod draw;
+pub(crate) mod elimination;
+pub mod emit;
+pub(crate) mod equation;
+pub mod error;
+pub mod exec;
+pub mod files;
+pub(crate) mod forms;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub(crate) mod guess;
+pub mod ids;
+pub mod io;
+pub mod kernel;
+pub mod latex;
+pub mod law;
+pub mod learn;
+pub(crate) mod loops;
+pub mod lower;
+pub(crate) mod memory;
+pub mod model;
+pub mod numbers;
+pub mod operators;
+pub mod plan;
+pub(crate) mod posterior;
+pub(crate) mod potential;
+pub mod progress;
+pub(crate) mod radix;
+pub mod random;
+pub mod sample;
+pub mod source;
+pub mod space;
+pub mod special;
+pub mod spelling;
+pub mod strategies;
+pub mod syntax;
+pub mod wrap;
+pub mod xml;

@@ -1,0 +1,248 @@
+//! Validation of questions.
+//!
+//! In: a question, declared or asked later. Out: its faults. Invariant: a variable is searched or known, not both, and
+//! once; every value lies in its domain; the statistic is defined for the distribution.
+
+use super::{Fault, Place, fault, fault_with_help};
+use crate::ids::{QuestionId, VariableId};
+use crate::model::{Ask, Domain, Finding, Known, Model, Question, Statistic, Value, When};
+use std::collections::HashSet;
+
+/// Tolerance of the sum of soft evidence.
+const SUM_TOLERANCE: f64 = 1e-9;
+
+pub(in crate::compiler::model) fn question_faults(
+    model: &Model,
+    question: &Question,
+    id: Option<QuestionId>,
+) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (number, ask) in question.asks.iter().enumerate() {
+        let place = Place::Ask(id, number);
+        if ask.searched.is_empty() {
+            faults.push(fault(place, "this question searches nothing"));
+        }
+        let mut seen = HashSet::new();
+        for searched in &ask.searched {
+            let name = model.variable_name(searched.variable);
+            if !seen.insert(searched.variable) {
+                faults.push(fault(place, format!("`{name}` is searched twice")));
+            }
+            faults
+                .extend(searched.at.as_ref().and_then(|at| value_fault(model, place, searched.variable, at)));
+        }
+        faults.extend(known_faults(model, place, &seen, &ask.known));
+        faults.extend(known_faults(model, place, &seen, ask.statistic.from()));
+        faults.extend(statistic_fault(model, place, ask));
+    }
+    faults
+}
+
+fn known_faults(model: &Model, place: Place, searched: &HashSet<VariableId>, known: &[Known]) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut once = HashSet::new();
+    for known in known {
+        let name = model.variable_name(known.variable);
+        if searched.contains(&known.variable) {
+            let message = format!("this question asks what it knows: `{name}` is on both sides");
+            faults.push(fault(place, message));
+        }
+        if !once.insert(known.variable) {
+            faults.push(fault(place, format!("`{name}` is known twice")));
+        }
+        match &known.evidence {
+            Finding::Hard(value) => faults.extend(value_fault(model, place, known.variable, value)),
+            Finding::Each => {}
+            Finding::Virtual(weights) => {
+                let each = format!("virtual evidence gives each value of `{name}` a likelihood");
+                faults.extend(count_fault(model, place, known.variable, &each, weights));
+                faults.extend(likelihood_fault(place, &name, weights));
+            }
+            Finding::Soft(weights) => {
+                let each = format!("soft evidence gives each value of `{name}` a probability");
+                let count = count_fault(model, place, known.variable, &each, weights);
+                faults.extend(count.or_else(|| soft_fault(place, &name, weights)));
+            }
+        }
+    }
+    faults
+}
+
+/// The number of entries is not the number of values.
+fn count_fault(
+    model: &Model,
+    place: Place,
+    variable: VariableId,
+    each: &str,
+    weights: &[f64],
+) -> Option<Fault> {
+    let declared = &model.variables[variable];
+    let count = declared.domain.count().filter(|_| declared.family.is_none());
+    if count == Some(weights.len()) {
+        return None;
+    }
+    let expected = count.map_or("a finite domain".to_owned(), |count| count.to_string());
+    Some(fault(place, format!("{each}: expected {expected}, found {}", weights.len())))
+}
+
+fn likelihood_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
+    if let Some(bad) = weights.iter().find(|weight| !weight.is_finite() || **weight < 0.0) {
+        return Some(fault(place, format!("a likelihood is a number ≥ 0, but this is {bad}")));
+    }
+    let zero = weights.iter().all(|weight| *weight == 0.0);
+    zero.then(|| fault(place, format!("the likelihoods of `{name}` are all zero")))
+}
+
+fn soft_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
+    if let Some(bad) = weights.iter().find(|weight| !(0.0..=1.0).contains(*weight)) {
+        return Some(fault(place, format!("a probability is between 0 and 1, but this is {bad}")));
+    }
+    // Without the last digits, which come from rounding.
+    let total = (weights.iter().sum::<f64>() * 1e12).round() / 1e12;
+    ((total - 1.0).abs() > SUM_TOLERANCE).then(|| {
+        let written: Vec<_> = weights.iter().map(f64::to_string).collect();
+        fault_with_help(
+            place,
+            format!("soft evidence is the posterior of `{name}`: it must sum to 1, but this sums to {total}"),
+            format!(
+                "likelihoods need not sum to 1: they are written `{name} virtual [{}]`",
+                written.join(", ")
+            ),
+        )
+    })
+}
+
+/// Statistics that are not defined for a distribution.
+fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
+    let words = [ask.statistic.word(), ask.when.word()];
+    if let Some(word) = words.iter().find(|word| word.contains("(0)")) {
+        let help = format!("write `{} P(…)`, or more", word.replace('0', "1"));
+        return Some(fault_with_help(place, format!("`{word}` asks for nothing"), help));
+    }
+    if ask.when.is_over_time() && !model.variables.values().any(|it| it.previous_of.is_some()) {
+        let message = format!(
+            "`{}` is asked over time, but no variable of `{}` has a previous instant",
+            ask.when.word(),
+            model.name
+        );
+        return Some(fault_with_help(place, message, "declare one, such as `X, X^-1 : bool`"));
+    }
+    if let Some(fault) = when_fault(place, ask) {
+        return Some(fault);
+    }
+    let word = ask.words();
+    let word = word.trim_end();
+    let slices = matches!(
+        ask.statistic,
+        Statistic::Distribution | Statistic::Maximum | Statistic::Argmax { .. } | Statistic::Best(_)
+    );
+    // The entropy of a slice is the sum over that slice.
+    let wanted = ask.searched.iter().find(|searched| searched.at.is_some());
+    if let (Some(wanted), false) = (wanted, slices || ask.statistic == Statistic::Entropy) {
+        let name = model.variable_name(wanted.variable);
+        let message = format!("`{word}` needs a whole distribution, but `{name}` has a given value");
+        return Some(fault_with_help(place, message, "move it behind the bar, if it is known"));
+    }
+    match ask.statistic {
+        Statistic::Expectation | Statistic::Variance => {
+            let without = |id: &VariableId| !is_number(model, *id);
+            let variable = ask.searched.iter().map(|searched| searched.variable).find(without)?;
+            let (name, what) = (model.variable_name(variable), ask.statistic.word());
+            let message = match model.variables[variable].family {
+                Some(_) => format!("`{name}` is a family: it has no one {what}"),
+                None => {
+                    let text = model.domain_text(&model.variables[variable].domain);
+                    format!("`{name}` is `{text}`, which are not numbers: it has no {what}")
+                }
+            };
+            Some(fault_with_help(
+                place,
+                message,
+                format!("ask for `P({name} | …)`, or `argmax P({name} | …)`"),
+            ))
+        }
+        Statistic::Information if ask.searched.len() != 2 => {
+            let found = match ask.searched.len() {
+                1 => "1 is".to_owned(),
+                several => format!("{several} are"),
+            };
+            let message = format!("`information` is between two searched variables, but {found} searched");
+            Some(fault_with_help(place, message, "write `information P(X, Y | …)`"))
+        }
+        _ => None,
+    }
+}
+
+/// A statistic that is not defined for its instants.
+fn when_fault(place: Place, ask: &Ask) -> Option<Fault> {
+    let (statistic, when) = (ask.statistic.word(), ask.when.word());
+    match (ask.when, &ask.statistic) {
+        (When::Sequence, Statistic::Argmax { nearest: Some(_) }) => {
+            let message = "`nearest` breaks the ties of one instant, but a sequence covers all";
+            Some(fault_with_help(place, message, "leave it out, or ask for `argmax smooth P(…) nearest …`"))
+        }
+        (
+            When::Sequence,
+            Statistic::Argmax { .. } | Statistic::Maximum | Statistic::Best(_) | Statistic::Draw(_),
+        ) => None,
+        (When::Sequence, _) => {
+            let message = format!("`{statistic}` is defined for one instant, but a sequence covers all");
+            Some(fault_with_help(place, message, format!("write `{statistic} smooth P(…)`")))
+        }
+        (_, Statistic::Divergence { when: second, .. }) => {
+            let now = |when: &When| !when.is_over_time();
+            let fits = match (ask.when, *second) {
+                (_, When::Sequence) => false,
+                (When::Smooth, second) => matches!(second, When::Smooth | When::Filter),
+                (first, When::Smooth) => first == When::Filter,
+                (first, second) => now(&first) == now(&second),
+            };
+            let message = match second {
+                When::Now => {
+                    format!("the first distribution is asked over time (`{when}`), the second is not")
+                }
+                second => format!(
+                    "`{}` is not compared with {}",
+                    second.word(),
+                    match ask.when {
+                        When::Now => "a distribution of one instant alone".to_owned(),
+                        _ => format!("`{when}`"),
+                    }
+                ),
+            };
+            (!fits).then(|| {
+                let help = "over time `filter` and `predict` can be compared, and `smooth` with `filter`";
+                fault_with_help(place, message, help)
+            })
+        }
+        _ => None,
+    }
+}
+
+/// Whether the values of a variable are numbers: labels and the elements of sets are not.
+fn is_number(model: &Model, variable: VariableId) -> bool {
+    let variable = &model.variables[variable];
+    let numbers = match &variable.domain {
+        Domain::Finite { labels, .. } => labels.is_empty(),
+        Domain::Set(_) | Domain::Vector(_) => false,
+        _ => true,
+    };
+    numbers && variable.family.is_none()
+}
+
+fn value_fault(model: &Model, place: Place, variable: VariableId, value: &Value) -> Option<Fault> {
+    let name = model.variable_name(variable);
+    let domain = &model.variables[variable].domain;
+    let text = model.domain_text(domain);
+    match value {
+        Value::Ordinal(ordinal) => {
+            let out = domain.count().is_some_and(|count| *ordinal >= count) || !domain.is_finite();
+            out.then(|| {
+                fault(place, format!("`{name}` is `{text}`, which has no value of ordinal {ordinal}"))
+            })
+        }
+        Value::Real(number) => (*domain != Domain::Real)
+            .then(|| fault(place, format!("`{name}` is `{text}`, but its value is {number}"))),
+        Value::Given(_) => None,
+    }
+}

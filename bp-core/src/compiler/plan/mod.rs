@@ -1,0 +1,151 @@
+//! Plans: how one question is answered, and by which strategies.
+//!
+//! In: a [`Model`] and a [`Question`]. Out: a [`Plan`]: a route for each group of asks that know the same, where the answer of each
+//! ask stands, and what each strategy offered. Invariant: a plan depends on the program, the question and the options alone.
+
+mod print;
+mod strategy;
+
+pub use crate::equation::{
+    Cost, Elimination, Exact, Mark, Marked, Notation, Options, Rewrites, Strategy, parts,
+};
+pub use crate::strategies::Route;
+pub use strategy::Offer;
+
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::model::{Ask, Finding, Model, Question};
+use crate::strategies::gaussian;
+use std::collections::HashMap;
+
+/// Where the answer of an ask stands: which ask of which route.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Place {
+    /// The route.
+    pub route: usize,
+    /// The ask.
+    pub ask: usize,
+}
+
+/// How a question is answered.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Plan {
+    /// The question.
+    pub question: Question,
+    /// One route for each group of asks that know the same.
+    pub routes: Vec<Route>,
+    /// What the strategies offered for each of these groups, in the order in which they were tried.
+    pub offers: Vec<Vec<Offer>>,
+    /// For each ask of the question the distributions that it is made of.
+    pub places: Vec<Vec<Place>>,
+}
+
+/// Plans a question.
+///
+/// # Errors
+/// No route answers it: no exact one, and something in it cannot be drawn or weighed.
+pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
+    let (model, question) = model.posed(question);
+    planned(&model, &question, options, |_| options.ln_evidence)
+}
+
+/// Whether all that a question asks has a closed form: it is linear and Gaussian.
+pub(crate) fn is_closed(model: &Model, question: &Question) -> bool {
+    question.asks.iter().all(|ask| !ask.when.is_over_time() && gaussian::applies(model, ask))
+}
+
+/// Plans a question whose answer is shown: with ln P(evidence) where the evidence is one event.
+///
+/// # Errors
+/// See [`plan`].
+pub fn plan_for_answer(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
+    let (model, question) = model.posed(question);
+    let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
+    // The density of a real is answered without ln P(evidence), which would need an integral.
+    let event = |ask: &Ask| {
+        ask.known.iter().all(|known| !matches!(known.evidence, Finding::Each))
+            && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
+    };
+    planned(&model, &question, options, |ask| model.plate.is_none() && event(ask))
+}
+
+/// A distribution that is asked for.
+struct Part {
+    ask: Ask,
+    ln_evidence: bool,
+    /// Whether all is linear and Gaussian.
+    closed: bool,
+    /// Whether a real is searched: it stands for one value, which must not be taken for that of another ask.
+    real: bool,
+}
+
+impl Part {
+    /// Whether one route answers both.
+    fn goes_with(&self, other: &Self) -> bool {
+        !self.ask.when.is_over_time()
+            && !other.ask.when.is_over_time()
+            && self.ln_evidence == other.ln_evidence
+            && self.closed == other.closed
+            && (self.closed || !(self.real || other.real))
+            && self.ask.known == other.ask.known
+    }
+}
+
+fn planned(
+    model: &Model,
+    question: &Question,
+    options: Options,
+    ln_evidence: impl Fn(&Ask) -> bool,
+) -> Result<Plan, Error> {
+    let (wanted, all) = distinct(model, question, ln_evidence);
+    let (mut routes, mut offers) = (Vec::new(), Vec::new());
+    let mut places: Vec<Option<Place>> = vec![None; all.len()];
+    // What is asked over time comes first.
+    let (over_time, rest): (Vec<usize>, Vec<usize>) =
+        (0..all.len()).partition(|part| all[*part].ask.when.is_over_time());
+    for first in over_time.into_iter().chain(rest) {
+        if places[first].is_some() {
+            continue;
+        }
+        let goes = |part: &usize| {
+            *part == first || *part > first && places[*part].is_none() && all[first].goes_with(&all[*part])
+        };
+        let group: Vec<usize> = (first..all.len()).filter(goes).collect();
+        let asks: Vec<Ask> = group.iter().map(|part| all[*part].ask.clone()).collect();
+        let options = Options { ln_evidence: all[first].ln_evidence, ..options };
+        let (route, offered) = strategy::choose(model, &asks, options)?;
+        for (ask, part) in group.into_iter().enumerate() {
+            places[part] = Some(Place { route: routes.len(), ask });
+        }
+        routes.push(route);
+        offers.push(offered);
+    }
+    let place = |part: usize| places[part].expect("internal: every part is planned");
+    let places = wanted.into_iter().map(|parts| parts.into_iter().map(place).collect()).collect();
+    Ok(Plan { question: question.clone(), routes, offers, places })
+}
+
+/// For each ask the numbers of its parts, and the parts, each once; over time each is asked alone.
+fn distinct(
+    model: &Model,
+    question: &Question,
+    ln_evidence: impl Fn(&Ask) -> bool,
+) -> (Vec<Vec<usize>>, Vec<Part>) {
+    let mut all: Vec<Part> = Vec::new();
+    let mut known: HashMap<Option<VariableId>, Vec<usize>> = HashMap::new();
+    let mut number = |ask: Ask| {
+        let alike = known.entry(ask.searched.first().map(|item| item.variable)).or_default();
+        let same = |part: &&usize| all[**part].ask == ask && !ask.when.is_over_time();
+        if let Some(same) = alike.iter().find(same) {
+            return *same;
+        }
+        alike.push(all.len());
+        let closed = gaussian::applies(model, &ask);
+        let real = ask.searched.iter().any(|item| !model.variables[item.variable].domain.is_finite());
+        all.push(Part { ln_evidence: ln_evidence(&ask), closed, real, ask });
+        all.len() - 1
+    };
+    let wanted =
+        (question.asks.iter()).map(|ask| parts(model, ask).into_iter().map(&mut number).collect()).collect();
+    (wanted, all)
+}

@@ -1,0 +1,201 @@
+//! Checks of the inputs of a question before it runs.
+//!
+//! In: a model, a question and inputs. Out: nothing, or an error that names the input and the value. Invariant: kernels
+//! have no notion of probability, so given numbers are checked against their domains only here.
+
+use super::{Answer, Figure};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Ask, Domain, Finding, IndexSpace, Model, Question, Value};
+use crate::sample::Observations;
+use crate::spelling::{exact, number as written};
+
+/// Checks parameters against their kinds, and given values against their domains.
+pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    for parameter in model.parameters.values() {
+        for value in inputs.find(&parameter.name).unwrap_or_default() {
+            if let Some(expected) = parameter.kind.refuses(*value) {
+                return Err(Error::input(
+                    &parameter.name,
+                    format!("it is {}, but it must be {expected}", written(*value)),
+                ));
+            }
+        }
+    }
+    elements(model, inputs)?;
+    for ask in &question.asks {
+        for searched in &ask.searched {
+            match &searched.at {
+                Some(Value::Given(name)) => given(model, searched.variable, name, inputs)?,
+                Some(Value::Ordinal(ordinal)) => fixed(model, searched.variable, *ordinal, inputs)?,
+                _ => {}
+            }
+        }
+        for known in ask.known.iter().chain(ask.statistic.from()) {
+            match &known.evidence {
+                Finding::Hard(Value::Given(name)) => given(model, known.variable, name, inputs)?,
+                Finding::Hard(Value::Ordinal(ordinal)) => fixed(model, known.variable, *ordinal, inputs)?,
+                Finding::Each => given(model, known.variable, &model.variable_name(known.variable), inputs)?,
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses an element that a question names by its number, and that its set, once its size is known, does not have.
+fn elements(model: &Model, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let derived = |id: &VariableId| model.variables[*id].derived.is_some();
+    let factors = model.variables.ids().rev().take_while(derived).filter_map(|id| model.factor_of(id));
+    for use_ in factors.flat_map(|id| &model.factors[id].right) {
+        let (Some(element), Some(family)) = (use_.element, model.variables[use_.variable].family) else {
+            continue;
+        };
+        let (Some(number), IndexSpace::Set(set)) = (model.constant(element), family.over) else { continue };
+        let name = model.spelled(use_.variable);
+        if let Some(size) = inputs.find_size(&model.sets[set].name).filter(|size| number >= *size as f64) {
+            let message = format!("`{name}` has {size} elements, counted from 0");
+            return Err(Error::input(format!("{name}[{number}]"), message));
+        }
+    }
+    Ok(())
+}
+
+/// The number of values of a finite domain, once its sizes are known.
+fn count(model: &Model, domain: &Domain, inputs: &Inputs<'_, f64>) -> Option<usize> {
+    match domain {
+        Domain::Set(set) => inputs.find_size(&model.sets[*set].name),
+        Domain::Finite { range: Some(range), labels } => match range.high.size {
+            None => domain.count(),
+            Some(size) => inputs
+                .find_size(&model.parameters[size].name)
+                .or(model.parameters[size].default_number().map(|default| default as usize))
+                .map(|size| (size as i64 + range.high.offset + 1 - range.low) as usize + labels.len()),
+        },
+        _ => domain.count(),
+    }
+}
+
+/// Refuses a value that a question writes, and that its domain, once its size is known, does not have.
+fn fixed(model: &Model, variable: VariableId, ordinal: usize, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let domain = &model.variables[variable].domain;
+    match count(model, domain, inputs) {
+        Some(count) if ordinal >= count => {
+            let (value, name) = (domain.value_name(ordinal), model.variable_name(variable));
+            let message = format!(
+                "{value} is not a value of it: its domain, `{}`, has {count}",
+                model.domain_text(domain)
+            );
+            Err(Error::input(name, message))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let domain = &model.variables[variable].domain;
+    let count = count(model, domain, inputs);
+    let several = model.variables[variable].family.is_some();
+    for value in inputs.find(name).unwrap_or_default() {
+        // An element of a family that is not known.
+        if several && value.is_nan() {
+            continue;
+        }
+        let inside = match domain {
+            Domain::Real | Domain::Vector(_) => value.is_finite(),
+            _ => domain.ordinal_among(*value, count).is_some(),
+        };
+        if !inside {
+            let (variable, text) = (model.variable_name(variable), model.domain_text(domain));
+            return Err(Error::input(
+                name,
+                format!("{} is not a value of `{variable}`, which is `{text}`", exact(*value)),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a family of which only some elements are given: loops read all of them.
+pub(crate) fn families<'a>(
+    asks: impl IntoIterator<Item = &'a Ask>,
+    inputs: &Inputs<'_, f64>,
+) -> Result<(), Error> {
+    for known in asks.into_iter().flat_map(|ask| &ask.known) {
+        let Finding::Hard(Value::Given(name)) = &known.evidence else { continue };
+        if inputs.find(name).unwrap_or_default().iter().any(|value| value.is_nan()) {
+            let message = "some of its elements are not given, but sums need all of them; `--by join_tree`, where all \
+                           variables are finite, or `--by weighting` does without";
+            return Err(Error::input(name, message));
+        }
+    }
+    Ok(())
+}
+
+/// Answers unchanged, if all of their numbers can be written: none is NaN, and none infinite, except a divergence
+/// and statistics of a singular normal distribution. −0 becomes 0.
+pub(crate) fn answers(mut answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
+    for answer in &mut answers {
+        let mut wrong: Option<f64> = None;
+        let mut look = |number: &mut f64| {
+            *number += 0.0;
+            wrong = wrong.or(Some(*number).filter(|number| !number.is_finite()));
+        };
+        answer.answer.iter_mut().for_each(|row| each_number(&mut row.figure, &mut look));
+        answer.ln_evidence.iter_mut().for_each(&mut look);
+        if let Some(estimate) = &mut answer.estimate {
+            look(&mut estimate.effective);
+            estimate.ln_evidence_error.iter_mut().for_each(&mut look);
+        }
+        if let Some(number) = wrong {
+            let message = format!("a number of the answer is {number}: it is beyond the range of numbers");
+            return Err(Error::Number { form: answer.question.clone(), context: String::new(), message });
+        }
+    }
+    Ok(answers)
+}
+
+fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
+    match figure {
+        Figure::Probability { p } => look(p),
+        Figure::Estimated { p, error } => [p, error].into_iter().for_each(look),
+        Figure::Entropy { entropy: number }
+        | Figure::Information { information: number }
+        | Figure::Density { density: number } => {
+            if !number.is_infinite() {
+                look(number);
+            }
+        }
+        Figure::Expectation { expectation: number, error } | Figure::Variance { variance: number, error } => {
+            std::iter::once(number).chain(error).for_each(look);
+        }
+        Figure::Real { mean, deviation, quantiles } => {
+            [mean, deviation].into_iter().chain(quantiles).flatten().for_each(look);
+        }
+        Figure::Normal { mean, deviation } => [mean, deviation].into_iter().for_each(look),
+        Figure::Draw { .. } | Figure::Divergence { .. } => {}
+    }
+}
+
+/// The reason why an answer is not a number: the form with an invalid number, with its context.
+pub(crate) fn not_a_number(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
+    match Setting::new(model, inputs) {
+        Err(error) => error,
+        Ok(setting) => setting.not_a_number(&model.ask_text(ask), &known(&setting, ask)),
+    }
+}
+
+/// The number that a form refuses, if there is one.
+pub(crate) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<Error> {
+    match Setting::new(model, inputs) {
+        Err(error) => Some(error),
+        Ok(setting) => setting.refused_number(&known(&setting, ask)),
+    }
+}
+
+/// The known values of an ask, one for each slot.
+fn known(setting: &Setting<'_>, ask: &Ask) -> Vec<f64> {
+    Observations::of(setting, ask).unwrap_or_else(|_| Observations::none(setting)).values
+}

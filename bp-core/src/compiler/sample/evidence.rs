@@ -1,0 +1,112 @@
+//! What is observed, slot by slot.
+//!
+//! In: the known variables of an ask, and what the host gives. Out: [`Observations`]. Invariant: every observed slot has
+//! a value of its domain.
+
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::ids::Id;
+use crate::model::{Ask, Finding, Value};
+
+/// Values and likelihoods of slots.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Observations {
+    /// The value of each slot; NaN where it is not observed.
+    pub values: Vec<f64>,
+    /// Slots whose values have likelihoods (virtual evidence).
+    pub likelihoods: Vec<(usize, Vec<f64>)>,
+}
+
+impl Observations {
+    /// Nothing is observed. A variable of the last instant that no factor distributes is 0, at rest; so is the plate's
+    /// index.
+    pub fn none(setting: &Setting<'_>) -> Self {
+        let mut values = vec![f64::NAN; setting.slots()];
+        let distributions = setting.model.distributions();
+        for variable in setting.model.variables.ids() {
+            if distributions[variable.position()].is_none() {
+                values[setting.slots_of(variable)].fill(0.0);
+            }
+        }
+        Self { values, likelihoods: Vec::new() }
+    }
+
+    /// What an ask knows.
+    ///
+    /// # Errors
+    /// A value that was not given, or that is none of its variable; a program that runs over more than one element.
+    pub fn of(setting: &Setting<'_>, ask: &Ask) -> Result<Self, Error> {
+        let mut observations = Self::none(setting);
+        if let Some(index) = setting.model.plate_index().filter(|index| setting.count(*index) > 1) {
+            let name = setting.model.variable_name(index);
+            let reason = format!(
+                "it is estimated by draws, for one value of `{name}`, but there are {}",
+                setting.count(index)
+            );
+            return Err(Error::Unplanned { question: setting.model.ask_text(ask), reason });
+        }
+        for known in &ask.known {
+            let slots = setting.slots_of(known.variable);
+            let name = setting.model.variable_name(known.variable);
+            match &known.evidence {
+                Finding::Hard(Value::Ordinal(ordinal)) => observations.values[slots].fill(*ordinal as f64),
+                Finding::Hard(Value::Real(number)) => observations.values[slots].fill(*number),
+                Finding::Virtual(likelihoods) => {
+                    observations.likelihoods.push((slots.start, likelihoods.clone()))
+                }
+                Finding::Each if Some(known.variable) == setting.model.plate_index() => {}
+                Finding::Hard(Value::Given(given)) => observations.give(setting, slots, given)?,
+                _ => observations.give(setting, slots, &name)?,
+            }
+        }
+        Ok(observations)
+    }
+
+    /// Observes what the host gives under a name: a number for each slot; NaN for an element that is not observed.
+    ///
+    /// # Errors
+    /// It was not given; another number of them; a value outside the domain of its variable.
+    pub(crate) fn give(
+        &mut self,
+        setting: &Setting<'_>,
+        slots: std::ops::Range<usize>,
+        name: &str,
+    ) -> Result<(), Error> {
+        let given = setting.given(name).ok_or_else(|| Error::input(name, "it was not given"))?;
+        if given.len() != slots.len() {
+            let (found, expected) = (given.len(), slots.len());
+            let is = if expected == 1 { "is" } else { "are" };
+            return Err(Error::input(
+                name,
+                format!("{found} numbers were given, but {expected} {is} expected"),
+            ));
+        }
+        let several = slots.len() > 1;
+        for (slot, value) in slots.zip(given) {
+            if !(several && value.is_nan()) {
+                self.observe(setting, slot, *value)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Observes the value of a slot: the number that the program writes for it, not its ordinal.
+    ///
+    /// # Errors
+    /// It is none of its variable.
+    pub fn observe(&mut self, setting: &Setting<'_>, slot: usize, value: f64) -> Result<(), Error> {
+        let variable = setting.variable_of(slot);
+        let domain = &setting.model.variables[variable].domain;
+        let read = match domain.is_finite() {
+            true => domain.ordinal_among(value, Some(setting.count(variable))).map(|ordinal| ordinal as f64),
+            false => Some(value).filter(|value| value.is_finite()),
+        };
+        let Some(read) = read else {
+            let (name, text) = (setting.slot_name(slot), setting.model.domain_text(domain));
+            let message = format!("{value} is not a value of `{name}`, which is `{text}`");
+            return Err(Error::input(name, message));
+        };
+        self.values[slot] = read;
+        Ok(())
+    }
+}

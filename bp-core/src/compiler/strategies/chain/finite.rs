@@ -1,0 +1,90 @@
+//! Questions over time to programs whose carried variables are finite.
+//!
+//! In: a question and what was observed at each instant. Out: what is believed of the searched slots. Invariant: exact, for
+//! whatever is impossible at the start, in a transition or in an observation.
+
+use super::{Chain, Forward};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::model::{Finding, Statistic, When};
+use crate::strategies::over_time::{Answered, Instant, OverTime, Scope, Sequence, Told, What};
+
+pub(crate) fn answer(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    instants: &[Instant],
+    scope: Scope,
+    seed: u64,
+) -> Result<Answered, Error> {
+    let ask = route.ask();
+    let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+    let mut chain = chain(setting, route)?;
+    let forward = chain.forward(instants, ask.when.ahead())?;
+    let told = |instant: usize, numbers: Vec<f64>| Told { instant: instant + 1, what: What::Finite(numbers) };
+    let mut all = Vec::with_capacity(instants.len());
+    if ask.when.is_every_instant() {
+        chain.backward(&forward, |instant, joint| {
+            all.push(told(instant, joint.distribution(&searched)?));
+            Ok(())
+        })?;
+        all.reverse();
+    } else {
+        let last = instants.len() + ask.when.ahead();
+        let first = if scope == Scope::Each { 0 } else { last - 1 };
+        for instant in first..last {
+            all.push(told(instant, chain.at(&forward, instant, |joint| joint.distribution(&searched))?));
+        }
+    }
+    let mut sequences = Vec::new();
+    if ask.when == When::Sequence {
+        sequences = self::sequences(&mut chain, &forward, &ask.statistic, &searched, instants, seed)?;
+    }
+    Ok(Answered { told: all, sequences, ln_evidence: forward.ln_evidence })
+}
+
+/// The chain of a route.
+pub(crate) fn chain<'s>(setting: &Setting<'s>, route: &OverTime) -> Result<Chain<'s>, Error> {
+    let searched = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let likelihoods = (route.ask().known.iter()).filter_map(|known| match &known.evidence {
+        Finding::Virtual(weights) => Some((setting.slots_of(known.variable).start, weights.clone())),
+        _ => None,
+    });
+    let asked = setting.model.ask_text(route.ask());
+    Chain::new(setting, &route.carried, searched.collect(), likelihoods.collect(), asked)
+}
+
+/// The sequences that a statistic asks for.
+fn sequences(
+    chain: &mut Chain<'_>,
+    forward: &Forward,
+    statistic: &Statistic,
+    searched: &[usize],
+    instants: &[Instant],
+    seed: u64,
+) -> Result<Vec<Sequence>, Error> {
+    Ok(match statistic {
+        Statistic::Best(count) => (chain.best(forward, *count)?.into_iter())
+            .map(|(ln, values)| Sequence { probability: Some(ln.exp()), values })
+            .collect(),
+        Statistic::Draw(count) => (chain.drawn(forward, *count, seed)?.into_iter())
+            .map(|values| Sequence { probability: None, values })
+            .collect(),
+        _ => {
+            let values = chain.most_likely(forward)?;
+            let mut probability = None;
+            if *statistic == Statistic::Maximum {
+                // P(sequence | observations) = P(sequence, observations) / P(observations).
+                let known = |(instant, values): (&Instant, &Vec<usize>)| {
+                    let own = searched.iter().zip(values).map(|(slot, value)| (*slot, *value as f64));
+                    let mut all: Instant = instant.iter().copied().chain(own).collect();
+                    all.sort_by_key(|(slot, _)| *slot);
+                    all
+                };
+                let known: Vec<Instant> = instants.iter().zip(&values).map(known).collect();
+                let ln = chain.forward(&known, 0)?.ln_evidence;
+                probability = Some((ln - forward.ln_evidence).exp());
+            }
+            vec![Sequence { probability, values }]
+        }
+    })
+}

@@ -1,0 +1,320 @@
+//! Linear and Gaussian programs, run: a filter over time, or one conditioning.
+//!
+//! In: a [`Gaussian`] plan, numbers for the parameters, observations at each instant. Out: a normal [`Belief`]
+//! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
+//! factor, conditioned on one observation after the other, and only what the next instant needs is carried.
+
+use super::{Gaussian, LinearEquation, NormalLaw};
+use crate::error::{Error, Impossible};
+use crate::ids::VariableId;
+use crate::model::{LinearForm, Model};
+use crate::spelling::number as written;
+use nalgebra::{DMatrix, DVector};
+use std::collections::{HashMap, HashSet};
+
+/// A normal law of named variables.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Belief {
+    /// Names, in the order of the question.
+    pub variables: Vec<String>,
+    /// Means.
+    pub mean: DVector<f64>,
+    /// Covariances.
+    pub covariance: DMatrix<f64>,
+    /// ln of the density of what was observed, given the past.
+    pub ln_evidence: f64,
+    /// The law, in factored form.
+    pub(crate) law: NormalLaw,
+}
+
+impl Belief {
+    /// What a law says of its variables.
+    pub(super) fn of(variables: Vec<String>, law: NormalLaw, ln_evidence: f64) -> Self {
+        Self { variables, mean: law.means(), covariance: law.covariance(), ln_evidence, law }
+    }
+
+    /// Mean of one variable.
+    pub fn mean_of(&self, name: &str) -> Option<f64> {
+        self.variables.iter().position(|variable| variable == name).map(|row| self.mean[row])
+    }
+
+    /// Standard deviation of one variable.
+    pub fn deviation_of(&self, name: &str) -> Option<f64> {
+        let row = self.variables.iter().position(|variable| variable == name)?;
+        Some(self.covariance[(row, row)].max(0.0).sqrt())
+    }
+}
+
+/// One variable: its mean as a linear form of earlier rows, and the deviation of its own noise.
+#[derive(Clone, Debug)]
+struct Extension {
+    terms: Vec<(usize, f64)>,
+    constant: f64,
+    deviation: f64,
+}
+
+/// A linear and Gaussian program with numbers for its parameters; over time, a Kalman filter.
+#[derive(Clone, Debug)]
+pub struct Filter {
+    question: String,
+    pub(super) searched: Vec<(String, usize)>,
+    /// Rows of the joint law that are observed.
+    observed: Vec<(String, usize)>,
+    /// Rows of X, whose law becomes that of X^-1: the first rows.
+    pub(super) carried: Vec<usize>,
+    extensions: Vec<Extension>,
+    /// The law of what is carried, its rows in the order of `carried`.
+    pub(super) law: NormalLaw,
+}
+
+/// How many instants [`Filter::settle`] tries.
+const MOST_INSTANTS: usize = 1_000_000;
+
+impl Filter {
+    /// A filter that starts at rest: what it carries is 0, and known to be.
+    ///
+    /// # Errors
+    /// A parameter without a value, or whose value it cannot have; a standard deviation that is not positive.
+    pub fn new(model: &Model, plan: &Gaussian, parameters: &[(&str, f64)]) -> Result<Self, Error> {
+        let mut values: HashMap<&str, f64> = HashMap::new();
+        for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
+            let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
+            let value = given.or(parameter.default_number()).ok_or_else(|| {
+                Error::input(&parameter.name, "this parameter was not given, and it has no default")
+            })?;
+            if let Some(expected) = parameter.kind.refuses(value) {
+                return Err(Error::input(
+                    &parameter.name,
+                    format!("it is {}, but it must be {expected}", written(value)),
+                ));
+            }
+            values.insert(&parameter.name, value);
+        }
+        if let Some((name, _)) = parameters.iter().find(|(name, _)| !values.contains_key(name)) {
+            return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
+        }
+        let parameter = |name: &str| values[name];
+        let carried = plan.carried.iter();
+        let carried: Vec<(VariableId, usize)> = carried
+            .flat_map(|(_, previous)| {
+                (0..model.components(*previous)).map(|component| (*previous, component))
+            })
+            .collect();
+        let mut rows: HashMap<(VariableId, usize), usize> = HashMap::new();
+        // Before the first instant: the law of what is carried, at rest where it has no form.
+        let mut law = NormalLaw::new(observes_dirac(plan));
+        for slot in &carried {
+            rows.insert(*slot, law.len());
+            law.extend(&[], 0.0, 0.0);
+        }
+        for source in &plan.initial {
+            for component in 0..model.components(source.variable) {
+                let Extension { terms, constant, deviation } =
+                    extension(model, source, component, &rows, &parameter)?;
+                rows.insert((source.variable, component), law.len());
+                law.extend(&terms, constant, deviation);
+            }
+        }
+        let law = law.select(carried.iter().map(|slot| rows[slot])).reduced();
+        rows = carried.iter().enumerate().map(|(row, slot)| (*slot, row)).collect();
+        let mut extensions = Vec::new();
+        for source in &plan.sources {
+            for component in 0..model.components(source.variable) {
+                extensions.push(extension(model, source, component, &rows, &parameter)?);
+                rows.insert((source.variable, component), carried.len() + extensions.len() - 1);
+            }
+        }
+        let named = |variable: VariableId| {
+            let (count, name) = (model.components(variable), model.variable_name(variable));
+            let of =
+                |component: usize| if count == 1 { name.clone() } else { format!("{name}[{component}]") };
+            let rows = &rows;
+            (0..count).map(|component| (of(component), rows[&(variable, component)])).collect::<Vec<_>>()
+        };
+        let searched = plan.asks.iter().flat_map(|ask| &ask.searched).flat_map(|item| named(item.variable));
+        let carried: Vec<usize> =
+            plan.carried.iter().flat_map(|(now, _)| named(*now)).map(|(_, row)| row).collect();
+        let real = |variable: &&VariableId| !model.variables[**variable].domain.is_finite();
+        Ok(Self {
+            searched: searched.collect(),
+            observed: plan.observed.iter().filter(real).flat_map(|variable| named(*variable)).collect(),
+            question: model.ask_text(&plan.asks[0]),
+            law,
+            carried,
+            extensions,
+        })
+    }
+
+    /// The names of what is observed: of a vector, those of its components (`V[0]`).
+    pub fn observed(&self) -> impl Iterator<Item = &str> {
+        self.observed.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// The joint law of this instant, before anything is observed: first what was carried, then the others.
+    pub(super) fn predict(&self) -> NormalLaw {
+        let mut law = self.law.clone();
+        for Extension { terms, constant, deviation } in &self.extensions {
+            law.extend(terms, *constant, *deviation);
+        }
+        law
+    }
+
+    /// The gain of one searched variable for one observed one, at this instant.
+    pub fn gain_of(&self, variable: &str, observed: &str) -> Option<f64> {
+        let row = self.searched.iter().find(|(name, _)| name == variable)?.1;
+        self.observed.iter().find(|(name, _)| name == observed)?;
+        // The mean, where all means were 0, this observation is 1 and the others are 0.
+        let mut law = self.predict().centred();
+        for (name, row) in &self.observed {
+            law.observe(*row, if name == observed { 1.0 } else { 0.0 })?;
+        }
+        Some(law.mean(row))
+    }
+
+    /// One instant: observations in, belief out; what the next instant needs is kept.
+    ///
+    /// # Errors
+    /// An observation that is missing, unknown or not finite.
+    pub fn step(&mut self, observations: &[(&str, f64)]) -> Result<Belief, Error> {
+        if let Some((name, _)) =
+            observations.iter().find(|(name, _)| self.observed.iter().all(|(row, _)| row != name))
+        {
+            return Err(Error::input(*name, "the question does not know this variable"));
+        }
+        for (name, _) in &self.observed {
+            if observations.iter().all(|(given, _)| given != name) {
+                return Err(Error::input(name, "it was not observed"));
+            }
+        }
+        let (law, ln_evidence) = self.advance(self.predict(), observations)?;
+        self.law = law.select(self.carried.iter().copied()).reduced();
+        Ok(self.belief(&law.select(self.searched()), ln_evidence))
+    }
+
+    /// Conditions the law of an instant on those of its variables that are observed; gives ln of their density.
+    ///
+    /// # Errors
+    /// An observation that is not finite, or that the others exclude.
+    pub(super) fn advance(
+        &self,
+        mut law: NormalLaw,
+        observations: &[(&str, f64)],
+    ) -> Result<(NormalLaw, f64), Error> {
+        let mut ln_evidence = 0.0;
+        for (name, row) in &self.observed {
+            if let Some((_, value)) = observations.iter().find(|(given, _)| given == name) {
+                ln_evidence += observe(&mut law, *row, *value, name, &self.question)?;
+            }
+        }
+        Ok((law, ln_evidence))
+    }
+
+    /// The rows of what is searched.
+    pub(super) fn searched(&self) -> impl Iterator<Item = usize> {
+        self.searched.iter().map(|(_, row)| *row)
+    }
+
+    /// The belief that the law of what is searched is.
+    pub(super) fn belief(&self, law: &NormalLaw, ln_evidence: f64) -> Belief {
+        let variables = self.searched.iter().map(|(name, _)| name.clone()).collect();
+        Belief::of(variables, law.clone(), ln_evidence)
+    }
+
+    /// Lets the covariance, and so the gains, settle to what they become after a long time; means stay.
+    ///
+    /// # Errors
+    /// They do not settle: something is carried that nothing observes (a sum of noise grows for ever).
+    pub fn settle(&mut self) -> Result<(), Error> {
+        let law = self.law.clone();
+        let at_rest: Vec<(String, f64)> = self.observed.iter().map(|(name, _)| (name.clone(), 0.0)).collect();
+        let at_rest: Vec<(&str, f64)> = at_rest.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let mut before = law.covariance();
+        for _ in 0..MOST_INSTANTS {
+            self.step(&at_rest)?;
+            let covariance = self.law.covariance();
+            let scale = covariance.amax().max(f64::MIN_POSITIVE);
+            if (&covariance - before).amax() <= 1e-14 * scale {
+                self.law.take_means(&law);
+                return Ok(());
+            }
+            before = covariance;
+        }
+        Err(Error::input("covariance", "it does not converge: a carried variable is not observed"))
+    }
+}
+
+/// Whether a variable without a noise of its own may be observed.
+pub(super) fn observes_dirac(plan: &Gaussian) -> bool {
+    let observed: HashSet<VariableId> = plan.observed.iter().copied().collect();
+    let diracs =
+        plan.sources.iter().filter(|source| source.deviation.is_none()).map(|source| source.variable);
+    let previous = plan.carried.iter().map(|(_, previous)| *previous);
+    diracs.chain(previous).any(|variable| observed.contains(&variable))
+}
+
+/// Conditions a law on an observation; gives ln of its density.
+pub(super) fn observe(
+    law: &mut NormalLaw,
+    row: usize,
+    value: f64,
+    name: &str,
+    question: &str,
+) -> Result<f64, Error> {
+    if !value.is_finite() {
+        return Err(Error::input(name, format!("an observation must be finite, but it is {value}")));
+    }
+    let determined = law.mean(row);
+    law.observe(row, value).ok_or_else(|| {
+        let reason = format!(
+            "`{name} = {value}` is impossible: earlier observations determine `{name}` = {determined}"
+        );
+        Error::Impossible(Impossible { question: question.to_owned(), reason: Some(reason) })
+    })
+}
+
+/// One component of a variable, as a linear form of the rows before it.
+fn extension(
+    model: &Model,
+    source: &LinearEquation,
+    component: usize,
+    rows: &HashMap<(VariableId, usize), usize>,
+    parameter: &dyn Fn(&str) -> f64,
+) -> Result<Extension, Error> {
+    let (form, deviation) = law_of(model, source, component, parameter)?;
+    let terms = form.coefficients.iter().map(|(variable, coefficient)| (rows[variable], *coefficient));
+    Ok(Extension { terms: terms.collect(), constant: form.constant, deviation })
+}
+
+/// The mean of a component of a variable, linear in others, and the deviation of its own noise.
+pub(super) fn law_of(
+    model: &Model,
+    source: &LinearEquation,
+    component: usize,
+    parameter: &dyn Fn(&str) -> f64,
+) -> Result<(LinearForm, f64), Error> {
+    let form = LinearForm::of(model, source.mean, component, parameter);
+    let deviation =
+        source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, parameter).constant);
+    let refused = |message: String| {
+        let factor = model.factor_of(source.variable).map(|factor| &model.factors[factor]);
+        let name = || model.variable_name(source.variable);
+        let form = factor.map_or_else(name, |factor| model.form_text(factor, &factor.form));
+        Error::Number { form, context: String::new(), message }
+    };
+    let variance = deviation * deviation;
+    if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
+        let found = written(deviation);
+        return Err(refused(format!("the standard deviation is {found}, but it must be greater than 0")));
+    }
+    if source.deviation.is_some() && !(variance > 0.0 && variance.is_finite()) {
+        let found = written(deviation);
+        return Err(refused(format!(
+            "the standard deviation is {found}, whose square is beyond the range of numbers"
+        )));
+    }
+    let mut numbers = [form.constant].into_iter().chain(form.coefficients.values().copied());
+    if let Some(number) = numbers.find(|number| !number.is_finite()) {
+        return Err(refused(format!("the mean is {}, but it must be a finite number", written(number))));
+    }
+    Ok((form, deviation))
+}

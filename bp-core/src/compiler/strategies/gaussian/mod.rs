@@ -1,0 +1,21 @@
+//! The linear-Gaussian strategy: closed form where all is real, linear and normal.
+//!
+//! In: a linear Gaussian program and what is observed. Out: a normal [`Belief`]. Invariant: linearity is a property of the
+//! program, checked by its offer; the numbers come when it runs.
+
+mod answer;
+mod filter;
+mod frontier;
+mod law;
+mod offer;
+mod predicate;
+mod smooth;
+
+pub(crate) use answer::{Named, divergences, part, rows, whether};
+pub use filter::{Belief, Filter};
+pub(crate) use frontier::condition;
+pub(crate) use law::NormalLaw;
+pub(crate) use offer::Engine;
+pub(crate) use offer::applies;
+pub use offer::{Gaussian, LinearEquation};
+pub(crate) use predicate::{of_normal, probabilities};

@@ -1,0 +1,307 @@
+//! When all is linear and Gaussian, the answer has a closed form.
+//!
+//! In: a model of reals, each normal or Dirac with a mean that is linear in its parents. Out: the order in which
+//! the joint normal law is built, conditioned and carried to the next instant. Invariant: linearity is a
+//! property of the program, checked here once; the numbers come with the parameters, when it runs.
+//!
+//! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
+//! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
+
+use super::predicate;
+use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
+use crate::error::Error;
+use crate::ids::{ExpressionId, FactorId, Id, VariableId};
+use crate::law::Law;
+use crate::model::{Ask, Expression, Finding, Form, Model, Question, Searched, Statistic, When};
+use crate::strategies::over_time::{self, By, OverTime};
+use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
+use std::collections::BTreeSet;
+
+/// Where a variable comes from.
+#[derive(Clone, PartialEq, Debug)]
+pub struct LinearEquation {
+    /// The variable.
+    pub variable: VariableId,
+    /// Its mean, linear in its parents.
+    pub mean: ExpressionId,
+    /// Its standard deviation; `None` for a Dirac.
+    pub deviation: Option<ExpressionId>,
+}
+
+/// A closed form.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Gaussian {
+    /// What is asked.
+    pub asks: Vec<Ask>,
+    /// What the variables of the last instant were before the first one, parents first; the others were 0, at rest.
+    pub initial: Vec<LinearEquation>,
+    /// The variables of an instant, parents first.
+    pub sources: Vec<LinearEquation>,
+    /// Variables of which the last instant's law is needed: (X, X^-1).
+    pub carried: Vec<(VariableId, VariableId)>,
+    /// The variables that are observed, in the order of the question.
+    pub observed: Vec<VariableId>,
+    /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
+    derivation: Vec<(String, String, [String; 3])>,
+}
+
+/// Whether all that an ask speaks of is linear and Gaussian, and it asks for reals, or whether a predicate of them holds.
+pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
+    distribution(model, ask) && is_linear(model, ask)
+}
+
+/// Whether all that an ask speaks of, and what that depends on, is linear and Gaussian.
+fn is_linear(model: &Model, ask: &Ask) -> bool {
+    let relevant = relevant(model, std::slice::from_ref(ask));
+    let predicate = |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id).is_some();
+    let reals = relevant.iter().all(|id| {
+        let variable = &model.variables[*id];
+        Some(*id) == model.plate_index()
+            || (!variable.domain.is_finite() && variable.family.is_none())
+            || predicate(*id)
+    });
+    let factors = model.factors.values().filter(|factor| {
+        factor.left.iter().any(|use_| relevant.contains(&use_.variable) && !predicate(use_.variable))
+    });
+    let linear = factors.clone().all(|factor| match initial(&factor.form) {
+        Form::Law { law: Law::Normal, arguments } => {
+            degree(model, arguments[0]) <= Some(1) && degree(model, arguments[1]) == Some(0)
+        }
+        Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
+        _ => false,
+    });
+    let first = factors.clone().all(|factor| {
+        let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
+        !before(&factor.left[0]) || factor.right.iter().all(before)
+    });
+    reals && linear && first && factors.clone().all(|factor| factor_is_finite(model, factor))
+}
+
+/// Whether an ask searches one variable alone, and this is it.
+fn asks_whether(ask: &Ask, variable: VariableId) -> bool {
+    matches!(ask.searched.as_slice(), [only] if only.variable == variable)
+}
+
+/// What a form says before the first instant.
+fn initial(form: &Form) -> &Form {
+    match form {
+        Form::Previous { at: None, otherwise, .. } => otherwise,
+        form => form,
+    }
+}
+
+fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
+    match initial(&factor.form) {
+        Form::Dirac(mean) => degree(model, *mean).is_some(),
+        form => form.as_normal().is_some_and(|(mean, _)| degree(model, mean).is_some()),
+    }
+}
+
+fn distribution(model: &Model, ask: &Ask) -> bool {
+    let real = |item: &Searched| item.at.is_none() && !model.variables[item.variable].domain.is_finite();
+    // Of values side by side none is the second best.
+    let of_reals = !matches!(ask.statistic, Statistic::Best(_)) && ask.searched.iter().all(real);
+    let whether = matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable));
+    (of_reals || whether)
+        && ask.statistic.from().iter().all(|known| !matches!(known.evidence, Finding::Virtual(_)))
+        && ask.known.iter().all(|known| !matches!(known.evidence, Finding::Virtual(_)))
+}
+
+/// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients are not known from
+/// the parameters alone.
+pub(super) fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
+    let is_known = |id: ExpressionId| match &model.expressions[id] {
+        Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) => true,
+        Expression::Parameter { indices, .. } => indices.is_empty(),
+        Expression::Variable(use_) => use_.element.is_none(),
+        // A vector of numbers; a rotation has no such coefficients here.
+        Expression::Vector(name, _) => name == "vector",
+        _ => false,
+    };
+    let known = model.nodes_below(id).into_iter().all(is_known);
+    model.degree(id, &|_| true).filter(|_| known)
+}
+
+fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
+    let mut sources: Vec<LinearEquation> = Vec::new();
+    let relevant = relevant(model, &asks);
+    let mut rest: Vec<FactorId> = model.factors.ids().collect();
+    rest.retain(|id| relevant.contains(&model.factors[*id].left[0].variable));
+    let carried: Vec<(VariableId, VariableId)> = (model.variables.iter())
+        .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
+        .filter(|(_, previous)| relevant.contains(previous))
+        .collect();
+    // What was carried without a form is at rest before the first instant.
+    let mut initial_sources = Vec::new();
+    for id in model.parents_first(&rest) {
+        let factor = &model.factors[id];
+        let form = initial(&factor.form);
+        let (mean, deviation) = match (form, form.as_normal()) {
+            (_, Some((mean, deviation))) => (mean, Some(deviation)),
+            (Form::Dirac(value), _) => (*value, None),
+            _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
+        };
+        let variable = factor.left[0].variable;
+        let source = LinearEquation { variable, mean, deviation };
+        match model.variables[variable].previous_of.is_some() {
+            true => initial_sources.push(source),
+            false => sources.push(source),
+        }
+    }
+    let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
+    let derivation = derive(model, &carried, &observed);
+    Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, derivation })
+}
+
+/// What the searched and observed variables depend on, now and before; the others are barren.
+fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
+    let mut relevant = BTreeSet::new();
+    let distributions = model.distributions();
+    let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
+    let mut rest: Vec<VariableId> =
+        searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
+    while let Some(variable) = rest.pop() {
+        if relevant.insert(variable) {
+            let factor = distributions[variable.position()];
+            let parents = factor.map_or(&[][..], |factor| &model.factors[factor].right);
+            rest.extend(parents.iter().map(|use_| use_.variable));
+            rest.extend(model.variables[variable].previous_of);
+        }
+    }
+    relevant
+}
+
+fn derive(
+    model: &Model,
+    carried: &[(VariableId, VariableId)],
+    observed: &[VariableId],
+) -> Vec<(String, String, [String; 3])> {
+    let names = |ids: &mut dyn Iterator<Item = VariableId>| {
+        ids.map(|id| model.variable_name(id)).collect::<Vec<_>>().join(" ")
+    };
+    let observed = names(&mut observed.iter().copied());
+    let mut lines = vec![(
+        "linear and Gaussian".to_owned(),
+        "every form is normal or a Dirac, with a mean that is linear in its parents: the joint law is normal"
+            .to_owned(),
+        [
+            "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
+            "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),
+            format!("<mo>∫</mo>{}", mathml_normal("<mi>m</mi>", "<mi>Σ</mi>")),
+        ],
+    )];
+    if !carried.is_empty() {
+        let carried = names(&mut carried.iter().map(|(_, previous)| *previous));
+        lines.push((
+            "prediction".to_owned(),
+            format!("`{carried}` has the distribution of the previous instant; each factor extends it"),
+            [
+                "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
+                "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),
+                mathml_normal(
+                    &format!("<mi>A</mi>{}<mo>+</mo><mi>a</mi>", before("m")),
+                    &format!(
+                        "<mi>A</mi>{}<msup><mi>A</mi><mo>⊤</mo></msup><mo>+</mo><mi>Q</mi>",
+                        before("Σ")
+                    ),
+                ),
+            ],
+        ));
+    }
+    lines.push((
+        "conditioning".to_owned(),
+        format!("`{observed}` is observed: K = Σ Hᵀ (H Σ Hᵀ)⁻¹"),
+        [
+            "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
+            "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
+            mathml_normal(
+                &format!(
+                    "<mi>m</mi><mo>+</mo><mi>K</mi>{OPEN}<mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi>{CLOSE}"
+                ),
+                "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
+            ),
+        ],
+    ));
+    lines
+}
+
+/// N(x; mean, covariance) in MathML.
+fn mathml_normal(mean: &str, covariance: &str) -> String {
+    let comma = "<mo separator=\"true\">,</mo>";
+    format!(
+        "<mrow><mi>𝒩</mi>{OPEN}<mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}{CLOSE}</mrow>"
+    )
+}
+
+/// A letter of the last instant in MathML.
+fn before(letter: &str) -> String {
+    format!("<msup><mi>{letter}</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>")
+}
+
+impl Gaussian {
+    /// What is computed, line by line.
+    pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let searched: Vec<VariableId> =
+            self.asks[0].searched.iter().map(|searched| searched.variable).collect();
+        let mut right: Vec<VariableId> = (self.asks[0].known.iter())
+            .filter(|known| !matches!(known.evidence, Finding::Virtual(_)))
+            .map(|known| known.variable)
+            .collect();
+        right.extend(model.plate_index());
+        let left = notation.distribution(&notation.names(model, &searched), &notation.names(model, &right));
+        let line = |(rule, reason, right): &(String, String, [String; 3])| {
+            let [unicode, latex, mathml] = right;
+            let right = notation.choose(unicode, latex, mathml);
+            (rule.clone(), reason.clone(), notation.equation(&left, "=", right))
+        };
+        self.derivation.iter().map(line).collect()
+    }
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
+        let not_all = || refused(model, asks, "not all variables are real, linear and Gaussian");
+        if !asks[0].when.is_over_time() {
+            return match asks.iter().all(|ask| applies(model, ask)) {
+                true => Ok(Route::Gaussian(offer(model, asks.to_vec())?)),
+                false => Err(not_all()),
+            };
+        }
+        let ask = &asks[0];
+        over_time::check(model, ask)?;
+        if !is_linear(model, ask) {
+            return Err(not_all());
+        }
+        if let Some(why) = over_time::not_of_normal(model, ask) {
+            return Err(refused(model, asks, &why));
+        }
+        let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };
+        let by = By::Gaussian(offer(model, vec![plain])?);
+        Ok(Route::OverTime(OverTime { asks: vec![ask.clone()], carried: over_time::carried(model), by }))
+    }
+}
+
+impl Offered for Gaussian {
+    fn strategy(&self) -> Strategy {
+        Strategy::Gaussian
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        "exact, in closed form: all variables are real, linear and Gaussian"
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        (self.derivation(model, notation), Vec::new())
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(self.clone()))
+    }
+}

@@ -1,0 +1,47 @@
+//! Many marginals at once: the join tree of a network.
+//!
+//! In: a model whose variables are finite. Out: the posterior of every variable, ln P(evidence), the most probable
+//! assignment, joint posteriors, what an observation would tell. Invariant: exact up to rounding; powers of two are kept
+//! apart, so that no evidence is too improbable; where f64 may lose a cell, all are computed anew with exponents apart.
+//!
+//! Lauritzen and Spiegelhalter 1988; Shenoy 1997 (binary join trees); Darwiche 2003 (derivatives). docs/networks.md tells how.
+
+mod absorb;
+mod answer;
+mod batch;
+mod cell;
+mod compile;
+mod contraction;
+mod cost;
+mod evidence;
+mod inform;
+mod layout;
+mod most_probable;
+mod names;
+mod network;
+mod offer;
+mod pair;
+mod plan;
+mod problem;
+mod propagate;
+mod reading;
+mod refused;
+mod session;
+mod table;
+
+pub(crate) use absorb::{Absorbed, absorb};
+pub use batch::{Posterior, answer_cases};
+pub use compile::Tree;
+pub use cost::Cost;
+pub use evidence::NetworkEvidence;
+pub use inform::{Joint, Observation, entropy, joint, observations};
+pub use most_probable::most_probable;
+pub use names::Named;
+pub use network::{FactorTable, Network};
+pub(crate) use offer::Engine;
+pub use offer::{JoinTree, MANY_FACTORS};
+pub use plan::{Marginals, MarginalsSession};
+pub use refused::Refused;
+pub use session::Session;
+#[cfg(test)]
+pub(crate) use session::propagations;

@@ -1,0 +1,172 @@
+//! Networks by name: evidence as people write it, answers as they read it.
+//!
+//! In: names of variables and of their values. Out: numbers of both. Invariant: a name that nothing has is told with the
+//! nearest one that something has.
+
+use super::evidence::NetworkEvidence;
+use super::network::Network;
+use crate::data::Values;
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::guess;
+use crate::ids::VariableId;
+use crate::model::{self, Known, Model, Value};
+use std::collections::{HashMap, HashSet};
+
+/// A model's finite variables, by name and by number; an element of a family is `Z[2]`.
+#[derive(Clone, Debug)]
+pub struct Named {
+    /// The variables and their tables.
+    pub network: Network,
+    model: Model,
+    /// What is added to ln P(evidence): 0, but for a Markov network, which has no probabilities but ln Z.
+    pub ln_scale: f64,
+    /// For each number its name, and the variable of the model that it is, or an element of.
+    names: Vec<(String, VariableId)>,
+    numbers: HashMap<String, usize>,
+    /// What is always known: (variable, value). These variables are not shown.
+    known: Vec<(usize, usize)>,
+}
+
+impl Named {
+    /// The network of a model, and what is always known with it.
+    ///
+    /// # Errors
+    /// See [`Network::of`].
+    pub fn new(model: Model, known: &[Known]) -> Result<Self, Error> {
+        Self::with(model, known, &Inputs::default())
+    }
+
+    /// The same with numbers for its parameters.
+    ///
+    /// # Errors
+    /// See [`Network::of`].
+    pub fn with(model: Model, known: &[Known], inputs: &Inputs<'_, f64>) -> Result<Self, Error> {
+        let setting = Setting::new(&model, inputs)?;
+        let network = Network::of(&setting)?;
+        let value = |known: &Known| match known.evidence {
+            model::Finding::Hard(Value::Ordinal(ordinal)) => {
+                Some((setting.slots_of(known.variable).start, ordinal))
+            }
+            _ => None,
+        };
+        let known = known.iter().filter_map(value).collect();
+        let names: Vec<(String, VariableId)> =
+            (0..setting.slots()).map(|slot| (setting.slot_name(slot), setting.variable_of(slot))).collect();
+        let mut numbers = HashMap::with_capacity(names.len());
+        for (number, (name, _)) in names.iter().enumerate() {
+            numbers.entry(name.clone()).or_insert(number);
+        }
+        Ok(Self { network, ln_scale: 0.0, names, numbers, model, known })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The variable of the model that a number is, or is an element of.
+    pub fn variable_id(&self, number: usize) -> VariableId {
+        self.names[number].1
+    }
+
+    /// The variables that an answer shows: all but those that are always known.
+    pub fn shown(&self) -> Vec<usize> {
+        let hidden: HashSet<usize> = self.known.iter().map(|(variable, _)| *variable).collect();
+        (0..self.network.cardinalities.len()).filter(|one| !hidden.contains(one)).collect()
+    }
+
+    /// The name of a variable.
+    pub fn variable(&self, number: usize) -> String {
+        self.names[number].0.clone()
+    }
+
+    /// The name of a variable's value.
+    pub fn value(&self, variable: usize, value: usize) -> String {
+        self.model.value_name(self.names[variable].1, value)
+    }
+
+    /// The number of a variable.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn number_of(&self, variable: &str) -> Result<usize, Error> {
+        self.numbers.get(variable).copied().ok_or_else(|| {
+            let family =
+                self.model.variable(variable).filter(|id| self.model.variables[*id].family.is_some());
+            if let Some(first) = family.and_then(|id| self.names.iter().find(|(_, own)| *own == id)) {
+                let message = format!("it is a family: name its elements, such as `{}`", first.0);
+                return Error::input(variable, message);
+            }
+            let near = guess::nearest(variable, self.numbers.keys().map(String::as_str));
+            let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            Error::input(variable, format!("`{}` has no variable of this name{help}", self.model.name))
+        })
+    }
+
+    /// The values of a variable, as they are written.
+    pub fn values(&self, variable: usize) -> Values<'_> {
+        Values::new(&self.model, self.names[variable].1, &|_| None)
+    }
+
+    /// The number of a variable's value; `None` where the text says that it was not observed, as `NA` does.
+    ///
+    /// # Errors
+    /// The variable has none that is written so.
+    pub fn value_of(&self, variable: usize, value: &str) -> Result<Option<usize>, Error> {
+        match self.values(variable).read(value) {
+            Ok(read) => Ok(read.and_then(|value| value.ordinal)),
+            Err(expected) => Err(Error::input(self.variable(variable), format!("`{value}` is {expected}"))),
+        }
+    }
+
+    /// Evidence by names: values, and likelihoods.
+    ///
+    /// # Errors
+    /// A name that nothing has; a likelihood of the wrong length, or with numbers that cannot be.
+    pub fn evidence<'n>(
+        &self,
+        values: impl IntoIterator<Item = (&'n str, &'n str)>,
+        likelihoods: impl IntoIterator<Item = (&'n str, &'n [f64])>,
+    ) -> Result<NetworkEvidence, Error> {
+        let mut evidence = NetworkEvidence { hard: self.known.clone(), ..NetworkEvidence::default() };
+        for (name, value) in values {
+            let variable = self.number_of(name)?;
+            if let Some(value) = self.value_of(variable, value)? {
+                evidence.hard.push((variable, value));
+            }
+        }
+        for (name, weights) in likelihoods {
+            let variable = self.number_of(name)?;
+            let (count, found) = (self.network.cardinalities[variable], weights.len());
+            let expected = match () {
+                () if found != count => format!("its likelihood must have {count} numbers, but has {found}"),
+                () if !weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite()) => {
+                    format!("a likelihood needs finite numbers, none negative, but this is {weights:?}")
+                }
+                () if weights.iter().all(|weight| *weight == 0.0) => {
+                    "its likelihood is 0 for every value".to_owned()
+                }
+                () => {
+                    evidence.likelihoods.push((variable, weights.to_vec()));
+                    continue;
+                }
+            };
+            return Err(Error::input(name, expected));
+        }
+        Ok(evidence)
+    }
+
+    /// An error with names where it has numbers.
+    pub fn tell(&self, error: Error) -> Error {
+        match error {
+            Error::Contradiction { variables, .. } => {
+                let names: Vec<String> = variables.iter().map(|one| self.variable(*one)).collect();
+                let names = guess::listed(names.iter().map(String::as_str), "and");
+                Error::Contradiction { variables, names }
+            }
+            other => other,
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Time: what is believed of hidden variables, instant by instant.
+//!
+//! In: a model with numbers, an [`OverTime`] route, and what was observed at each instant. Out: a [`Told`] for each
+//! instant that is asked about. Invariant: an instant of which nothing is observed is an instant all the same.
+
+mod answer;
+mod follow;
+mod offer;
+
+pub(crate) use answer::of_instant;
+pub use follow::Follower;
+pub use offer::{By, OverTime};
+pub(crate) use offer::{carried, check, check_sequence, not_of_normal, not_of_reals};
+
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::model::{Finding, Value};
+use crate::sample::{Draws, Moments, Sampling};
+use crate::strategies::chain;
+use crate::strategies::gaussian::{Belief, Filter, Gaussian};
+use crate::strategies::particles::Moves;
+use std::sync::Arc;
+
+/// What is observed at an instant: slots and their values.
+pub type Instant = Vec<(usize, f64)>;
+
+/// What is believed of an instant.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Told {
+    /// Which, from 1.
+    pub instant: usize,
+    /// What is said of the searched slots.
+    pub what: What,
+}
+
+/// What is said of slots.
+#[derive(Clone, PartialEq, Debug)]
+pub enum What {
+    /// Of the finite searched slots together: how probable each combination of values is, the last slot fastest.
+    Finite(Vec<f64>),
+    /// Of reals: their normal law.
+    Normal(Belief),
+    /// Particles: of the kept slots that were drawn the draws, of the others what their laws say.
+    Cloud {
+        /// Draws of the kept slots.
+        draws: Arc<Draws>,
+        /// Which slots these are.
+        kept: Vec<usize>,
+        /// Slots that were not drawn.
+        linear: Vec<(usize, Moments)>,
+        /// How many particles of equal weight would say as much, instant by instant.
+        effective: Vec<f64>,
+    },
+}
+
+/// The values of the searched slots at all instants.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Sequence {
+    /// Its probability given all observations, where it is asked.
+    pub probability: Option<f64>,
+    /// The ordinals, instant by instant.
+    pub values: Vec<Vec<usize>>,
+}
+
+/// Which instants are answered where the question asks for the last one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Scope {
+    /// The last one.
+    Last,
+    /// Each, given what was observed up to it.
+    Each,
+}
+
+/// All that is told.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Answered {
+    /// Instant by instant.
+    pub told: Vec<Told>,
+    /// The sequences that are asked for, where the question asks for sequences of finite values.
+    pub sequences: Vec<Sequence>,
+    /// ln P(observations)
+    pub ln_evidence: f64,
+}
+
+/// The slots and values of observations by name.
+///
+/// # Errors
+/// A name that is no observed variable, or a value that it cannot have.
+pub fn instants(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    observations: &[Vec<(String, f64)>],
+) -> Result<Vec<Instant>, Error> {
+    let model = setting.model;
+    let mut slots: Vec<(String, usize)> = Vec::new();
+    for variable in route.observed(model) {
+        slots.extend(setting.slots_of(variable).map(|slot| (setting.slot_name(slot), slot)));
+    }
+    let always = always(setting, route);
+    let mut all = Vec::with_capacity(observations.len());
+    for (position, observed) in observations.iter().enumerate() {
+        let mut checked = crate::sample::Observations::none(setting);
+        let mut instant = always.clone();
+        for (name, value) in observed {
+            let Some((_, slot)) = slots.iter().find(|(known, _)| known == name) else {
+                let known: Vec<String> = slots.iter().map(|(name, _)| format!("`{name}`")).collect();
+                let message = format!("the question does not know it; it knows {}", known.join(", "));
+                return Err(Error::input(name, message));
+            };
+            checked
+                .observe(setting, *slot, *value)
+                .map_err(|error| Error::input(format!("instant {}", position + 1), error.to_string()))?;
+            instant.retain(|(own, _)| own != slot);
+            instant.push((*slot, checked.values[*slot]));
+        }
+        instant.sort_by_key(|(slot, _)| *slot);
+        all.push(instant);
+    }
+    Ok(all)
+}
+
+/// What the question gives a value holds at every instant.
+fn always(setting: &Setting<'_>, route: &OverTime) -> Instant {
+    let mut always: Instant = Vec::new();
+    for known in &route.ask().known {
+        let value = match &known.evidence {
+            Finding::Hard(Value::Ordinal(ordinal)) => *ordinal as f64,
+            Finding::Hard(Value::Real(number)) => *number,
+            _ => continue,
+        };
+        always.extend(setting.slots_of(known.variable).map(|slot| (slot, value)));
+    }
+    always
+}
+
+/// The most instants that are predicted: the messages of all are kept.
+const MOST_STEPS: usize = 1_000_000;
+
+/// Answers a question over time.
+///
+/// # Errors
+/// Observations that are impossible, numbers that are missing.
+pub fn answer(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    instants: &[Instant],
+    scope: Scope,
+    sampling: Sampling,
+) -> Result<Answered, Error> {
+    let ahead = route.ask().when.ahead();
+    if ahead > MOST_STEPS {
+        let help = "predict fewer instants".to_owned();
+        let name = setting.model.ask_text(route.ask());
+        return Err(Error::TooLarge { name, cells: ahead as f64, most: MOST_STEPS as f64, help });
+    }
+    match &route.by {
+        By::Chain => chain::answer(setting, route, instants, scope, sampling.seed),
+        By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants, scope),
+        By::Particles { linear, .. } => {
+            let moves = Moves::new(setting, &route.carried, linear, sampling)?;
+            let mut all = instants.to_vec();
+            all.resize(instants.len() + ahead, Vec::new());
+            let unmet = |number: usize| unmet(setting, route, number, &all[number], sampling.particles);
+            let mut cloud = moves.follow(&all)?.map_err(unmet)?;
+            let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
+            let (linear, kept): (Vec<usize>, Vec<usize>) =
+                slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
+            let what = follow::cloud_of(&mut cloud, &kept, &linear);
+            let told = vec![Told { instant: all.len(), what }];
+            Ok(Answered { told, sequences: Vec::new(), ln_evidence: cloud.ln_evidence })
+        }
+    }
+}
+
+/// A Kalman filter before the first instant.
+fn kalman(setting: &Setting<'_>, gaussian: &Gaussian) -> Result<Filter, Error> {
+    let parameters: Vec<(&str, f64)> = (setting.model.parameters.values())
+        .filter_map(|parameter| Some((parameter.name.as_str(), *setting.given(&parameter.name)?.first()?)))
+        .collect();
+    Filter::new(setting.model, gaussian, &parameters)
+}
+
+/// A Kalman filter, forward and back.
+fn answer_gaussian(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    gaussian: &Gaussian,
+    instants: &[Instant],
+    scope: Scope,
+) -> Result<Answered, Error> {
+    let mut filter = kalman(setting, gaussian)?;
+    let names: Vec<Vec<(String, f64)>> = (instants.iter())
+        .map(|instant| instant.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect())
+        .collect();
+    let named: Vec<Vec<(&str, f64)>> = names
+        .iter()
+        .map(|instant| instant.iter().map(|(name, value)| (name.as_str(), *value)).collect())
+        .collect();
+    let (several, ahead) = (route.ask().when.is_every_instant(), route.ask().when.ahead());
+    let beliefs = match several {
+        true => filter.smoothed(&named)?,
+        false => filter.filtered(&named)?,
+    };
+    let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
+    let told = |(instant, belief): (usize, Belief)| Told { instant: instant + 1, what: What::Normal(belief) };
+    let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
+    if ahead > 0 {
+        all.push((instants.len() - 1 + ahead, filter.predicted(ahead)?));
+    }
+    let from = if several || scope == Scope::Each { 0 } else { all.len().saturating_sub(1) };
+    let told = all.split_off(from).into_iter().map(told).collect();
+    Ok(Answered { told, sequences: Vec::new(), ln_evidence })
+}
+
+/// The error that no particle met what was observed at an instant: impossible where a factor says so of it alone.
+fn unmet(setting: &Setting<'_>, route: &OverTime, number: usize, instant: &Instant, draws: usize) -> Error {
+    let question = format!("{}, instant {}", setting.model.ask_text(route.ask()), number + 1);
+    let mut values = vec![f64::NAN; setting.slots()];
+    instant.iter().for_each(|(slot, value)| values[*slot] = *value);
+    setting.unmet(question, &values, draws)
+}

@@ -1,0 +1,329 @@
+//! Questions over time: what is carried from instant to instant, and how.
+//!
+//! In: a model with variables of the previous instant, and a `filter`, `predict`, `smooth` or `sequence`. Out: an
+//! [`OverTime`] route. Invariant: what an instant says is the program's own decomposition; what X^-1 was before the first
+//! instant is what its own form says (`previous(X) else …`), and a real without one is 0, at rest.
+//!
+//! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹ | z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read
+//! from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
+
+use super::answer::Instants;
+use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::model::{Ask, DerivedKind, Finding, Known, Model, Question, Searched, Statistic, Value, When};
+use crate::strategies::gaussian::Gaussian;
+use crate::strategies::{Offered, Prepared, Purpose};
+use std::collections::BTreeSet;
+
+/// A question over time.
+#[derive(Clone, PartialEq, Debug)]
+pub struct OverTime {
+    /// What is asked: one thing.
+    pub asks: Vec<Ask>,
+    /// What is carried: (X, X^-1).
+    pub carried: Vec<(VariableId, VariableId)>,
+    /// By what it is answered.
+    pub by: By,
+}
+
+/// By what a question over time is answered.
+#[derive(Clone, PartialEq, Debug)]
+pub enum By {
+    /// Finite states: sums over them, forward and backward.
+    Chain,
+    /// All is linear and Gaussian: a normal law is carried.
+    Gaussian(Gaussian),
+    /// Draws, which follow the program and are weighed by what is observed.
+    Particles {
+        /// The variables that are not drawn: given the others they are linear and Gaussian, and each particle carries
+        /// their normal law. Parents first.
+        linear: Vec<VariableId>,
+        /// Why nothing exact is carried.
+        reason: String,
+    },
+}
+
+/// What is carried from instant to instant: (X, X^-1).
+pub(crate) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
+    model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
+}
+
+/// Refuses what no strategy answers over time.
+pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
+    let is_element = |known: &&Known| {
+        let variable = &model.variables[known.variable];
+        variable.derived == Some(DerivedKind::Element)
+            && variable.family.is_none()
+            && matches!(known.evidence, Finding::Each | Finding::Hard(Value::Given(_)))
+    };
+    if let Some(known) = ask.known.iter().find(is_element) {
+        let name = model.variable_name(known.variable);
+        let reason = format!(
+            "over time `{name}` is not read from a column by itself: write it as a slice (`[1..=1]` for `[1]`), or \
+             name the whole family, whose other elements may have no column"
+        );
+        return Err(Error::Unplanned { question: model.ask_text(ask), reason });
+    }
+    let soft = ask.known.iter().find(|known| matches!(known.evidence, Finding::Soft(_)));
+    soft.map_or(Ok(()), |known| {
+        let name = model.variable_name(known.variable);
+        let reason = format!(
+            "soft evidence replaces what is believed at one instant; over time write a likelihood, \
+             `{name} virtual [...]`, which holds at each"
+        );
+        Err(Error::Unplanned { question: model.ask_text(ask), reason })
+    })
+}
+
+/// Refuses a sequence of less than what is carried.
+pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
+    let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
+    let missing = carried(model).into_iter().map(|(now, _)| now).find(|now| !asked.contains(now));
+    match (ask.when, missing) {
+        (When::Sequence, Some(now)) => {
+            let name = model.variable_name(now);
+            let word = ask.statistic.word();
+            let word = if word.is_empty() { word } else { format!("{word} ") };
+            let reason = format!(
+                "`{word}sequence` is of all that is carried from instant to instant: search `{name}` too"
+            );
+            Err(Error::Unplanned { question: model.ask_text(ask), reason })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Why a statistic is not made of a normal law.
+pub(crate) fn not_of_normal(model: &Model, ask: &Ask) -> Option<String> {
+    match (ask.when, &ask.statistic) {
+        (when, _) if asks_whether(model, ask) && when != When::Sequence => None,
+        (_, Statistic::Best(_)) => Some("of reals none is the second best: ask for `argmax`".to_owned()),
+        (When::Sequence, _) => not_of_reals(model, ask),
+        _ => with_value(model, ask),
+    }
+}
+
+/// Whether an ask is whether a predicate holds.
+fn asks_whether(model: &Model, ask: &Ask) -> bool {
+    matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable))
+}
+
+/// The refusal of a searched variable with a value.
+fn with_value(model: &Model, ask: &Ask) -> Option<String> {
+    let is_one_value = |item: &&Searched| item.at.is_some() && !model.is_predicate(item.variable);
+    let item = ask.searched.iter().find(is_one_value)?;
+    let name = model.variable_name(item.variable);
+    Some(format!("over time the whole distribution is answered: search `{name}`, without a value"))
+}
+
+/// Why a statistic is not made of particles, or not of the laws of a sequence.
+pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
+    if let Some(why) = with_value(model, ask) {
+        return Some(why);
+    }
+    let word = match (ask.when, &ask.statistic) {
+        (When::Sequence, _) if asks_whether(model, ask) => {
+            return Some("a sequence is of what is carried: ask for `smooth`, each instant alone".to_owned());
+        }
+        (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
+        // Of a normal law the most likely sequence is that of the smoothed means.
+        (When::Sequence, Statistic::Argmax { .. }) => return None,
+        (_, statistic) => statistic.word(),
+    };
+    Some(format!("`{word}` is not available: ask for the distribution, its `expectation` or its `variance`"))
+}
+
+impl Offered for OverTime {
+    fn strategy(&self) -> Strategy {
+        match self.by {
+            By::Chain => Strategy::Chain,
+            By::Gaussian(_) => Strategy::Gaussian,
+            By::Particles { .. } => Strategy::Particles,
+        }
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        match self.by {
+            By::Chain => "exact, instant by instant: the carried variables are finite",
+            By::Gaussian(_) => "exact, instant by instant: the carried variables are linear and Gaussian",
+            By::Particles { .. } => "estimated, instant by instant, by particles",
+        }
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        (self.derivation(model, notation), Vec::new())
+    }
+
+    fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
+        OverTime::marks(self, model, notation)
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        Some("over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned())
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, purpose: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(Instants { route: self.clone(), purpose }))
+    }
+}
+
+impl OverTime {
+    /// What is asked.
+    pub fn ask(&self) -> &Ask {
+        &self.asks[0]
+    }
+
+    /// The variables that the question knows, without the plate's index.
+    pub fn observed(&self, model: &Model) -> BTreeSet<VariableId> {
+        let known = self.ask().known.iter().map(|known| known.variable);
+        known.filter(|variable| Some(*variable) != model.plate_index()).collect()
+    }
+
+    /// The variables that an instant sums out, and the product of its factors: all but those of X^-1 and those on which
+    /// nothing depends that is asked, observed or carried.
+    fn factors(&self, model: &Model, notation: Notation) -> (Vec<VariableId>, String) {
+        let observed = self.observed(model);
+        let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
+        let searched = self.ask().searched.iter().map(|item| item.variable);
+        let axes: BTreeSet<VariableId> = self.carried.iter().map(|(now, _)| *now).chain(searched).collect();
+        let mut rest: Vec<VariableId> = axes.iter().chain(&observed).copied().collect();
+        let mut wanted = BTreeSet::new();
+        while let Some(id) = rest.pop() {
+            if !before.contains(&id)
+                && let Some(factor) = model.factor_of(id)
+                && wanted.insert(factor)
+            {
+                rest.extend(of_form(model, factor));
+            }
+        }
+        let mut hidden = before;
+        let mut heads = Vec::with_capacity(wanted.len());
+        for id in wanted {
+            let factor = &model.factors[id];
+            let of = |uses: &[crate::model::VariableUse]| {
+                let label = |use_| notation.label(&model.use_name(use_, &factor.products));
+                uses.iter().map(label).collect::<Vec<_>>()
+            };
+            heads.push(notation.distribution(&of(&factor.left), &of(&factor.right)));
+            let left = factor.left.iter().map(|use_| use_.variable);
+            hidden.extend(left.filter(|id| !axes.contains(id) && !observed.contains(id)));
+        }
+        (hidden, heads.join(&notation.said(" ", "\\, ")))
+    }
+
+    /// What is done at each instant, as lines.
+    pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let names = |ids: &[VariableId]| notation.names(model, ids);
+        let now: Vec<VariableId> = self.carried.iter().map(|(now, _)| *now).collect();
+        let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
+        let observed: Vec<VariableId> = self.observed(model).into_iter().collect();
+        let told =
+            now.iter().map(|id| format!("`{}`", model.variable_name(*id))).collect::<Vec<_>>().join(", ");
+        let past = notation.said("past", "\\text{past}");
+        let mut known = names(&observed);
+        known.push(past.clone());
+        let belief = notation.distribution(&names(&now), &known);
+        let proportional = notation.said("∝", "\\propto");
+        let carried = notation.distribution(&names(&before), std::slice::from_ref(&past));
+        let forward = match self.by {
+            By::Chain => {
+                let (hidden, factors) = self.factors(model, notation);
+                format!("{belief} {proportional} {}{factors} {carried}", notation.sum(&names(&hidden)))
+            }
+            _ => {
+                let mut joint = names(&now);
+                joint.extend(names(&observed));
+                let moved = notation.distribution(&joint, &names(&before));
+                format!("{belief} {proportional} {}{moved} {carried}", notation.integral(&names(&before)))
+            }
+        };
+        let (rule, reason) = match &self.by {
+            By::Chain => {
+                let start: Vec<String> =
+                    before.iter().map(|id| format!("`P({})`", model.variable_name(*id))).collect();
+                let start = format!("{} has its form", start.join(", "));
+                let reason = format!(
+                    "{told} is carried and finite: each instant is a sum over its previous value; at the first, {start}"
+                );
+                ("forward", reason)
+            }
+            By::Gaussian(_) => (
+                "Kalman filter",
+                format!("{told} is carried, linear and Gaussian: a normal distribution is carried"),
+            ),
+            By::Particles { reason, .. } => (
+                "particle filter",
+                format!("{reason}: draws follow the program and are weighted by the observations"),
+            ),
+        };
+        let mut lines = vec![(rule.to_owned(), reason, forward)];
+        if let By::Particles { linear, .. } = &self.by {
+            let resampled =
+                "particles are resampled (systematically) when their effective number is less than half";
+            let equation = notation.said("1 / Σₙ wₙ² < N / 2", "1 / \\sum_n w_n^2 < N / 2").to_owned();
+            lines.push(("resampling".to_owned(), resampled.to_owned(), equation));
+            if !linear.is_empty() {
+                let names: Vec<String> =
+                    linear.iter().map(|id| format!("`{}`", model.variable_name(*id))).collect();
+                let reason = format!(
+                    "given the others, {} is linear and Gaussian: not sampled, carried as a normal distribution by each particle",
+                    names.join(", ")
+                );
+                lines.push((
+                    "Rao-Blackwell".to_owned(),
+                    reason,
+                    notation.said("N(x; mₙ, Σₙ)", "\\mathcal{N}(x; m_n, \\Sigma_n)").to_owned(),
+                ));
+            }
+        }
+        let last = match self.ask().when {
+            When::Smooth => Some((
+                "backward",
+                "with later observations",
+                notation.said(
+                    "βₜ₋₁(X⁻¹) ∝ Σ φₜ βₜ(X)",
+                    "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
+                ),
+            )),
+            When::Sequence if matches!(self.ask().statistic, Statistic::Draw(_)) => Some((
+                "drawn sequence",
+                "backward, each instant given the one after it",
+                notation.said("X⁻¹ ~ φₜ δₜ₋₁(X⁻¹)", "X^{-1} \\sim \\phi_t\\, \\delta_{t-1}(X^{-1})"),
+            )),
+            When::Sequence => Some((
+                "most likely sequence",
+                "sums become maxima",
+                notation.said(
+                    "δₜ(X) = max φₜ δₜ₋₁(X⁻¹)",
+                    "\\delta_t(X) = \\max \\phi_t\\, \\delta_{t-1}(X^{-1})",
+                ),
+            )),
+            When::Predict(_) => Some((
+                "prediction",
+                "instants follow without observations",
+                notation.said("Σ P(X | X⁻¹) P(X⁻¹)", "\\sum P(X | X^{-1}) P(X^{-1})"),
+            )),
+            _ => None,
+        };
+        lines.extend(last.map(|(rule, reason, equation)| (rule.to_owned(), reason.to_owned(), equation)));
+        lines
+    }
+
+    /// What is multiplied at an instant. Linear and Gaussian programs carry a mean and a covariance, which are no products.
+    pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
+        let reason = match self.by {
+            By::Gaussian(_) => return Vec::new(),
+            By::Chain => "over time each potential has a separate scale",
+            By::Particles { .. } => "weights of draws are logarithms",
+        };
+        let last = self.derivation(model, notation).pop().map(|(_, _, equation)| equation);
+        let marked = |product| Marked { product, mark: Mark::Log, reason: reason.to_owned() };
+        let made = made_of_parts(model, self.ask(), notation).into_iter().map(|(_, _, equation)| equation);
+        last.into_iter().chain(made).map(marked).collect()
+    }
+}

@@ -1,0 +1,127 @@
+//! Which observation makes the evidence impossible.
+//!
+//! In: an ask whose evidence has probability zero, and its inputs. Out: an error that names the first observation, in the
+//! order of the question, with which those before it cannot be, and the factor that says so. Invariant: the
+//! observations before it have a probability above 0, however small.
+
+use crate::distribution::Setting;
+use crate::equation::{self, Options};
+use crate::error::{Error, Impossible};
+use crate::exec::{Inputs, Lanes};
+use crate::ids::VariableId;
+use crate::kernel::OutputKey;
+use crate::lower::lower_guarded;
+use crate::model::{Ask, Finding, Known, Model, Question, Statistic, Value};
+use crate::sample::Observations;
+use crate::spelling::exact;
+
+/// The most products that are summed to find a reason: a message is not worth more.
+const MOST_PRODUCTS: f64 = 1e8;
+
+/// The error; where no single observation can be told, it names the question alone.
+pub(crate) fn error(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
+    let reason = reason(model, ask, inputs);
+    Error::Impossible(Impossible { question: model.ask_text(ask), reason })
+}
+
+/// An error of draws that met no evidence: where sums are exact, they say whether it is possible.
+pub(crate) fn judged(error: Error, model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
+    match is_possible(model, ask, &ask.known, inputs) {
+        Some(false) => self::error(model, ask, inputs),
+        _ => error,
+    }
+}
+
+fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> {
+    if let Ok(setting) = Setting::new(model, inputs)
+        && let Ok(observations) = Observations::of(&setting, ask)
+        && let Some(reason) = setting.zero_factor(&observations.values)
+    {
+        return Some(reason);
+    }
+    let (mut possible, mut impossible) = (0, ask.known.len());
+    while possible + 1 < impossible {
+        let middle = (possible + impossible) / 2;
+        match is_possible(model, ask, &ask.known[..middle], inputs)? {
+            true => possible = middle,
+            false => impossible = middle,
+        }
+    }
+    let (before, known) = (&ask.known[..possible], ask.known.get(possible)?);
+    // A factor all of whose variables are observed says itself that they cannot be together.
+    let find = |id: &VariableId| ask.known[..=possible].iter().find(|known| known.variable == *id).cloned();
+    for factor in model.factors.values() {
+        let all: Vec<VariableId> =
+            factor.right.iter().chain(&factor.left).map(|use_| use_.variable).collect();
+        if !all.contains(&known.variable) || factor.left.len() != 1 {
+            continue;
+        }
+        let Some(mut own) = all.iter().map(find).collect::<Option<Vec<Known>>>() else { continue };
+        if is_possible(model, ask, &own, inputs) == Some(false) {
+            let left = own.pop()?;
+            if is_possible(model, ask, &own, inputs) != Some(true) && !own.is_empty() {
+                continue;
+            }
+            let (head, left) = (model.head(factor), observed(model, &left, inputs));
+            let right = match own.is_empty() {
+                true => String::new(),
+                false => format!(" where {}", names(model, &own, inputs)),
+            };
+            return Some(format!("`{head}` is 0 for `{left}`{right}"));
+        }
+    }
+    let head = model.head(&model.factors[model.factor_of(known.variable)?]);
+    let given = match before.is_empty() {
+        true => String::new(),
+        false => format!(" beside {}", names(model, before, inputs)),
+    };
+    Some(format!("`{}` is impossible{given}; see `{head}`", observed(model, known, inputs)))
+}
+
+/// Whether some of the evidence has a probability above 0; nothing where that has no exact answer.
+fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f64>) -> Option<bool> {
+    let searched = ask.searched.clone();
+    let ask = Ask { statistic: Statistic::Distribution, when: ask.when, searched, known: known.to_vec() };
+    let question = Question { name: "evidence".to_owned(), asks: vec![ask], derived: Vec::new() };
+    let options = Options { ln_evidence: true, ..Options::default() };
+    let exact = equation::exact(model, question.asks, options).ok()?;
+    if exact.cost > MOST_PRODUCTS {
+        return None;
+    }
+    let lanes = Lanes::new(lower_guarded(model, &exact, &question.name).ok()?.kernel);
+    let outputs = lanes.run_guarded(inputs, false).ok()?.outputs;
+    Some(outputs.get(OutputKey::LnEvidence)[0] > f64::NEG_INFINITY)
+}
+
+/// An observation, with the value that was given.
+fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
+    let name = model.spelled(known.variable);
+    let domain = &model.variables[known.variable].domain;
+    match &known.evidence {
+        Finding::Hard(Value::Ordinal(ordinal)) => format!("{name} = {}", domain.value_spelled(*ordinal)),
+        Finding::Hard(Value::Real(number)) => format!("{name} = {}", exact(*number)),
+        Finding::Hard(Value::Given(given)) => match inputs.find(given) {
+            Some([number]) => match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
+                Some(ordinal) => format!("{name} = {}", domain.value_spelled(ordinal)),
+                None => format!("{name} = {}", exact(*number)),
+            },
+            _ => format!("{name} = {given}"),
+        },
+        Finding::Virtual(weights) => {
+            let weights: Vec<String> = weights.iter().map(|weight| exact(*weight)).collect();
+            format!("{name} virtual [{}]", weights.join(", "))
+        }
+        Finding::Each | Finding::Soft(_) => name.to_string(),
+    }
+}
+
+/// The observations before, the last few of many.
+fn names(model: &Model, known: &[Known], inputs: &Inputs<'_, f64>) -> String {
+    const FEW: usize = 4;
+    let told: Vec<String> =
+        known.iter().take(FEW).map(|known| format!("`{}`", observed(model, known, inputs))).collect();
+    match known.len().checked_sub(FEW) {
+        None | Some(0) => told.join(", "),
+        Some(more) => format!("{} and {more} more", told.join(", ")),
+    }
+}

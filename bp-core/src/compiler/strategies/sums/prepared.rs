@@ -1,0 +1,91 @@
+//! A sum of products as a kernel, ready to run.
+//!
+//! In: an equation. Out: the table of each ask, and ln P(evidence). Invariant: what does not depend on the inputs (kernel,
+//! schedule) is made once; a number that a form cannot have is an error that names the form.
+
+use super::super::{Case, Found, Prepared};
+use super::impossible;
+use crate::equation::{Exact, Mark};
+use crate::error::Error;
+use crate::exec::{Guarded, Lanes};
+use crate::kernel::{Kernel, OutputKey};
+use crate::lower::{Output, lower_guarded};
+use crate::model::{Ask, Finding, Model, Question, Statistic};
+use crate::posterior::{Table, check};
+
+/// Sums and products, ready to run.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    ln_evidence: bool,
+    /// Whether exponents are kept apart from the start.
+    log: bool,
+    lanes: Lanes,
+    outputs: Vec<Output>,
+    /// For each ask of the route, which table is its own.
+    places: Vec<usize>,
+}
+
+impl Kernels {
+    pub(super) fn new(model: &Model, exact: &Exact, question: &Question) -> Result<Self, Error> {
+        // Entropies are made of whole tables, which say what context is impossible.
+        let mut asks: Vec<Ask> = Vec::new();
+        let mut places = Vec::with_capacity(exact.asks.len());
+        for ask in &exact.asks {
+            let ask = match ask.statistic {
+                Statistic::Entropy => Ask { statistic: Statistic::Distribution, ..ask.clone() },
+                _ => ask.clone(),
+            };
+            let known = asks.iter().position(|own| *own == ask);
+            places.push(known.unwrap_or(asks.len()));
+            if known.is_none() {
+                asks.push(ask);
+            }
+        }
+        let log = exact.mark(model) == Mark::Log || question.asks.iter().any(compares);
+        let exact = Exact { asks, ..exact.clone() };
+        let lowered = lower_guarded(model, &exact, &question.name)?;
+        let outputs: Vec<Output> = lowered.outputs.into_iter().filter(|it| it.ask.is_some()).collect();
+        Ok(Self { ln_evidence: exact.ln_evidence, log, lanes: Lanes::new(lowered.kernel), outputs, places })
+    }
+}
+
+/// Whether the host divides by probabilities that may be tiny: they are then wanted with exponents apart.
+fn compares(ask: &Ask) -> bool {
+    matches!(ask.statistic, Statistic::Divergence { .. })
+        || ask.known.iter().any(|known| matches!(known.evidence, Finding::Soft(_)))
+}
+
+impl Prepared for Kernels {
+    fn place(&self, ask: usize) -> usize {
+        self.places[ask]
+    }
+
+    fn kernel(&self) -> Option<&Kernel> {
+        Some(self.lanes.kernel())
+    }
+
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        let inputs = case.inputs;
+        check::families(self.outputs.iter().filter_map(|output| output.ask.as_ref()), inputs)?;
+        let Guarded { mut outputs, mut extended, extents } = self.lanes.run_guarded(inputs, self.log)?;
+        let ln_evidence = self.ln_evidence.then(|| outputs.get(OutputKey::LnEvidence)[0]);
+        let mut found = Vec::new();
+        for output in &self.outputs {
+            let Some(ask) = &output.ask else { continue };
+            let own = outputs.arrays.iter().position(|(key, _)| *key == output.key);
+            let own = own.expect("internal: the output exists");
+            let cells = std::mem::take(&mut outputs.arrays[own].1);
+            let number = |cell: &f64| *cell >= 0.0 && cell.is_finite();
+            if !cells.iter().all(number) || ln_evidence.is_some_and(|ln| ln.is_nan() || ln == f64::INFINITY) {
+                return Err(check::not_a_number(model, ask, inputs));
+            }
+            if ln_evidence == Some(f64::NEG_INFINITY) {
+                return Err(impossible(model, ask, inputs));
+            }
+            let extended = extended.as_mut().map(|all| std::mem::take(&mut all.arrays[own].1));
+            let table = Table::read(model, ask, &output.variables, cells, extended, &extents[own]);
+            found.push(Found::Table(table, ln_evidence));
+        }
+        Ok(found)
+    }
+}

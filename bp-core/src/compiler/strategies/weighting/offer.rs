@@ -1,0 +1,372 @@
+//! When no exact route answers, the answer is estimated: by draws, each weighed by the evidence.
+//!
+//! In: a model, asks, and why no exact route answers them. Out: a [`Sampled`] route: the factors that matter, parents
+//! first, and what is done with each. Invariant: what is observed is weighed, never waited for; a Dirac on an observed
+//! real, which no draw would ever meet, is solved for one of its parents, or refused.
+//!
+//! P(S = s | K = k) ≈ Σₙ wₙ [Sⁿ = s] / Σₙ wₙ,  wₙ = Π_K P(k | parentsⁿ)   (likelihood weighting: Fung and Chang 1990)
+//!
+//! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y | parents) / |a|.
+
+use crate::equation::{Line, Notation, Strategy, of_form};
+use crate::error::Error;
+use crate::ids::{ExpressionId, FactorId, Id, VariableId};
+use crate::model::{Ask, Domain, Expression, Factor, Finding, Form, Model, Question, Statistic, in_order};
+use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
+use std::collections::{BTreeSet, HashSet};
+
+/// What is done with a factor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Treatment {
+    /// Its left-hand side is drawn.
+    Drawn,
+    /// Its left-hand side is observed: the draw is weighed.
+    Weighed,
+    /// Its left-hand side is what makes this observed Dirac hold.
+    Solved(FactorId),
+}
+
+/// An answer by draws.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Sampled {
+    /// What is asked, all of it of the same known variables.
+    pub asks: Vec<Ask>,
+    /// The factors, parents first, without those that are solved for; and what is done with each.
+    pub steps: Vec<(FactorId, Treatment)>,
+    /// Why no exact route answers.
+    pub reason: String,
+    /// By weighted draws or by Gibbs sampling.
+    pub by: Strategy,
+}
+
+/// Plans draws.
+///
+/// # Errors
+/// Something that cannot be drawn or weighed; the reason is told beside the one for which there is no exact answer.
+fn offer(
+    model: &Model,
+    asks: Vec<Ask>,
+    reason: String,
+    by: Strategy,
+    asked_for: bool,
+) -> Result<Sampled, Error> {
+    let question = model.ask_text(&asks[0]);
+    let refused =
+        |why: String| Error::Unplanned { question: question.clone(), reason: format!("{reason}; and {why}") };
+    if let Some(why) = asks.iter().find_map(|ask| refused_ask(model, ask)) {
+        return Err(refused(why));
+    }
+    let observed: Vec<VariableId> =
+        asks[0].known.iter().filter(|known| is_hard(&known.evidence)).map(|known| known.variable).collect();
+    let factors = relevant(model, &asks);
+    let hidden_real = |id: &FactorId| {
+        let left = &model.factors[*id].left;
+        left.iter().any(|use_| {
+            !observed.contains(&use_.variable) && !model.variables[use_.variable].domain.is_finite()
+        })
+    };
+    // What is finite throughout is refused for its size or its form: those are to be mended, not estimated.
+    if !asked_for && !factors.iter().any(hidden_real) {
+        return Err(Error::Unplanned { question, reason });
+    }
+    if let Some(why) = factors.iter().find_map(|id| refused_factor(model, &model.factors[*id])) {
+        return Err(refused(why));
+    }
+    let steps = steps(model, &factors, &observed).map_err(refused)?;
+    Ok(Sampled { asks, steps, reason, by })
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
+        drawn(model, asks, turn, Strategy::Weighting)
+    }
+}
+
+/// What is offered by draws of one kind or the other.
+pub(crate) fn drawn(model: &Model, asks: &[Ask], turn: &Turn<'_>, by: Strategy) -> Result<Route, Error> {
+    let reason = match turn.not_exact {
+        Some(Error::Unplanned { reason, .. }) => reason.clone(),
+        Some(other) => other.to_string(),
+        None => "it is answered exactly by sums".to_owned(),
+    };
+    Ok(Route::Sampled(offer(model, asks.to_vec(), reason, by, turn.forced)?))
+}
+
+impl Offered for Sampled {
+    fn strategy(&self) -> Strategy {
+        self.by
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn reason(&self) -> &'static str {
+        "estimated, by draws: a summed variable is neither finite nor linear and Gaussian"
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        (self.derivation(model, notation), Vec::new())
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        Some(format!("{}; draws are made by `answer::ask`, not by emitted code", self.reason))
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(self.clone()))
+    }
+}
+
+fn is_hard(evidence: &Finding) -> bool {
+    matches!(evidence, Finding::Hard(_) | Finding::Each)
+}
+
+/// Why an ask is not estimated.
+fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
+    let word = ask.statistic.word();
+    if !matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) {
+        return Some(format!(
+            "`{word}` is not estimated by draws: ask for `P(…)`, or discretise with `bins(…)`"
+        ));
+    }
+    for searched in &ask.searched {
+        let name = model.variable_name(searched.variable);
+        if searched.at.is_some() && !model.variables[searched.variable].domain.is_finite() {
+            return Some(format!(
+                "draws do not give the density of `{name}` at one value: ask for `P({name} | …)`"
+            ));
+        }
+    }
+    for known in &ask.known {
+        let name = model.variable_name(known.variable);
+        let variable = &model.variables[known.variable];
+        match &known.evidence {
+            Finding::Soft(_) => {
+                return Some(format!("soft evidence on `{name}` is mixed from exact answers only"));
+            }
+            Finding::Each if variable.domain.is_finite() && Some(known.variable) != model.plate_index() => {
+                return Some(format!("a table over `{name}` is not estimated: give its value, `{name} = …`"));
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// The factors on which what is searched and known depends, parents first.
+fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
+    let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
+    let mut rest: Vec<VariableId> =
+        searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
+    let mut wanted: BTreeSet<FactorId> = BTreeSet::new();
+    let distributions = model.distributions();
+    while let Some(variable) = rest.pop() {
+        if let Some(factor) = distributions[variable.position()]
+            && wanted.insert(factor)
+        {
+            // A form may use less than its factor names; a draw needs what it uses.
+            rest.extend(of_form(model, factor));
+        }
+    }
+    wanted.into_iter().collect()
+}
+
+/// Why a factor has no numbers of its own.
+pub(crate) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
+    fn of_form(model: &Model, form: &Form) -> Option<&'static str> {
+        let mut found = match form {
+            // A subroutine has a table; what else is asked is bound from outside.
+            Form::Ask { path, .. } if model.subroutine(path).is_none() => Some("asks another program"),
+            Form::Unknown(_) => Some("is to be learned from data first"),
+            Form::Previous { at: Some(_), .. } => Some("reads a cell of the previous step"),
+            _ => None,
+        };
+        form.each_part(&mut |part| found = found.or_else(|| of_form(model, part)));
+        found
+    }
+    let mut found = of_form(model, &factor.form);
+    factor.form.each_expression(&mut |id| found = found.or_else(|| refused_expression(model, id)));
+    found.map(|what| format!("`{}` {what}", model.head(factor)))
+}
+
+fn refused_expression(model: &Model, id: ExpressionId) -> Option<&'static str> {
+    let reads = |id: ExpressionId| {
+        matches!(
+            &model.expressions[id],
+            Expression::Foreign { .. }
+                | Expression::GradientNorm { .. }
+                | Expression::Frontier { .. }
+                | Expression::Innermost { .. }
+        )
+    };
+    model.nodes_below(id).into_iter().any(reads).then_some("reads a field of another program")
+}
+
+/// Whether a form may say a value for sure, where that is not all that it says.
+pub(crate) fn has_point(form: &Form) -> bool {
+    let mut found = matches!(form, Form::Dirac(_));
+    form.each_part(&mut |part| found |= has_point(part));
+    found
+}
+
+/// Orders the factors so that each comes after those that it needs.
+fn steps(
+    model: &Model,
+    factors: &[FactorId],
+    observed: &[VariableId],
+) -> Result<Vec<(FactorId, Treatment)>, String> {
+    let mut solved: Vec<(FactorId, FactorId)> = Vec::new();
+    for id in factors {
+        let factor = &model.factors[*id];
+        let left = factor.left[0].variable;
+        if model.variables[left].domain.is_finite() || !observed.contains(&left) || !has_point(&factor.form) {
+            continue;
+        }
+        let name = model.variable_name(left);
+        let Form::Dirac(value) = factor.form else {
+            return Err(format!("`{name}` is observed, but has a `dirac` in part of its form"));
+        };
+        let free = |candidate: &FactorId| {
+            let of = &model.factors[*candidate];
+            of.left.len() == 1
+                && !observed.contains(&of.left[0].variable)
+                && model.variables[of.left[0].variable].domain == Domain::Real
+                && model.variables[of.left[0].variable].family.is_none()
+                && of.products.is_empty()
+                && !has_point(&of.form)
+                && solved.iter().all(|(taken, _)| taken != candidate)
+        };
+        let parent = factors.iter().copied().filter(free).find(|candidate| {
+            let mut with = solved.clone();
+            with.push((*candidate, *id));
+            factor.left.len() == 1
+                && factor.products.is_empty()
+                && model.variables[left].domain == Domain::Real
+                && can_be_solved(model, value, model.factors[*candidate].left[0].variable)
+                && ordered(model, factors, observed, &with).is_some()
+        });
+        match parent {
+            Some(parent) => solved.push((parent, *id)),
+            None => {
+                return Err(format!(
+                    "`{name}` is observed, and its `dirac` is linear in no parent that could be solved for: \
+                     no draw would ever meet the value; observe it with some noise, `normal(…, deviation)`"
+                ));
+            }
+        }
+    }
+    Ok(ordered(model, factors, observed, &solved).expect("internal: the order was tried before"))
+}
+
+/// The steps in order; `None` where solving goes in circles.
+fn ordered(
+    model: &Model,
+    factors: &[FactorId],
+    observed: &[VariableId],
+    solved: &[(FactorId, FactorId)],
+) -> Option<Vec<(FactorId, Treatment)>> {
+    let rest: Vec<FactorId> =
+        factors.iter().copied().filter(|id| solved.iter().all(|(_, dirac)| dirac != id)).collect();
+    let observed: HashSet<VariableId> = observed.iter().copied().collect();
+    let solves = |id: &FactorId| solved.iter().find(|(parent, _)| parent == id).map(|(_, dirac)| *dirac);
+    // What is observed is there from the beginning.
+    let needs = |id: &FactorId| {
+        let dirac = solves(id).map(|dirac| of_form(model, dirac)).unwrap_or_default();
+        let all = of_form(model, *id).into_iter().chain(dirac);
+        all.filter(|need| !observed.contains(need)).collect::<Vec<_>>()
+    };
+    let gives = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable).collect::<Vec<_>>();
+    let (needs, gives): (Vec<_>, Vec<_>) = rest.iter().map(|id| (needs(id), gives(id))).unzip();
+    let order = in_order(&needs, &gives)?;
+    let treated = |position: usize| {
+        let treatment = match solves(&rest[position]) {
+            Some(dirac) => Treatment::Solved(dirac),
+            None if gives[position].iter().all(|given| observed.contains(given)) => Treatment::Weighed,
+            None => Treatment::Drawn,
+        };
+        (rest[position], treatment)
+    };
+    Some(order.into_iter().map(treated).collect())
+}
+
+/// Whether an expression is linear in one variable, with a coefficient that no condition makes another one.
+fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool {
+    let degrees = model.degrees(id, &|one| one == variable);
+    let chooses = |id: &ExpressionId| {
+        matches!(model.expressions[*id], Expression::If { .. }) && *degrees.of(*id) != Some(0)
+    };
+    *degrees.of(id) == Some(1) && !model.nodes_below(id).iter().any(chooses)
+}
+
+impl Sampled {
+    /// The estimator, as lines: which variables are drawn, which are weighed.
+    pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let searched: Vec<VariableId> =
+            self.asks[0].searched.iter().map(|searched| searched.variable).collect();
+        let mut right: Vec<VariableId> = self.asks[0].known.iter().map(|known| known.variable).collect();
+        right.extend(model.plate_index().filter(|index| !right.contains(index)));
+        let names = notation.names(model, &searched);
+        let left = notation.distribution(&names, &notation.names(model, &right));
+        let head = |id: FactorId| {
+            let factor = &model.factors[id];
+            let of = |uses: &[crate::model::VariableUse]| {
+                uses.iter()
+                    .map(|use_| notation.label(&model.use_name(use_, &factor.products)))
+                    .collect::<Vec<_>>()
+            };
+            notation.distribution(&of(&factor.left), &of(&factor.right))
+        };
+        let of = |wanted: &dyn Fn(Treatment) -> bool| {
+            self.steps
+                .iter()
+                .filter(|(_, treatment)| wanted(*treatment))
+                .map(|(id, _)| head(*id))
+                .collect::<Vec<_>>()
+        };
+        let list = names.join(&notation.said(" ", "\\, "));
+        let draw = |name: &String| format!("{name}{}", notation.said("ⁿ", "^{(n)}"));
+        let draws = names.iter().map(draw).collect::<Vec<_>>().join(&notation.said(" ", "\\, "));
+        let estimator = match notation {
+            Notation::Unicode => format!("{left} ≈ Σₙ wₙ [{draws} = {list}] / Σₙ wₙ"),
+            Notation::Latex => {
+                format!("{left} \\approx \\frac{{\\sum_n w_n\\, [{draws} = {list}]}}{{\\sum_n w_n}}")
+            }
+            Notation::MathMl => {
+                let sum = "<msub><mo>Σ</mo><mi>n</mi></msub><msub><mi>w</mi><mi>n</mi></msub>";
+                let counted = format!("<mrow>{sum}<mo>[</mo>{draws}<mo>=</mo>{list}<mo>]</mo></mrow>");
+                format!("{left}<mo>≈</mo><mfrac>{counted}<mrow>{sum}</mrow></mfrac>")
+            }
+        };
+        let mut lines = Vec::new();
+        let space = notation.said(" ", "\\, ");
+        let drawn = of(&|treatment| treatment == Treatment::Drawn);
+        if !drawn.is_empty() {
+            let reason = "each variable is drawn from its own form, parents first".to_owned();
+            let draws = notation.said("draw ~ ", "\\text{draw} \\sim ");
+            lines.push(("proposal".to_owned(), reason, format!("{draws}{}", drawn.join(&space))));
+        }
+        for (id, treatment) in &self.steps {
+            let Treatment::Solved(dirac) = treatment else { continue };
+            let (solved, seen) = (&model.factors[*id].left[0], &model.factors[*dirac].left[0]);
+            let (solved, seen) = (model.variable_name(solved.variable), model.variable_name(seen.variable));
+            let reason =
+                format!("`{seen}` is observed and linear in `{solved}`, which is solved for and weighted");
+            let form = notation.said(" / |a|", " / |a|");
+            lines.push(("Dirac solved".to_owned(), reason, format!("{}{form}", head(*id))));
+        }
+        let weighed = of(&|treatment| treatment == Treatment::Weighed);
+        let reason = match weighed.is_empty() {
+            true => "no observation weights the draws".to_owned(),
+            false => "the observations weight each draw".to_owned(),
+        };
+        let weight = if weighed.is_empty() { "1".to_owned() } else { weighed.join(&space) };
+        lines.push(("weights".to_owned(), reason, format!("{}{weight}", notation.said("wₙ = ", "w_n = "))));
+        let reason = format!("no exact strategy applies: {}; the answer is estimated by draws", self.reason);
+        lines.push(("likelihood weighting".to_owned(), reason, estimator));
+        lines
+    }
+}

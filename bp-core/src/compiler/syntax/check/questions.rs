@@ -1,0 +1,280 @@
+//! Checks questions: searched and known variables, and their values.
+//!
+//! In: asks as written, in a program or typed by a user. Out: the model's questions. Invariant: a lower-case name that
+//! is neither a value of the variable nor similar to one stands for a value given when the question is asked; the
+//! plate's index is always known.
+
+use super::derived::{Found, derives, nothing};
+use super::functions::ordinal_of;
+use super::names::{did_you_mean, listed, near};
+use super::{Checker, constant, number, words};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::ids::{Id, VariableId};
+use crate::model::{Ask, Derived, Domain, Finding, Known, Model, Question, Searched, Statistic, Value};
+use crate::source::Span;
+use crate::syntax::ast::{self, Expr, ExprKind, Item, Name, Occurrence, Sign, Subject, ValueKind};
+
+impl Checker<'_> {
+    pub(super) fn question(&mut self, name: &Name, asks: &[ast::Ask]) {
+        if self.model.so_far().question(&name.text).is_some() {
+            self.complain(name.span(), format!("the question `{name}` is declared twice"));
+        }
+        let mut read: Vec<(Ask, Span)> = Vec::new();
+        let mut derived = Vec::new();
+        for written in asks {
+            let told = self.wrong.0.len();
+            let found = self.derive(written, &mut derived);
+            let ask = ask_of(self.model.so_far(), written, (&derived, &found), &mut self.wrong);
+            // Do not report a second error for a wrong one.
+            if self.wrong.0.len() == told {
+                read.push((ask, written.at.0));
+            }
+        }
+        let (read, spans): (Vec<Ask>, Vec<Span>) = read.into_iter().unzip();
+        let id = self.model.question(Question { name: name.text.clone(), asks: read, derived });
+        for (position, span) in spans.into_iter().enumerate() {
+            self.ask_spans.insert((id, position), span);
+        }
+    }
+}
+
+/// A question as a user types it, as far as it can be read.
+pub(super) fn typed(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) -> Question {
+    let (mut derived, mut found) = (Vec::new(), Found::new());
+    if derives(written) {
+        let program = nothing();
+        let mut checker = Checker::of(model, &program);
+        found = checker.derive(written, &mut derived);
+        checker.wrong.0.into_iter().for_each(|mistake| wrong.push(mistake));
+    }
+    let ask = ask_of(model, written, (&derived, &found), wrong);
+    Question { name: String::new(), asks: vec![ask], derived }
+}
+
+/// One ask, as far as it can be read; the rest is reported. Derived variables have the ids of the question.
+fn ask_of(
+    model: &Model,
+    written: &ast::Ask,
+    (derived, found): (&[Derived], &Found),
+    wrong: &mut Diagnostics,
+) -> Ask {
+    let names = Question { name: String::new(), asks: Vec::new(), derived: derived.to_vec() };
+    let (model, _) = model.posed(&names);
+    let first = model.variables.len() - derived.len();
+    let reader = Reader { model: &model, found, first };
+    let ask = reader.ask(written, wrong);
+    let local = |id: VariableId| match id.position().checked_sub(first) {
+        Some(number) => Derived::id(number),
+        None => id,
+    };
+    Question { asks: vec![ask], ..names }.renamed(&local).asks.remove(0)
+}
+
+/// A program with what an ask derives from it.
+struct Reader<'r> {
+    model: &'r Model,
+    found: &'r Found,
+    /// The first derived variable.
+    first: usize,
+}
+
+impl Reader<'_> {
+    fn ask(&self, written: &ast::Ask, wrong: &mut Diagnostics) -> Ask {
+        let model = self.model;
+        let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
+            distribution.known.iter().filter_map(|item| self.known(item, wrong)).collect()
+        };
+        let items = &written.distribution.searched;
+        let (mut statistic, when) = words::read(written, wrong);
+        let whole = statistic == Statistic::Distribution;
+        let searched: Vec<Searched> =
+            items.iter().filter_map(|item| self.searched(item, whole, wrong)).collect();
+        let first = known(&written.distribution, wrong);
+        if let (Statistic::Divergence { from, .. }, Some(second)) = (&mut statistic, &written.from) {
+            let second = &second.distribution;
+            let whole = searched.len() == items.len();
+            let others: Vec<Searched> =
+                second.searched.iter().filter_map(|item| self.searched(item, false, wrong)).collect();
+            let same = others.len() == searched.len() && others.iter().all(|item| searched.contains(item));
+            if whole && others.len() == second.searched.len() && !same {
+                let names = |searched: &[Searched]| {
+                    let names: Vec<_> =
+                        searched.iter().map(|item| model.variable_name(item.variable)).collect();
+                    listed(names.iter().map(String::as_str), "and")
+                };
+                let (one, other) = (names(&searched), names(&others));
+                let message = format!(
+                    "`divergence` compares two distributions of the same variables, but these search {one} and {other}"
+                );
+                wrong.push(Diagnostic::new(second.at.0, message));
+            }
+            *from = known(second, wrong);
+        }
+        Ask { statistic, when, searched, known: first }
+    }
+
+    /// A searched item; a predicate that is asked for its distribution is asked whether it holds.
+    fn searched(&self, item: &Item, holds: bool, wrong: &mut Diagnostics) -> Option<Searched> {
+        let model = self.model;
+        let variable = self.variable(item, wrong)?;
+        if model.plate_index() == Some(variable) {
+            let name = model.variable_name(variable);
+            let message = format!(
+                "`{name}` is the plate's index: it is known in every question, and cannot be searched"
+            );
+            wrong.push(Diagnostic::new(item.at.0, message));
+            return None;
+        }
+        let at = match &item.evidence {
+            None if holds && model.is_predicate(variable) => Some(Value::Ordinal(1)),
+            None => None,
+            Some(ast::Finding::Hard(written)) => Some(value(model, variable, written, wrong)?),
+            Some(evidence) => {
+                let kind = if let ast::Finding::Soft(_) = evidence { "soft" } else { "virtual" };
+                let message = format!(
+                    "{kind} evidence belongs to a known variable, but `{}` is searched",
+                    model.spelled(variable)
+                );
+                wrong.push(Diagnostic::new(item.at.0, message).with_help("move it behind the bar"));
+                return None;
+            }
+        };
+        Some(Searched { variable, at })
+    }
+
+    fn known(&self, item: &Item, wrong: &mut Diagnostics) -> Option<Known> {
+        let model = self.model;
+        let variable = self.variable(item, wrong)?;
+        let evidence = match &item.evidence {
+            // It is known anyway.
+            None if model.plate_index() == Some(variable) => return None,
+            Some(_) if model.plate_index() == Some(variable) => {
+                let name = model.variable_name(variable);
+                let message = format!(
+                    "`{name}` is the plate's index: every question is answered for each of its elements"
+                );
+                let help = format!("leave `{name}` out; the rows of the answer name their element");
+                wrong.push(Diagnostic::new(item.at.0, message).with_help(help));
+                return None;
+            }
+            None if model.is_predicate(variable) => Finding::Hard(Value::Ordinal(1)),
+            None => Finding::Each,
+            Some(ast::Finding::Hard(written)) => Finding::Hard(value(model, variable, written, wrong)?),
+            Some(ast::Finding::Virtual(written)) => {
+                Finding::Virtual(weights(written, "a likelihood", wrong)?)
+            }
+            Some(ast::Finding::Soft(written)) => Finding::Soft(weights(written, "a probability", wrong)?),
+        };
+        Some(Known { variable, evidence })
+    }
+
+    /// The variable of an item, or the one derived from it; `None` if an error was reported.
+    fn variable(&self, item: &Item, wrong: &mut Diagnostics) -> Option<VariableId> {
+        if let Some((_, place)) = self.found.iter().find(|(span, _)| *span == item.at.0) {
+            return place.map(|place| VariableId::new(self.first + place));
+        }
+        let name = match &item.subject {
+            Subject::Variable(occurrence) => return variable(self.model, occurrence, wrong),
+            // What is no family.
+            Subject::Slice(name, _) => name.clone(),
+            Subject::Term(_) => return None,
+        };
+        let index = vec![Expr { at: item.at, kind: ExprKind::Number("0".to_owned()) }];
+        variable(self.model, &Occurrence { at: item.at, name, index, before: false }, wrong)
+    }
+}
+
+fn weights(written: &[ast::Expr], what: &str, wrong: &mut Diagnostics) -> Option<Vec<f64>> {
+    let unknown = |entry: &ast::Expr| {
+        Diagnostic::new(entry.span(), format!("{what} must be a number that is known here"))
+    };
+    let weight = |entry: &ast::Expr| constant(entry).ok_or_else(|| unknown(entry));
+    written.iter().map(weight).collect::<Result<_, _>>().map_err(|told| wrong.push(told)).ok()
+}
+
+fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> Option<VariableId> {
+    let name = &occurrence.name.text;
+    let spoken = if occurrence.before { format!("{name}^-1") } else { name.clone() };
+    let Some(id) = model.variable(&spoken) else {
+        let known: Vec<String> = model.variables.ids().map(|id| model.variable_name(id)).collect();
+        let mut diagnostic = Diagnostic::new(occurrence.at.0, format!("unknown variable `{spoken}`"));
+        diagnostic.help = did_you_mean(name, known.iter().map(String::as_str)).or_else(|| {
+            let listed = listed(known.iter().map(String::as_str), "and");
+            (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
+        });
+        wrong.push(diagnostic);
+        return None;
+    };
+    if !occurrence.index.is_empty() {
+        let message = format!("`{name}` is one variable, not a family: it takes no index");
+        wrong.push(Diagnostic::new(occurrence.at.0, message).with_help(format!("write `{name}`")));
+        return None;
+    }
+    Some(id)
+}
+
+/// The value that is written for a variable.
+fn value(
+    model: &Model,
+    variable: VariableId,
+    written: &ast::Value,
+    wrong: &mut Diagnostics,
+) -> Option<Value> {
+    let domain = &model.variables[variable].domain;
+    let is_family = model.variables[variable].family.is_some();
+    if !is_family && let Some(ordinal) = ordinal_of(written, domain) {
+        return Some(Value::Ordinal(ordinal));
+    }
+    let slip = match &written.kind {
+        // `Fails = fails` is how a value that is given later is written, however near `fails` is to `false`.
+        ValueKind::Name(name) if !is_family && !is_own_name(&name.text, &model.variable_name(variable)) => {
+            slip(&name.text, domain)
+        }
+        _ => None,
+    };
+    match (&written.kind, domain) {
+        (ValueKind::Name(name), _)
+            if slip.is_none()
+                && name.text.starts_with(|first: char| first.is_lowercase() || first == '_') =>
+        {
+            return Some(Value::Given(name.text.clone()));
+        }
+        (ValueKind::Number(sign, text), Domain::Real) if !is_family => {
+            if let Some(number) = number(text) {
+                return Some(Value::Real(if *sign == Sign::Minus { -number } else { number }));
+            }
+        }
+        _ => {}
+    }
+    let name = model.variable_name(variable);
+    let text = model.domain_text(domain);
+    let array = is_family || matches!(domain, Domain::Vector(_));
+    let mut diagnostic = if array {
+        let what = if is_family { "a family of" } else { "a" };
+        let message = format!("`{name}` is {what} `{text}`: a single value is not enough");
+        Diagnostic::new(written.at.0, message)
+            .with_help(format!("write `{name}`, and give its values when asking"))
+    } else {
+        Diagnostic::new(written.at.0, format!("`{written}` is not a value of `{name}`, which is `{text}`"))
+    };
+    if let Some(meant) = slip {
+        diagnostic.help = Some(format!("did you mean `{meant}`?"));
+    }
+    wrong.push(diagnostic);
+    None
+}
+
+/// Whether a name is the variable's name in lower case, with or without `_` between its words.
+fn is_own_name(name: &str, variable: &str) -> bool {
+    let plain = |text: &str| text.replace('_', "").to_lowercase();
+    name != variable && plain(name) == plain(variable)
+}
+
+/// The value that a name was probably meant to be. A name such as `w` resembles none: it stands for a given value.
+fn slip<'d>(name: &str, domain: &'d Domain) -> Option<&'d str> {
+    match domain {
+        Domain::Boolean => near(name, ["false", "true"]),
+        Domain::Finite { labels, .. } => near(name, labels.iter().map(String::as_str)),
+        _ => None,
+    }
+}
