@@ -1,7 +1,7 @@
-//! Strategies: one folder for each way to answer, with what it offers, its engine, and its answers.
+//! Strategies: one folder for each inference algorithm, with its offer, its engine, and its answers.
 //!
-//! In: a model, and asks that know the same. Out: what a strategy offers for them, and what it answers. Invariant: strategies are
-//! chosen by the planner, never by each other; an offer that is accepted answers.
+//! In: a model, and asks with the same known variables. Out: what a strategy offers for them, and its answers.
+//! Invariant: the planner chooses strategies; they do not choose each other; an accepted offer answers.
 
 pub mod chain;
 pub mod gaussian;
@@ -26,15 +26,15 @@ use crate::sample::Sampling;
 use gaussian::Named;
 use std::fmt::Debug;
 
-/// What was observed at an instant: names of variables (of a family `Z[2]`), and values.
+/// The observations of an instant: names of variables (of a family `Z[2]`), and values.
 pub type Observed = Vec<(String, f64)>;
 
-/// One way to answer.
+/// An inference algorithm.
 pub(crate) trait Engine: Sync {
-    /// What it offers for asks that know the same.
+    /// The route that it offers for asks with the same known variables.
     ///
     /// # Errors
-    /// Why it does not answer them.
+    /// The reason why it does not answer them.
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error>;
 }
 
@@ -42,11 +42,11 @@ pub(crate) trait Engine: Sync {
 #[derive(Clone, Copy)]
 pub(crate) struct Turn<'t> {
     pub(crate) options: Options,
-    /// Whether the user names it.
+    /// Whether the user chose this strategy.
     pub(crate) forced: bool,
-    /// Whether a join tree is offered.
+    /// Whether the join tree is allowed to make an offer.
     pub(crate) by_tree: bool,
-    /// Why no exact strategy answers.
+    /// The error of the exact strategies, where none answers.
     pub(crate) not_exact: Option<&'t Error>,
 }
 
@@ -54,28 +54,28 @@ pub(crate) struct Turn<'t> {
 pub(crate) trait Offered {
     /// The strategy.
     fn strategy(&self) -> Strategy;
-    /// What is asked; answers have this order.
+    /// The asks; answers have this order.
     fn asks(&self) -> &[Ask];
-    /// Products that are summed, where that is known before.
+    /// The number of products that are summed, where it is known in advance.
     fn cost(&self) -> Option<f64> {
         None
     }
-    /// Which way the answer is found, and why it can be.
+    /// How the answer is found, and why that is possible.
     fn reason(&self) -> &'static str;
-    /// The lines that lead to the distribution, and those that make the answers of it.
+    /// The lines that derive the distribution, and those that compute the answers from it.
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>);
-    /// The products that are computed, each with its range of numbers.
+    /// The products that are computed, each with the range of its numbers.
     fn marks(&self, _model: &Model, _notation: Notation) -> Vec<Marked> {
         Vec::new()
     }
-    /// Why no code is printed of it, where none is.
+    /// The reason why no code is printed, where there is none.
     fn not_printed(&self) -> Option<String> {
         None
     }
-    /// Compiles what does not depend on a case.
+    /// Compiles everything that does not depend on a case.
     ///
     /// # Errors
-    /// What cannot be compiled.
+    /// An offer that cannot be compiled.
     fn prepare(
         &self,
         model: &Model,
@@ -84,25 +84,25 @@ pub(crate) trait Offered {
     ) -> Result<Box<dyn Prepared>, Error>;
 }
 
-/// What becomes of the answers.
+/// The use of the answers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Purpose {
     /// They are shown.
     Shown,
     /// They are compared with others; over time at each instant, or at the last one.
     Compared {
-        /// Whether at each.
+        /// Whether at each instant.
         each: bool,
     },
 }
 
 /// An offer that is ready to run.
 pub(crate) trait Prepared: Debug + Send + Sync {
-    /// Which of what it finds belongs to an ask.
+    /// Which of its results belongs to an ask.
     fn place(&self, ask: usize) -> usize {
         ask
     }
-    /// The kernel that runs, where one does.
+    /// The kernel, where the offer runs one.
     fn kernel(&self) -> Option<&Kernel> {
         None
     }
@@ -113,7 +113,7 @@ pub(crate) trait Prepared: Debug + Send + Sync {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error>;
 }
 
-/// Elements of families that are observed alone.
+/// Observations of single elements of families.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Findings {
     /// (variable, element from 0, ordinal of its value)
@@ -123,30 +123,30 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Whether nothing is observed so.
+    /// Whether there are no such observations.
     pub fn is_empty(&self) -> bool {
         self.hard.is_empty() && self.weighed.is_empty()
     }
 }
 
-/// What is given to a question.
+/// The inputs of a question.
 #[derive(Clone, Copy)]
 pub(crate) struct Case<'c> {
     pub(crate) question: &'c Question,
     pub(crate) inputs: &'c Inputs<'c, f64>,
-    /// What was observed, instant by instant.
+    /// The observations, instant by instant.
     pub(crate) instants: &'c [Observed],
     pub(crate) sampling: Sampling,
     pub(crate) findings: Option<&'c Findings>,
 }
 
-/// What a strategy finds.
+/// The result of a strategy.
 pub(crate) enum Found {
     /// A whole table, and ln P(evidence) where the evidence is an event.
     Table(Table, Option<f64>),
-    /// An answer as it is shown.
+    /// An answer ready to be shown.
     Answer(Answer),
-    /// Normal laws, each with the values that name it, and the answer that is made of them, where it is shown.
+    /// Normal laws, each with the values that name it, and the answer made of them, where it is shown.
     Normal(Vec<Named>, Option<Answer>),
 }
 
@@ -163,7 +163,7 @@ pub(crate) fn engine(strategy: Strategy) -> &'static dyn Engine {
     }
 }
 
-/// The error that a strategy does not answer.
+/// The error of a strategy that does not answer.
 pub(crate) fn refused(model: &Model, asks: &[Ask], reason: &str) -> Error {
     Error::Unplanned { question: model.ask_text(&asks[0]), reason: reason.to_owned() }
 }

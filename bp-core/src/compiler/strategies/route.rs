@@ -1,7 +1,7 @@
-//! Routes: the offers of all strategies as one value.
+//! Routes: the offers of all strategies as one type.
 //!
-//! In: an offer. Out: a [`Route`], which plans keep and tests look into. Invariant: what is done with a route is done by its
-//! strategy; there is no other `match` over all of them.
+//! In: an offer. Out: a [`Route`], which plans keep and tests inspect. Invariant: work on a route is done by its
+//! strategy; there is no other `match` over all routes.
 
 use super::gaussian::Gaussian;
 use super::join_tree::JoinTree;
@@ -17,9 +17,9 @@ pub enum Route {
     Exact(Exact),
     /// Sums and products over a join tree.
     Tree(JoinTree),
-    /// All is linear and Gaussian: closed form.
+    /// Closed form: all variables are linear and Gaussian.
     Gaussian(Gaussian),
-    /// No exact route: estimated by draws.
+    /// Estimates from draws, where there is no exact route.
     Sampled(Sampled),
     /// Over time, from instant to instant.
     OverTime(OverTime),
@@ -37,17 +37,17 @@ impl Route {
         }
     }
 
-    /// Which way the answer is found, and why it can be.
+    /// How the answer is found, and why that is possible.
     pub fn reason(&self) -> &'static str {
         self.offered().reason()
     }
 
-    /// By which strategy.
+    /// The strategy.
     pub fn strategy(&self) -> Strategy {
         self.offered().strategy()
     }
 
-    /// The sum of products that a kernel computes, where one does.
+    /// The sum of products that a kernel computes, where there is one.
     pub fn exact(&self) -> Option<&Exact> {
         match self {
             Route::Exact(exact) => Some(exact),

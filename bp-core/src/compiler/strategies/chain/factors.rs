@@ -1,9 +1,9 @@
 //! The factors of an instant, as potentials over its slots.
 //!
-//! In: a program whose carried variables are finite, and what is observed at an instant. Out: a [`Product`] over the slots
-//! that are carried or searched; every other one is summed. Invariant: each potential is a factor of the decomposition
-//! where it has its observed values, read from the factor's own form. The factors that distribute X^-1 belong to the first
-//! instant alone: afterwards the message of the instant before stands in their place.
+//! In: a program whose carried variables are finite, and the observations of an instant. Out: a [`Product`] over the
+//! slots that are carried or searched; all other slots are summed out. Invariant: each potential is a factor of the
+//! decomposition restricted to its observed values and computed from the factor's own form. The factors that distribute
+//! X^-1 enter the first instant only: from then on the message of the previous instant replaces them.
 
 use super::{far, says_a_value};
 use crate::distribution::{Distribution, Instance, Setting};
@@ -15,26 +15,26 @@ use crate::strategies::over_time::Instant;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-/// The most numbers of distributions that are kept for one factor.
+/// Upper limit on the numbers of distributions that are cached for one factor.
 const MOST_KEPT: usize = 4_000_000;
 
-/// The most cells that are kept of instants that were met before.
+/// Upper limit on the cells that are cached for patterns of observations.
 const MOST_MADE: usize = 10_000_000;
 
-/// What the factors of a program are at an instant.
+/// The factors of a program at an instant.
 pub(super) struct Factors<'s> {
     setting: Arc<Setting<'s>>,
     own: Vec<Own>,
-    /// Which of `own` distributes a slot.
+    /// For each slot, the index in `own` of the instance that distributes it.
     distributes: Vec<Option<usize>>,
-    /// How many values each slot has; 0 of a real.
+    /// The number of values of each slot; 0 for a real.
     pub(super) counts: Vec<usize>,
     /// The slots of X and of X^-1, in the same order.
     pub(super) now: Vec<usize>,
     pub(super) before: Vec<usize>,
-    /// The slots that stay axes although they may be observed: carried, previous and searched ones.
+    /// The slots that remain axes even when they are observed: carried, previous and searched ones.
     axes: BTreeSet<usize>,
-    /// Likelihoods of slots, at each instant that is given (virtual evidence).
+    /// Likelihoods of slots, applied at each instant with observations (virtual evidence).
     likelihoods: Vec<(usize, Vec<f64>)>,
     patterns: HashMap<(bool, Vec<usize>), Arc<Vec<Described>>>,
     distributions: HashMap<usize, Arc<Vec<Distribution>>>,
@@ -44,7 +44,7 @@ pub(super) struct Factors<'s> {
     pub(super) orders: Orders,
 }
 
-/// First or not, given or ahead, slots and bits of what is observed.
+/// Cache key: whether the instant is the first, whether it has observations, and the observed slots with their bits.
 type Made = (bool, bool, Vec<(usize, u64)>);
 
 /// An instance of a factor.
@@ -54,21 +54,21 @@ struct Own {
     parents: Vec<usize>,
     /// Whether it distributes X^-1.
     initial: bool,
-    /// Whether it surely sums to one.
+    /// Whether it is certain to sum to one.
     proper: bool,
-    /// Whether it says the value of a real for sure.
+    /// Whether it determines the value of a real (a Dirac in every branch).
     determined: bool,
 }
 
-/// An instance where some slots are observed.
+/// An instance, some of whose slots are observed.
 struct Described {
     own: usize,
-    /// Slots that are not observed, on the right and on the left.
+    /// The slots that are not observed, on the right-hand side and on the left.
     parents: Vec<usize>,
     left: Vec<usize>,
-    /// The instances that say the reals on which it depends, parents first.
+    /// The instances that determine the real parents, parents first.
     determined: Vec<usize>,
-    /// Whether something observed stands on its right, or anywhere in it.
+    /// Whether a slot on its right-hand side, or any of its slots, is observed.
     given: bool,
     observed: bool,
 }
@@ -137,8 +137,8 @@ impl<'s> Factors<'s> {
         })
     }
 
-    /// The product of all factors of an instant. `first`: those that distribute X^-1 are among them. `given`: the
-    /// likelihoods of the question hold, as they do not at an instant that is predicted.
+    /// The product of all factors of an instant. `first`: include the factors that distribute X^-1. `given`: apply the
+    /// likelihoods of the question; false for a predicted instant.
     pub(super) fn product(&mut self, instant: &Instant, first: bool, given: bool) -> Result<Product, Error> {
         let bits = instant.iter().map(|(slot, value)| (*slot, value.to_bits())).collect();
         let key: Made = (first, given, bits);
@@ -159,7 +159,7 @@ impl<'s> Factors<'s> {
         Ok(product)
     }
 
-    /// An observed value as one writes it, and the head of the factor that distributes its slot.
+    /// An observed value in its written form, and the head of the factor that distributes its slot.
     pub(super) fn named(&self, slot: usize, value: f64) -> (String, String) {
         let (model, name) = (self.setting.model, self.setting.slot_name(slot));
         let value = match self.counts[slot] {
@@ -180,14 +180,14 @@ impl<'s> Factors<'s> {
         let pattern = self.pattern(instant, first)?;
         let mut values = vec![f64::NAN; self.setting.slots()];
         for (slot, distributes) in self.distributes.iter().enumerate() {
-            // The plate's index: one element.
+            // The plate's index has a single element.
             if distributes.is_none() {
                 values[slot] = 0.0;
             }
         }
         instant.iter().for_each(|(slot, value)| values[*slot] = *value);
         let mut product = Product::default();
-        // Observed factors over the same slots are added as logarithms.
+        // Observed factors over the same slots are summed as logarithms.
         let mut observed: BTreeMap<Vec<usize>, (Vec<f64>, f64)> = BTreeMap::new();
         for described in pattern.iter() {
             if !described.observed {
@@ -238,8 +238,8 @@ impl<'s> Factors<'s> {
         self.counts[self.own[described.own].instance.left[0]] == 0
     }
 
-    /// The values of a factor over its free slots, parents first; or their logarithms: of a real, and where f64 does not hold
-    /// the probabilities; and what is to be added to these.
+    /// Writes the values of a factor over its free slots, parents first. They are logarithms for a real, or where f64
+    /// cannot represent the probabilities; the returned number is to be added to these.
     fn cells(&mut self, described: &Described, values: &mut [f64]) -> Result<(Vec<f64>, bool, f64), Error> {
         let over = described.over();
         let size: f64 = over.iter().map(|slot| self.counts[*slot] as f64).product();
@@ -297,7 +297,7 @@ impl<'s> Factors<'s> {
         Ok((cells, logarithms, ln_scale))
     }
 
-    /// The factors that matter where these slots are observed.
+    /// The relevant factors for this set of observed slots.
     fn pattern(&mut self, instant: &Instant, first: bool) -> Result<Arc<Vec<Described>>, Error> {
         let key = (first, instant.iter().map(|(slot, _)| *slot).collect::<Vec<usize>>());
         if let Some(pattern) = self.patterns.get(&key) {
@@ -321,7 +321,7 @@ impl<'s> Factors<'s> {
         for position in wanted {
             let left = &self.own[position].instance.left;
             let fixed = |slot: &usize| key.1.contains(slot) && !self.axes.contains(slot);
-            // A real that is not observed: what its Dirac says is put in where it is needed.
+            // An unobserved real: the expression of its Dirac is substituted where the value is needed.
             if self.counts[left[0]] == 0 && !key.1.contains(&left[0]) {
                 continue;
             }

@@ -1,16 +1,17 @@
-//! The densities of an observation that is far from what every context expects: their ratios, and their size apart.
+//! Densities of an observation far from the mean of every context: their ratios, with the common size kept apart.
 //!
-//! In: a normal law for each context, and a value. Out: ln of the densities relative to the largest, and its ln. Invariant: the
-//! ratios have their digits, where those of the logarithms themselves (−z²/2 beside −(z − 1)²/2) are rounded away.
+//! In: a normal law for each context, and a value. Out: ln of the densities relative to the largest, and ln of the
+//! largest. Invariant: the ratios are accurate where the difference of two logarithms (−z²/2 and −(z − 1)²/2) would be
+//! lost to rounding.
 //!
-//! With u = (z − m) / s: ln p − ln q = −½ (u_p − u_q) (u_p + u_q) − ln (s_p / s_q), and u_p − u_q = (m_q − m_p) / s where both
-//! have the same s.
+//! With u = (z − m) / s: ln p − ln q = −½ (u_p − u_q) (u_p + u_q) − ln (s_p / s_q), and u_p − u_q = (m_q − m_p) / s
+//! where both have the same s.
 
 use crate::distribution::Distribution;
 use crate::law::Law;
 
-/// Makes logarithms of densities relative to the largest, whose logarithm is given; where a law is not normal, 0 is given
-/// and nothing changes.
+/// Writes the logarithms of the densities relative to the largest, and returns the logarithm of the largest. Where a
+/// law is not normal, returns 0 and leaves the cells unchanged.
 pub(super) fn relative(distributions: &[Distribution], value: f64, cells: &mut [f64]) -> f64 {
     let normal = |distribution: &Distribution| match distribution {
         Distribution::Law(Law::Normal, parameters) => Some(*parameters),
@@ -28,6 +29,6 @@ pub(super) fn relative(distributions: &[Distribution], value: f64, cells: &mut [
         };
         *cell = -0.5 * apart * (standard(*law) + standard(nearest)) - (law[1] / deviation).ln();
     }
-    // Halved before the second factor: the square may be beyond the range of numbers where the half is not.
+    // Multiply by one half before squaring: the square may overflow where half of it does not.
     -0.5 * standard(nearest) * standard(nearest) - deviation.ln() - 0.5 * std::f64::consts::TAU.ln()
 }

@@ -1,7 +1,7 @@
-//! Questions over time to programs whose carried variables are finite.
+//! Questions over time for programs whose carried variables are finite.
 //!
-//! In: a question and what was observed at each instant. Out: what is believed of the searched slots. Invariant: exact, for
-//! whatever is impossible at the start, in a transition or in an observation.
+//! In: a question and the observations of each instant. Out: the posterior of the searched slots. Invariant: the answer
+//! is exact, also where the initial law, a transition or an observation has probability zero.
 
 use super::{Chain, Forward};
 use crate::distribution::Setting;
@@ -42,7 +42,7 @@ pub(crate) fn answer(
     Ok(Answered { told: all, sequences, ln_evidence: forward.ln_evidence })
 }
 
-/// The chain of a route.
+/// The chain that answers a route.
 pub(crate) fn chain<'s>(setting: &Setting<'s>, route: &OverTime) -> Result<Chain<'s>, Error> {
     let searched = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
     let likelihoods = (route.ask().known.iter()).filter_map(|known| match &known.evidence {
@@ -53,7 +53,7 @@ pub(crate) fn chain<'s>(setting: &Setting<'s>, route: &OverTime) -> Result<Chain
     Chain::new(setting, &route.carried, searched.collect(), likelihoods.collect(), asked)
 }
 
-/// The sequences that a statistic asks for.
+/// The sequences that a statistic requests.
 fn sequences(
     chain: &mut Chain<'_>,
     forward: &Forward,

@@ -1,13 +1,15 @@
-//! Chains of finite hidden states: messages forward and backward, and the most likely sequence.
+//! Chains of finite hidden states: forward and backward messages, and the most likely sequence.
 //!
-//! In: the `Factors` of a program, and what is observed at each instant. Out: messages, from which the distribution of
-//! any slots of any instant follows; the most likely values of all instants. Invariant: a message is a product of
-//! potentials, summed to one; it is zero only where the program says zero.
+//! In: the `Factors` of a program, and the observations of each instant. Out: messages, which determine the
+//! distribution of any slots of any instant; the most likely values of all instants. Invariant: a message is a product
+//! of potentials that sums to one; it is zero only where the program assigns probability zero.
 //!
-//! With φₜ the product of the factors of instant t, the hidden slots summed, and π that of the factors of X^-1:
-//! α₁(X) = Σ_X⁻¹ π φ₁ / c₁,  αₜ(X) = Σ_X⁻¹ αₜ₋₁(X⁻¹) φₜ / cₜ,  cₜ what makes it sum to one;  ln P(z) = Σ ln cₜ;
-//! βₜ₋₁(X⁻¹) ∝ Σ_X φₜ βₜ(X);  P(X⁻¹ X S | z) ∝ αₜ₋₁(X⁻¹) φₜ βₜ(X)   (Baum et al. 1970; Rabiner 1989).
-//! Most likely: δₜ(X) = max αs in place of sums (Viterbi 1967); what was before the first instant is summed.
+//! With φₜ the product of the factors of instant t, other hidden slots summed out, and π that of the factors of X^-1:
+//! α₁(X) = Σ_X⁻¹ π φ₁ / c₁,  αₜ(X) = Σ_X⁻¹ αₜ₋₁(X⁻¹) φₜ / cₜ,  cₜ the normalising constant;  ln P(z) = Σ ln cₜ;
+//! βₜ₋₁(X⁻¹) ∝ Σ_X φₜ βₜ(X);  P(X⁻¹ X S
+//! z) ∝ αₜ₋₁(X⁻¹) φₜ βₜ(X)   (Baum et al. 1970; Rabiner 1989).
+//! Most likely: δₜ(X) is α with maxima in place of sums (Viterbi 1967); the state before the first instant is summed
+//! out.
 
 mod factors;
 mod far;
@@ -29,12 +31,12 @@ use factors::Factors;
 /// A chain of instants.
 pub(crate) struct Chain<'s> {
     factors: Factors<'s>,
-    /// What is asked, for messages.
+    /// The question, for error messages.
     asked: String,
     searched: Vec<usize>,
 }
 
-/// Messages forward.
+/// The forward messages.
 pub(crate) struct Forward {
     /// φ of each instant.
     products: Vec<Product>,
@@ -44,17 +46,17 @@ pub(crate) struct Forward {
     pub(crate) ln_evidence: f64,
 }
 
-/// An instant that was followed.
+/// One forward step.
 pub(crate) struct Step {
     /// φ of the instant.
     pub(crate) product: Product,
     /// α after it, which sums to one.
     pub(crate) message: Product,
-    /// ln P(what was observed), given the past.
+    /// ln P(the observations of this instant), given the past.
     pub(crate) ln_total: f64,
 }
 
-/// All factors of an instant with the messages from both sides: up to a factor, the distribution of its slots.
+/// All factors of an instant with the messages from both sides: the distribution of its slots up to a constant.
 pub(crate) struct Joint<'c> {
     product: Product,
     counts: &'c [usize],
@@ -62,15 +64,16 @@ pub(crate) struct Joint<'c> {
 }
 
 impl Joint<'_> {
-    /// The distribution of some slots, the last one fastest; `Err` is the number of cells that would be too many.
+    /// The distribution of some slots, the last one fastest; `Err` holds the number of cells where there would be too
+    /// many.
     pub(crate) fn distribution(&mut self, slots: &[usize]) -> Result<Vec<f64>, f64> {
         self.product.clone().distribution(slots, self.counts, self.orders)
     }
 }
 
 impl<'s> Chain<'s> {
-    /// A chain of which (X, X^-1) are carried and some slots searched. `likelihoods` hold at each instant that is given.
-    /// `asked` is what messages speak of.
+    /// A chain that carries (X, X^-1) and searches some slots. `likelihoods` apply at each instant with observations.
+    /// `asked` is the question as error messages name it.
     ///
     /// # Errors
     /// A program whose instants have no finite tables.
@@ -94,10 +97,10 @@ impl<'s> Chain<'s> {
         made.map_err(|cells| self.factors.too_large(cells))
     }
 
-    /// Follows the observations, and so many instants ahead of which nothing is observed.
+    /// Computes the forward messages of the observations, and of `ahead` further instants without observations.
     ///
     /// # Errors
-    /// Observations that are impossible; tables that are too large; numbers that cannot be.
+    /// Observations that are impossible; tables that are too large; numbers outside the range that a form accepts.
     pub(crate) fn forward(&mut self, instants: &[Instant], ahead: usize) -> Result<Forward, Error> {
         let mut forward = Forward { products: Vec::new(), messages: Vec::new(), ln_evidence: 0.0 };
         let nothing = Instant::new();
@@ -114,7 +117,8 @@ impl<'s> Chain<'s> {
         Ok(forward)
     }
 
-    /// Follows one instant more: `number` from 0, `given` where likelihoods of the question hold.
+    /// Computes the forward message of one more instant. `number` counts from 0; `given`: apply the likelihoods of the
+    /// question.
     ///
     /// # Errors
     /// As [`Chain::forward`].
@@ -136,7 +140,7 @@ impl<'s> Chain<'s> {
         Ok(Step { product, message: scaled(message, ln_total), ln_total })
     }
 
-    /// The error that an instant cannot be, with the first observation that excludes it.
+    /// The error that an instant has probability zero, with the first observation that excludes it.
     fn impossible(&mut self, last: Option<&Product>, instant: &Instant, number: usize) -> Error {
         let mut reason = "no value of the carried variables is possible there".to_owned();
         for count in 0..=instant.len() {
@@ -158,7 +162,7 @@ impl<'s> Chain<'s> {
         Error::Impossible(Impossible { question, reason: Some(reason) })
     }
 
-    /// Σ over all slots but those of X.
+    /// Sums out all slots except those of X.
     fn message(&mut self, last: Option<&Product>, product: &Product) -> Result<Product, Error> {
         let all = self.entered(last).times(product);
         let Factors { counts, orders, now, .. } = &mut self.factors;
@@ -166,13 +170,13 @@ impl<'s> Chain<'s> {
         self.small(message)
     }
 
-    /// A message as one instant leaves it, as the next one finds it: X is X^-1 there.
+    /// The message that an instant leaves, renamed for the next instant: X becomes X^-1.
     fn entered(&self, last: Option<&Product>) -> Product {
         let (now, before) = (&self.factors.now, &self.factors.before);
         last.map(|last| last.renamed(|slot| renamed(slot, now, before))).unwrap_or_default()
     }
 
-    /// Calls `visit` with the joint distribution of an instant, given what was observed up to it.
+    /// Calls `visit` with the joint distribution of an instant, given the observations up to it.
     pub(crate) fn at<T>(
         &mut self,
         forward: &Forward,
@@ -196,7 +200,7 @@ impl<'s> Chain<'s> {
         self.small(visited)
     }
 
-    /// Calls `visit(instant, its joint distribution)` for each instant, the last first, given all observations.
+    /// Calls `visit(instant, joint distribution)` for each instant, the last first, given all observations.
     pub(crate) fn backward(
         &mut self,
         forward: &Forward,
@@ -221,7 +225,7 @@ impl<'s> Chain<'s> {
         Ok(())
     }
 
-    /// The most likely values of the searched slots at all instants together, all of X being among them.
+    /// The most likely joint values of the searched slots at all instants; the searched slots include all of X.
     ///
     /// # Errors
     /// See [`Chain::forward`].

@@ -1,7 +1,8 @@
-//! Whether what is carried over time is finite, so that sums answer.
+//! Whether the carried variables are finite, so that sums over states answer exactly.
 //!
-//! In: a model and an ask over time. Out: nothing, or why sums do not answer. Invariant: decided from the program and the
-//! sizes that are written in it, before any number is known; what is let through has a potential for each of its factors.
+//! In: a model and an ask over time. Out: the route, or the reason why sums do not answer. Invariant: the decision uses
+//! only the program and the sizes written in it, before any number is known; every factor of an accepted model has a
+//! potential.
 
 use crate::equation::{is_proper, of_form};
 use crate::error::Error;
@@ -15,7 +16,7 @@ use std::collections::BTreeSet;
 /// The most states that carried families may have together.
 const MOST_STATES: f64 = 4096.0;
 
-/// Why a question is not answered by sums over finite states.
+/// The reason why a question is not answered by sums over finite states.
 pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, VariableId)]) -> Option<String> {
     let name = |id: VariableId| model.variable_name(id);
     let searched = ask.searched.iter().map(|item| item.variable);
@@ -34,7 +35,7 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
     let known: Vec<VariableId> = ask.known.iter().map(|known| known.variable).collect();
     let mut rest: Vec<VariableId> = axes.iter().chain(&known).copied().collect();
     rest.extend(carried.iter().map(|(_, before)| *before));
-    // A Dirac that may fall outside its domain says something even where nothing depends on it.
+    // A Dirac whose value may fall outside its domain constrains its parents even if nothing depends on it.
     let improper = model.factors.iter().filter(|(id, factor)| {
         model.variables[factor.left[0].variable].domain.is_finite() && !is_proper(model, *id)
     });
@@ -82,7 +83,7 @@ impl strategies::Engine for Engine {
     }
 }
 
-/// How many states all elements of a family have together.
+/// The number of joint states of all elements of a family.
 fn states_of(model: &Model, id: VariableId) -> f64 {
     let variable = &model.variables[id];
     let count = variable.domain.count().map_or(f64::INFINITY, |count| count as f64);

@@ -1,11 +1,12 @@
 //! Whole sequences of a chain: the most likely ones in order, and sequences drawn at random.
 //!
-//! In: messages forward. Out: for each sequence the values of the searched slots, instant by instant. Invariant: all that
-//! is carried is searched, so that a sequence is one history; what was before the first instant is summed unless it is
-//! searched itself.
+//! In: forward messages. Out: for each sequence the values of the searched slots, instant by instant. Invariant: all
+//! carried variables are searched, so that a sequence is one history; the state before the first instant is summed out
+//! unless it is searched itself.
 //!
 //! Best: for each value of X the k best histories that end in it, from the k best of each X⁻¹ (Seshadri and Sundberg
-//! 1994, "list Viterbi"). Drawn: X_T from α_T, then backward (X⁻¹, …) from αₜ₋₁(X⁻¹) φₜ given X (Frühwirth-Schnatter 1994).
+//! 1994, "list Viterbi"). Drawn: X_T from α_T, then backward (X⁻¹, …) from αₜ₋₁(X⁻¹) φₜ given X (Frühwirth-Schnatter
+//! 1994).
 
 use super::{Chain, Forward};
 use crate::error::Error;
@@ -15,24 +16,24 @@ use rand::RngExt;
 /// Values of the searched slots, instant by instant.
 pub(crate) type Sequence = Vec<Vec<usize>>;
 
-/// The most entries that are kept on the way to the best sequences.
+/// Upper limit on the entries that the search for the best sequences stores.
 const MOST_ENTRIES: f64 = 1e8;
 
-/// A history that ends in a value of what is carried.
+/// A history that ends in a value of the carried variables.
 #[derive(Clone, Copy)]
 struct Entry {
     /// ln of its probability with the observations so far.
     ln: f64,
     /// The cell of the instant's table.
     cell: usize,
-    /// Which of the histories of the value before it continues.
+    /// The rank of the history that it continues, among those that end in the previous value.
     rank: usize,
 }
 
 /// The slots of an instant's table: those of X⁻¹, those of X, and the other searched ones.
 struct Axes {
     slots: Vec<usize>,
-    /// How many combinations of values X has; they are followed by `rest` values of the other searched slots.
+    /// The number of combinations of values of X; each is followed by `rest` values of the other searched slots.
     now: usize,
     rest: usize,
 }
@@ -129,7 +130,7 @@ impl Chain<'_> {
         for number in (0..forward.products.len()).rev() {
             let axes = self.axes(number);
             let table = self.at(forward, number, |joint| joint.distribution(&axes.slots))?;
-            // For each value of X the cells that have it, with the sums up to them.
+            // For each value of X, the cells with that value and their cumulative sums.
             let mut cells: Vec<(Vec<usize>, Vec<f64>)> = vec![Default::default(); axes.now + 1];
             for (cell, p) in table.iter().enumerate().filter(|(_, p)| **p > 0.0) {
                 for group in [cell / axes.rest % axes.now, axes.now] {
@@ -151,7 +152,7 @@ impl Chain<'_> {
     }
 }
 
-/// Keeps the entries with the largest logarithms, in order; among equals the first.
+/// Keeps the entries with the largest logarithms, in order; ties keep the earlier entry.
 fn keep_best(entries: &mut Vec<Entry>, count: usize) {
     entries.sort_by(|one, other| other.ln.total_cmp(&one.ln));
     entries.truncate(count);

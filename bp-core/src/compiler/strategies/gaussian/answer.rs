@@ -1,7 +1,7 @@
-//! Answers in closed form, where all is linear and Gaussian.
+//! Closed-form answers of linear-Gaussian programs.
 //!
-//! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a deviation for each searched
-//! variable, or what is made of the law. Invariant: each parameter and each observation is one number.
+//! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a standard deviation for
+//! each searched variable, or a statistic of the law. Invariant: each parameter and each observation is one number.
 
 use super::{Filter, Gaussian, NormalLaw, condition, of_normal, probabilities};
 use crate::distribution::Setting;
@@ -17,10 +17,10 @@ use crate::spelling::exact;
 use crate::strategies::{Case, Found, Prepared};
 use rand::Rng;
 
-/// With more variables than these, only those that are still needed are kept.
+/// Above this number of variables, `condition` keeps only those that are still needed.
 const MANY_VARIABLES: usize = 200;
 
-/// Whether a program is long, and of one instant.
+/// Whether a program has many variables and no time.
 fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
     gaussian.sources.len() > MANY_VARIABLES
         && gaussian.carried.is_empty()
@@ -28,13 +28,13 @@ fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
         && gaussian.sources.iter().all(|source| model.components(source.variable) == 1)
 }
 
-/// The most values that are drawn at once.
+/// Upper limit on the number of draws of one question.
 const MOST_DRAWS: f64 = 1e7;
 
-/// What an ask makes of the normal law of what it searches; `context` is named in each row.
+/// The rows that an ask's statistic makes of the normal law of the searched variables; `context` is named in each row.
 ///
 /// # Errors
-/// More draws than there is room for.
+/// More draws than memory holds.
 pub(crate) fn rows(
     setting: &Setting<'_>,
     ask: &Ask,
@@ -55,7 +55,7 @@ pub(crate) fn rows(
             let first = setting.slots_of(ask.searched[0].variable).len();
             vec![row(Vec::new(), Figure::Information { information: law.information(first) })]
         }
-        // The density is largest at the mean; a sequence is answered by the mean of each instant.
+        // The density is largest at the mean; the most likely sequence is answered by the mean of each instant.
         Statistic::Maximum | Statistic::Argmax { .. } if ask.when != When::Sequence => {
             vec![at(&means(), Figure::Density { density: law.ln_largest_density().exp() })]
         }
@@ -82,10 +82,10 @@ pub(crate) fn rows(
     })
 }
 
-/// Values, and the normal law that they name.
+/// A normal law, with the values that name it.
 pub(crate) type Named = (Vec<(String, String)>, NormalLaw);
 
-/// The divergence of each law from the other of the same name.
+/// The divergence of each law from the law of the same name.
 pub(crate) fn divergences(laws: &[Named], from: &[Named]) -> Vec<Row> {
     let row = |(values, law): &Named| {
         let (_, other) = from.iter().find(|(other, _)| other == values)?;
@@ -153,7 +153,7 @@ fn answers(
     if !numbers.copied().all(f64::is_finite) {
         return Err(setting.not_a_number(&model.ask_text(&gaussian.asks[0]), &evidence.values));
     }
-    // The rows of the belief are those of the asks, one ask after the other.
+    // The rows of the belief follow the asks in order.
     let mut next = 0;
     let answer = |ask: &Ask| -> Result<(Answer, NormalLaw), Error> {
         let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
@@ -175,7 +175,7 @@ fn answers(
     gaussian.asks.iter().map(answer).collect()
 }
 
-/// The probabilities that a predicate of reals does not hold and that it does; `None` where something else is asked.
+/// The probabilities that a predicate of reals is false and that it is true; `None` for any other ask.
 pub(crate) fn whether(setting: &Setting<'_>, ask: &Ask, law: &NormalLaw) -> Option<Vec<f64>> {
     let [only] = ask.searched.as_slice() else { return None };
     let root = of_normal(setting.model, only.variable)?;
@@ -183,7 +183,7 @@ pub(crate) fn whether(setting: &Setting<'_>, ask: &Ask, law: &NormalLaw) -> Opti
     Some(probabilities(setting.model, root, (law.mean(0), law.deviation(0)), &parameter).to_vec())
 }
 
-/// The table of a predicate that is asked of one instant.
+/// The table of a predicate without time.
 fn truths(model: &Model, ask: &Ask, numbers: Vec<f64>) -> Table {
     let variable = ask.searched[0].variable;
     let values = (0..2).map(|ordinal| model.value_name(variable, ordinal)).collect();

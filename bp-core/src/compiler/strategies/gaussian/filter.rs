@@ -1,8 +1,8 @@
-//! Linear and Gaussian programs, run: a filter over time, or one conditioning.
+//! Linear-Gaussian programs with numbers: a Kalman filter over time, or one conditioning.
 //!
-//! In: a [`Gaussian`] plan, numbers for the parameters, observations at each instant. Out: a normal [`Belief`]
-//! about the searched variables. Invariant: the joint law over all variables of an instant is built factor by
-//! factor, conditioned on one observation after the other, and only what the next instant needs is carried.
+//! In: a [`Gaussian`] plan, numbers for the parameters, observations at each instant. Out: a normal [`Belief`] about
+//! the searched variables. Invariant: the joint law over all variables of an instant is built factor by factor and
+//! conditioned on one observation after the other; only the carried variables are kept for the next instant.
 
 use super::{Gaussian, LinearEquation, NormalLaw};
 use crate::error::{Error, Impossible};
@@ -21,14 +21,14 @@ pub struct Belief {
     pub mean: DVector<f64>,
     /// Covariances.
     pub covariance: DMatrix<f64>,
-    /// ln of the density of what was observed, given the past.
+    /// ln of the density of the observations, given the past.
     pub ln_evidence: f64,
     /// The law, in factored form.
     pub(crate) law: NormalLaw,
 }
 
 impl Belief {
-    /// What a law says of its variables.
+    /// The belief that a law represents.
     pub(super) fn of(variables: Vec<String>, law: NormalLaw, ln_evidence: f64) -> Self {
         Self { variables, mean: law.means(), covariance: law.covariance(), ln_evidence, law }
     }
@@ -45,7 +45,7 @@ impl Belief {
     }
 }
 
-/// One variable: its mean as a linear form of earlier rows, and the deviation of its own noise.
+/// One variable: its mean as a linear form of earlier rows, and the standard deviation of its own noise.
 #[derive(Clone, Debug)]
 struct Extension {
     terms: Vec<(usize, f64)>,
@@ -63,18 +63,18 @@ pub struct Filter {
     /// Rows of X, whose law becomes that of X^-1: the first rows.
     pub(super) carried: Vec<usize>,
     extensions: Vec<Extension>,
-    /// The law of what is carried, its rows in the order of `carried`.
+    /// The law of the carried variables, its rows in the order of `carried`.
     pub(super) law: NormalLaw,
 }
 
-/// How many instants [`Filter::settle`] tries.
+/// Upper limit on the instants that [`Filter::settle`] tries.
 const MOST_INSTANTS: usize = 1_000_000;
 
 impl Filter {
-    /// A filter that starts at rest: what it carries is 0, and known to be.
+    /// A filter at rest: the carried variables are 0 with certainty.
     ///
     /// # Errors
-    /// A parameter without a value, or whose value it cannot have; a standard deviation that is not positive.
+    /// A parameter without a value or with a value outside its range; a standard deviation that is not positive.
     pub fn new(model: &Model, plan: &Gaussian, parameters: &[(&str, f64)]) -> Result<Self, Error> {
         let mut values: HashMap<&str, f64> = HashMap::new();
         for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
@@ -101,7 +101,7 @@ impl Filter {
             })
             .collect();
         let mut rows: HashMap<(VariableId, usize), usize> = HashMap::new();
-        // Before the first instant: the law of what is carried, at rest where it has no form.
+        // The law of the carried variables before the first instant; a variable without an initial form is 0.
         let mut law = NormalLaw::new(observes_dirac(plan));
         for slot in &carried {
             rows.insert(*slot, law.len());
@@ -145,12 +145,12 @@ impl Filter {
         })
     }
 
-    /// The names of what is observed: of a vector, those of its components (`V[0]`).
+    /// The names of the observed variables; a vector is named by its components (`V[0]`).
     pub fn observed(&self) -> impl Iterator<Item = &str> {
         self.observed.iter().map(|(name, _)| name.as_str())
     }
 
-    /// The joint law of this instant, before anything is observed: first what was carried, then the others.
+    /// The joint law of this instant before conditioning: first the carried variables, then the others.
     pub(super) fn predict(&self) -> NormalLaw {
         let mut law = self.law.clone();
         for Extension { terms, constant, deviation } in &self.extensions {
@@ -159,11 +159,11 @@ impl Filter {
         law
     }
 
-    /// The gain of one searched variable for one observed one, at this instant.
+    /// The gain of a searched variable for an observed one, at this instant.
     pub fn gain_of(&self, variable: &str, observed: &str) -> Option<f64> {
         let row = self.searched.iter().find(|(name, _)| name == variable)?.1;
         self.observed.iter().find(|(name, _)| name == observed)?;
-        // The mean, where all means were 0, this observation is 1 and the others are 0.
+        // The gain is the mean when all means are 0, this observation is 1 and the others are 0.
         let mut law = self.predict().centred();
         for (name, row) in &self.observed {
             law.observe(*row, if name == observed { 1.0 } else { 0.0 })?;
@@ -171,7 +171,7 @@ impl Filter {
         Some(law.mean(row))
     }
 
-    /// One instant: observations in, belief out; what the next instant needs is kept.
+    /// Conditions one instant on its observations and returns the belief; keeps the law that the next instant needs.
     ///
     /// # Errors
     /// An observation that is missing, unknown or not finite.
@@ -191,7 +191,7 @@ impl Filter {
         Ok(self.belief(&law.select(self.searched()), ln_evidence))
     }
 
-    /// Conditions the law of an instant on those of its variables that are observed; gives ln of their density.
+    /// Conditions the law of an instant on its observed variables; returns ln of their density.
     ///
     /// # Errors
     /// An observation that is not finite, or that the others exclude.
@@ -209,21 +209,21 @@ impl Filter {
         Ok((law, ln_evidence))
     }
 
-    /// The rows of what is searched.
+    /// The rows of the searched variables.
     pub(super) fn searched(&self) -> impl Iterator<Item = usize> {
         self.searched.iter().map(|(_, row)| *row)
     }
 
-    /// The belief that the law of what is searched is.
+    /// The belief about the searched variables, from their law.
     pub(super) fn belief(&self, law: &NormalLaw, ln_evidence: f64) -> Belief {
         let variables = self.searched.iter().map(|(name, _)| name.clone()).collect();
         Belief::of(variables, law.clone(), ln_evidence)
     }
 
-    /// Lets the covariance, and so the gains, settle to what they become after a long time; means stay.
+    /// Iterates the covariance until it, and so the gains, are stationary; means do not change.
     ///
     /// # Errors
-    /// They do not settle: something is carried that nothing observes (a sum of noise grows for ever).
+    /// The covariance does not converge: a carried variable is not observed (its noise accumulates without bound).
     pub fn settle(&mut self) -> Result<(), Error> {
         let law = self.law.clone();
         let at_rest: Vec<(String, f64)> = self.observed.iter().map(|(name, _)| (name.clone(), 0.0)).collect();
@@ -243,7 +243,7 @@ impl Filter {
     }
 }
 
-/// Whether a variable without a noise of its own may be observed.
+/// Whether a variable without noise of its own may be observed.
 pub(super) fn observes_dirac(plan: &Gaussian) -> bool {
     let observed: HashSet<VariableId> = plan.observed.iter().copied().collect();
     let diracs =
@@ -252,7 +252,7 @@ pub(super) fn observes_dirac(plan: &Gaussian) -> bool {
     diracs.chain(previous).any(|variable| observed.contains(&variable))
 }
 
-/// Conditions a law on an observation; gives ln of its density.
+/// Conditions a law on an observation; returns ln of its density.
 pub(super) fn observe(
     law: &mut NormalLaw,
     row: usize,
@@ -285,7 +285,7 @@ fn extension(
     Ok(Extension { terms: terms.collect(), constant: form.constant, deviation })
 }
 
-/// The mean of a component of a variable, linear in others, and the deviation of its own noise.
+/// The mean of a component of a variable, linear in others, and the standard deviation of its own noise.
 pub(super) fn law_of(
     model: &Model,
     source: &LinearEquation,

@@ -1,9 +1,9 @@
-//! One conditioning of a long program: only what is still needed is kept.
+//! Conditioning of a long linear-Gaussian program: only the variables that are still needed are kept.
 //!
-//! In: a [`Gaussian`] plan of single numbers that carries nothing, numbers for its parameters, what is observed. Out: the
-//! [`Belief`] that [`super::Filter`] gives, up to rounding. Invariant: a variable enters parents first, is conditioned at
-//! once where it is observed, and leaves after the last form that speaks of it: a chain of n variables takes n steps and
-//! the memory of two.
+//! In: a [`Gaussian`] plan of single numbers that carries nothing, numbers for its parameters, observations. Out: the
+//! [`Belief`] that [`super::Filter`] gives, up to rounding. Invariant: variables enter parents first, are conditioned
+//! as soon as they enter if they are observed, and leave after the last form that uses them: a chain of n variables
+//! takes n steps and the memory of two.
 
 use super::filter::{law_of, observe, observes_dirac};
 use super::{Belief, Gaussian, NormalLaw};
@@ -20,7 +20,7 @@ struct Frontier {
 }
 
 impl Frontier {
-    /// A variable enters: Σ coefficient · variable + constant, and noise of its own.
+    /// Adds a variable: Σ coefficient · variable + constant, and noise of its own.
     fn enter(&mut self, variable: VariableId, form: &LinearForm, deviation: f64) {
         let terms = form.coefficients.iter().map(|((id, _), coefficient)| (self.places[id], *coefficient));
         let terms: Vec<(usize, f64)> = terms.collect();
@@ -29,7 +29,7 @@ impl Frontier {
         self.law.extend(&terms, form.constant, deviation);
     }
 
-    /// A variable is not needed any more.
+    /// Removes a variable that is no longer needed.
     fn leave(&mut self, variable: VariableId) {
         let Some(place) = self.places.remove(&variable) else { return };
         self.variables.swap_remove(place);
@@ -40,7 +40,7 @@ impl Frontier {
     }
 }
 
-/// The law of what is searched, given what is observed.
+/// The law of the searched variables, given the observations.
 ///
 /// # Errors
 /// A standard deviation that is not positive; a mean that is not finite; an observation that others exclude.
@@ -53,7 +53,7 @@ pub(crate) fn condition(
     let searched: Vec<VariableId> =
         plan.asks.iter().flat_map(|ask| &ask.searched).map(|item| item.variable).collect();
     let kept: HashSet<VariableId> = searched.iter().copied().collect();
-    // After which source each variable leaves.
+    // The source after which each variable leaves.
     let mut last: HashMap<VariableId, usize> = HashMap::new();
     for (position, source) in plan.sources.iter().enumerate() {
         last.insert(source.variable, position);
@@ -78,10 +78,11 @@ pub(crate) fn condition(
             let (row, name) = (frontier.law.len() - 1, model.variable_name(source.variable));
             ln_evidence += observe(&mut frontier.law, row, *value, &name, &question)?;
         }
-        // In the order of the model, so that the same question gives the same bits.
+        // Sorted in the order of the model, so that repeated questions give the same bits.
         leaving.sort_unstable();
         leaving.iter().for_each(|variable| frontier.leave(*variable));
-        // Seldom, so that what it costs is shared by as many variables as it goes through.
+        // Reducing costs as much as many eliminations, so it is done only when the noises outnumber the variables by
+        // far.
         if frontier.law.noises() > 2 * frontier.law.len() + 8 {
             frontier.law.reduce();
         }

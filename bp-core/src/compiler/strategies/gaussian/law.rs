@@ -1,34 +1,34 @@
 //! A normal law in factored form: x = m + L w, where the w are independent standard normal noises.
 //!
-//! In: variables one by one, each linear in earlier ones with a noise of its own, and observations. Out: means and
-//! covariances. Invariant: no variance is ever the difference of two: noises are rotated, and what an observation
-//! determines is dropped, so a vague prior beside precise sensors (1e8 beside 0.1) loses nothing.
+//! In: variables one by one, each linear in earlier ones with noise of its own, and observations. Out: means and
+//! covariances. Invariant: no variance is computed as a difference: an observation rotates the noises and removes the
+//! one that it determines, so a vague prior with precise sensors (deviations 1e8 and 0.1) loses no digits.
 //!
-//! With a the row of L of what is observed as z, and r = ‖a‖, a Householder reflection H gives a H = ±r e. Then
-//! w_e = (z − m) / ±r, x gains (L H)_e w_e, and the other columns of L H are what is left. ln p(z) = ln N(z; m, r²).
+//! With a the row of L of the variable observed as z, and r = ‖a‖, a Householder reflection H gives a H = ±r e. Then
+//! w_e = (z − m) / ±r, x gains (L H)_e w_e, and the other columns of L H remain. ln p(z) = ln N(z; m, r²).
 
 mod measures;
 
 use nalgebra::{DMatrix, DVector};
 
-/// A row that is at most this share of the numbers it was computed from is rounding: the variable is determined.
-/// A value agrees with a determined variable if it differs by at most this share of the numbers in its mean.
+/// Relative size below which a row is rounding error and its variable counts as determined. A value agrees with a
+/// determined variable if it differs by at most this share of the numbers in its mean.
 const ROUNDING: f64 = 1e-11;
 
 /// One variable.
 #[derive(Clone, PartialEq, Debug, Default)]
 struct Row {
     mean: f64,
-    /// The largest number that the mean was computed from.
+    /// The largest number that entered the mean.
     scale: f64,
-    /// Its row of L; beyond the end there are zeros.
+    /// Its row of L; entries beyond the end are zero.
     noises: Vec<f64>,
-    /// For each noise the squared size of the numbers that its coefficient was computed from: empty where no determined
-    /// variable can be observed.
+    /// For each noise, the squared size of the numbers that entered its coefficient; empty where no determined variable
+    /// can be observed.
     squares: Vec<f64>,
 }
 
-/// A normal law of numbered variables.
+/// A normal law over numbered variables.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct NormalLaw {
     rows: Vec<Row>,
@@ -37,17 +37,17 @@ pub(crate) struct NormalLaw {
     dirac: bool,
 }
 
-/// I − β v vᵀ, which turns a row into ∓r at its largest place.
+/// The Householder reflection I − β v vᵀ, which maps a row to ∓r at its largest entry.
 struct Reflection {
     vector: Vec<f64>,
     beta: f64,
     pivot: usize,
-    /// What is left of the row, at the pivot.
+    /// The value of the reflected row, at the pivot.
     image: f64,
 }
 
 impl Reflection {
-    /// For the places of a row from some place on; `None` where they are zero.
+    /// The reflection of the entries of a row from `from` on; `None` where they are zero.
     fn of(row: &[f64], from: usize) -> Option<Self> {
         let mut vector = row.to_vec();
         vector.iter_mut().take(from).for_each(|cell| *cell = 0.0);
@@ -56,7 +56,7 @@ impl Reflection {
         if norm == 0.0 {
             return None;
         }
-        // The largest noise is the pivot, and nothing cancels there: errors stay small beside each noise.
+        // The largest entry is the pivot, so that nothing cancels: errors stay small relative to each noise.
         let image = -norm.copysign(vector[pivot]);
         let beta = 1.0 / (norm * (norm + vector[pivot].abs()));
         vector[pivot] -= image;
@@ -69,7 +69,7 @@ impl Reflection {
             row.noises.resize(row.noises.len().max(self.vector.len()), 0.0);
             row.noises.iter_mut().zip(&self.vector).for_each(|(cell, v)| *cell -= self.beta * dot * v);
         }
-        // Rounding is independent of rounding: squares are added, and their sum stays.
+        // Rounding errors are independent: their squares are added.
         let dot: f64 = row.squares.iter().zip(&self.vector).map(|(square, v)| square * v * v).sum();
         if dot != 0.0 {
             row.squares.resize(row.squares.len().max(self.vector.len()), 0.0);
@@ -85,13 +85,13 @@ fn norm(row: &[f64]) -> f64 {
     row.iter().map(|cell| cell * cell).sum::<f64>().sqrt()
 }
 
-/// The sum of two lists, the second times a factor; beyond an end there are zeros.
+/// Adds `factor` times one list to another; entries beyond an end are zero.
 fn add(to: &mut Vec<f64>, factor: f64, from: &[f64]) {
     to.resize(to.len().max(from.len()), 0.0);
     to.iter_mut().zip(from).for_each(|(cell, from)| *cell += factor * from);
 }
 
-/// Takes out a place, which the last one of all fills.
+/// Removes an entry and moves the last one into its place.
 fn take_out(row: &mut Vec<f64>, place: usize, last: usize) {
     let moved = if row.len() > last { row.pop().unwrap_or(0.0) } else { 0.0 };
     if let Some(cell) = row.get_mut(place) {
@@ -100,17 +100,17 @@ fn take_out(row: &mut Vec<f64>, place: usize, last: usize) {
 }
 
 impl NormalLaw {
-    /// The law of nothing; whether variables without a noise of their own will be observed.
+    /// A law without variables; `dirac`: whether variables without noise of their own will be observed.
     pub(crate) fn new(dirac: bool) -> Self {
         Self { dirac, ..Self::default() }
     }
 
-    /// How many variables it has.
+    /// The number of variables.
     pub(crate) fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// How many noises it has.
+    /// The number of noises.
     pub(crate) fn noises(&self) -> usize {
         self.noises
     }
@@ -144,13 +144,13 @@ impl NormalLaw {
         self
     }
 
-    /// Takes the means of another law of the same variables.
+    /// Copies the means of another law over the same variables.
     pub(crate) fn take_means(&mut self, of: &Self) {
         let rows = self.rows.iter_mut().zip(&of.rows);
         rows.for_each(|(row, of)| (row.mean, row.scale) = (of.mean, of.scale));
     }
 
-    /// Adds a variable: a linear form of earlier ones, and a noise of its own where the deviation is above 0.
+    /// Adds a variable: a linear form of earlier ones, plus noise of its own where the deviation is positive.
     pub(crate) fn extend(&mut self, terms: &[(usize, f64)], constant: f64, deviation: f64) {
         let mut row = Row { mean: constant, scale: constant.abs(), ..Row::default() };
         for (parent, factor) in terms {
@@ -167,7 +167,7 @@ impl NormalLaw {
         }
     }
 
-    /// Adds a variable that is one of the noises.
+    /// Adds a variable equal to one of the noises.
     pub(crate) fn extend_by_noise(&mut self, noise: usize) {
         self.rows.push(Row::default());
         self.add_noise(self.len() - 1, noise, 1.0);
@@ -183,10 +183,10 @@ impl NormalLaw {
         }
     }
 
-    /// Conditions on the value of a variable; gives ln of the density that it had.
+    /// Conditions on the value of a variable; returns ln of its density before.
     ///
-    /// The value of a determined variable has no density: where it agrees nothing changes and ln 1 is given, where it does
-    /// not it is impossible: `None`.
+    /// A determined variable has no density: a value that agrees changes nothing and returns ln 1; a value that does
+    /// not is impossible and returns `None`.
     pub(crate) fn observe(&mut self, observed: usize, value: f64) -> Option<f64> {
         let row = &self.rows[observed];
         let surprise = value - row.mean;
@@ -210,30 +210,30 @@ impl NormalLaw {
             take_out(&mut row.noises, pivot, last);
             take_out(&mut row.squares, pivot, last);
         }
-        // It is known now, without the rounding of the above.
+        // The variable is now known; this drops the rounding errors of the steps above.
         self.rows[observed] =
             Row { mean: value, scale: value.abs(), noises: Vec::new(), squares: Vec::new() };
-        // Halved before the second factor: the square may be beyond the range of numbers where the half is not.
+        // Multiply by one half before squaring: the square may overflow where half of it does not.
         Some(-0.5 * noise * noise - reflection.image.abs().ln() - 0.5 * std::f64::consts::TAU.ln())
     }
 
-    /// Some of the variables, in this order; the others are summed out.
+    /// The law of some of the variables, in this order; the others are summed out.
     pub(crate) fn select(&self, rows: impl IntoIterator<Item = usize>) -> Self {
         let rows = rows.into_iter().map(|row| self.rows[row].clone()).collect();
         Self { rows, ..*self }
     }
 
-    /// Takes out a variable, whose place the last one fills.
+    /// Removes a variable and moves the last one into its place.
     pub(crate) fn swap_remove(&mut self, row: usize) {
         self.rows.swap_remove(row);
     }
 
-    /// Rotates the noises so that some variables have the first ones only; gives their number.
+    /// Rotates the noises so that some variables depend on the first ones only; returns the number of these.
     pub(crate) fn concentrate(&mut self, mut rows: Vec<usize>) -> usize {
         let mut first = 0;
         while first < self.noises {
             let left = |row: &usize| norm(self.rows[*row].noises.get(first..).unwrap_or(&[]));
-            // The largest first: errors stay small beside each noise.
+            // The largest first, so that errors stay small relative to each noise.
             let Some((place, _)) = (rows.iter().map(left).enumerate().rev())
                 .filter(|(_, left)| *left != 0.0)
                 .max_by(|one, other| one.1.total_cmp(&other.1))
@@ -248,7 +248,8 @@ impl NormalLaw {
         first
     }
 
-    /// Rotates the noises from `first` on so that a variable has the first of them only; whether it has any.
+    /// Rotates the noises from `first` on so that a variable depends on the first of them only; returns whether it
+    /// depends on any.
     fn pivot(&mut self, row: usize, first: usize) -> bool {
         let Some(reflection) = Reflection::of(&self.rows[row].noises, first) else { return false };
         for row in &mut self.rows {
@@ -271,7 +272,7 @@ impl NormalLaw {
         self
     }
 
-    /// Leaves no more noises than variables.
+    /// Rotates the noises until there are no more than variables.
     pub(crate) fn reduce(&mut self) {
         if self.noises > self.len() {
             let first = self.concentrate((0..self.len()).collect());
@@ -279,7 +280,7 @@ impl NormalLaw {
         }
     }
 
-    /// Leaves the first noises alone.
+    /// Removes all noises except the first ones.
     pub(crate) fn keep_noises(&mut self, first: usize) {
         self.noises = first;
         for row in &mut self.rows {
@@ -288,7 +289,7 @@ impl NormalLaw {
         }
     }
 
-    /// Gives the first noises a new law: that of the variables of another.
+    /// Replaces the standard normal law of the first noises by that of another law's variables.
     pub(crate) fn replace_noises(&mut self, law: &Self) {
         let (first, new) = (law.len(), law.noises);
         for row in &mut self.rows {

@@ -1,7 +1,7 @@
-//! The linear-Gaussian strategy: closed form where all is real, linear and normal.
+//! The linear-Gaussian strategy: closed form where all variables are real, linear and normal.
 //!
-//! In: a linear Gaussian program and what is observed. Out: a normal [`Belief`]. Invariant: linearity is a property of the
-//! program, checked by its offer; the numbers come when it runs.
+//! In: a linear-Gaussian program and its observations. Out: a normal [`Belief`]. Invariant: linearity is a property of
+//! the program, checked by the offer; the numbers come when it runs.
 
 mod answer;
 mod filter;

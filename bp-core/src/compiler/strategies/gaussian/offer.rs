@@ -1,8 +1,8 @@
-//! When all is linear and Gaussian, the answer has a closed form.
+//! The offer of the linear-Gaussian strategy: whether a model has a closed form.
 //!
-//! In: a model of reals, each normal or Dirac with a mean that is linear in its parents. Out: the order in which
-//! the joint normal law is built, conditioned and carried to the next instant. Invariant: linearity is a
-//! property of the program, checked here once; the numbers come with the parameters, when it runs.
+//! In: a model of reals, each normal or Dirac with a mean that is linear in its parents. Out: the order in which the
+//! joint normal law is built, conditioned and carried to the next instant. Invariant: linearity is a property of the
+//! program, checked here once; the numbers come with the parameters, when it runs.
 //!
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
@@ -17,7 +17,7 @@ use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 use std::collections::BTreeSet;
 
-/// Where a variable comes from.
+/// The linear equation of a variable.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LinearEquation {
     /// The variable.
@@ -31,13 +31,14 @@ pub struct LinearEquation {
 /// A closed form.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Gaussian {
-    /// What is asked.
+    /// The asks.
     pub asks: Vec<Ask>,
-    /// What the variables of the last instant were before the first one, parents first; the others were 0, at rest.
+    /// The equations of the carried variables before the first instant, parents first; variables without one start at
+    /// 0.
     pub initial: Vec<LinearEquation>,
     /// The variables of an instant, parents first.
     pub sources: Vec<LinearEquation>,
-    /// Variables of which the last instant's law is needed: (X, X^-1).
+    /// The variables whose law is carried to the next instant: (X, X^-1).
     pub carried: Vec<(VariableId, VariableId)>,
     /// The variables that are observed, in the order of the question.
     pub observed: Vec<VariableId>,
@@ -45,12 +46,12 @@ pub struct Gaussian {
     derivation: Vec<(String, String, [String; 3])>,
 }
 
-/// Whether all that an ask speaks of is linear and Gaussian, and it asks for reals, or whether a predicate of them holds.
+/// Whether all variables that an ask uses are linear and Gaussian, and it asks for reals or for a predicate of them.
 pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
     distribution(model, ask) && is_linear(model, ask)
 }
 
-/// Whether all that an ask speaks of, and what that depends on, is linear and Gaussian.
+/// Whether all variables that an ask uses, and their ancestors, are linear and Gaussian.
 fn is_linear(model: &Model, ask: &Ask) -> bool {
     let relevant = relevant(model, std::slice::from_ref(ask));
     let predicate = |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id).is_some();
@@ -77,12 +78,12 @@ fn is_linear(model: &Model, ask: &Ask) -> bool {
     reals && linear && first && factors.clone().all(|factor| factor_is_finite(model, factor))
 }
 
-/// Whether an ask searches one variable alone, and this is it.
+/// Whether an ask searches this variable alone.
 fn asks_whether(ask: &Ask, variable: VariableId) -> bool {
     matches!(ask.searched.as_slice(), [only] if only.variable == variable)
 }
 
-/// What a form says before the first instant.
+/// The form that applies before the first instant.
 fn initial(form: &Form) -> &Form {
     match form {
         Form::Previous { at: None, otherwise, .. } => otherwise,
@@ -99,7 +100,7 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
 
 fn distribution(model: &Model, ask: &Ask) -> bool {
     let real = |item: &Searched| item.at.is_none() && !model.variables[item.variable].domain.is_finite();
-    // Of values side by side none is the second best.
+    // A continuous law has no second most likely value.
     let of_reals = !matches!(ask.statistic, Statistic::Best(_)) && ask.searched.iter().all(real);
     let whether = matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable));
     (of_reals || whether)
@@ -107,14 +108,14 @@ fn distribution(model: &Model, ask: &Ask) -> bool {
         && ask.known.iter().all(|known| !matches!(known.evidence, Finding::Virtual(_)))
 }
 
-/// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients are not known from
-/// the parameters alone.
+/// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients depend on
+/// more than the parameters.
 pub(super) fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
     let is_known = |id: ExpressionId| match &model.expressions[id] {
         Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) => true,
         Expression::Parameter { indices, .. } => indices.is_empty(),
         Expression::Variable(use_) => use_.element.is_none(),
-        // A vector of numbers; a rotation has no such coefficients here.
+        // A vector of numbers; the coefficients of a rotation are not supported.
         Expression::Vector(name, _) => name == "vector",
         _ => false,
     };
@@ -131,7 +132,7 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
         .filter(|(_, previous)| relevant.contains(previous))
         .collect();
-    // What was carried without a form is at rest before the first instant.
+    // A carried variable without an initial form is at rest before the first instant.
     let mut initial_sources = Vec::new();
     for id in model.parents_first(&rest) {
         let factor = &model.factors[id];
@@ -153,7 +154,7 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, derivation })
 }
 
-/// What the searched and observed variables depend on, now and before; the others are barren.
+/// The ancestors of the searched and observed variables, now and before; all others are barren.
 fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
     let mut relevant = BTreeSet::new();
     let distributions = model.distributions();
@@ -233,13 +234,13 @@ fn mathml_normal(mean: &str, covariance: &str) -> String {
     )
 }
 
-/// A letter of the last instant in MathML.
+/// A letter of the previous instant in MathML.
 fn before(letter: &str) -> String {
     format!("<msup><mi>{letter}</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>")
 }
 
 impl Gaussian {
-    /// What is computed, line by line.
+    /// The derivation, line by line.
     pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
         let searched: Vec<VariableId> =
             self.asks[0].searched.iter().map(|searched| searched.variable).collect();

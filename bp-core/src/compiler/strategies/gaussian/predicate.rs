@@ -1,8 +1,8 @@
-//! Predicates of what is linear and Gaussian: where along one line they hold, and with what probability.
+//! Predicates of linear-Gaussian variables: the interval on which they hold, and its probability.
 //!
 //! In: a truth value made of comparisons of linear forms. Out: its probability under a normal law. Invariant: all
-//! comparisons are of one linear form: there is one comparison, or all are of one variable. Tails are never computed as
-//! differences from one.
+//! comparisons use one linear form: there is one comparison, or all compare one variable. Tail probabilities are never
+//! computed as differences from one.
 
 use super::offer::degree;
 use crate::ids::{ExpressionId, VariableId};
@@ -10,7 +10,7 @@ use crate::model::{Expression, Form, LinearForm, Model};
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
-/// The expression of a predicate that a normal law answers.
+/// The expression of a predicate whose probability a normal law gives.
 pub(crate) fn of_normal(model: &Model, variable: VariableId) -> Option<ExpressionId> {
     let factor = model.factor_of(variable).filter(|_| model.is_predicate(variable))?;
     let Form::Dirac(root) = model.factors[factor].form else { return None };
@@ -30,7 +30,7 @@ pub(crate) fn of_normal(model: &Model, variable: VariableId) -> Option<Expressio
     (read.len() == 1 || of_one && !read.is_empty()).then_some(root)
 }
 
-/// The comparisons that a truth value is made of; `None` where something else stands in it.
+/// Collects the comparisons that make up a truth value; `None` where it contains anything else.
 fn comparisons(model: &Model, id: ExpressionId, leaves: &mut Vec<ExpressionId>) -> Option<()> {
     match &model.expressions[id] {
         Expression::Binary(Binary::And | Binary::Or, left, right) => {
@@ -46,8 +46,8 @@ fn comparisons(model: &Model, id: ExpressionId, leaves: &mut Vec<ExpressionId>) 
     }
 }
 
-/// The probabilities that a predicate does not hold and that it does, where its linear form
-/// ([`LinearForm::of`] its expression) has a normal law of this mean and deviation.
+/// The probabilities that a predicate is false and that it is true, where its linear form ([`LinearForm::of`] its
+/// expression) has a normal law of this mean and deviation.
 pub(crate) fn probabilities(
     model: &Model,
     root: ExpressionId,
@@ -81,7 +81,7 @@ pub(crate) fn probabilities(
     probabilities
 }
 
-/// Φ(high) − Φ(low), by the tail that is smaller.
+/// Φ(high) − Φ(low), computed in the smaller tail.
 fn mass(low: f64, high: f64) -> f64 {
     let cumulative = |x: f64| Unary::NormalCumulative.apply(x);
     match low > 0.0 {
@@ -90,7 +90,7 @@ fn mass(low: f64, high: f64) -> f64 {
     }
 }
 
-/// A comparison along the line: `scale` · x + `shift` against 0.
+/// A comparison as a linear form: `scale` · x + `shift` against 0.
 struct Leaf {
     id: ExpressionId,
     scale: f64,

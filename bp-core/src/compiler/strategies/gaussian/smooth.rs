@@ -1,10 +1,10 @@
-//! Looking back, and ahead: what later observations say of earlier instants, and what follows without any.
+//! Smoothing and prediction: beliefs about earlier instants given later observations, and about future instants.
 //!
-//! In: a filter, and the observations of each instant. Out: a [`Belief`] for each. Invariant: nothing is inverted, so that
-//! carried laws may be singular (a Dirac carries no noise of its own) or vague.
+//! In: a filter, and the observations of each instant. Out: a [`Belief`] for each. Invariant: no matrix is inverted, so
+//! carried laws may be singular (a Dirac has no noise of its own) or vague.
 //!
-//! The carried variables are c = m + R u with as many noises u as they need, and the whole instant is J = m + A u + B e.
-//! Later observations say something of u alone: its law is that of some more variables of the next instant, u = ū + U w.
+//! The carried variables are c = m + R u with as many noises u as they need, and the whole instant is J = m + A u + B
+//! e. Later observations constrain u only: its law is that of additional variables of the next instant, u = ū + U w.
 //! Then J = m + A ū + A U w + B e: the square-root form of Rauch, Tung and Striebel (1965).
 
 use super::law::NormalLaw;
@@ -12,7 +12,8 @@ use super::{Belief, Filter};
 use crate::error::{Error, Impossible};
 
 impl Filter {
-    /// The belief of each instant, given the observations up to it; what is not named was not observed.
+    /// The belief of each instant, given the observations up to it; variables that an instant does not name are not
+    /// observed.
     ///
     /// # Errors
     /// An observation that is not finite, or that the others exclude.
@@ -25,7 +26,7 @@ impl Filter {
         instants.iter().enumerate().map(step).collect()
     }
 
-    /// The belief some instants from now, of which nothing is observed. The filter itself stays.
+    /// The belief `steps` instants ahead without observations. The filter itself is unchanged.
     pub fn predicted(&self, steps: usize) -> Result<Belief, Error> {
         let mut ahead = self.clone();
         for _ in 1..steps {
@@ -34,12 +35,12 @@ impl Filter {
         Ok(ahead.belief(&ahead.predict().select(self.searched()), 0.0))
     }
 
-    /// The belief of each instant, given the observations of all.
+    /// The belief of each instant, given all observations.
     ///
     /// # Errors
     /// As [`Filter::filtered`].
     pub fn smoothed(&mut self, instants: &[Vec<(&str, f64)>]) -> Result<Vec<Belief>, Error> {
-        // The law of what is searched, and of the noises that the instant before handed on.
+        // For each instant, the law of the searched variables and of the noises carried from the previous instant.
         let mut steps = Vec::with_capacity(instants.len());
         for (number, observed) in instants.iter().enumerate() {
             let mut law = self.predict();
@@ -67,7 +68,7 @@ impl Filter {
     }
 }
 
-/// An error that says at which instant it arose.
+/// Adds the number of the instant to an error.
 fn at(number: usize) -> impl Fn(Error) -> Error {
     move |error| match error {
         Error::Impossible(Impossible { question, reason }) => {

@@ -1,9 +1,12 @@
-//! Markov blankets: what has a say in one variable once all others are known.
+//! Markov blankets: the factors in the full conditional of each variable.
 //!
-//! In: the steps of a route. Out: a [`Site`] for each slot that is drawn, with the nodes that its value touches. Invariant:
-//! a slot that a Dirac determines is no site: it is computed again wherever what it follows from has moved.
+//! In: the steps of a route. Out: a [`Site`] for each slot that is drawn, with the nodes of its Markov blanket.
+//! Invariant: a slot that a Dirac determines is not a site: its value is recomputed when one of its parents moves.
 //!
-//! P(x | all else) ∝ P(x | parents) Π P(child | its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
+//! P(x
+//! all else) ∝ P(x
+//! parents) Π P(child
+//! its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
 
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
@@ -14,31 +17,31 @@ use crate::strategies::particles::is_linear_in;
 use crate::strategies::weighting::{Step, has_point, solve};
 use std::collections::BTreeSet;
 
-/// What is said of an assignment at one place.
+/// One term of the joint density, or one deterministic assignment.
 pub(super) enum Node {
-    /// A left-hand side has a density.
+    /// A left-hand side with a density.
     Weighed(Instance),
-    /// A left-hand side is what its Dirac says, or the last proportion.
+    /// A left-hand side that a Dirac determines, or the last proportion of a simplex.
     Determined(Instance),
-    /// A left-hand side is what makes this observed Dirac hold, and has a density.
+    /// A left-hand side with a density, solved from an observed Dirac.
     Solved(Instance, Instance),
-    /// The values of a slot have likelihoods.
+    /// Virtual evidence: a slot with a likelihood for each value.
     Likelihood(usize, Vec<f64>),
 }
 
 /// A slot that is drawn.
 pub(super) struct Site {
-    /// Which.
+    /// The slot.
     pub(super) slot: usize,
-    /// How many values it has; `None` of a real.
+    /// The number of its values; `None` for a real.
     pub(super) count: Option<usize>,
-    /// The nodes that its value touches, its own first, in an order in which they can be computed.
+    /// The nodes that depend on its value, its own first, in an order in which they can be computed.
     pub(super) blanket: Vec<usize>,
-    /// Whether its conditional is normal: all that speaks of it is normal, and linear in it.
+    /// Whether its full conditional is normal: every node of its blanket is normal and linear in it.
     pub(super) is_normal: bool,
 }
 
-/// A model that is ready for chains.
+/// A model prepared for Markov chains.
 pub(super) struct Blankets<'s> {
     pub(super) setting: &'s Setting<'s>,
     pub(super) observations: &'s Observations,
@@ -50,7 +53,7 @@ impl<'s> Blankets<'s> {
     /// The sites of a route.
     ///
     /// # Errors
-    /// A variable that could not be left once it is reached: it is tied to others by a Dirac.
+    /// A variable that single-site moves cannot change, because a Dirac ties it to others.
     pub(super) fn new(
         setting: &'s Setting<'s>,
         steps: &[Step],
@@ -107,16 +110,16 @@ impl<'s> Blankets<'s> {
         })
     }
 
-    /// ln of the conditional density of a site's value, up to a constant; computes again what follows from it.
+    /// ln of the full conditional of a site's value, up to a constant; recomputes the values that depend on it.
     ///
     /// # Errors
-    /// A parameter of a law that cannot be.
+    /// A parameter outside the range that its law accepts.
     pub(super) fn ln_conditional(&self, site: &Site, values: &mut [f64]) -> Result<f64, Error> {
         let mut sum = 0.0;
         for node in &site.blanket {
             let ln = self.ln_density(&self.nodes[*node], values)?;
             sum += ln;
-            // The rest may not even have a density there: a deviation that is not positive.
+            // Later terms may be undefined at this value (a deviation that is not positive), so the sum ends here.
             if ln == f64::NEG_INFINITY || sum.is_nan() {
                 return Ok(f64::NEG_INFINITY);
             }
@@ -133,14 +136,14 @@ impl<'s> Blankets<'s> {
         }
     }
 
-    /// Computes what a Dirac says; −∞ where its domain has no such value.
+    /// Computes the value of a Dirac; returns −∞ where it lies outside the domain.
     fn determine(&self, instance: &Instance, values: &mut [f64]) -> Result<f64, Error> {
         let said = match self.setting.distribution(instance, values)? {
             Distribution::Point(value) => Some(value),
             Distribution::Finite(probabilities) => {
                 probabilities.iter().position(|probability| *probability > 0.0).map(|value| value as f64)
             }
-            // The last of several proportions is what the others leave.
+            // The last of several proportions is one minus the others.
             Distribution::Share(share) => Some(share.of),
             _ => unreachable!("internal: a Dirac is a point"),
         };
@@ -153,11 +156,11 @@ impl<'s> Blankets<'s> {
         })
     }
 
-    /// For each normal law of a site's blanket, its deviation and how far the value is from its mean, where the site has
-    /// this value; `None` where a law is not normal.
+    /// For each normal law of a site's blanket, its deviation and the residual of its value, where the site has this
+    /// value; `None` where a law is not normal.
     ///
     /// # Errors
-    /// A parameter of a law that cannot be.
+    /// A parameter outside the range that its law accepts.
     pub(super) fn residuals(
         &self,
         site: &Site,
@@ -188,7 +191,7 @@ fn is_finite(setting: &Setting<'_>, slot: usize) -> bool {
     setting.model.variables[setting.variable_of(slot)].domain.is_finite()
 }
 
-/// Whether a form says one value for sure, whatever the values of its parents.
+/// Whether a form determines its value for all values of its parents.
 fn is_point(form: &Form, component: usize) -> bool {
     match form {
         Form::Dirac(_) => true,
@@ -198,7 +201,7 @@ fn is_point(form: &Form, component: usize) -> bool {
     }
 }
 
-/// Whether a form says one value for sure, for some values of its parents.
+/// Whether a form determines its value for some values of its parents.
 fn may_be_point(form: &Form, component: usize) -> bool {
     let mut found = is_point(form, component);
     form.each_part(&mut |part| found |= may_be_point(part, component));

@@ -1,11 +1,12 @@
 //! Gibbs sampling.
 //!
-//! In: a setting, the steps of a route, evidence. Out: draws of chains. Invariant: what a chain visits has a positive
-//! density; each chain has its own stream of random numbers and begins at its own draw of the prior.
+//! In: a setting, the steps of a route, evidence. Out: draws of Markov chains. Invariant: every state of a chain has a
+//! positive density; each chain has its own stream of random numbers and starts at its own draw from the prior.
 //!
-//! One variable after the other is drawn given all the others (Geman and Geman, *IEEE PAMI* 6:721-741, 1984): a finite one
-//! from P(x | all else); a real of which all that speaks is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from
-//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by a slice.
+//! Variables are drawn in turn from their full conditionals (Geman and Geman, *IEEE PAMI* 6:721-741, 1984): a finite
+//! one from P(x
+//! all else); a real whose blanket is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from the normal law of
+//! precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling.
 
 mod blanket;
 mod slice;
@@ -34,23 +35,23 @@ impl strategies::Engine for Engine {
     }
 }
 
-/// How many chains there are.
+/// The number of chains.
 const CHAINS: usize = 8;
 
-/// The least sweeps of a chain.
+/// The least number of sweeps of a chain.
 const FEWEST_SWEEPS: usize = 20;
 
-/// One sweep of this many is left out: the first ones, in which a chain finds its way.
+/// The first 1/`BURN_IN` of the sweeps is discarded, while a chain approaches its stationary law.
 const BURN_IN: usize = 5;
 
-/// How many draws of the prior are tried for a beginning.
+/// Upper limit on the prior draws that are tried as a starting state.
 const MOST_BEGINNINGS: usize = 10_000;
 
-/// Draws by Gibbs sampling, of which the slots `kept` are kept.
+/// Draws by Gibbs sampling; keeps the slots `kept`.
 ///
 /// # Errors
-/// A parameter of a law that cannot be; a variable that could not move alone; no draw of the prior that could have led to
-/// the evidence.
+/// A parameter outside the range that its law accepts; a variable that single-site moves cannot change; no prior draw
+/// with a positive density of the evidence.
 pub fn gibbs(
     setting: &Setting<'_>,
     steps: &[(FactorId, Treatment)],
@@ -84,7 +85,7 @@ pub fn gibbs(
         Ok(draws)
     };
     let mut all: Vec<Vec<f64>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
-    // Where the work was stopped, the chains are as long as the shortest.
+    // When the work is interrupted, all chains are cut to the length of the shortest.
     let mut length = sweeps - sweeps / BURN_IN;
     if progress::is_stopped() && !kept.is_empty() {
         length = all.iter().map(Vec::len).min().unwrap_or(0) / kept.len();
@@ -96,7 +97,7 @@ pub fn gibbs(
     Ok(Draws::chained(all.concat(), kept.len(), CHAINS * length, length))
 }
 
-/// A draw of the prior that could have led to the evidence.
+/// A prior draw under which the evidence has a positive density.
 fn beginning(blankets: &Blankets<'_>, steps: &[Step], random: &mut Random) -> Result<Vec<f64>, Error> {
     for _ in 0..MOST_BEGINNINGS {
         let mut values = blankets.observations.values.clone();
@@ -105,7 +106,7 @@ fn beginning(blankets: &Blankets<'_>, steps: &[Step], random: &mut Random) -> Re
             return Ok(values);
         }
     }
-    // Chains have nowhere to begin.
+    // No starting state was found.
     Err(Error::unmet(blankets.setting.model.name.clone(), MOST_BEGINNINGS))
 }
 
@@ -117,7 +118,7 @@ struct Chain<'b> {
 }
 
 impl Chain<'_> {
-    /// Draws one site given all else.
+    /// Draws one site from its full conditional.
     fn renew(&mut self, number: usize, burns_in: bool) -> Result<(), Error> {
         let blankets = self.blankets;
         let site = &blankets.sites[number];
@@ -137,7 +138,7 @@ impl Chain<'_> {
             return Ok(());
         };
         self.values[site.slot] = value;
-        // What follows from the value is computed again.
+        // Recompute the values that depend on the new one.
         blankets.ln_conditional(site, &mut self.values)?;
         Ok(())
     }
@@ -151,7 +152,7 @@ impl Chain<'_> {
         }
         let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights = logarithms.into_iter().map(|ln| (ln - most).exp()).collect();
-        // Where it stands, its density is positive.
+        // The current value has a positive density, so the weights are not all zero.
         Ok(Distribution::Finite(weights).draw(&mut self.random).unwrap_or(before))
     }
 

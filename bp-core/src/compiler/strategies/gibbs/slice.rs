@@ -1,19 +1,19 @@
-//! A draw of a real from a density that is known up to a constant: by a slice.
+//! Slice sampling: a draw of a real whose density is known up to a constant.
 //!
-//! In: where it is, and ln of the density. Out: where it goes. Invariant: the density is positive there; the width is
-//! learned while a chain burns in and fixed after, so that the draws leave the distribution as it is.
+//! In: the current value, and ln of the density. Out: the next value. Invariant: the density at the current value is
+//! positive; the width adapts during burn-in only, so that later draws leave the distribution invariant.
 //!
-//! y = u f(x₀); the interval around x₀ is stepped out by its width until f < y at both ends, then shrunk towards x₀ until
-//! a draw from it has f > y (Neal, *Annals of Statistics* 31:705-767, 2003).
+//! y = u f(x₀); the interval around x₀ is stepped out by its width until f < y at both ends, then shrunk towards x₀
+//! until a draw from it has f > y (Neal, *Annals of Statistics* 31:705-767, 2003).
 
 use crate::error::Error;
 use crate::random::Random;
 use rand::RngExt;
 
-/// How often an interval is stepped out, at both ends together.
+/// Upper limit on the stepping-out steps, both ends together.
 const MOST_STEPS: u32 = 100;
 
-/// How wide an interval is to begin with.
+/// A slice sampler: the width of its interval, which adapts during burn-in.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Slice {
     width: f64,
@@ -26,10 +26,10 @@ impl Default for Slice {
 }
 
 impl Slice {
-    /// A draw. The last call of `ln_density` is at it.
+    /// Draws the next value. The last call of `ln_density` is at the returned value.
     ///
     /// # Errors
-    /// Those of the density.
+    /// Those of `ln_density`.
     pub(super) fn draw(
         &mut self,
         start: f64,
@@ -40,7 +40,7 @@ impl Slice {
         let level = ln_density(start)? + (1.0 - random.random::<f64>()).ln();
         let mut low = start - self.width * random.random::<f64>();
         let mut high = low + self.width;
-        // Neal's limit: how many steps go down is drawn, so that the move can be reversed.
+        // Neal's limit: the number of downward steps is drawn at random, which keeps the move reversible.
         let down = (random.random::<f64>() * f64::from(MOST_STEPS)) as u32;
         for _ in 0..down {
             if ln_density(low)? <= level {
@@ -68,7 +68,7 @@ impl Slice {
             } else {
                 high = drawn
             }
-            // Nothing is left to shrink.
+            // The interval cannot shrink further.
             if drawn == start || (low, high) == (from, to) {
                 ln_density(start)?;
                 return Ok(start);
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::random::seeded;
 
-    /// An exponential law, far from the width that is tried first: mean and deviation 1000.
+    /// An exponential law whose scale, 1000, is far from the initial width.
     #[test]
     fn draws_have_the_moments_of_the_density() {
         let mut random = seeded(1, "slice");
@@ -98,7 +98,8 @@ mod tests {
             sum += x;
             square += x * x;
         }
-        // The draws are worth a third of their number or more: four errors of the mean, and of E x² = 2 000 000.
+        // Autocorrelation leaves at least a third of the draws effective: four standard errors of the mean, and of E x²
+        // = 2 000 000.
         let error = 4.0 * (3.0f64 / count).sqrt();
         assert!((sum / count / 1e3 - 1.0).abs() < error, "{}", sum / count);
         assert!((square / count / 2e6 - 1.0).abs() < error * 5f64.sqrt(), "{}", square / count);

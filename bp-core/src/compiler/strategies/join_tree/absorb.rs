@@ -1,9 +1,9 @@
-//! Evidence taken into the tables, and tables over the same variables made one.
+//! Conditioning of a network's tables on hard evidence, and multiplication of tables over the same variables.
 //!
-//! In: a network and what is known. Out: a smaller network of what is left, and the logarithm of a number that was taken out
-//! of it. Invariant: the product of the tables, times that number, is the joint distribution with the evidence; many small
-//! numbers over the same variables are multiplied with their exponents apart, so that thousands of readings of one cause
-//! neither underflow nor vanish beside each other: what is impossible is a zero of the program.
+//! In: a network and evidence. Out: a smaller network over the remaining variables, and the logarithm of a constant
+//! taken out of it. Invariant: the product of the tables, times that constant, is the joint distribution with the
+//! evidence; small numbers over the same variables are multiplied with separate exponents, so that thousands of
+//! readings of one cause neither underflow nor absorb each other: a zero is a zero of the program.
 
 use super::evidence::{NetworkEvidence, contradiction};
 use super::network::{FactorTable, Network};
@@ -12,18 +12,18 @@ use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use std::collections::HashMap;
 
-/// What is left of a network.
+/// A network conditioned on hard evidence.
 pub(crate) struct Absorbed {
     pub(crate) network: Network,
-    /// For each variable of the whole its number in what is left; `usize::MAX` where it is known.
+    /// For each variable of the whole network its number in the remaining one; `usize::MAX` where it is known.
     pub(crate) numbers: Vec<usize>,
     pub(crate) ln_scale: f64,
 }
 
-/// The network where some variables have values.
+/// The network conditioned on the values of some variables.
 ///
 /// # Errors
-/// The tables give them probability zero; a form refuses a number in a context that they leave possible.
+/// The tables give these values probability zero; a form refuses a number in a context that they leave possible.
 pub(crate) fn absorb(network: Network, evidence: &NetworkEvidence) -> Result<Absorbed, Error> {
     let count = network.cardinalities.len();
     let mut values = vec![usize::MAX; count];
@@ -76,13 +76,15 @@ pub(crate) fn absorb(network: Network, evidence: &NetworkEvidence) -> Result<Abs
     Ok(Absorbed { network: left, numbers, ln_scale })
 }
 
-/// A table, and the product of all that have its variables, where there are several or f64 does not hold one of them.
+/// A table: the product of all tables over its variables, where there are several or where f64 cannot represent one of
+/// them.
 struct Merged {
     table: FactorTable,
     product: Option<Vec<Extended>>,
 }
 
-/// A table, its cells with exponents apart where f64 does not hold them, and the logarithm of what was taken out.
+/// A table, its cells with separate exponents where f64 cannot represent them, and the logarithm of the constant taken
+/// out.
 struct Finished {
     table: FactorTable,
     wide: Option<Vec<Extended>>,
@@ -101,7 +103,7 @@ impl Merged {
         product.iter_mut().zip(other).for_each(|(product, value)| *product = *product * value);
     }
 
-    /// The product, its largest number between 1 and 2.
+    /// The product, scaled so that its largest number is in [1, 2).
     fn finish(self) -> Result<Finished, Error> {
         let Some(mut wide) = self.product else {
             return Ok(Finished { table: self.table, wide: None, ln: 0.0 });
@@ -120,7 +122,7 @@ impl Merged {
 /// The cells of a table at the values of its known variables.
 struct Places {
     free: Vec<usize>,
-    /// Where nothing is known, all.
+    /// All cells, where no variable is known.
     places: Option<Vec<usize>>,
 }
 
@@ -161,7 +163,8 @@ mod tests {
 
     #[test]
     fn readings_of_one_cause_become_one_table() {
-        // P(H), and thrice P(R | H) with R = 1: 0.5 · 0.1³ and 0.5 · 0.4³, whose larger one is taken out.
+        // P(H), and three times P(R
+        // H) with R = 1: 0.5 · 0.1³ and 0.5 · 0.4³; the larger one is taken out.
         let reading = |number| FactorTable { variables: vec![0, number], values: vec![0.9, 0.1, 0.6, 0.4] };
         let tables = vec![
             FactorTable { variables: vec![0], values: vec![0.5; 2] },

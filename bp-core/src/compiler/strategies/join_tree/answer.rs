@@ -1,7 +1,8 @@
-//! Questions of thousands of factors, answered by a join tree.
+//! Answers of a join tree to questions over thousands of factors.
 //!
-//! In: a [`JoinTree`] route and the host's inputs. Out: the table of each ask, and ln P(evidence). Invariant: the tables are
-//! those that loops would compute: P(S | K) of each context sums to one, or is all zero where the context is impossible.
+//! In: a [`JoinTree`] route and the host's inputs. Out: the table of each ask, and ln P(evidence). Invariant: the
+//! tables equal those that loops would compute: P(S
+//! K) of each context sums to one, or is all zero where the context is impossible.
 
 use super::{
     self as join_tree, Absorbed, JoinTree, Marginals, Named, Network, NetworkEvidence, absorb, joint,
@@ -16,7 +17,7 @@ use crate::posterior::{Answer, Part, PartLaw, Slot, Table};
 use crate::sample::Observations;
 use crate::strategies::{Case, Found, Prepared};
 
-/// The most cells of a joint posterior.
+/// Upper limit on the cells of a joint posterior.
 const MOST_CELLS: f64 = 1e9;
 
 impl Prepared for JoinTree {
@@ -29,7 +30,7 @@ impl Prepared for JoinTree {
     }
 }
 
-/// Each variable alone: all of one propagation.
+/// The marginal of each variable, by a single propagation.
 fn alone(model: &Model, route: &JoinTree, case: &Case<'_>) -> Result<Vec<Found>, Error> {
     let setting = Setting::new(model, case.inputs)?;
     let named = Named::with(model.clone(), &[], case.inputs)?;
@@ -112,7 +113,7 @@ fn tables(
     let searched: Vec<usize> = wanted.iter().map(|slot| left[numbers[*slot]]).collect();
     let found = joint(&network, &NetworkEvidence::default(), &searched).map_err(told)?;
     let ln_evidence = found.ln_evidence + ln_scale;
-    // A conditional distribution is the joint one over that of its context.
+    // A conditional distribution is the joint one divided by that of its context.
     let contexts = exact.each.iter().map(values).product::<f64>() as usize;
     let mut cells = found.probabilities;
     let width = cells.len() / contexts.max(1);
@@ -136,7 +137,7 @@ fn tables(
     Ok(tables)
 }
 
-/// What is known, by the numbers of the network; and the values of the slots that are observed.
+/// The evidence by the network's numbers, and the values of the observed slots.
 fn evidence(
     setting: &Setting<'_>,
     route: &JoinTree,
@@ -152,7 +153,7 @@ fn evidence(
             Value::Real(number) => observations.observe(setting, slots.start, *number)?,
             Value::Given(name) => observations.give(setting, slots.clone(), name)?,
         }
-        // What is barren takes no part.
+        // Barren variables have no number in the network.
         let is_known = |slot: &usize| numbers[*slot] != usize::MAX && !observations.values[*slot].is_nan();
         let known = slots.filter(is_known);
         evidence.hard.extend(known.map(|slot| (numbers[slot], observations.values[slot] as usize)));
@@ -166,7 +167,7 @@ fn evidence(
     Ok((evidence, observations.values))
 }
 
-/// A table summed over all axes but those that are kept, and the extents of these.
+/// A table summed over all axes except those kept, and the extents of these.
 fn summed(cells: &[f64], extents: &[usize], kept: &[bool]) -> (Vec<f64>, Vec<usize>) {
     if kept.iter().all(|kept| *kept) {
         return (cells.to_vec(), extents.to_vec());

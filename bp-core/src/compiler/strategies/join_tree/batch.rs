@@ -1,10 +1,10 @@
 //! Many cases of evidence for one network.
 //!
-//! In: cases. Out: for each its marginals and ln P(evidence), or why there are none. Invariant: the answers are those of
-//! one case after the other, in the order of the cases, whatever the number of threads.
+//! In: cases. Out: for each its marginals and ln P(evidence), or the error. Invariant: the answers equal those of one
+//! case after the other, in the order of the cases, for any number of threads.
 //!
-//! Cases in which the same variables are observed share a plan, in which these are sliced away. Where the cases have too
-//! many such patterns, all share one plan, in which evidence is a likelihood of 0 and 1.
+//! Cases that observe the same variables share a plan, in which these variables are sliced away. Where the cases have
+//! too many such patterns, all share one plan, in which evidence is a likelihood of 0 and 1.
 
 use super::evidence::NetworkEvidence;
 use super::network::Network;
@@ -13,25 +13,25 @@ use crate::error::Error;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 
-/// What is answered to one case.
+/// The answer to one case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Posterior {
     /// ln P(evidence)
     pub ln_evidence: f64,
-    /// For each wanted variable the probabilities of its values, one after the other.
+    /// The marginals of the wanted variables, one after the other.
     pub marginals: Vec<f64>,
 }
 
-/// A pattern of fewer cases than this is not worth a plan of its own.
+/// The least number of cases with the same pattern that get a plan of their own.
 const WORTH_A_PLAN: usize = 16;
 
-/// The most plans of their own.
+/// Upper limit on the plans for single patterns.
 const MOST_PLANS: usize = 64;
 
 /// Answers every case. `done` is called after each, from any thread.
 ///
 /// # Errors
-/// There is no room for a plan.
+/// Memory does not hold a plan.
 pub fn answer_cases(
     network: &Network,
     cases: &[NetworkEvidence],
@@ -60,7 +60,7 @@ pub fn answer_cases(
         patterns.iter().map(|(given, _)| plan(given, &weighed)).collect::<Result<_, _>>()?;
     let own: HashMap<Vec<usize>, usize> =
         patterns.into_iter().enumerate().map(|(number, (pattern, _))| (pattern, number)).collect();
-    // All other cases: whatever is observed in one of them is weighed.
+    // All other cases share a plan in which every variable observed in one of them is weighed.
     let others = cases.iter().filter(|case| !own.contains_key(&pattern(case)));
     let observed: HashSet<usize> = others.flat_map(&pattern).chain(weighed.iter().copied()).collect();
     let general = plans.len();

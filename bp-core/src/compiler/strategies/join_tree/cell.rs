@@ -1,14 +1,14 @@
-//! The numbers that a tree computes in: f64, and where that may lose something, f64 with exponents apart.
+//! The number types of a tree: f64, and f64 with separate exponents where plain f64 may underflow.
 //!
-//! In: cells. Out: powers of two taken out of them; whether a product may lose some. Invariant: a power of two changes no
-//! digit.
+//! In: cells. Out: powers of two taken out of them; whether a product may underflow. Invariant: scaling by a power of
+//! two is exact.
 
 use super::compile::Tree;
 use crate::exec::scalar::{Extended, Scalar};
 
-/// A number that a tree computes in.
+/// A number type in which a tree computes.
 pub(super) trait Cell: Scalar {
-    /// Whether a product of two numbers that are not zero may be zero.
+    /// Whether a product of two nonzero numbers may be zero.
     const MAY_LOSE: bool;
 
     /// The tables of a tree.
@@ -17,10 +17,10 @@ pub(super) trait Cell: Scalar {
     /// Takes a power of two out of very small or very large cells; `None` if all are zero.
     fn rescale(cells: &mut [Self]) -> Option<i64>;
 
-    /// The number with its exponent apart.
+    /// The number with its exponent kept separately.
     fn extended(self) -> Extended;
 
-    /// Whether a product of two tables may have a cell that is not zero, but too small for these numbers.
+    /// Whether a product of two tables may have a nonzero cell that this type rounds to zero.
     fn may_lose(one: &[Self], other: &[Self]) -> bool;
 }
 
@@ -74,7 +74,7 @@ impl Cell for Extended {
     }
 }
 
-/// Takes a power of two out of cells the largest of which is below 1. Gives it; 0 if all are zero.
+/// Takes a power of two out of cells of which the largest is below 1. Returns it; 0 if all cells are zero.
 pub(super) fn normalise(cells: &mut [f64]) -> i64 {
     let largest = cells.iter().copied().fold(0.0, f64::max);
     match largest < 1.0 {
@@ -87,7 +87,7 @@ fn scale_by(cells: &mut [f64], largest: f64) -> Option<i64> {
     if largest <= 0.0 {
         return None;
     }
-    // Within what a power of two may be.
+    // Clamped to the range in which the power of two is a normal number.
     let exponent = largest.log2().floor().clamp(-1000.0, 1000.0) as i32;
     let factor = 2f64.powi(-exponent);
     cells.iter_mut().for_each(|cell| *cell *= factor);

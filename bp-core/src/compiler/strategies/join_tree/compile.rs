@@ -1,8 +1,8 @@
-//! The join tree of a network, ready to be asked.
+//! Compilation of a network into a join tree.
 //!
-//! In: a network, which variables will be given, which may be weighed, which are wanted. Out: a [`Tree`]: for each node its
-//! products up and down, and where marginals are read. Invariant: what does not depend on the evidence is computed here;
-//! asking allocates nothing that a [`Session`](super::Session) does not keep.
+//! In: a network; which variables will be given, which may be weighed, which are wanted. Out: a [`Tree`]: for each node
+//! its products up and down, and where marginals are read. Invariant: everything that does not depend on the evidence
+//! is computed here; a question allocates only what a [`Session`](super::Session) keeps.
 
 use super::cell::Cell;
 use super::contraction::{Contraction, Pool};
@@ -21,12 +21,13 @@ use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Where the cells of a node are.
+/// Where the cells of a node are stored.
 #[derive(Clone, Debug)]
 pub(super) enum Cells {
-    /// In the tree's tables: where they and the exponents of their slices begin, and what says which slice of them.
+    /// In the tree's tables: where the cells and the exponents of their slices begin, and the slicing that selects a
+    /// slice.
     Table { start: usize, exponents: usize, slice: usize },
-    /// In the asker's memory.
+    /// In the working memory of the session.
     Own,
 }
 
@@ -39,48 +40,49 @@ pub(super) struct Part {
     pub(super) parent: usize,
     /// The product of the children.
     pub(super) up: Option<Contraction>,
-    /// The derivative by this node, where something below wants it.
+    /// The derivative by this node, where a node below needs it.
     pub(super) down: Option<Contraction>,
-    /// What is read here, as a range of the tree's readings.
+    /// The marginals read at this node, as a range of the tree's readings.
     pub(super) readings: std::ops::Range<usize>,
-    /// Whether no evidence changes it.
+    /// Whether its cells are the same for all evidence.
     pub(super) constant: bool,
 }
 
-/// A join tree that can be asked again and again.
+/// A join tree that answers any number of questions.
 #[derive(Clone, Debug)]
 pub struct Tree {
     pub(super) cardinalities: Vec<usize>,
     pub(super) given: Vec<bool>,
-    /// The given variables, and the weighed ones.
+    /// The given and the weighed variables.
     pub(super) told: Vec<usize>,
     pub(super) weighed: Vec<usize>,
-    /// For each variable the node of its likelihood; `usize::MAX` where it has none.
+    /// For each variable the node of its likelihood; `usize::MAX` where it has no likelihood.
     pub(super) likelihoods: Vec<usize>,
     pub(super) parts: Vec<Part>,
-    /// The first node of the subtree of each.
+    /// The first node of the subtree of each node.
     pub(super) first: Vec<usize>,
-    /// Products of the subtree of each.
+    /// The number of products in the subtree of each node.
     pub(super) work: Vec<f64>,
-    /// Where each node's cells, derivative and marginals begin; then the ends.
+    /// Where the cells, derivative and marginals of each node begin; last, the total sizes.
     pub(super) offsets: Vec<Offsets>,
     pub(super) readings: Vec<Reading>,
     pub(super) tables: Tables,
-    /// Where a form refused a number of its tables.
+    /// The contexts in which a form refused a number.
     pub(super) refused: Vec<Refused>,
-    /// Below this ln P(evidence), cells that f64 does not hold may count; −∞ where it holds all.
+    /// Where ln P(evidence) is below this, cells that underflow in f64 may matter; −∞ where no cell underflows.
     pub(super) ln_least: f64,
-    /// The numbers of the tables with exponents apart, once they have been needed.
+    /// The numbers of the tables with separate exponents, made on first use.
     pub(super) extended: OnceLock<Vec<Extended>>,
     pub(super) pool: Pool,
-    /// Where each variable's marginal lies, one that has none nowhere.
+    /// The range of each variable's marginal; empty for a variable without one.
     pub(super) places: Vec<std::ops::Range<usize>>,
-    /// For each node its variables, by their numbers in the network, slowest first; only where assignments are looked for.
+    /// For each node its variables, by their numbers in the network, slowest first; filled only for most probable
+    /// assignments.
     pub(super) scopes: Vec<Vec<usize>>,
     cost: Cost,
 }
 
-/// Where something of a node begins.
+/// The offsets of a node's arrays.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Offsets {
     pub(super) value: usize,
@@ -88,11 +90,11 @@ pub(super) struct Offsets {
     pub(super) marginals: usize,
 }
 
-/// A tree that has been found, for those who want to know the cost first.
+/// The shape of a tree before its tables are made, from which its cost is known.
 pub(super) struct Outline {
     problem: Problem,
     pairing: Pairing,
-    /// For each leaf the table, or the variable of a likelihood.
+    /// For each leaf its table, or the variable of its likelihood.
     leaves: Vec<Leaf>,
     pub(super) cost: Cost,
 }
@@ -104,7 +106,7 @@ pub(super) enum Leaf {
 }
 
 impl Outline {
-    /// `weighed` is by the network's numbers.
+    /// `weighed` is indexed by the network's numbers.
     pub(super) fn of(problem: Problem, weighed: &[bool], effort: Effort) -> Self {
         let order = problem.triangulated(effort);
         let mut leaves: Vec<Leaf> = (0..problem.tables.len()).map(Leaf::Table).collect();
@@ -129,7 +131,7 @@ impl Outline {
     }
 }
 
-/// What a tree is for.
+/// The operation of a tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Purpose {
     /// Sums: marginals, the probability of the evidence.
@@ -145,11 +147,11 @@ fn flags(count: usize, which: &[usize]) -> Vec<bool> {
 }
 
 impl Tree {
-    /// One join tree of the whole network. The values of `given` variables are told each time; those of `weighed` ones may be,
-    /// or a likelihood. Marginals are those of `wanted` variables.
+    /// One join tree of the whole network. The values of `given` variables are part of each question; `weighed`
+    /// variables may get a value or a likelihood. Marginals are computed for `wanted` variables.
     ///
     /// # Errors
-    /// There is no room for it.
+    /// Memory does not hold it.
     pub fn new(
         network: &Network,
         given: &[usize],
@@ -174,14 +176,14 @@ impl Tree {
         Ok(Self::from_outline(network, &given, outline, wanted, purpose))
     }
 
-    /// What the tree would take; nothing is made.
+    /// The cost of the tree, without making it.
     pub fn cost_of(network: &Network, given: &[usize]) -> Cost {
         let count = network.cardinalities.len();
         let problem = Problem::of(network, &flags(count, given), None);
         Outline::of(problem, &flags(count, &[]), Effort::Search).cost
     }
 
-    /// What the tree takes.
+    /// The cost of the tree.
     pub fn cost(&self) -> Cost {
         self.cost
     }
@@ -306,7 +308,7 @@ impl Tree {
     }
 }
 
-/// ln 10⁻¹⁵⁰: of a total that is as large as this, what f64 does not hold is less than 10⁻¹⁵⁰.
+/// ln 10⁻¹⁵⁰: where the total is at least this, the cells that f64 loses sum to less than 10⁻¹⁵⁰.
 const LN_LOST: f64 = -150.0 * std::f64::consts::LN_10;
 
 /// ln of the largest number, or of 1 where that is larger.
@@ -314,8 +316,8 @@ pub(super) fn ln_ceiling(numbers: &[f64]) -> f64 {
     numbers.iter().copied().fold(1.0, f64::max).ln()
 }
 
-/// Computes what no evidence changes: such nodes are tables like those of the network. Where f64 might lose a cell, the node
-/// is computed with each question.
+/// Computes the nodes that do not depend on the evidence; they become tables like those of the network. A node that
+/// might lose a cell in f64 is computed with each question instead.
 fn keep_constants(parts: &mut [Part], tables: &mut Tables, pool: &Pool, purpose: Purpose) {
     for number in 0..parts.len() {
         let (Some(up), Some((first, second)), true) =
@@ -349,7 +351,7 @@ fn keep_constants(parts: &mut [Part], tables: &mut Tables, pool: &Pool, purpose:
     }
 }
 
-/// The cells of a node that no evidence changes.
+/// The cells of a node that does not depend on the evidence.
 fn product<T: Cell>(
     up: &Contraction,
     pool: &Pool,
@@ -365,7 +367,7 @@ fn product<T: Cell>(
     own
 }
 
-/// The variables of each node by their numbers in the network, and behind them those that only this leaf has.
+/// The variables of each node by their numbers in the network, followed by those that only this leaf has.
 fn scopes(problem: &Problem, pairing: &Pairing, axes: &[Vec<u32>]) -> Vec<Vec<usize>> {
     let of = |axis: &u32| problem.variables[*axis as usize];
     let all = pairing.nodes.iter().zip(axes).map(|(node, axes)| {

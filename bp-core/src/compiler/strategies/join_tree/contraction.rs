@@ -1,11 +1,12 @@
-//! The product of two tables, summed over what the third has not: Z[z] = Σ X[x] · Y[y].
+//! The product of two tables, summed over the axes that the result lacks: Z[z] = Σ X[x] · Y[y].
 //!
-//! In: the axes of three tables, the last few of which lie side by side. Out: a [`Contraction`]: loops over four kinds of
-//! axes and a row. Invariant: each cell of Z is summed in one order, whatever the number of threads.
+//! In: the axes of three tables, the last few of which are contiguous. Out: a [`Contraction`]: loops over four kinds of
+//! axes and a row. Invariant: each cell of Z is summed in the same order for any number of threads.
 //!
-//! An axis stands in two of the tables or in all three: *batch* in all, *left* in X and Z, *right* in Y and Z, *summed* in X
-//! and Y. Where a kind of axes lies, is a list of offsets for each table. The row is what remains: cells that lie side by
-//! side in each table that has them. Going up, Z is the product of two children; going down, the derivative by one of them.
+//! An axis is in two of the tables or in all three: *batch* in all, *left* in X and Z, *right* in Y and Z, *summed* in
+//! X and Y. For each kind of axes a list of offsets locates the cells in each table. The row is the rest: cells that
+//! are contiguous in each table that has them. On the way up, Z is the product of two children; on the way down, the
+//! derivative by one of them.
 
 use crate::exec::scalar::Scalar;
 use pulp::NullaryFnOnce;
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 /// The axes of a table, slowest first.
 pub(super) type Axes = [u32];
 
-/// Loops over one kind of axes: how often, and where in the pool the offsets of each table begin.
+/// Loops over one kind of axes: the number of iterations, and where in the pool the offsets of each table begin.
 #[derive(Clone, Copy, Debug, Default)]
 struct Loop {
     count: u32,
@@ -23,7 +24,7 @@ struct Loop {
     z: u32,
 }
 
-/// Which tables have the row.
+/// Which tables contain the row.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Row {
     /// All.
@@ -34,7 +35,7 @@ enum Row {
     Dot,
 }
 
-/// One product of two tables.
+/// The product of two tables.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contraction {
     batch: Loop,
@@ -43,15 +44,15 @@ pub(super) struct Contraction {
     summed: Loop,
     row: Row,
     length: u32,
-    /// X and Y stand for each other.
+    /// Whether X and Y are exchanged.
     swapped: bool,
-    /// The slowest axes of Z that are of one kind: (0 batch, 1 left, 2 right; how many parts they make).
+    /// The slowest axes of Z that are of one kind: (0 batch, 1 left, 2 right; the number of parts they make).
     parts: (u8, u32),
-    /// Products of two cells.
+    /// The number of products of two cells.
     pub(super) cells: f64,
 }
 
-/// Offsets of all contractions of a tree.
+/// The offsets of all contractions of a tree.
 #[derive(Clone, Debug)]
 pub(super) struct Pool {
     offsets: Vec<u32>,
@@ -59,7 +60,7 @@ pub(super) struct Pool {
 
 impl Pool {
     pub(super) fn new() -> Self {
-        // Of no axes.
+        // The offsets of an empty list of axes.
         Self { offsets: vec![0] }
     }
 
@@ -91,7 +92,7 @@ impl Pool {
 }
 
 impl Contraction {
-    /// The product of tables with these axes; `row` are the axes that lie side by side, none perhaps.
+    /// The product of tables with these axes; `row` lists the contiguous axes and may be empty.
     pub(super) fn of(
         z: &Axes,
         x: &Axes,
@@ -101,7 +102,7 @@ impl Contraction {
         pool: &mut Pool,
     ) -> Self {
         let inside = |table: &Axes| row.first().is_some_and(|axis| table.contains(axis));
-        // The row is in X, if it is in one of both.
+        // A row that only one of X and Y contains must be in X.
         let swapped = !row.is_empty() && !inside(x);
         let (x, y) = if swapped { (y, x) } else { (x, y) };
         let mut kinds: [Vec<u32>; 4] = Default::default();
@@ -143,7 +144,7 @@ impl Contraction {
         Self { batch, left, right, summed, row, length, swapped, parts, cells: cells * f64::from(length) }
     }
 
-    /// Z becomes the product of X and Y. Cells of Z may stay zero where `mask` is.
+    /// Sets Z to the product of X and Y. Cells of Z may remain zero where `mask` is zero.
     pub(super) fn run<T: Scalar, const MAXIMUM: bool>(
         &self,
         pool: &Pool,
@@ -187,7 +188,7 @@ impl Contraction {
             2 => self.nest::<T, 2, MAXIMUM>(pool, x, y, z, mask, base),
             3 => self.nest::<T, 3, MAXIMUM>(pool, x, y, z, mask, base),
             4 => self.nest::<T, 4, MAXIMUM>(pool, x, y, z, mask, base),
-            // By the widest instructions that the processor has. Sums are made in one order by all of them.
+            // Uses the widest SIMD instructions of the processor. All of them sum in the same order.
             _ => {
                 let rows = Rows::<T, MAXIMUM> { contraction: self, pool, x, y, z, mask, base };
                 pulp::Arch::new().dispatch(rows);
@@ -195,7 +196,7 @@ impl Contraction {
         }
     }
 
-    /// The loops; the length of a row is known to the compiler, or 0.
+    /// The loops; `LENGTH` is the length of a row if known at compile time, else 0.
     #[inline(always)]
     fn nest<T: Scalar, const LENGTH: usize, const MAXIMUM: bool>(
         &self,
@@ -282,10 +283,10 @@ impl<T: Scalar, const MAXIMUM: bool> NullaryFnOnce for Rows<'_, T, MAXIMUM> {
     }
 }
 
-/// A product is cut into so many parts, or somewhat more.
+/// The number of parts into which a large product is divided, approximately.
 const PARTS: u32 = 16;
 
-/// Fewer products than this are not worth handing to another thread.
+/// The least number of products that another thread computes faster than this one.
 pub(super) const WORTH_SHARING: f64 = 1e5;
 
 #[inline(always)]
@@ -293,7 +294,7 @@ fn fold<T: Scalar, const MAXIMUM: bool>(total: T, term: T) -> T {
     if MAXIMUM { if term > total { term } else { total } } else { total + term }
 }
 
-/// Σ one · other, in eight partial sums where rows are long.
+/// Σ one · other; long rows use eight partial sums.
 #[inline(always)]
 fn dot<T: Scalar, const LENGTH: usize, const MAXIMUM: bool>(one: &[T], other: &[T]) -> T {
     let add = |total: T, (one, other): (&T, &T)| fold::<T, MAXIMUM>(total, *one * *other);

@@ -1,25 +1,25 @@
-//! What a tree takes, and whether there is room for it.
+//! The cost of a tree in time and memory, and whether memory holds it.
 //!
-//! In: a tree that is only outlined. Out: a [`Cost`]; an error that says how much would be needed. Invariant: nothing is
-//! allocated that does not fit; on a machine that does not say how much memory it has, eight gigabytes do.
+//! In: the outline of a tree. Out: a [`Cost`]; an error that names the memory needed. Invariant: nothing is allocated
+//! that does not fit; a machine that does not report its memory is taken to have eight gigabytes.
 
 use super::pair::Pairing;
 use super::problem::Problem;
 use crate::error::Error;
 use crate::memory;
 
-/// Bytes that there are on a machine that does not say.
+/// Bytes assumed on a machine that does not report its memory.
 const UNKNOWN_MEMORY: f64 = 8e9;
 
-/// What a tree would take, before it is made.
+/// The cost of a tree before it is made.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Cost {
-    /// Cells of all products: for each one multiplication and one addition on the way up, and as many for each derivative
-    /// on the way down.
+    /// Cells of all products: each takes one multiplication and one addition on the way up, and as many for each
+    /// derivative on the way down.
     pub cells: f64,
-    /// Variables of the largest product; 0 where it was not counted to the end: then there are more cells than it says.
+    /// The number of variables in the largest product; 0 where the search stopped early and `cells` is a lower bound.
     pub width: usize,
-    /// Bytes of what is kept: the tables, and the cells of each node and their derivatives.
+    /// Bytes of memory: the tables, and the cells of each node and their derivatives.
     pub bytes: f64,
 }
 
@@ -39,7 +39,7 @@ impl Cost {
         cost
     }
 
-    /// What takes more cells than these: no order was looked for to the end, and the width is not known.
+    /// The cost of a tree with more cells than these: the search for an order stopped, so the width is not known.
     pub(super) fn beyond(cells: f64) -> Self {
         Self { cells, width: 0, bytes: 8.0 * cells }
     }
@@ -49,7 +49,7 @@ impl Cost {
         6.0 * self.cells
     }
 
-    /// Both together.
+    /// The cost of both together.
     pub(super) fn and(self, other: Self) -> Self {
         Self {
             cells: self.cells + other.cells,
@@ -58,7 +58,7 @@ impl Cost {
         }
     }
 
-    /// Refuses what does not fit.
+    /// Returns an error if memory does not hold it.
     pub(super) fn fits(self) -> Result<(), Error> {
         let most = memory::free().unwrap_or(UNKNOWN_MEMORY);
         match self.bytes <= most {

@@ -1,7 +1,8 @@
-//! Evidence: what is known of the variables of a network.
+//! Evidence on the variables of a network.
 //!
-//! In: values and likelihoods. Out: them, ready for a tree. Invariant: a given variable's value slices its tables; a
-//! weighed one's is a likelihood of 0 and 1; of any other nothing may be known.
+//! In: values and likelihoods. Out: the evidence in the form that a tree reads. Invariant: the value of a given
+//! variable slices its tables; that of a weighed one is a likelihood of 0 and 1; any other variable must not have
+//! evidence.
 
 use super::cell::Cell;
 use super::compile::Tree;
@@ -9,10 +10,10 @@ use super::refused::Refused;
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 
-/// What is known: values, and likelihoods.
+/// Hard and virtual evidence.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NetworkEvidence {
-    /// (variable, value); for the given variables of a tree each must be there.
+    /// (variable, value); every given variable of a tree must have a value.
     pub hard: Vec<(usize, usize)>,
     /// (variable, a likelihood for each of its values): virtual evidence.
     pub likelihoods: Vec<(usize, Vec<f64>)>,
@@ -21,17 +22,17 @@ pub struct NetworkEvidence {
 /// Evidence as a tree reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
-    /// The value of each variable that has one; else `usize::MAX`.
+    /// The value of each variable; `usize::MAX` where it has none.
     pub(super) values: Vec<usize>,
-    /// Which variables have a likelihood that says something.
+    /// Which variables have a likelihood that is not constant.
     pub(super) weighed: Vec<bool>,
-    /// For each slicing of the tree's tables which slice.
+    /// The selected slice of each slicing of the tree's tables.
     pub(super) slices: Vec<usize>,
-    /// What is certain: tables and likelihoods of given variables only.
+    /// The constant factor: tables and likelihoods of given variables only.
     pub(super) certain: Extended,
-    /// The power of two that was taken out of likelihoods.
+    /// The power of two taken out of the likelihoods.
     pub(super) exponent: i64,
-    /// Whether a product of likelihoods was too small for the numbers computed in.
+    /// Whether a product of likelihoods underflowed.
     pub(super) lost: bool,
 }
 
@@ -107,7 +108,7 @@ impl Known {
         Ok(())
     }
 
-    /// A factor of what is certain.
+    /// Multiplies the constant factor by a number.
     fn include(&mut self, value: Extended, variables: impl Fn() -> Vec<usize>) -> Result<(), Error> {
         self.certain = self.certain * value;
         match self.certain > Extended::ZERO {
@@ -139,7 +140,7 @@ impl Known {
     }
 }
 
-/// Evidence that cannot be.
+/// The error for evidence of probability zero.
 pub(super) fn contradiction(mut variables: Vec<usize>) -> Error {
     variables.sort_unstable();
     variables.dedup();

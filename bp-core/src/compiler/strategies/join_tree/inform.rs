@@ -1,8 +1,10 @@
-//! Several variables together, and what an observation would tell.
+//! Joint posteriors, and the value of an observation.
 //!
-//! In: a network, evidence, and some variables. Out: their joint posterior; for each candidate what its observation would
-//! tell about them. Invariant: a joint posterior is asked value by value of all but its last variable, on one plan:
-//! P(a, b | e) = P(a, e) / P(e) · P(b | a, e). So it takes no more room than the marginals do.
+//! In: a network, evidence, and some variables. Out: their joint posterior; for each candidate observation the
+//! information that it is expected to give about them. Invariant: a joint posterior is computed for each combination of
+//! values of all variables but the last, on one plan: P(a, b
+//! e) = P(a, e) / P(e) · P(b
+//! a, e). So it takes no more memory than the marginals.
 
 use super::evidence::NetworkEvidence;
 use super::network::Network;
@@ -12,26 +14,28 @@ use crate::operators;
 use crate::radix;
 use std::f64::consts::LN_2;
 
-/// The most products of all runs together, each run one combination of values.
+/// Upper limit on the products of all runs together; each run conditions on one combination of values.
 const MOST_PRODUCTS: f64 = 2e10;
 
 /// A joint posterior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// The probabilities of all values together, those of the last variable fastest.
+    /// The probabilities of all combinations of values, the last variable fastest.
     pub probabilities: Vec<f64>,
     /// ln P(evidence)
     pub ln_evidence: f64,
 }
 
-/// What the observation of a variable would tell.
+/// The expected information of observing a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
-    /// Which one.
+    /// The variable.
     pub variable: usize,
-    /// H(X | e) in bits: how uncertain it is.
+    /// H(X
+    /// e), its entropy, in bits.
     pub entropy: f64,
-    /// I(target; X | e) in bits: how much less uncertain the target is expected to be, once X has been observed.
+    /// I(target; X
+    /// e) in bits: by how much observing X is expected to reduce the entropy of the target.
     pub information: f64,
 }
 
@@ -40,10 +44,10 @@ pub fn entropy(probabilities: &[f64]) -> f64 {
     operators::entropy(probabilities.iter().copied()) / LN_2
 }
 
-/// The joint posterior of some variables, none of them twice, none of them observed.
+/// The joint posterior of some variables, all different and not observed.
 ///
 /// # Errors
-/// No variable, one that is observed or named twice; no room; evidence of probability zero.
+/// No variable, one that is observed or named twice; too little memory; evidence of probability zero.
 pub fn joint(network: &Network, evidence: &NetworkEvidence, variables: &[usize]) -> Result<Joint, Error> {
     let Some((last, first)) = variables.split_last() else {
         return Err(Error::input("joint posterior", "it needs at least one variable"));
@@ -56,15 +60,20 @@ pub fn joint(network: &Network, evidence: &NetworkEvidence, variables: &[usize])
             None => probabilities.extend(std::iter::repeat_n(0.0, extent)),
         }
     })?;
-    // Each is a ratio of two numbers known by their logarithms: what rounding leaves is shared out.
+    // Each is a ratio of two numbers known by their logarithms: normalising removes the rounding errors.
     let total: f64 = probabilities.iter().sum();
     probabilities.iter_mut().for_each(|p| *p /= total);
     Ok(Joint { probabilities, ln_evidence })
 }
 
-/// What the observation of each candidate would tell about some targets together, the most first.
+/// The expected information of each candidate observation about the targets jointly, the largest first.
 ///
-/// I(T; X | e) = Σ_t P(t | e) Σ_x P(x | t, e) log₂ (P(x | t, e) / P(x | e))
+/// I(T; X
+/// e) = Σ_t P(t
+/// e) Σ_x P(x
+/// t, e) log₂ (P(x
+/// t, e) / P(x
+/// e))
 ///
 /// # Errors
 /// As for [`joint`].
@@ -76,7 +85,12 @@ pub fn observations(
 ) -> Result<Vec<Observation>, Error> {
     let free = |one: &&usize| !targets.contains(one) && !evidence.hard.iter().any(|(known, _)| known == *one);
     let candidates: Vec<usize> = candidates.iter().filter(free).copied().collect();
-    // Σ_t P(t | e) P(x | t, e) is P(x | e); Σ_t P(t | e) H(X | t, e) is what remains uncertain of X.
+    // Σ_t P(t
+    // e) P(x
+    // t, e) is P(x
+    // e); Σ_t P(t
+    // e) H(X
+    // t, e) is the conditional entropy of X.
     let mut means: Vec<Vec<f64>> =
         candidates.iter().map(|one| vec![0.0; network.cardinalities[*one]]).collect();
     let mut remaining = vec![0.0; candidates.len()];
@@ -89,7 +103,7 @@ pub fn observations(
     let told = candidates.iter().zip(&means).zip(&remaining).map(|((variable, mean), remaining)| {
         let entropy = entropy(mean);
         let information = entropy - remaining;
-        // What rounding leaves is nothing.
+        // A difference as small as the rounding error counts as zero.
         let information = if information > 1e-12 * entropy { information } else { 0.0 };
         Observation { variable: *variable, entropy, information }
     });
@@ -98,8 +112,8 @@ pub fn observations(
     Ok(told)
 }
 
-/// For all values of some variables together, the last one fastest: their probability given the evidence, and the marginals
-/// of what is wanted given both; none where they cannot be. Gives ln P(evidence).
+/// For all combinations of values of some variables, the last one fastest: their probability given the evidence, and
+/// the marginals of the wanted variables given both; empty where the probability is zero. Returns ln P(evidence).
 fn condition(
     network: &Network,
     evidence: &NetworkEvidence,

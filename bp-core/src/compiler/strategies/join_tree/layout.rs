@@ -1,11 +1,12 @@
-//! Which axis of each table is the fastest.
+//! The order of the axes of each table.
 //!
-//! In: a binary join tree. Out: the order of the axes of every node, and for each product the axes of its row. Invariant:
-//! a row lies side by side in each of the three tables that have it; so going up and both ways down work on rows.
+//! In: a binary join tree. Out: the order of the axes of every node, and for each product the axes of its row.
+//! Invariant: a row is contiguous in each of the three tables that contain it, so the way up and both ways down work on
+//! rows.
 //!
-//! From the root down: a node's own order is part free, part fixed by the product that it goes into. Of the kinds of axes
-//! that a product has, the row is made of those that promise the least time; a sparse table had better be the one whose
-//! single cells multiply rows, since a zero there saves a row.
+//! From the root down: part of a node's order is fixed by the product that uses it, part is free. Of the kinds of axes
+//! in a product, the row is made of those with the least estimated time; a sparse table is best the one whose single
+//! cells multiply rows, since a zero there saves a whole row.
 
 use super::pair::Pairing;
 
@@ -20,7 +21,7 @@ pub(super) struct Layout {
 const FIRST: u8 = 1;
 const SECOND: u8 = 2;
 
-/// Lays out a tree whose leaves have this share of cells that are not zero.
+/// Lays out a tree; `density` is the share of nonzero cells of each leaf.
 pub(super) fn lay_out(pairing: &Pairing, cardinalities: &[usize], density: &[f64]) -> Layout {
     let count = pairing.nodes.len();
     let density = densities(pairing, cardinalities, density);
@@ -75,7 +76,7 @@ pub(super) fn lay_out(pairing: &Pairing, cardinalities: &[usize], density: &[f64
     layout
 }
 
-/// The share of cells of each node that are not zero, as if zeros were where they are by chance.
+/// The share of nonzero cells of each node, estimated as if zeros were placed at random.
 fn densities(pairing: &Pairing, cardinalities: &[usize], leaves: &[f64]) -> Vec<f64> {
     let mut all = Vec::with_capacity(pairing.nodes.len());
     for node in &pairing.nodes {
@@ -96,10 +97,10 @@ fn densities(pairing: &Pairing, cardinalities: &[usize], leaves: &[f64]) -> Vec<
 
 /// The axes of one product.
 struct Kinds<'l> {
-    /// Which of both children has an axis.
+    /// Which of the two children have each axis.
     member: &'l [u8],
     cardinalities: &'l [usize],
-    /// The axes of the product; the last `fixed` have their place.
+    /// The axes of the product; the positions of the last `fixed` are determined.
     own: &'l [u32],
     fixed: usize,
     summed: &'l [u32],
@@ -114,7 +115,7 @@ impl Kinds<'_> {
         axes.iter().map(|axis| self.cardinalities[*axis as usize] as f64).product()
     }
 
-    /// The axes of the row that promise the least time.
+    /// The axes of the row with the least estimated time.
     fn row(&self, first: f64, second: f64) -> Vec<u32> {
         let mut rows: Vec<(Vec<u32>, f64)> = Vec::new();
         if !self.summed.is_empty() {
@@ -122,7 +123,7 @@ impl Kinds<'_> {
         }
         let free = &self.own[..self.own.len() - self.fixed];
         let all = |kind: u8| free.iter().copied().filter(move |axis| self.kind(*axis) == kind);
-        // What multiplies a row of the first child's axes is the second's cell.
+        // A row of the first child's axes is multiplied by single cells of the second.
         let multiplier = |kind: u8| match kind {
             FIRST => second,
             SECOND => first,
@@ -140,7 +141,7 @@ impl Kinds<'_> {
                 let tail = &self.own[free.len()..];
                 let start =
                     tail.iter().rposition(|axis| self.kind(*axis) != kind).map_or(0, |place| place + 1);
-                // Where all that is fixed is of this kind, what is free of it may stand before.
+                // If all fixed axes are of this kind, the free ones of the kind can join the row.
                 let more: Vec<u32> = if start == 0 { all(kind).collect() } else { Vec::new() };
                 rows.push(([more.as_slice(), &tail[start..]].concat(), multiplier(kind)));
             }
@@ -148,7 +149,7 @@ impl Kinds<'_> {
         let union = self.cells(self.own) * self.cells(self.summed);
         let time = |(axes, density): &(Vec<u32>, f64)| {
             let count = union / self.cells(axes);
-            // In nanoseconds, roughly: what a row takes, and what its cells do.
+            // In nanoseconds, roughly: the cost of a row plus that of its cells.
             count * 0.7 + density * (count * 2.5 + union * 0.35)
         };
         let best = rows.into_iter().min_by(|one, other| time(one).total_cmp(&time(other)));

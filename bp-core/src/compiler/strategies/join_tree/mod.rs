@@ -1,10 +1,12 @@
-//! Many marginals at once: the join tree of a network.
+//! All marginals at once: the join tree of a network.
 //!
 //! In: a model whose variables are finite. Out: the posterior of every variable, ln P(evidence), the most probable
-//! assignment, joint posteriors, what an observation would tell. Invariant: exact up to rounding; powers of two are kept
-//! apart, so that no evidence is too improbable; where f64 may lose a cell, all are computed anew with exponents apart.
+//! assignment, joint posteriors, the value of observations. Invariant: exact up to rounding; powers of two are kept
+//! separately, so that evidence may be arbitrarily improbable; where f64 may lose a cell, all cells are recomputed with
+//! separate exponents.
 //!
-//! Lauritzen and Spiegelhalter 1988; Shenoy 1997 (binary join trees); Darwiche 2003 (derivatives). docs/networks.md tells how.
+//! Lauritzen and Spiegelhalter 1988; Shenoy 1997 (binary join trees); Darwiche 2003 (derivatives). See
+//! docs/networks.md.
 
 mod absorb;
 mod answer;

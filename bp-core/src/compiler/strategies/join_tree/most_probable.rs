@@ -1,10 +1,10 @@
-//! The most probable assignment of all variables (MPE).
+//! The most probable explanation (MPE): an assignment of all variables.
 //!
 //! In: a network and evidence. Out: a value for each variable, and ln of their joint probability with the evidence.
-//! Invariant: no assignment that agrees with the evidence is more probable; among equals it is one of them.
+//! Invariant: no assignment that agrees with the evidence is more probable; any of several equal ones may be returned.
 //!
-//! Largest values instead of sums go up; then, from the root down, each product chooses the best of what was maximised in it,
-//! given what is chosen above (Dawid 1992).
+//! Maxima instead of sums go up; then, from the root down, each product chooses the maximising values of its eliminated
+//! variables given the choices above (Dawid 1992).
 
 use super::cell::Cell;
 use super::compile::{Purpose, Tree};
@@ -17,10 +17,10 @@ use crate::radix;
 /// A most probable value for each variable, and ln P(values, evidence).
 ///
 /// # Errors
-/// There is no room for it; evidence of probability zero, or a value out of its domain.
+/// Too little memory; evidence of probability zero, or a value outside its domain.
 pub fn most_probable(network: &Network, evidence: &NetworkEvidence) -> Result<(Vec<usize>, f64), Error> {
     let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
-    // A likelihood of its own for each: so that no table is maximised before it is in a product.
+    // Each variable gets a likelihood of its own, so that no table is maximised before it is in a product.
     let every: Vec<usize> = (0..network.cardinalities.len()).collect();
     let tree = Tree::whole(network, &given, &every, &[], Purpose::Maximum)?;
     let mut session = tree.session();
@@ -29,7 +29,7 @@ pub fn most_probable(network: &Network, evidence: &NetworkEvidence) -> Result<(V
 }
 
 impl Session<'_> {
-    /// The best values, after largest values went up.
+    /// The maximising values, after the upward pass of maxima.
     pub(super) fn assignment<T: Cell>(&self, own: &[T]) -> Vec<usize> {
         let (tree, mut values) = (self.tree, self.known.values.clone());
         for part in tree.parts.iter().rev() {
@@ -52,7 +52,7 @@ impl Session<'_> {
         values
     }
 
-    /// Gives some variables the values that a number stands for, the last one fastest.
+    /// Sets some variables to the values that a mixed-radix number encodes, the last variable fastest.
     fn choose(&self, variables: &[usize], row: usize, values: &mut [usize]) {
         let counts = variables.iter().rev().map(|variable| self.tree.cardinalities[*variable]);
         for (variable, value) in variables.iter().rev().zip(radix::ordinals(row, counts)) {

@@ -1,7 +1,7 @@
-//! Networks by name: evidence as people write it, answers as they read it.
+//! Networks by name: translates evidence and answers between names and numbers.
 //!
-//! In: names of variables and of their values. Out: numbers of both. Invariant: a name that nothing has is told with the
-//! nearest one that something has.
+//! In: names of variables and of their values. Out: numbers of both. Invariant: the error for an unknown name suggests
+//! the nearest known one.
 
 use super::evidence::NetworkEvidence;
 use super::network::Network;
@@ -20,17 +20,17 @@ pub struct Named {
     /// The variables and their tables.
     pub network: Network,
     model: Model,
-    /// What is added to ln P(evidence): 0, but for a Markov network, which has no probabilities but ln Z.
+    /// A constant added to ln P(evidence): ln Z of a Markov network, otherwise 0.
     pub ln_scale: f64,
-    /// For each number its name, and the variable of the model that it is, or an element of.
+    /// For each number its name, and its variable in the model (or the family that it is an element of).
     names: Vec<(String, VariableId)>,
     numbers: HashMap<String, usize>,
-    /// What is always known: (variable, value). These variables are not shown.
+    /// Evidence that holds for every question: (variable, value). Answers do not show these variables.
     known: Vec<(usize, usize)>,
 }
 
 impl Named {
-    /// The network of a model, and what is always known with it.
+    /// The network of a model, with evidence that holds for every question.
     ///
     /// # Errors
     /// See [`Network::of`].
@@ -66,12 +66,12 @@ impl Named {
         &self.model
     }
 
-    /// The variable of the model that a number is, or is an element of.
+    /// The variable of the model with this number, or the family that it is an element of.
     pub fn variable_id(&self, number: usize) -> VariableId {
         self.names[number].1
     }
 
-    /// The variables that an answer shows: all but those that are always known.
+    /// The variables that an answer shows: all except those known for every question.
     pub fn shown(&self) -> Vec<usize> {
         let hidden: HashSet<usize> = self.known.iter().map(|(variable, _)| *variable).collect();
         (0..self.network.cardinalities.len()).filter(|one| !hidden.contains(one)).collect()
@@ -90,7 +90,7 @@ impl Named {
     /// The number of a variable.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// No variable has this name.
     pub fn number_of(&self, variable: &str) -> Result<usize, Error> {
         self.numbers.get(variable).copied().ok_or_else(|| {
             let family =
@@ -105,15 +105,15 @@ impl Named {
         })
     }
 
-    /// The values of a variable, as they are written.
+    /// The names of the values of a variable.
     pub fn values(&self, variable: usize) -> Values<'_> {
         Values::new(&self.model, self.names[variable].1, &|_| None)
     }
 
-    /// The number of a variable's value; `None` where the text says that it was not observed, as `NA` does.
+    /// The number of a variable's value; `None` where the text marks a missing value, as `NA` does.
     ///
     /// # Errors
-    /// The variable has none that is written so.
+    /// The variable has no such value.
     pub fn value_of(&self, variable: usize, value: &str) -> Result<Option<usize>, Error> {
         match self.values(variable).read(value) {
             Ok(read) => Ok(read.and_then(|value| value.ordinal)),
@@ -124,7 +124,7 @@ impl Named {
     /// Evidence by names: values, and likelihoods.
     ///
     /// # Errors
-    /// A name that nothing has; a likelihood of the wrong length, or with numbers that cannot be.
+    /// An unknown name; a likelihood of the wrong length, or with negative or non-finite numbers.
     pub fn evidence<'n>(
         &self,
         values: impl IntoIterator<Item = (&'n str, &'n str)>,
@@ -158,7 +158,7 @@ impl Named {
         Ok(evidence)
     }
 
-    /// An error with names where it has numbers.
+    /// Replaces the numbers in an error by names.
     pub fn tell(&self, error: Error) -> Error {
         match error {
             Error::Contradiction { variables, .. } => {

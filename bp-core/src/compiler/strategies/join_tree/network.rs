@@ -1,7 +1,8 @@
-//! A network: finite variables and tables of numbers over some of them.
+//! A network: finite variables and tables of numbers over them.
 //!
-//! In: a model with numbers for its parameters, whose variables are all finite. Out: a [`Network`], variables by number. Invariant: each table is
-//! row-major over its variables, the last one fastest, and the product of all tables is the joint distribution.
+//! In: a model with numbers for its parameters, whose variables are all finite. Out: a [`Network`], its variables
+//! numbered. Invariant: each table is row-major over its variables, the last one fastest, and the product of all tables
+//! is the joint distribution.
 
 use super::refused::{self, Refused};
 use crate::distribution::{Distribution, Instance, Setting};
@@ -15,36 +16,37 @@ use std::collections::BTreeMap;
 /// A table over some variables.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FactorTable {
-    /// The variables, the last one fastest; the one that it distributes, where it is one, is the last.
+    /// The variables, the last one fastest; a table that distributes a variable has it last.
     pub variables: Vec<usize>,
     /// The numbers.
     pub values: Vec<f64>,
 }
 
 impl FactorTable {
-    /// The share of its cells that are not zero.
+    /// The share of nonzero cells.
     pub(super) fn density(&self) -> f64 {
         let some = self.values.iter().filter(|value| **value != 0.0).count();
         some as f64 / self.values.len().max(1) as f64
     }
 }
 
-/// Finite variables and tables over them.
+/// Finite variables, and tables over them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Network {
-    /// How many values each variable has.
+    /// The number of values of each variable.
     pub cardinalities: Vec<usize>,
-    /// The tables. Table i distributes its last variable given the others, if `parents` says so.
+    /// The tables. If `table_of` names table i for a variable, table i distributes its last variable given the others.
     pub tables: Vec<FactorTable>,
     /// For each variable the table that distributes it.
     pub table_of: Vec<Option<usize>>,
-    /// Where a form refused a number: there the table has a row that sums to one, and no answer depends on it.
+    /// The contexts in which a form refused a number: the table has a uniform row there, which no answer depends on.
     pub refused: Vec<Refused>,
-    /// By their numbers, the tables with probabilities that f64 does not hold: the same cells, with exponents apart.
+    /// By their numbers, the tables with probabilities that f64 cannot represent: the same cells, with separate
+    /// exponents.
     pub wide: BTreeMap<usize, Vec<Extended>>,
 }
 
-/// The most numbers that one table may have.
+/// Upper limit on the numbers of one table.
 const MOST_CELLS: usize = 1 << 28;
 
 impl Network {
@@ -80,9 +82,9 @@ impl Network {
         Ok(network)
     }
 
-    /// The tables of some factors alone, none of which is said to sum to one: nothing of them is left out as barren. Their
-    /// variables and those in the slots `wanted` are numbered anew; gives the number of each slot, `usize::MAX` where it has
-    /// none.
+    /// The tables of some factors alone, none of which is assumed to sum to one, so that none is dropped as barren.
+    /// Their variables and those in the slots `wanted` are renumbered; returns the number of each slot, `usize::MAX`
+    /// where it has none.
     ///
     /// # Errors
     /// As [`Network::of`].
@@ -121,7 +123,7 @@ impl Network {
         Ok((network, numbers))
     }
 
-    /// The table of an instance; `assignment` is all zeros before and after, and of `room` its cells are taken.
+    /// The table of an instance; `assignment` is all zeros before and after; its cells are subtracted from `room`.
     fn table(
         &mut self,
         setting: &Setting<'_>,
@@ -130,7 +132,7 @@ impl Network {
         room: &mut f64,
     ) -> Result<FactorTable, Error> {
         let factor = &setting.model.factors[instance.factor];
-        // Numbers as they are written stand in the order of the decomposition.
+        // Written numbers are in the order of the decomposition.
         if let Form::Constants(numbers) = &factor.form
             && factor.products.is_empty()
         {
@@ -202,15 +204,15 @@ impl Network {
     }
 }
 
-/// The way out of tables that are too large.
+/// The remedy that the error for a too large table suggests.
 const FEWER: &str = "give the variable fewer parents, or make their domains smaller";
 
-/// Cells for which there is memory.
+/// The number of cells that fit in memory.
 fn room() -> f64 {
     memory::free().map_or(f64::INFINITY, |bytes| (bytes / 8.0).floor())
 }
 
-/// Takes the cells of a table from those for which there is memory.
+/// Subtracts the cells of a table from those that fit in memory.
 fn take(room: &mut f64, cells: usize, setting: &Setting<'_>, factor: &Factor) -> Result<(), Error> {
     let cells = cells as f64;
     if cells > *room {

@@ -1,8 +1,8 @@
-//! Thousands of factors: a join tree answers what would take as many loops.
+//! The offer of the join tree: one tree for thousands of factors, where loops would be as many.
 //!
-//! In: asks of a program of many factors, all finite, without a plate. Out: a [`JoinTree`]: the sum of products that is
-//! computed, without an order of the sums, which the tree finds . Invariant: barren factors have gone
-//! already, by the rule that keeps improper ones; what is left is the same sum that loops would compute.
+//! In: asks of a program of many factors, all finite, without a plate. Out: a [`JoinTree`]: the sum of products to
+//! compute, without an order of the sums, which the tree finds. Invariant: barren factors are already removed, by the
+//! rule that keeps improper ones; the remaining sum equals the one that loops would compute.
 
 use crate::equation::{Draft, Exact, Line, Notation, Options, Strategy, Term, remove_barren};
 use crate::error::Error;
@@ -11,29 +11,29 @@ use crate::model::{Ask, Finding, IndexSpace, Model, Question, Searched, Statisti
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
-/// With more factors than these, a tree is found faster than loops are written.
+/// Above this number of factors, finding a tree takes less time than writing loops.
 pub const MANY_FACTORS: usize = 2000;
 
-/// From so many values of all searched variables together on, one propagation answers what is asked of each alone.
+/// From this number of joint values of the searched variables on, marginals are computed by one propagation.
 const MANY_TOGETHER: f64 = 4096.0;
 
 /// An answer by sums and products over a join tree.
 #[derive(Clone, PartialEq, Debug)]
 pub struct JoinTree {
-    /// The sum of products, its sums in no order: what is asked, what variables stand for, the derivation.
+    /// The sum of products without an order of its sums: the asks, the names of the variables, the derivation.
     pub exact: Exact,
     /// The factors of the product.
     pub factors: Vec<FactorId>,
     /// Virtual evidence: variables with a likelihood for each value.
     pub likelihoods: Vec<(VariableId, Vec<f64>)>,
-    /// Whether each variable is asked alone: one propagation answers all.
+    /// Whether each variable is asked alone, so that one propagation answers all.
     pub alone: bool,
 }
 
-/// A join tree, where many factors are left that all have tables; where it is asked for, of few factors too.
+/// A join tree, where many factors remain and all have tables; where the user asks for one, of few factors too.
 ///
 /// # Errors
-/// Why not.
+/// The reason why there is none.
 fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Result<JoinTree, String> {
     let few = |count: usize| format!("{count} factors: loops are compiled faster than a tree");
     if model.plate.is_some() {
@@ -43,7 +43,7 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     if options.elements && !alone {
         return Err("an element of a family is observed alone, and not all is finite".to_owned());
     }
-    // Loops would make the joint distribution of all that is searched.
+    // Loops would build the joint distribution of all searched variables.
     let asked_for = asked_for || alone && (options.alone || together(model, asks) > MANY_TOGETHER);
     if model.factors.len() <= MANY_FACTORS && !asked_for {
         return Err(few(model.factors.len()));
@@ -72,7 +72,7 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     if factors.len() <= MANY_FACTORS && !asked_for {
         return Err(few(factors.len()));
     }
-    // The rows of an answer are laid out when the question is planned.
+    // The rows of an answer are laid out when the question is planned, so the sizes must be known by then.
     let grows = |variable: &&VariableId| match model.variables[**variable].family.map(|family| family.over) {
         Some(IndexSpace::Range(range)) => range.high.size.is_some(),
         Some(IndexSpace::Set(_)) => true,
@@ -140,7 +140,7 @@ fn are_alone(model: &Model, asks: &[Ask], families: bool) -> bool {
         && model.variables.values().all(|variable| variable.domain.is_finite())
 }
 
-/// How many values the searched variables have together; a size that is not known counts 16.
+/// The number of joint values of the searched variables; a size that is not known counts 16.
 fn together(model: &Model, asks: &[Ask]) -> f64 {
     let values = |ask: &Ask| model.variables[ask.searched[0].variable].domain.count().unwrap_or(16) as f64;
     asks.iter().map(values).product()

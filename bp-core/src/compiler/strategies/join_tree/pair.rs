@@ -1,11 +1,12 @@
 //! A binary join tree: tables, multiplied two by two.
 //!
-//! In: the scopes of tables, and an order in which to sum variables out. Out: a [`Pairing`]: tables at the leaves; each
-//! inner node is the product of two, with every variable summed out that nothing else has. Invariant: nodes are in
-//! post-order, so that a subtree is a stretch that ends with its root; the last node is the root.
+//! In: the scopes of tables, and an elimination order. Out: a [`Pairing`]: tables at the leaves; each inner node is the
+//! product of two nodes, with every variable summed out that no other node has. Invariant: nodes are in post-order, so
+//! that a subtree is a contiguous range that ends with its root; the last node is the root.
 //!
-//! The tables that have a variable are multiplied when its turn comes, the two with the smallest product first: a product of
-//! many tables is never made at once (Shenoy 1997, "Binary join trees for computing marginals").
+//! The tables that contain a variable are multiplied when the variable is eliminated, the pair with the smallest
+//! product first: a product of many tables is never made in one step (Shenoy 1997, "Binary join trees for computing
+//! marginals").
 
 use super::problem::Problem;
 use std::cmp::Reverse;
@@ -15,11 +16,11 @@ use std::collections::BinaryHeap;
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub(super) children: Option<(usize, usize)>,
-    /// The node whose child this is; the root is its own.
+    /// The node whose child this is; the root is its own parent.
     pub(super) parent: usize,
     /// The variables that remain, ascending.
     pub(super) scope: Vec<u32>,
-    /// Which leaf this is, and its variables that no other leaf has: they are summed out at once.
+    /// For a leaf: its index, and its variables that no other leaf has, which are summed out immediately.
     pub(super) leaf: Option<(usize, Vec<u32>)>,
 }
 
@@ -31,7 +32,7 @@ pub(super) struct Pairing {
     pub(super) first: Vec<usize>,
 }
 
-/// So many tables in one product are paired by looking at every pair; more by size.
+/// Up to this number of tables in one product, every pair is compared; more are paired by size.
 const FEW: usize = 6;
 const MANY: usize = 64;
 
@@ -61,13 +62,13 @@ pub(super) fn pair(problem: &Problem, leaves: &[Vec<u32>], order: &[u32]) -> Pai
     forest.in_post_order()
 }
 
-/// The parent of a node that has none yet.
+/// Marks a node without a parent.
 const OPEN: usize = usize::MAX;
 
 struct Forest<'p> {
     problem: &'p Problem,
     nodes: Vec<Node>,
-    /// For each variable how many open nodes have it, and nodes that had it.
+    /// For each variable the number of open nodes that have it, and the nodes that had it.
     count: Vec<u32>,
     holders: Vec<Vec<usize>>,
 }
@@ -97,7 +98,7 @@ impl<'p> Forest<'p> {
         forest
     }
 
-    /// Cells of the product of two nodes; of two that are equal, the one of the larger nodes is less.
+    /// The cells of the product of two nodes; ties prefer the larger nodes.
     fn product(&self, one: usize, other: usize) -> f64 {
         let (one, other) = (&self.nodes[one].scope, &self.nodes[other].scope);
         let more = other.iter().filter(|variable| one.binary_search(variable).is_err());
@@ -120,7 +121,7 @@ impl<'p> Forest<'p> {
                     left.next();
                     right.next();
                     self.count[variable as usize] -= 1;
-                    // Nothing else has it: it is summed out.
+                    // No other open node has it: it is summed out.
                     if self.count[variable as usize] == 1 {
                         continue;
                     }
@@ -146,7 +147,7 @@ impl<'p> Forest<'p> {
         node
     }
 
-    /// Joins many nodes: the smallest with what goes with it best, or the two smallest where there are too many to look.
+    /// Joins many nodes: the smallest with its best partner, or the two smallest where comparing would take too long.
     fn join_by_size(&mut self, nodes: Vec<usize>) {
         let size = |forest: &Self, node: usize| forest.problem.cells(&forest.nodes[node].scope).to_bits();
         let mut rest: BinaryHeap<Reverse<(u64, usize)>> =
@@ -172,7 +173,7 @@ impl<'p> Forest<'p> {
 
     fn in_post_order(mut self) -> Pairing {
         let mut order = Vec::with_capacity(self.nodes.len());
-        // The root, then what is below it: backwards, that is each node behind its subtree.
+        // The root, then its descendants: read backwards, each node follows its subtree.
         let mut rest: Vec<usize> = self.nodes.len().checked_sub(1).into_iter().collect();
         while let Some(node) = rest.pop() {
             order.push(node);

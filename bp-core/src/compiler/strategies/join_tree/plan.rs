@@ -1,12 +1,12 @@
-//! One tree, or several small ones: what answers all the marginals that are wanted, at least cost.
+//! The choice between one tree and several small ones: the cheapest way to all wanted marginals.
 //!
-//! In: a network, which variables are observed and which are wanted. Out: [`Marginals`]: trees that together answer them.
-//! Invariant: each tree holds the ancestors of what it answers and of all evidence; the others are barren for it, and sum
-//! to one.
+//! In: a network, the observed and the wanted variables. Out: [`Marginals`]: trees that together answer them.
+//! Invariant: each tree holds the ancestors of its targets and of all evidence; other variables are barren for it and
+//! sum to one.
 //!
-//! The whole network as one tree costs Σ cells once. A target with its ancestors alone is often far smaller, but there are
-//! many targets: targets are taken from the leaves up, each group answers all that it holds, and a group takes in the next
-//! target where one tree for both costs less than two.
+//! The whole network as one tree costs Σ cells once. A target with its ancestors alone is often far smaller, but there
+//! are many targets: they are taken from the leaves up, each group answers all the targets that it holds, and a group
+//! takes in the next target where one tree for both costs less than two.
 
 use super::compile::{Outline, Purpose, Tree};
 use super::cost::Cost;
@@ -17,7 +17,7 @@ use super::session::Session;
 use crate::elimination::Effort;
 use crate::error::Error;
 
-/// Trees that together answer what is wanted.
+/// Trees that together answer the wanted marginals.
 #[derive(Clone, Debug)]
 pub struct Marginals {
     trees: Vec<Tree>,
@@ -27,11 +27,11 @@ pub struct Marginals {
 }
 
 impl Marginals {
-    /// Plans for some wanted variables. `given` are those whose values will be given; `weighed` those that may get a
-    /// likelihood.
+    /// A plan for some wanted variables. `given` variables have a value in each question; `weighed` ones may get a
+    /// value or a likelihood.
     ///
     /// # Errors
-    /// There is no room for it.
+    /// Too little memory.
     pub fn new(
         network: &Network,
         given: &[usize],
@@ -50,29 +50,29 @@ impl Marginals {
         Ok(Self { trees, home, cardinalities: network.cardinalities.clone() })
     }
 
-    /// What the trees would take together, and how many there would be; nothing is made.
+    /// The total cost of the trees, and their number, without making them.
     pub fn plan(network: &Network, given: &[usize], weighed: &[usize], wanted: &[usize]) -> (Cost, usize) {
         let outlines = Question::new(network, given, weighed, wanted).outlines();
         (outlines.iter().map(|(outline, _)| outline.cost).fold(Cost::default(), Cost::and), outlines.len())
     }
 
-    /// What the trees take together; the width is that of the widest.
+    /// The total cost of the trees; the width is that of the widest.
     pub fn cost(&self) -> Cost {
         self.trees.iter().map(Tree::cost).fold(Cost::default(), Cost::and)
     }
 
-    /// How many trees there are.
+    /// The number of trees.
     pub fn trees(&self) -> usize {
         self.trees.len()
     }
 
-    /// Working memory for asking.
+    /// Working memory for questions.
     pub fn session(&self) -> MarginalsSession<'_> {
         MarginalsSession { plan: self, sessions: self.trees.iter().map(Tree::session).collect() }
     }
 }
 
-/// The working memory of one asker of [`Marginals`].
+/// The working memory of one session of [`Marginals`].
 #[derive(Clone, Debug)]
 pub struct MarginalsSession<'t> {
     plan: &'t Marginals,
@@ -80,7 +80,7 @@ pub struct MarginalsSession<'t> {
 }
 
 impl MarginalsSession<'_> {
-    /// Computes what is wanted, given the evidence.
+    /// Computes the wanted marginals given the evidence.
     ///
     /// # Errors
     /// As for [`Session::ask`].
@@ -88,12 +88,12 @@ impl MarginalsSession<'_> {
         self.sessions.iter_mut().try_for_each(|session| session.ask(evidence))
     }
 
-    /// The marginal of a wanted variable; of a given one nothing.
+    /// The marginal of a wanted variable; empty for a given one.
     pub fn marginal(&self, variable: usize) -> &[f64] {
         self.sessions.get(self.plan.home[variable]).map_or(&[], |session| session.marginal(variable))
     }
 
-    /// The posterior of a wanted variable; of a given one its value, for sure.
+    /// The posterior of a wanted variable; for a given one, probability 1 at its value.
     pub fn posterior(&self, variable: usize, evidence: &NetworkEvidence) -> Vec<f64> {
         let marginal = self.marginal(variable);
         if !marginal.is_empty() {
@@ -118,8 +118,8 @@ fn flags(network: &Network, which: &[usize]) -> Vec<bool> {
     flags
 }
 
-/// Of each table with a row that is zero everywhere a variable that it distributes: that variable is not barren, since an
-/// impossible context makes the others surer.
+/// For each table with a row that is zero everywhere, a variable that it distributes: such a variable is not barren,
+/// since an impossible context shifts probability to the others.
 fn improper(network: &Network) -> Vec<usize> {
     let mut left = vec![Vec::new(); network.tables.len()];
     for (variable, table) in network.table_of.iter().enumerate() {
@@ -133,10 +133,10 @@ fn improper(network: &Network) -> Vec<usize> {
     tables.filter_map(|(_, left)| left.first().copied()).collect()
 }
 
-/// More cells than these are not looked for in groups.
+/// Upper limit on the cells for which groups are sought.
 const MOST: f64 = 1e12;
 
-/// What is known and what is wanted.
+/// The known and the wanted variables.
 struct Question<'n> {
     network: &'n Network,
     given: Vec<bool>,
@@ -144,7 +144,7 @@ struct Question<'n> {
     /// Given or weighed.
     known: Vec<usize>,
     wanted: &'n [usize],
-    /// Of tables that are not distributions, a variable that each distributes.
+    /// For each table that is not a distribution, a variable that it distributes.
     improper: Vec<usize>,
 }
 
@@ -162,14 +162,14 @@ impl<'n> Question<'n> {
         }
     }
 
-    /// The trees that are to be made, each with what it answers.
+    /// The trees to make, each with the variables that it answers.
     fn outlines(&self) -> Vec<(Outline, Vec<usize>)> {
         let all = self.ancestors(self.wanted.iter().chain(&self.known).copied());
         let groups = self.groups(self.cells(all.as_deref()));
         groups.unwrap_or_else(|| vec![(self.outline(all.as_deref()), self.wanted.to_vec())])
     }
 
-    /// What a tree would take, at a glance.
+    /// A quick estimate of the cells of a tree.
     fn cells(&self, part: Option<&[usize]>) -> f64 {
         Problem::of(self.network, &self.given, part).triangulated(Effort::Glance).cells
     }
@@ -178,8 +178,8 @@ impl<'n> Question<'n> {
         Outline::of(Problem::of(self.network, &self.given, part), &self.weighed, Effort::Search)
     }
 
-    /// Some variables and their ancestors, ascending; `None` where that is not known to be enough: a table distributes
-    /// nothing.
+    /// Some variables and their ancestors, ascending; `None` where this may be incomplete because a table does not
+    /// distribute any variable.
     fn ancestors(&self, variables: impl Iterator<Item = usize>) -> Option<Vec<usize>> {
         let network = self.network;
         if network.table_of.iter().flatten().count() < network.tables.len() {
@@ -195,14 +195,14 @@ impl<'n> Question<'n> {
         Some((0..included.len()).filter(|one| included[*one]).collect())
     }
 
-    /// Groups of targets that cost less than the whole; `None` where none are found, or looking would cost more than it
-    /// saves.
+    /// Groups of targets that cost less than the whole; `None` where there are none, or where the search would cost
+    /// more than it saves.
     fn groups(&self, whole: f64) -> Option<Vec<(Outline, Vec<usize>)>> {
         let (network, count) = (self.network, self.network.cardinalities.len());
         let mut is_parent = vec![false; count];
         (0..count).for_each(|one| network.parents(one).for_each(|parent| is_parent[parent] = true));
         let leaves = is_parent.iter().filter(|parent| !**parent).count();
-        // One look takes some hundred nanoseconds for each variable, a cell about one on the way there and back.
+        // One estimate takes some hundred nanoseconds for each variable; a cell about one, up and down together.
         if whole < 300.0 * (leaves * count) as f64 {
             return None;
         }
@@ -233,12 +233,12 @@ impl<'n> Question<'n> {
                     found.push((part, alone));
                 }
             }
-            // Half the cells, or it is not worth the trouble; nor is what takes hours.
+            // Groups must halve the number of cells, and stay within a feasible size.
             if total > 0.5 * whole || total > MOST {
                 return None;
             }
         }
-        // Where nothing is wanted but P(evidence), one tree tells that.
+        // Where no marginal is wanted, one tree gives P(evidence).
         if found.is_empty() {
             return None;
         }

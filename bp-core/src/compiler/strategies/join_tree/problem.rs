@@ -1,29 +1,29 @@
-//! What is left of a network: without what is given, and without what is barren.
+//! The subproblem of a question: a network without its given and its barren variables.
 //!
-//! In: a network, which variables are given, which take part. Out: a [`Problem`]: its own small numbers for the free
-//! variables, and the tables as lists of them. Invariant: all work on a problem takes time by its own size, not by that of
-//! the network.
+//! In: a network, the given variables, the variables that take part. Out: a [`Problem`]: consecutive numbers for the
+//! free variables, and the tables as lists of them. Invariant: work on a problem takes time by its own size, not by
+//! that of the network.
 
 use super::network::Network;
 use crate::elimination::{Effort, Order, triangulate};
 
-/// The free variables of a question, and the tables that speak of them.
+/// The free variables of a question, and the tables that contain them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Problem {
     /// For each free variable its number in the network.
     pub(super) variables: Vec<usize>,
-    /// How many values each has.
+    /// The number of values of each.
     pub(super) cardinalities: Vec<usize>,
-    /// Tables of the network that have a free variable.
+    /// The tables of the network with a free variable.
     pub(super) tables: Vec<usize>,
-    /// The free variables of each, by their own numbers.
+    /// The free variables of each table, by their numbers in the problem.
     pub(super) scopes: Vec<Vec<u32>>,
-    /// Tables of the network all of whose variables are given.
+    /// The tables of the network whose variables are all given.
     pub(super) known: Vec<usize>,
 }
 
 impl Problem {
-    /// The variables that take part are all, or those that are named: then every one's parents must be among them.
+    /// The subproblem of all variables, or of those in `part`, which must contain the parents of each.
     pub(super) fn of(network: &Network, given: &[bool], part: Option<&[usize]>) -> Self {
         let mut problem = Self::default();
         let mut own = vec![u32::MAX; network.cardinalities.len()];
@@ -49,7 +49,7 @@ impl Problem {
                 }
             }
         }
-        // A variable that no table speaks of.
+        // A variable that is in no table.
         for variable in (0..own.len()).filter(|one| part.is_none() && !given[*one]) {
             if own[variable] == u32::MAX {
                 problem.variables.push(variable);
@@ -59,12 +59,12 @@ impl Problem {
         problem
     }
 
-    /// The product of the numbers of values.
+    /// The product of the cardinalities.
     pub(super) fn cells(&self, scope: &[u32]) -> f64 {
         scope.iter().map(|one| self.cardinalities[*one as usize] as f64).product()
     }
 
-    /// An order in which to eliminate all of its variables.
+    /// An elimination order of all of its variables.
     pub(super) fn triangulated(&self, effort: Effort) -> Order {
         let cardinality = self.cardinalities.iter().map(|count| *count as f64).collect();
         triangulate(cardinality, &self.scopes, effort)

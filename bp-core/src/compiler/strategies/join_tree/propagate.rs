@@ -1,11 +1,12 @@
 //! Two passes over a join tree: products up to the root, derivatives down again.
 //!
-//! In: a [`Tree`] and what is known. Out: the cells of every node, and every wanted marginal. Invariant: a power of two is taken out of
-//! what becomes very small or very large, and where cells of one table are too far apart for that, all is computed with
-//! exponents apart: nothing underflows that is not zero. Subtrees are independent, and so are the
-//! cells of a large product: they may be done at the same time, and nothing depends on the number of threads.
+//! In: a [`Tree`] and evidence. Out: the cells of every node, and every wanted marginal. Invariant: a power of two is
+//! taken out of tables with very small or very large cells, and where the cells of one table are too far apart for
+//! that, all are recomputed with separate exponents: no nonzero cell underflows unnoticed. Subtrees, and the cells of a
+//! large product, are independent: they may be computed in parallel, and the result does not depend on the number of
+//! threads.
 //!
-//! up:   T_p = Σ T_a · T_b         over what nothing else has.
+//! up:   T_p = Σ T_a · T_b         over the variables that no other node has.
 //! down: D_a = Σ D_p · T_b,  D_b = Σ D_p · T_a,  D_root = 1:  D = ∂P(e)/∂T, and P(cells, e) = T · D.
 
 use super::cell::Cell;
@@ -15,11 +16,11 @@ use super::evidence::Known;
 use super::reading::Kind;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Powers of two that were taken out on the way up.
+/// The powers of two taken out on the way up.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Taken {
     pub(super) exponent: i64,
-    /// Those alone by which products of large cells were small.
+    /// Those of them that scaled small products up.
     pub(super) fallen: i64,
 }
 
@@ -30,7 +31,7 @@ impl Taken {
 }
 
 impl Tree {
-    /// The cells of a node, from those that a stretch of nodes from `first` on has.
+    /// The cells of a node, from the cells of a range of nodes that starts at `first`.
     pub(super) fn value<'c, T: Cell>(
         &'c self,
         known: &Known,
@@ -47,13 +48,13 @@ impl Tree {
         }
     }
 
-    /// Where the likelihood of a weighed variable lies.
+    /// Where the likelihood of a weighed variable is stored.
     pub(super) fn likelihood(&self, variable: usize) -> std::ops::Range<usize> {
         let start = self.offsets[self.likelihoods[variable]].value;
         start..start + self.cardinalities[variable]
     }
 
-    /// A node of a subtree both of whose children are worth a thread of their own.
+    /// A node of a subtree both of whose children have enough work for a thread of their own.
     fn split(&self, root: usize) -> Option<(usize, usize, usize)> {
         let mut node = root;
         while self.work[node] >= 2.0 * WORTH_SHARING {
@@ -67,23 +68,23 @@ impl Tree {
     }
 }
 
-/// One question on its way.
+/// One question during propagation.
 #[derive(Clone, Copy)]
 pub(super) struct Pass<'s> {
     pub(super) tree: &'s Tree,
     pub(super) known: &'s Known,
-    /// Is set where a derivative may have been lost; nothing where none can be.
+    /// Set where a derivative may have underflowed; `None` where that cannot happen.
     pub(super) watch: Option<&'s AtomicBool>,
 }
 
-/// What the way down needs of a stretch of nodes.
+/// The arrays of a range of nodes that the downward pass needs.
 pub(super) struct Below<'s, T> {
     pub(super) derivatives: &'s mut [T],
     pub(super) marginals: &'s mut [T],
 }
 
 impl Pass<'_> {
-    /// The nodes from `first` to `root`, which are one subtree, and their cells. Gives the power of two taken out of them,
+    /// Computes the nodes from `first` to `root`, which form one subtree. Returns the power of two taken out of them,
     /// or the first node that is zero everywhere.
     pub(super) fn up<T: Cell, const MAXIMUM: bool>(
         self,
@@ -108,7 +109,7 @@ impl Pass<'_> {
         Ok(taken.and(self.stretch::<T, MAXIMUM>(first, node..root + 1, cells)?))
     }
 
-    /// Some nodes, one after the other; `cells` are those from `first` on.
+    /// Computes a range of nodes, one after the other; `cells` are those from `first` on.
     fn stretch<T: Cell, const MAXIMUM: bool>(
         self,
         first: usize,
@@ -140,8 +141,8 @@ impl Pass<'_> {
         products.any(|(one, other)| T::may_lose(value(one), value(other)))
     }
 
-    /// The derivatives of the nodes from `first` to `root`, which are one subtree, and their marginals. `above` is the
-    /// derivative of what stands above the root.
+    /// Computes the derivatives of the nodes from `first` to `root`, which form one subtree, and their marginals.
+    /// `above` is the derivative of the root's parent.
     pub(super) fn down<T: Cell>(
         self,
         cells: &[T],
@@ -247,8 +248,8 @@ impl Pass<'_> {
         }
     }
 
-    /// The observed variables of a table below a node that is zero where they are; where there is none, all that are observed
-    /// below it.
+    /// The observed variables of a table below a node that is zero at their values; where there is no such table, all
+    /// variables observed below the node.
     pub(super) fn observed<T: Cell>(self, node: usize) -> Vec<usize> {
         let leaves = (self.tree.first[node]..=node).filter(|leaf| self.tree.parts[*leaf].children.is_none());
         let mut all = Vec::new();

@@ -1,10 +1,11 @@
 //! Where marginals are read.
 //!
-//! In: a tree, and which variables are wanted. Out: for each a [`Reading`]: the node whose cells, times their derivatives,
-//! are the joint probability with the evidence, summed to the variable. Invariant: ∂P(e)/∂T at a node's cells, times T,
-//! is P(cells, e) (Darwiche 2003, "A differential approach to inference in Bayesian networks").
+//! In: a tree, and the wanted variables. Out: for each a [`Reading`]: the node whose cells, times their derivatives,
+//! are the joint probability with the evidence, to be summed to the variable. Invariant: ∂P(e)/∂T at a node's cells,
+//! times T, is P(cells, e) (Darwiche 2003, "A differential approach to inference in Bayesian networks").
 //!
-//! A variable stands in many nodes. It is read where that is least work, the derivatives counted that nothing else needs.
+//! A variable is in many nodes. It is read at the one with the least work, counting derivatives that no other reading
+//! needs.
 
 use super::compile::{Leaf, Part};
 use super::pair::Pairing;
@@ -13,7 +14,7 @@ use super::table::{Builder, Tables};
 /// One marginal.
 #[derive(Clone, Debug)]
 pub(super) struct Reading {
-    /// By its number in the network.
+    /// Its number in the network.
     pub(super) variable: usize,
     pub(super) extent: usize,
     pub(super) kind: Kind,
@@ -22,17 +23,17 @@ pub(super) struct Reading {
 /// How a marginal is read.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
-    /// The node has the variable: cells for each value that lie side by side.
+    /// The node has the variable; `inner` contiguous cells for each value.
     Within { inner: usize },
-    /// Only the leaf's table has it: a table with the variable as its last axis, where it begins, and its slicing.
+    /// Only the leaf's table has it: where a table with the variable as its last axis begins, and its slicing.
     Beyond { start: usize, slicing: usize },
 }
 
-/// What is wanted where.
+/// The readings of a tree.
 pub(super) struct Readings {
     /// In the order of their nodes.
     pub(super) all: Vec<Reading>,
-    /// Which nodes' derivatives are needed.
+    /// Which nodes need a derivative.
     pub(super) active: Vec<bool>,
 }
 

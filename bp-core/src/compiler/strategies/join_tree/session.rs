@@ -1,7 +1,8 @@
-//! Asking a tree: in f64, and where that may have lost something, with exponents apart.
+//! Questions to a tree: in f64, and with separate exponents where f64 may underflow.
 //!
-//! In: a [`Tree`] and evidence. Out: every wanted marginal, or the most probable values, and ln P(evidence). Invariant: a
-//! contradiction is one of the program, not of the range of numbers; nothing depends on the number of threads.
+//! In: a [`Tree`] and evidence. Out: every wanted marginal, or the most probable values, and ln P(evidence). Invariant:
+//! a contradiction comes from the program, never from the range of numbers; the result does not depend on the number of
+//! threads.
 
 use super::cell::Cell;
 use super::compile::{Cells, Tree, ln_ceiling};
@@ -12,18 +13,18 @@ use crate::exec::beyond_range;
 use crate::exec::scalar::{Extended, Scalar};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The working memory of one asker; it is kept from question to question.
+/// The working memory of a session, kept from question to question.
 #[derive(Clone, Debug)]
 pub struct Session<'t> {
     pub(super) tree: &'t Tree,
     pub(super) known: Known,
     memory: Memory<f64>,
-    /// Made when it is first needed.
+    /// Made on first use.
     extended: Option<Memory<Extended>>,
     pub(super) ln_evidence: f64,
 }
 
-/// What a tree makes.
+/// The arrays of a tree.
 #[derive(Clone, Debug)]
 struct Memory<T> {
     cells: Vec<T>,
@@ -42,7 +43,7 @@ impl<T: Cell> Memory<T> {
     }
 }
 
-/// What is done with a question.
+/// The operation of a question.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Doing {
     /// Sums up, derivatives down.
@@ -51,12 +52,12 @@ enum Doing {
     Largest,
 }
 
-/// A product that has fallen by less than this in all has lost nothing that matters: a lost cell is below 2⁻⁷²² of the
-/// largest of its table.
+/// A total power of two above this means that no significant cell was lost: a lost cell is below 2⁻⁷²² of the largest
+/// of its table.
 const FALLEN: i64 = -100;
 
 impl Tree {
-    /// Working memory for asking.
+    /// Working memory for questions.
     pub fn session(&self) -> Session<'_> {
         Session {
             tree: self,
@@ -73,7 +74,7 @@ thread_local! {
     static PROPAGATIONS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
-/// How many times messages went through a tree in this thread.
+/// The number of propagations in this thread.
 #[cfg(test)]
 pub(crate) fn propagations() -> usize {
     PROPAGATIONS.get()
@@ -83,7 +84,7 @@ impl Session<'_> {
     /// Computes every wanted marginal given the evidence.
     ///
     /// # Errors
-    /// A value out of its domain, a given variable without one, evidence of probability zero.
+    /// A value outside its domain, a given variable without a value, evidence of probability zero.
     pub fn ask(&mut self, evidence: &NetworkEvidence) -> Result<(), Error> {
         #[cfg(test)]
         PROPAGATIONS.set(PROPAGATIONS.get() + 1);
@@ -102,7 +103,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The most probable values of all variables, for a tree of largest values.
+    /// The most probable values of all variables, for a tree of maxima.
     pub(super) fn most_probable(&mut self, evidence: &NetworkEvidence) -> Result<Vec<usize>, Error> {
         let (tree, known) = (self.tree, &mut self.known);
         match answer(tree, known, &mut self.memory, evidence, Doing::Largest) {
@@ -125,13 +126,13 @@ impl Session<'_> {
         self.ln_evidence
     }
 
-    /// The marginal of a variable that is answered here; of another one nothing.
+    /// The marginal of a variable that this tree answers; empty for any other.
     pub fn marginal(&self, variable: usize) -> &[f64] {
         &self.memory.marginals[self.tree.places[variable].clone()]
     }
 }
 
-/// Answers a question; gives ln P(evidence), or nothing where these cells may have lost something.
+/// Answers a question; returns ln P(evidence), or `None` where cells of this type may have underflowed.
 fn answer<T: Cell>(
     tree: &Tree,
     known: &mut Known,

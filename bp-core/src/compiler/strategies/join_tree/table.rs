@@ -1,30 +1,30 @@
 //! The tables of a network, laid out for a tree.
 //!
-//! In: a table, which of its variables are given, in which order the others are wanted. Out: its cells, a slice for each way
-//! in which the given ones may be. Invariant: a slice is a stretch.
+//! In: a table, its given variables, the order of the others. Out: its cells, one slice for each combination of given
+//! values. Invariant: a slice is contiguous.
 
 use super::cell::normalise;
 use super::network::Network;
 use super::problem::Problem;
 use crate::exec::scalar::{Extended, Scalar};
 
-/// Numbers that no evidence changes.
+/// The numbers of the tables that do not depend on the evidence.
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
     pub(super) values: Vec<f64>,
-    /// The same with exponents apart, where f64 does not hold all of them.
+    /// The same with separate exponents, where f64 cannot represent all of them.
     pub(super) wide: Option<Vec<Extended>>,
     /// For each slicing its given variables: (variable, slices to the next of its values).
     pub(super) slicings: Vec<Vec<(usize, usize)>>,
-    /// Tables all of whose variables are given: (start, slicing).
+    /// Tables whose variables are all given: (start, slicing).
     pub(super) known: Vec<(usize, usize)>,
-    /// The power of two that was taken out of what no evidence changes.
+    /// The power of two taken out of constant tables.
     pub(super) exponent: i64,
-    /// The powers of two that were taken out of slices: the largest cell of each is in [1, 2).
+    /// The powers of two taken out of slices: the largest cell of each is in [1, 2).
     pub(super) exponents: Vec<i64>,
 }
 
-/// The slicing of what has one slice.
+/// The slicing of a table with one slice.
 pub(super) const CONSTANT: usize = 0;
 
 /// What a table is made from.
@@ -39,7 +39,7 @@ impl<'n> Builder<'n> {
         Self { network, problem, given }
     }
 
-    /// Where the cells of some of a table's variables lie, the last one fastest.
+    /// Where the cells of some of a table's variables are, the last one fastest.
     fn offsets(&self, table: usize, variables: impl Iterator<Item = usize>) -> Vec<usize> {
         let all = &self.network.tables[table].variables;
         let mut offsets = vec![0];
@@ -84,7 +84,7 @@ impl Tables {
         tables
     }
 
-    /// The given variables of a table.
+    /// The slicing by the given variables of a table.
     fn slicing(&mut self, builder: &Builder<'_>, table: usize) -> usize {
         let (mut slicing, mut slices) = (Vec::new(), 1);
         let all = builder.network.tables[table].variables.iter().rev().copied();
@@ -99,8 +99,8 @@ impl Tables {
         self.slicings.len() - 1
     }
 
-    /// Keeps a table of the problem with these axes, summed over those that stand `alone`. Gives where it and the exponents of
-    /// its slices begin, and the slicing.
+    /// Stores a table of the problem with these axes, summed over the variables in `alone`. Returns where it and the
+    /// exponents of its slices begin, and the slicing.
     pub(super) fn keep(
         &mut self,
         builder: &Builder<'_>,

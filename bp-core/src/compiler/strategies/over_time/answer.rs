@@ -1,8 +1,8 @@
 //! Answers over time.
 //!
-//! In: a question over time, and what was observed at each instant. Out: [`Answer`]s, whose rows name the instant where
-//! several are answered. Invariant: instants are numbered from 1; what is made of a finite distribution over time is made
-//! as it is of one without time, with the instants as contexts.
+//! In: a question over time, and the observations of each instant. Out: [`Answer`]s, whose rows name the instant where
+//! several are answered. Invariant: instants are numbered from 1; a statistic of a finite distribution over time is
+//! computed as without time, with the instants as contexts.
 
 use super::{self as time, Answered, OverTime, Scope, Told, What};
 use crate::distribution::Setting;
@@ -20,7 +20,7 @@ use crate::strategies::{
 };
 use rand::Rng;
 
-/// A question over time, ready to be asked.
+/// A question over time with its compiled route.
 #[derive(Debug)]
 pub(super) struct Instants {
     pub(super) route: OverTime,
@@ -44,7 +44,7 @@ impl Prepared for Instants {
     }
 }
 
-/// A question with all that is given to it.
+/// A question with all of its inputs.
 struct Asker<'q> {
     setting: &'q Setting<'q>,
     case: &'q Case<'q>,
@@ -99,7 +99,7 @@ impl Asker<'_> {
         Ok(answered)
     }
 
-    /// The observations without what only other asks of the question know.
+    /// The observations, without variables that only other asks of the question know.
     fn observed(&self) -> Vec<Observed> {
         let names = |known: &[Known]| -> Vec<String> {
             let slots = known.iter().flat_map(|known| self.setting.slots_of(known.variable));
@@ -115,7 +115,7 @@ impl Asker<'_> {
         all
     }
 
-    /// The distributions of the instants as one table, whose contexts are the instants where `several` are answered.
+    /// The distributions of the instants as one table, with the instants as contexts where `several` are answered.
     fn table(&self, answered: &Answered, several: bool) -> Result<Table, Error> {
         let mut numbers = Vec::new();
         for told in &answered.told {
@@ -151,7 +151,7 @@ impl Asker<'_> {
         slots.map(column).collect()
     }
 
-    /// What instants are called.
+    /// The name of the instants' column.
     fn index(&self) -> String {
         let model = self.setting.model;
         model.plate_index().map_or("t".to_owned(), |index| model.variable_name(index))
@@ -190,7 +190,7 @@ impl Asker<'_> {
         Ok(rows)
     }
 
-    /// The normal laws of the instants, which they name where `several` are answered; nothing where there are other laws.
+    /// The normal laws of the instants, named by them where `several` are answered; `None` where there are other laws.
     fn laws(&self, answered: &Answered, several: bool) -> Option<Vec<Named>> {
         let law = |told: &Told| match &told.what {
             What::Normal(belief) => {
@@ -216,7 +216,7 @@ impl Asker<'_> {
     }
 }
 
-/// How particles estimated it, and where they were few.
+/// The particle estimate's figures, and a warning where effective particles were few.
 fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
     let What::Cloud { draws, effective, .. } = &told.what else { return None };
     let least = (effective.iter().copied().enumerate()).min_by(|one, other| one.1.total_cmp(&other.1))?;
@@ -238,7 +238,7 @@ fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
     })
 }
 
-/// What is believed of an instant, by slot.
+/// The distribution of an instant's slots, as part of an answer.
 fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
     let instant = several.then_some(told.instant);
     let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
@@ -253,7 +253,7 @@ fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
     Part { instant, given: Vec::new(), of, law }
 }
 
-/// The answer of a filter after an instant: the distribution of what it searches.
+/// The answer of a filter after an instant: the distribution of the searched variables.
 pub(crate) fn of_instant(
     setting: &Setting<'_>,
     route: &OverTime,

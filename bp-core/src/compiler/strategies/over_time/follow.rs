@@ -1,7 +1,7 @@
-//! A filter that takes one instant after the other, and forgets all but what it carries.
+//! An online filter: takes one instant after the other and keeps the carried variables only.
 //!
-//! In: a question over time, then what is observed at an instant. Out: a [`Told`] for that instant. Invariant: step by step it
-//! says what [`super::answer`] says of all instants at once; an instant that is refused leaves it as it was.
+//! In: a question over time, then the observations of an instant. Out: a [`Told`] for that instant. Invariant: the
+//! results equal those of [`super::answer`] for all instants together; a refused instant leaves the filter unchanged.
 
 use super::{By, Instant, OverTime, Told, What, always, unmet};
 use crate::distribution::Setting;
@@ -19,12 +19,12 @@ pub struct Follower<'m> {
     route: OverTime,
     always: Instant,
     state: State<'m>,
-    /// How many instants were followed.
+    /// The number of instants followed.
     instants: usize,
     ln_evidence: f64,
 }
 
-/// What is carried from instant to instant.
+/// The belief carried from instant to instant.
 enum State<'m> {
     Chain { chain: Box<Chain<'m>>, searched: Vec<usize>, last: Option<Product> },
     Gaussian(Box<Filter>),
@@ -35,7 +35,7 @@ impl<'m> Follower<'m> {
     /// A filter before its first instant.
     ///
     /// # Errors
-    /// Numbers that are missing, or that a form cannot have.
+    /// Numbers that are missing, or outside the range that a form accepts.
     pub fn new(setting: Setting<'m>, route: OverTime, sampling: Sampling) -> Result<Self, Error> {
         let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
         let searched: Vec<usize> = slots.collect();
@@ -67,12 +67,12 @@ impl<'m> Follower<'m> {
         &self.route
     }
 
-    /// How many instants were followed.
+    /// The number of instants followed.
     pub fn instants(&self) -> usize {
         self.instants
     }
 
-    /// ln P(all that was observed)
+    /// ln P(all observations)
     pub fn ln_evidence(&self) -> f64 {
         self.ln_evidence
     }
@@ -123,7 +123,7 @@ impl<'m> Follower<'m> {
         Ok(Told { instant: self.instants, what })
     }
 
-    /// What is believed so many instants after the last, of which nothing is observed. The filter itself stays.
+    /// The belief `steps` instants after the last one, without observations. The filter itself is unchanged.
     ///
     /// # Errors
     /// As [`Follower::step`].
@@ -157,7 +157,7 @@ impl<'m> Follower<'m> {
     }
 }
 
-/// What particles say of some slots.
+/// The particles' draws of some slots.
 pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> What {
     cloud.complete();
     What::Cloud {

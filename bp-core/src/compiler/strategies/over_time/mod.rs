@@ -1,7 +1,7 @@
-//! Time: what is believed of hidden variables, instant by instant.
+//! Time: beliefs about hidden variables, instant by instant.
 //!
-//! In: a model with numbers, an [`OverTime`] route, and what was observed at each instant. Out: a [`Told`] for each
-//! instant that is asked about. Invariant: an instant of which nothing is observed is an instant all the same.
+//! In: a model with numbers, an [`OverTime`] route, and the observations of each instant. Out: a [`Told`] for each
+//! instant asked about. Invariant: an instant without observations is still an instant.
 
 mod answer;
 mod follow;
@@ -21,34 +21,34 @@ use crate::strategies::gaussian::{Belief, Filter, Gaussian};
 use crate::strategies::particles::Moves;
 use std::sync::Arc;
 
-/// What is observed at an instant: slots and their values.
+/// The observations of an instant: slots and their values.
 pub type Instant = Vec<(usize, f64)>;
 
-/// What is believed of an instant.
+/// The belief about an instant.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Told {
-    /// Which, from 1.
+    /// The number of the instant, from 1.
     pub instant: usize,
-    /// What is said of the searched slots.
+    /// The posterior of the searched slots.
     pub what: What,
 }
 
-/// What is said of slots.
+/// A posterior of slots.
 #[derive(Clone, PartialEq, Debug)]
 pub enum What {
-    /// Of the finite searched slots together: how probable each combination of values is, the last slot fastest.
+    /// Of the finite searched slots jointly: the probability of each combination of values, the last slot fastest.
     Finite(Vec<f64>),
-    /// Of reals: their normal law.
+    /// The normal law of reals.
     Normal(Belief),
-    /// Particles: of the kept slots that were drawn the draws, of the others what their laws say.
+    /// Particles: draws of the kept slots, and moments of the slots that were not drawn.
     Cloud {
         /// Draws of the kept slots.
         draws: Arc<Draws>,
-        /// Which slots these are.
+        /// The kept slots.
         kept: Vec<usize>,
-        /// Slots that were not drawn.
+        /// The slots that were not drawn.
         linear: Vec<(usize, Moments)>,
-        /// How many particles of equal weight would say as much, instant by instant.
+        /// The effective sample size, instant by instant.
         effective: Vec<f64>,
     },
 }
@@ -56,13 +56,13 @@ pub enum What {
 /// The values of the searched slots at all instants.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sequence {
-    /// Its probability given all observations, where it is asked.
+    /// Its probability given all observations, where the question asks for it.
     pub probability: Option<f64>,
     /// The ordinals, instant by instant.
     pub values: Vec<Vec<usize>>,
 }
 
-/// Which instants are answered where the question asks for the last one.
+/// Which instants a question about the last one answers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Scope {
     /// The last one.
@@ -71,12 +71,12 @@ pub enum Scope {
     Each,
 }
 
-/// All that is told.
+/// The answer to a question over time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Answered {
     /// Instant by instant.
     pub told: Vec<Told>,
-    /// The sequences that are asked for, where the question asks for sequences of finite values.
+    /// The sequences, where the question asks for sequences of finite values.
     pub sequences: Vec<Sequence>,
     /// ln P(observations)
     pub ln_evidence: f64,
@@ -85,7 +85,7 @@ pub struct Answered {
 /// The slots and values of observations by name.
 ///
 /// # Errors
-/// A name that is no observed variable, or a value that it cannot have.
+/// A name that is not an observed variable, or a value outside its domain.
 pub fn instants(
     setting: &Setting<'_>,
     route: &OverTime,
@@ -119,7 +119,7 @@ pub fn instants(
     Ok(all)
 }
 
-/// What the question gives a value holds at every instant.
+/// A value that the question gives holds at every instant.
 fn always(setting: &Setting<'_>, route: &OverTime) -> Instant {
     let mut always: Instant = Vec::new();
     for known in &route.ask().known {
@@ -133,7 +133,7 @@ fn always(setting: &Setting<'_>, route: &OverTime) -> Instant {
     always
 }
 
-/// The most instants that are predicted: the messages of all are kept.
+/// Upper limit on the instants predicted, since the messages of all are stored.
 const MOST_STEPS: usize = 1_000_000;
 
 /// Answers a question over time.
@@ -180,7 +180,7 @@ fn kalman(setting: &Setting<'_>, gaussian: &Gaussian) -> Result<Filter, Error> {
     Filter::new(setting.model, gaussian, &parameters)
 }
 
-/// A Kalman filter, forward and back.
+/// A Kalman filter, forward and backward.
 fn answer_gaussian(
     setting: &Setting<'_>,
     route: &OverTime,
@@ -212,7 +212,8 @@ fn answer_gaussian(
     Ok(Answered { told, sequences: Vec::new(), ln_evidence })
 }
 
-/// The error that no particle met what was observed at an instant: impossible where a factor says so of it alone.
+/// The error that no particle agrees with the observations of an instant; it names a factor that alone makes them
+/// impossible, if there is one.
 fn unmet(setting: &Setting<'_>, route: &OverTime, number: usize, instant: &Instant, draws: usize) -> Error {
     let question = format!("{}, instant {}", setting.model.ask_text(route.ask()), number + 1);
     let mut values = vec![f64::NAN; setting.slots()];

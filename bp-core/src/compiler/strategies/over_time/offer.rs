@@ -1,11 +1,14 @@
-//! Questions over time: what is carried from instant to instant, and how.
+//! The route of a question over time: the carried variables, and how their distribution is represented.
 //!
 //! In: a model with variables of the previous instant, and a `filter`, `predict`, `smooth` or `sequence`. Out: an
-//! [`OverTime`] route. Invariant: what an instant says is the program's own decomposition; what X^-1 was before the first
-//! instant is what its own form says (`previous(X) else …`), and a real without one is 0, at rest.
+//! [`OverTime`] route. Invariant: the transition is the program's own decomposition; X^-1 before the first instant has
+//! its own form (`previous(X) else …`), and a real without one is 0, at rest.
 //!
-//! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹ | z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read
-//! from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
+//! P(Xₜ
+//! z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹
+//! z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read from the forms; a
+//! conditional P(Xₜ zₜ
+//! X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
 
 use super::answer::Instants;
 use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
@@ -19,37 +22,37 @@ use std::collections::BTreeSet;
 /// A question over time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct OverTime {
-    /// What is asked: one thing.
+    /// The asks: exactly one.
     pub asks: Vec<Ask>,
-    /// What is carried: (X, X^-1).
+    /// The carried variables: (X, X^-1).
     pub carried: Vec<(VariableId, VariableId)>,
-    /// By what it is answered.
+    /// The representation of the belief.
     pub by: By,
 }
 
-/// By what a question over time is answered.
+/// How the belief of a question over time is represented.
 #[derive(Clone, PartialEq, Debug)]
 pub enum By {
     /// Finite states: sums over them, forward and backward.
     Chain,
-    /// All is linear and Gaussian: a normal law is carried.
+    /// All variables are linear and Gaussian: a normal law is carried.
     Gaussian(Gaussian),
-    /// Draws, which follow the program and are weighed by what is observed.
+    /// Draws that follow the program, weighted by the likelihood of the observations.
     Particles {
         /// The variables that are not drawn: given the others they are linear and Gaussian, and each particle carries
         /// their normal law. Parents first.
         linear: Vec<VariableId>,
-        /// Why nothing exact is carried.
+        /// The reason why no exact belief can be carried.
         reason: String,
     },
 }
 
-/// What is carried from instant to instant: (X, X^-1).
+/// The variables carried from instant to instant: (X, X^-1).
 pub(crate) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
     model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
 }
 
-/// Refuses what no strategy answers over time.
+/// Refuses questions that no strategy answers over time.
 pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
     let is_element = |known: &&Known| {
         let variable = &model.variables[known.variable];
@@ -76,7 +79,7 @@ pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
     })
 }
 
-/// Refuses a sequence of less than what is carried.
+/// Refuses a sequence that does not search all carried variables.
 pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
     let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
     let missing = carried(model).into_iter().map(|(now, _)| now).find(|now| !asked.contains(now));
@@ -94,7 +97,7 @@ pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
     }
 }
 
-/// Why a statistic is not made of a normal law.
+/// The reason why a statistic does not apply to a normal law.
 pub(crate) fn not_of_normal(model: &Model, ask: &Ask) -> Option<String> {
     match (ask.when, &ask.statistic) {
         (when, _) if asks_whether(model, ask) && when != When::Sequence => None,
@@ -104,12 +107,12 @@ pub(crate) fn not_of_normal(model: &Model, ask: &Ask) -> Option<String> {
     }
 }
 
-/// Whether an ask is whether a predicate holds.
+/// Whether an ask is for a predicate.
 fn asks_whether(model: &Model, ask: &Ask) -> bool {
     matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable))
 }
 
-/// The refusal of a searched variable with a value.
+/// The refusal of a searched variable that has a value.
 fn with_value(model: &Model, ask: &Ask) -> Option<String> {
     let is_one_value = |item: &&Searched| item.at.is_some() && !model.is_predicate(item.variable);
     let item = ask.searched.iter().find(is_one_value)?;
@@ -117,7 +120,7 @@ fn with_value(model: &Model, ask: &Ask) -> Option<String> {
     Some(format!("over time the whole distribution is answered: search `{name}`, without a value"))
 }
 
-/// Why a statistic is not made of particles, or not of the laws of a sequence.
+/// The reason why a statistic does not apply to particles, or to the laws of a sequence.
 pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
     if let Some(why) = with_value(model, ask) {
         return Some(why);
@@ -127,7 +130,7 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
             return Some("a sequence is of what is carried: ask for `smooth`, each instant alone".to_owned());
         }
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
-        // Of a normal law the most likely sequence is that of the smoothed means.
+        // The most likely sequence of a normal law is that of the smoothed means.
         (When::Sequence, Statistic::Argmax { .. }) => return None,
         (_, statistic) => statistic.word(),
     };
@@ -173,19 +176,19 @@ impl Offered for OverTime {
 }
 
 impl OverTime {
-    /// What is asked.
+    /// The ask.
     pub fn ask(&self) -> &Ask {
         &self.asks[0]
     }
 
-    /// The variables that the question knows, without the plate's index.
+    /// The known variables of the question, without the plate's index.
     pub fn observed(&self, model: &Model) -> BTreeSet<VariableId> {
         let known = self.ask().known.iter().map(|known| known.variable);
         known.filter(|variable| Some(*variable) != model.plate_index()).collect()
     }
 
-    /// The variables that an instant sums out, and the product of its factors: all but those of X^-1 and those on which
-    /// nothing depends that is asked, observed or carried.
+    /// The variables that an instant sums out, and the product of its factors: all except those of X^-1 and barren
+    /// ones.
     fn factors(&self, model: &Model, notation: Notation) -> (Vec<VariableId>, String) {
         let observed = self.observed(model);
         let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
@@ -216,7 +219,7 @@ impl OverTime {
         (hidden, heads.join(&notation.said(" ", "\\, ")))
     }
 
-    /// What is done at each instant, as lines.
+    /// The computation of each instant, as lines.
     pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
         let names = |ids: &[VariableId]| notation.names(model, ids);
         let now: Vec<VariableId> = self.carried.iter().map(|(now, _)| *now).collect();
@@ -314,7 +317,7 @@ impl OverTime {
         lines
     }
 
-    /// What is multiplied at an instant. Linear and Gaussian programs carry a mean and a covariance, which are no products.
+    /// The products of an instant. Linear-Gaussian programs carry a mean and a covariance and have no products.
     pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let reason = match self.by {
             By::Gaussian(_) => return Vec::new(),

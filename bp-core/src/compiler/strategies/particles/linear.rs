@@ -1,6 +1,6 @@
-//! Which reals are linear and Gaussian once all the others are known: these need not be drawn.
+//! The reals that are linear and Gaussian given all other variables, and so need not be drawn.
 //!
-//! In: a model. Out: variables, in the order of the model. Invariant: every form of theirs, and every form that speaks of
+//! In: a model. Out: variables, in the order of the model. Invariant: every form of theirs, and every form that uses
 //! them, is normal or a Dirac with a mean linear in them; its coefficients, deviations and conditions may depend on the
 //! others in any way. X and X^-1 are both among them, or neither.
 //!
@@ -22,7 +22,7 @@ pub(crate) fn linear(model: &Model) -> Vec<VariableId> {
     linear.into_iter().collect()
 }
 
-/// A variable that cannot stay.
+/// A variable that must be removed from the set.
 fn violator(model: &Model, linear: &Scope) -> Option<VariableId> {
     for (id, variable) in model.variables.iter() {
         if let Some(now) = variable.previous_of
@@ -45,7 +45,7 @@ fn of_factor(model: &Model, id: FactorId, linear: &Scope) -> Option<VariableId> 
     if is_linear_in(model, &factor.form, linear) {
         return None;
     }
-    // To draw the parent that is not linear is enough, where there is one such.
+    // Where one parent breaks linearity, drawing that parent is enough.
     let enough = |parent: &VariableId| {
         let mut without = linear.clone();
         without.remove(parent);
@@ -54,7 +54,7 @@ fn of_factor(model: &Model, id: FactorId, linear: &Scope) -> Option<VariableId> 
     used.into_iter().find(enough).or(Some(left))
 }
 
-/// Whether a form is normal or a Dirac, with a mean that is linear in some variables, and otherwise without them.
+/// Whether a form is normal or a Dirac with a mean linear in these variables, and does not use them otherwise.
 pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
     let of = |id: ExpressionId| model.degree(id, &|variable| linear.contains(&variable));
     match form {

@@ -1,12 +1,12 @@
-//! Particles over time: drawn where they must be, a normal law where that is enough.
+//! Rao-Blackwellised particle filter: drawn values, and a normal law where the model is linear.
 //!
-//! In: a program, which of its variables are linear and Gaussian given the others, observations. Out: weighted particles
-//! at the last instant, each with the values of what was drawn and the law of the rest. Invariant: each particle has a
-//! stream of its own for each instant, and sums are in order: threads change nothing.
+//! In: a program, its variables that are linear and Gaussian given the others, observations. Out: weighted particles at
+//! the last instant, each with its drawn values and the law of the rest. Invariant: each particle has a stream of
+//! random numbers for each instant, and sums have a fixed order: the number of threads changes nothing.
 //!
-//! The proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z | parentsₙ). Resampled
-//! systematically when 1 / Σ W² < N/2 (Kitagawa 1996). What is linear is carried by a Kalman filter in each particle, and
-//! its observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
+//! The proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z
+//! parentsₙ). Resampled systematically when 1 / Σ W² < N/2 (Kitagawa 1996). A Kalman filter in each particle carries
+//! the linear variables, and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
 
 mod linear;
 mod normal;
@@ -33,9 +33,9 @@ use std::sync::Arc;
 /// One particle.
 #[derive(Clone, Debug)]
 pub(crate) struct Particle {
-    /// The values of what was drawn or observed.
+    /// The values of the drawn or observed slots.
     pub(crate) values: Vec<f64>,
-    /// The law of what is not drawn.
+    /// The law of the slots that are not drawn.
     pub(crate) law: Normal,
 }
 
@@ -47,19 +47,19 @@ pub(crate) struct Cloud {
     pub(crate) ln_weights: Vec<f64>,
     /// ln P(observations)
     pub(crate) ln_evidence: f64,
-    /// How many particles of equal weight would say as much, instant by instant.
+    /// The effective sample size, instant by instant.
     pub(crate) effective: Vec<f64>,
 }
 
-/// What moves particles from instant to instant.
+/// The transition of the particles.
 pub(crate) struct Moves<'s> {
     setting: Arc<Setting<'s>>,
     sampling: Sampling,
     /// The slots that are not drawn.
     linear: Vec<bool>,
-    /// Whether one of these may have no noise of its own.
+    /// Whether a linear slot may have no noise of its own.
     dirac: bool,
-    /// What X^-1 is before the first instant, and what an instant says.
+    /// The instances of X^-1 before the first instant, and those of an instant.
     before: Vec<(Instance, Vec<usize>)>,
     now: Vec<(Instance, Vec<usize>)>,
     /// (slot of X, slot of X^-1)
@@ -107,14 +107,14 @@ impl<'s> Moves<'s> {
     /// Follows the observations.
     ///
     /// # Errors
-    /// The instant at which no particle can have led to what was observed, wrapped in `Ok(Err(_))`; numbers that cannot
-    /// be.
+    /// `Ok(Err(instant))` where no particle agrees with the observations of an instant; numbers outside the range that
+    /// a form accepts.
     pub(crate) fn follow(&self, instants: &[Instant]) -> Result<Result<Cloud, usize>, Error> {
         let mut cloud = self.begin()?;
         let work = Work::of(instants.len());
         for (instant, observed) in instants.iter().enumerate() {
             if !work.goes_on() {
-                // What was followed so far is answered.
+                // Interrupted: the instants so far are answered.
                 break;
             }
             if !self.advance(&mut cloud, observed)? {
@@ -135,7 +135,7 @@ impl<'s> Moves<'s> {
         let begin = |number: usize| {
             let values = Observations::none(&self.setting).values;
             let mut particle = Particle { values, law: Normal::new(self.dirac) };
-            // What is carried without a form is at rest.
+            // A carried variable without an initial form is at rest.
             for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
                 if particle.values[*before] == 0.0 {
                     particle.law.extend(*before, &[], 0.0, 0.0);
@@ -152,7 +152,7 @@ impl<'s> Moves<'s> {
         Ok(Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() })
     }
 
-    /// Follows one instant more; `false` where no particle can have led to what was observed.
+    /// Follows one more instant; `false` where no particle agrees with its observations.
     pub(crate) fn advance(&self, cloud: &mut Cloud, observed: &Instant) -> Result<bool, Error> {
         let (count, instant) = (self.sampling.particles, cloud.effective.len());
         let streams = Streams::new(self.sampling.seed, "particles");
@@ -165,7 +165,7 @@ impl<'s> Moves<'s> {
         let mut observations = Observations::none(&self.setting);
         observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
         let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
-            // What cannot be has no values that the next instant could follow.
+            // A particle of weight zero has no values from which the next instant could follow.
             if *ln_weight == f64::NEG_INFINITY {
                 return Ok(0.0);
             }
@@ -203,7 +203,7 @@ impl<'s> Moves<'s> {
         particle.law = particle.law.renamed(linear.copied());
     }
 
-    /// Follows the forms, parents first; gives the ln weight of what was observed.
+    /// Runs the forms, parents first; returns the ln weight of the observations.
     fn run(
         &self,
         instances: &[(Instance, Vec<usize>)],
@@ -224,7 +224,7 @@ impl<'s> Moves<'s> {
         Ok(ln_weight)
     }
 
-    /// Adds a linear variable to the law of a particle; weighs and conditions by its observation.
+    /// Adds a linear variable to the law of a particle; if it is observed, weighs and conditions.
     fn extend(
         &self,
         instance: &Instance,
@@ -233,7 +233,7 @@ impl<'s> Moves<'s> {
         particle: &mut Particle,
     ) -> Result<f64, Error> {
         let slot = instance.left[0];
-        // The coefficients are what the mean gains where one parent is 1 and the others are 0.
+        // The coefficient of a parent is the gain of the mean when this parent is 1 and the others are 0.
         let mut at = particle.values.clone();
         parents.iter().for_each(|parent| at[*parent] = 0.0);
         let mean = |at: &[f64]| match self.setting.distribution(instance, at)? {
@@ -255,10 +255,10 @@ impl<'s> Moves<'s> {
 }
 
 impl Cloud {
-    /// Systematic: as many copies of each as its weight times their number, one uniform number for all.
+    /// Systematic resampling: copies of each in proportion to its weight, from one uniform number.
     fn resample(&mut self, uniform: f64) {
         let count = self.particles.len();
-        // Only those of positive weight: a rounded sum must not choose another.
+        // Only particles of positive weight: rounding of the sum must not choose any other.
         let possible: Vec<usize> = (0..count).filter(|own| self.ln_weights[*own].exp() > 0.0).collect();
         let weight = |source: usize| self.ln_weights[possible[source]].exp();
         let (mut sum, mut source, mut chosen) = (weight(0), 0, Vec::with_capacity(count));
@@ -276,7 +276,7 @@ impl Cloud {
 }
 
 impl Cloud {
-    /// Gives to particles of weight zero, which have no values, those of another: they say nothing, but can be read.
+    /// Copies values to particles of weight zero, which have none: they contribute nothing but must be readable.
     pub(crate) fn complete(&mut self) {
         let Some(other) = self.ln_weights.iter().position(|weight| *weight > f64::NEG_INFINITY) else {
             return;
@@ -288,13 +288,13 @@ impl Cloud {
         }
     }
 
-    /// The draws of some slots that were drawn.
+    /// The draws of some drawn slots.
     pub(crate) fn draws(&self, slots: &[usize]) -> Draws {
         let of = |particle: &Particle| slots.iter().map(|slot| particle.values[*slot]).collect::<Vec<_>>();
         Draws::weighted(self.particles.iter().flat_map(of).collect(), slots.len(), &self.ln_weights)
     }
 
-    /// What is said of a slot that was not drawn: a mixture of normal laws.
+    /// The distribution of a slot that was not drawn: a mixture of normal laws.
     pub(crate) fn mixture(&self, slot: usize) -> Moments {
         let weights: Vec<f64> = self.ln_weights.iter().map(|ln| ln.exp()).collect();
         let law = |particle: &Particle| particle.law.of(slot).expect("internal: a linear variable has a law");

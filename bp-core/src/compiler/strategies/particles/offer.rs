@@ -1,4 +1,4 @@
-//! What particles offer: a question over time of which nothing exact is carried.
+//! The offer of particle filters: questions over time whose carried belief has no exact form.
 //!
 //! In: an ask over time. Out: a route whose linear variables are not drawn. Invariant: draws go forward only.
 
@@ -39,7 +39,7 @@ impl strategies::Engine for Engine {
     }
 }
 
-/// Why a variable that is known by a likelihood does not weigh draws.
+/// The reason why virtual evidence on a variable cannot weigh draws.
 fn virtually(model: &Model, ask: &Ask) -> Option<String> {
     let known = ask.known.iter().find(|known| matches!(known.evidence, Finding::Virtual(_)))?;
     let name = model.variable_name(known.variable);

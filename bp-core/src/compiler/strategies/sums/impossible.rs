@@ -1,8 +1,8 @@
-//! Which observation makes the evidence impossible.
+//! The observation that makes the evidence impossible.
 //!
-//! In: an ask whose evidence has probability zero, and its inputs. Out: an error that names the first observation, in the
-//! order of the question, with which those before it cannot be, and the factor that says so. Invariant: the
-//! observations before it have a probability above 0, however small.
+//! In: an ask whose evidence has probability zero, and its inputs. Out: an error that names the first observation, in
+//! the order of the question, that the earlier ones exclude, and the factor responsible. Invariant: the observations
+//! before it have a positive probability, however small.
 
 use crate::distribution::Setting;
 use crate::equation::{self, Options};
@@ -15,16 +15,17 @@ use crate::model::{Ask, Finding, Known, Model, Question, Statistic, Value};
 use crate::sample::Observations;
 use crate::spelling::exact;
 
-/// The most products that are summed to find a reason: a message is not worth more.
+/// Upper limit on the products summed to explain the error.
 const MOST_PRODUCTS: f64 = 1e8;
 
-/// The error; where no single observation can be told, it names the question alone.
+/// The error; where no single observation is responsible, it names the question alone.
 pub(crate) fn error(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
     let reason = reason(model, ask, inputs);
     Error::Impossible(Impossible { question: model.ask_text(ask), reason })
 }
 
-/// An error of draws that met no evidence: where sums are exact, they say whether it is possible.
+/// Refines the error of draws that met no evidence: where exact sums exist, they decide whether the evidence is
+/// possible.
 pub(crate) fn judged(error: Error, model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Error {
     match is_possible(model, ask, &ask.known, inputs) {
         Some(false) => self::error(model, ask, inputs),
@@ -48,7 +49,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
         }
     }
     let (before, known) = (&ask.known[..possible], ask.known.get(possible)?);
-    // A factor all of whose variables are observed says itself that they cannot be together.
+    // A factor whose variables are all observed may exclude their values by itself.
     let find = |id: &VariableId| ask.known[..=possible].iter().find(|known| known.variable == *id).cloned();
     for factor in model.factors.values() {
         let all: Vec<VariableId> =
@@ -78,7 +79,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
     Some(format!("`{}` is impossible{given}; see `{head}`", observed(model, known, inputs)))
 }
 
-/// Whether some of the evidence has a probability above 0; nothing where that has no exact answer.
+/// Whether these observations have a positive probability; `None` where that has no exact answer.
 fn is_possible(model: &Model, ask: &Ask, known: &[Known], inputs: &Inputs<'_, f64>) -> Option<bool> {
     let searched = ask.searched.clone();
     let ask = Ask { statistic: Statistic::Distribution, when: ask.when, searched, known: known.to_vec() };
@@ -115,7 +116,7 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
     }
 }
 
-/// The observations before, the last few of many.
+/// The names of the earlier observations; only the last few where there are many.
 fn names(model: &Model, known: &[Known], inputs: &Inputs<'_, f64>) -> String {
     const FEW: usize = 4;
     let told: Vec<String> =

@@ -1,6 +1,7 @@
 //! Sums and products of finite variables, computed by a kernel.
 //!
-//! In: an equation and the host's inputs. Out: tables. Invariant: evidence of probability zero is an error that says what cannot be.
+//! In: an equation and the host's inputs. Out: tables. Invariant: evidence of probability zero is an error that names
+//! the impossible observation.
 
 mod impossible;
 mod prepared;

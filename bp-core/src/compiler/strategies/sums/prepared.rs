@@ -1,7 +1,7 @@
-//! A sum of products as a kernel, ready to run.
+//! A sum of products compiled to a kernel.
 //!
-//! In: an equation. Out: the table of each ask, and ln P(evidence). Invariant: what does not depend on the inputs (kernel,
-//! schedule) is made once; a number that a form cannot have is an error that names the form.
+//! In: an equation. Out: the table of each ask, and ln P(evidence). Invariant: kernel and schedule do not depend on the
+//! inputs and are made once; a number outside the range of a form is an error that names the form.
 
 use super::super::{Case, Found, Prepared};
 use super::impossible;
@@ -17,17 +17,17 @@ use crate::posterior::{Table, check};
 #[derive(Debug)]
 pub(super) struct Kernels {
     ln_evidence: bool,
-    /// Whether exponents are kept apart from the start.
+    /// Whether exponents are kept separately from the start.
     log: bool,
     lanes: Lanes,
     outputs: Vec<Output>,
-    /// For each ask of the route, which table is its own.
+    /// For each ask of the route, the index of its table.
     places: Vec<usize>,
 }
 
 impl Kernels {
     pub(super) fn new(model: &Model, exact: &Exact, question: &Question) -> Result<Self, Error> {
-        // Entropies are made of whole tables, which say what context is impossible.
+        // Entropies need whole tables, which also show which context is impossible.
         let mut asks: Vec<Ask> = Vec::new();
         let mut places = Vec::with_capacity(exact.asks.len());
         for ask in &exact.asks {
@@ -49,7 +49,7 @@ impl Kernels {
     }
 }
 
-/// Whether the host divides by probabilities that may be tiny: they are then wanted with exponents apart.
+/// Whether the host divides by probabilities that may be tiny and so needs separate exponents.
 fn compares(ask: &Ask) -> bool {
     matches!(ask.statistic, Statistic::Divergence { .. })
         || ask.known.iter().any(|known| matches!(known.evidence, Finding::Soft(_)))

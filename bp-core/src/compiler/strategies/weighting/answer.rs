@@ -1,7 +1,7 @@
-//! Answers that are estimated by draws.
+//! Answers estimated from draws.
 //!
-//! In: a sampled route and the host's inputs. Out: [`Answer`]s, each figure with its standard error. Invariant: evidence
-//! that no draw meets is an error, and few effective draws are told.
+//! In: a sampled route and the host's inputs. Out: [`Answer`]s, each number with its standard error. Invariant:
+//! evidence that no draw meets is an error, and a small effective sample size gives a warning.
 
 use super::{Sampled, weigh};
 use crate::distribution::Setting;
@@ -17,10 +17,10 @@ use crate::strategies::gibbs::gibbs;
 use crate::strategies::{Case, Found, Prepared};
 use std::sync::Arc;
 
-/// Effective draws below which an answer is said to be rough.
+/// Effective sample size below which an answer carries a warning.
 pub(crate) const FEW: f64 = 200.0;
 
-/// The most rows that a table of estimates may have.
+/// Upper limit on the rows of a table of estimates.
 const MOST_ROWS: usize = 1 << 20;
 
 impl Prepared for Sampled {
@@ -65,9 +65,9 @@ fn answers(
     route.asks.iter().map(|ask| answer(&setting, ask, &draws, &kept, (sampling, route.by), known)).collect()
 }
 
-/// Refuses draws for which there is no memory.
+/// Refuses more draws than memory holds.
 fn fits(name: String, kept: &[usize], sampling: Sampling) -> Result<(), Error> {
-    // Of each draw its values, gathered twice, and its weight.
+    // For each draw: its values, stored twice while they are gathered, and its weight.
     let cells = sampling.particles as f64 * (2.0 * kept.len() as f64 + 8.0);
     match memory::free() {
         Some(free) if 8.0 * cells > free => {
@@ -82,7 +82,7 @@ fn known_real(model: &Model, variable: crate::ids::VariableId) -> bool {
     !model.variables[variable].domain.is_finite()
 }
 
-/// What draws say of one ask.
+/// The estimate of one ask.
 pub(crate) fn answer(
     setting: &Setting<'_>,
     ask: &Ask,
@@ -103,7 +103,7 @@ pub(crate) fn answer(
     })
 }
 
-/// The draws of what an ask searches.
+/// The draws of the searched variables of an ask.
 pub(crate) fn part(
     setting: &Setting<'_>,
     ask: &Ask,
@@ -151,8 +151,8 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
     Estimate { particles: draws.count(), effective, seed: sampling.seed, ln_evidence_error, warning }
 }
 
-/// The rows of an ask: a probability for each combination of finite values; the moments of each real, which of those
-/// in `linear` are known.
+/// The rows of an ask: a probability for each combination of finite values; the moments of each real, which are known
+/// for those in `linear`.
 pub(crate) fn rows(
     setting: &Setting<'_>,
     ask: &Ask,

@@ -1,10 +1,11 @@
 //! Likelihood weighting.
 //!
-//! In: a setting, the steps of a route, evidence. Out: weighted draws. Invariant: the draws are those of the prior, each
-//! weighed by the density of what was observed; a draw that cannot have led to it has weight 0.
+//! In: a setting, the steps of a route, evidence. Out: weighted draws. Invariant: the draws are from the prior, each
+//! weighted by the likelihood of the observations; a draw that the observations exclude has weight 0.
 //!
-//! wₙ = Π_K P(k | parentsⁿ); of a factor over several variables of which some are observed, the draw is made among what
-//! is left and weighed by its probability.
+//! wₙ = Π_K P(k
+//! parentsⁿ); for a factor with several left-hand variables of which some are observed, the others are drawn from the
+//! conditional, and the weight is the marginal probability of the observed ones.
 
 use super::Treatment;
 use crate::distribution::{Distribution, Instance, Setting};
@@ -23,10 +24,10 @@ pub(crate) struct Step {
     pub(crate) solves: Option<Instance>,
 }
 
-/// Draws by likelihood weighting, of which the slots `kept` are kept.
+/// Draws by likelihood weighting; keeps the slots `kept`.
 ///
 /// # Errors
-/// A parameter of a law that cannot be; a Dirac that cannot be solved.
+/// A parameter outside the range that its law accepts; a Dirac that cannot be solved.
 pub fn weigh(
     setting: &Setting<'_>,
     steps: &[(FactorId, Treatment)],
@@ -47,7 +48,7 @@ pub fn weigh(
     };
     let all: Vec<Option<(f64, Vec<f64>)>> =
         (0..sampling.particles).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
-    // Where the work was stopped, the draws that were made answer.
+    // When the work is interrupted, the draws made so far answer.
     let all: Vec<(f64, Vec<f64>)> = all.into_iter().flatten().collect();
     if all.is_empty() {
         return Err(Error::Interrupted);
@@ -68,7 +69,7 @@ pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) 
     steps.iter().map(of).collect()
 }
 
-/// One draw into `values`, in which what is observed stands already; gives its ln weight.
+/// Makes one draw in `values`, which already holds the observations; returns its ln weight.
 pub(crate) fn draw_one(
     setting: &Setting<'_>,
     steps: &[Step],
@@ -94,7 +95,7 @@ pub(crate) fn draw_one(
     Ok(ln_weight)
 }
 
-/// Draws what is not observed of a left-hand side, and gives the ln weight of what is.
+/// Draws the unobserved variables of a left-hand side, and returns the ln weight of the observed ones.
 pub(crate) fn draw_or_weigh(
     setting: &Setting<'_>,
     instance: &Instance,
@@ -133,7 +134,8 @@ pub(crate) fn draw_or_weigh(
     Ok(ln_weight)
 }
 
-/// Y = (x − b) / a, where the Dirac says X = a Y + b; gives ln p(Y | parents) − ln |a|.
+/// Y = (x − b) / a, where the Dirac is X = a Y + b; returns ln p(Y
+/// parents) − ln |a|.
 pub(crate) fn solve(
     setting: &Setting<'_>,
     instance: &Instance,

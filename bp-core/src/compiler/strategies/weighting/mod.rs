@@ -1,7 +1,7 @@
-//! Likelihood weighting: draws of the prior, each weighed by the evidence.
+//! Likelihood weighting: draws from the prior, each weighted by the likelihood of the evidence.
 //!
-//! In: a program and asks that are not answered exactly. Out: weighted draws, and estimates with their standard errors. Invariant:
-//! what is observed is weighed, never waited for.
+//! In: a program, and asks without an exact answer. Out: weighted draws, and estimates with their standard errors.
+//! Invariant: observations weigh draws; none is rejected for missing an observed value.
 
 mod answer;
 mod draw;

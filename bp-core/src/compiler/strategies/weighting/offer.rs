@@ -1,12 +1,15 @@
-//! When no exact route answers, the answer is estimated: by draws, each weighed by the evidence.
+//! The offer of sampling: estimates from draws, where no exact route answers.
 //!
-//! In: a model, asks, and why no exact route answers them. Out: a [`Sampled`] route: the factors that matter, parents
-//! first, and what is done with each. Invariant: what is observed is weighed, never waited for; a Dirac on an observed
-//! real, which no draw would ever meet, is solved for one of its parents, or refused.
+//! In: a model, asks, and the reason why no exact route answers them. Out: a [`Sampled`] route: the relevant factors,
+//! parents first, and the treatment of each. Invariant: observations weigh draws; a Dirac on an observed real, which a
+//! draw meets with probability zero, is solved for one of its parents, or refused.
 //!
-//! P(S = s | K = k) ≈ Σₙ wₙ [Sⁿ = s] / Σₙ wₙ,  wₙ = Π_K P(k | parentsⁿ)   (likelihood weighting: Fung and Chang 1990)
+//! P(S = s
+//! K = k) ≈ Σₙ wₙ [Sⁿ = s] / Σₙ wₙ,  wₙ = Π_K P(k
+//! parentsⁿ)   (likelihood weighting: Fung and Chang 1990)
 //!
-//! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y | parents) / |a|.
+//! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y
+//! parents) / |a|.
 
 use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
@@ -15,34 +18,34 @@ use crate::model::{Ask, Domain, Expression, Factor, Finding, Form, Model, Questi
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
 
-/// What is done with a factor.
+/// The treatment of a factor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Treatment {
     /// Its left-hand side is drawn.
     Drawn,
     /// Its left-hand side is observed: the draw is weighed.
     Weighed,
-    /// Its left-hand side is what makes this observed Dirac hold.
+    /// Its left-hand side is the solution of this observed Dirac.
     Solved(FactorId),
 }
 
 /// An answer by draws.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sampled {
-    /// What is asked, all of it of the same known variables.
+    /// The asks, all with the same known variables.
     pub asks: Vec<Ask>,
-    /// The factors, parents first, without those that are solved for; and what is done with each.
+    /// The factors, parents first, without those that are solved for; and the treatment of each.
     pub steps: Vec<(FactorId, Treatment)>,
-    /// Why no exact route answers.
+    /// The reason why no exact route answers.
     pub reason: String,
-    /// By weighted draws or by Gibbs sampling.
+    /// Likelihood weighting or Gibbs sampling.
     pub by: Strategy,
 }
 
 /// Plans draws.
 ///
 /// # Errors
-/// Something that cannot be drawn or weighed; the reason is told beside the one for which there is no exact answer.
+/// A factor that can be neither drawn nor weighed; the error also gives the reason why there is no exact answer.
 fn offer(
     model: &Model,
     asks: Vec<Ask>,
@@ -65,7 +68,7 @@ fn offer(
             !observed.contains(&use_.variable) && !model.variables[use_.variable].domain.is_finite()
         })
     };
-    // What is finite throughout is refused for its size or its form: those are to be mended, not estimated.
+    // A finite program is refused for its size or its form: that should be mended, not replaced by an estimate.
     if !asked_for && !factors.iter().any(hidden_real) {
         return Err(Error::Unplanned { question, reason });
     }
@@ -85,7 +88,7 @@ impl strategies::Engine for Engine {
     }
 }
 
-/// What is offered by draws of one kind or the other.
+/// The offer of either sampling strategy.
 pub(crate) fn drawn(model: &Model, asks: &[Ask], turn: &Turn<'_>, by: Strategy) -> Result<Route, Error> {
     let reason = match turn.not_exact {
         Some(Error::Unplanned { reason, .. }) => reason.clone(),
@@ -125,7 +128,7 @@ fn is_hard(evidence: &Finding) -> bool {
     matches!(evidence, Finding::Hard(_) | Finding::Each)
 }
 
-/// Why an ask is not estimated.
+/// The reason why an ask is not estimated.
 fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
     let word = ask.statistic.word();
     if !matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) {
@@ -157,7 +160,7 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
     None
 }
 
-/// The factors on which what is searched and known depends, parents first.
+/// The factors of the ancestors of the searched and known variables, parents first.
 fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
     let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
     let mut rest: Vec<VariableId> =
@@ -168,18 +171,18 @@ fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
         if let Some(factor) = distributions[variable.position()]
             && wanted.insert(factor)
         {
-            // A form may use less than its factor names; a draw needs what it uses.
+            // A form may use fewer variables than its factor names; a draw needs only those.
             rest.extend(of_form(model, factor));
         }
     }
     wanted.into_iter().collect()
 }
 
-/// Why a factor has no numbers of its own.
+/// The reason why a factor has no numbers of its own.
 pub(crate) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
     fn of_form(model: &Model, form: &Form) -> Option<&'static str> {
         let mut found = match form {
-            // A subroutine has a table; what else is asked is bound from outside.
+            // A subroutine has a table; any other asked program is bound by the host.
             Form::Ask { path, .. } if model.subroutine(path).is_none() => Some("asks another program"),
             Form::Unknown(_) => Some("is to be learned from data first"),
             Form::Previous { at: Some(_), .. } => Some("reads a cell of the previous step"),
@@ -206,7 +209,7 @@ fn refused_expression(model: &Model, id: ExpressionId) -> Option<&'static str> {
     model.nodes_below(id).into_iter().any(reads).then_some("reads a field of another program")
 }
 
-/// Whether a form may say a value for sure, where that is not all that it says.
+/// Whether a form or a part of it is a Dirac.
 pub(crate) fn has_point(form: &Form) -> bool {
     let mut found = matches!(form, Form::Dirac(_));
     form.each_part(&mut |part| found |= has_point(part));
@@ -262,7 +265,7 @@ fn steps(
     Ok(ordered(model, factors, observed, &solved).expect("internal: the order was tried before"))
 }
 
-/// The steps in order; `None` where solving goes in circles.
+/// The steps in order; `None` where the equations to solve are circular.
 fn ordered(
     model: &Model,
     factors: &[FactorId],
@@ -273,7 +276,7 @@ fn ordered(
         factors.iter().copied().filter(|id| solved.iter().all(|(_, dirac)| dirac != id)).collect();
     let observed: HashSet<VariableId> = observed.iter().copied().collect();
     let solves = |id: &FactorId| solved.iter().find(|(parent, _)| parent == id).map(|(_, dirac)| *dirac);
-    // What is observed is there from the beginning.
+    // Observed values are available from the start.
     let needs = |id: &FactorId| {
         let dirac = solves(id).map(|dirac| of_form(model, dirac)).unwrap_or_default();
         let all = of_form(model, *id).into_iter().chain(dirac);
@@ -293,7 +296,7 @@ fn ordered(
     Some(order.into_iter().map(treated).collect())
 }
 
-/// Whether an expression is linear in one variable, with a coefficient that no condition makes another one.
+/// Whether an expression is linear in one variable, with a coefficient that does not depend on a condition.
 fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool {
     let degrees = model.degrees(id, &|one| one == variable);
     let chooses = |id: &ExpressionId| {

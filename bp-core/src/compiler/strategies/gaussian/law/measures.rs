@@ -1,8 +1,8 @@
-//! What is made of a normal law: entropy, mutual information, divergence, its largest density, draws.
+//! Measures of a normal law: entropy, mutual information, divergence, largest density, draws.
 //!
-//! In: laws in factored form. Out: numbers in nats, ln of a density, values. Invariant: determinants are products of what is
-//! left of each row beside the others, never differences; a law that determines a variable by others, or by itself, is
-//! singular: it has no density.
+//! In: laws in factored form. Out: numbers in nats, ln of a density, values. Invariant: a determinant is a product of
+//! the residuals of each row given the rows before it, never a difference; a law in which a variable is determined, by
+//! others or by itself, is singular and has no density.
 //!
 //! With x = m + L w of n variables and |L| the product of its pivots: H = n/2 ln(2πe) + ln |L|, the largest density is
 //! (2π)^(−n/2) / |L|, and D(p ‖ q) = ½ (‖Lq⁻¹ Lp‖² + ‖Lq⁻¹ (mp − mq)‖² − n) + ln |Lq| − ln |Lp| (Kullback 1959).
@@ -12,22 +12,22 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
-/// What is left of a row beside others, as a share of the row, is rounding below this.
+/// Relative size below which the residual of a row given others is rounding error.
 const NOTHING: f64 = 1e-13;
 
-/// How far a value may be from what others determine it to be, as a share of its deviation.
+/// Tolerance for a value that others determine, as a share of its deviation.
 const AGREES: f64 = 1e-9;
 
-/// A law whose noises are rotated: the first rows of an order have the first noises alone.
+/// A law with its noises rotated to triangular form: the first rows of an order depend on the first noises only.
 struct Triangular {
     law: NormalLaw,
-    /// Rows, each with a noise that those before it do not have.
+    /// The rows with a noise that earlier rows do not have.
     pivots: Vec<usize>,
 }
 
 impl Triangular {
     fn of(mut law: NormalLaw) -> Self {
-        // What an observation determines has noises that are rounding.
+        // Noises of a variable that an observation determines are rounding errors.
         for row in &mut law.rows {
             let squares = row.squares.iter();
             let rounding = row.noises.iter_mut().zip(squares);
@@ -38,7 +38,7 @@ impl Triangular {
         let (mut rest, mut pivots): (Vec<usize>, Vec<usize>) = ((0..law.len()).collect(), Vec::new());
         loop {
             let left = |row: usize| norm(law.rows[row].noises.get(pivots.len()..).unwrap_or(&[]));
-            // The largest first: errors stay small beside each noise.
+            // The largest first, so that errors stay small relative to each noise.
             let next = (rest.iter().map(|row| left(*row)).enumerate().rev())
                 .filter(|(place, left)| *left > NOTHING * whole[rest[*place]])
                 .max_by(|one, other| one.1.total_cmp(&other.1));
@@ -78,7 +78,8 @@ impl NormalLaw {
         }
     }
 
-    /// What the first variables and the others say of each other, in nats; ∞ where they determine something of each other.
+    /// Mutual information between the first variables and the others, in nats; ∞ where one part determines something of
+    /// the other.
     pub(crate) fn information(&self, first: usize) -> f64 {
         let of = |rows: std::ops::Range<usize>| {
             let shape = Triangular::of(self.select(rows.clone()));
@@ -90,7 +91,7 @@ impl NormalLaw {
         if both.is_singular() { f64::INFINITY } else { (one + other - both.ln_volume()).max(0.0) }
     }
 
-    /// The divergence from another law of the same variables, in nats; ∞ where it excludes what this one does not.
+    /// The divergence from another law of the same variables, in nats; ∞ where that law excludes what this one allows.
     pub(crate) fn divergence(&self, from: &Self) -> f64 {
         let q = Triangular::of(from.clone());
         let p = Triangular::of(self.select(q.pivots.iter().copied()));
@@ -116,7 +117,7 @@ impl NormalLaw {
             solved.push(left);
             shift.push(off / pivot);
         }
-        // What the others determine must be what this law says of it.
+        // A variable that the others determine under q must satisfy the same equation under p.
         for row in (0..self.len()).filter(|row| !q.pivots.contains(row)) {
             let (left, off) = rest(row, &solved, &shift);
             let deviation = norm(&self.rows[row].noises).max(norm(&from.rows[row].noises));
@@ -168,7 +169,7 @@ mod tests {
         let vague = pair([0.0, 1e8], [1.0, 0.0, 0.1]);
         near(vague.entropy(), (TAU * E).ln() + 1e7f64.ln());
         near(vague.information(1), 0.5 * (1.0 + 1e18f64).ln());
-        // Of the conditionals the divergence is the sum: of X, and of Y given X, which the mean of X² weighs.
+        // Chain rule: the divergence of X, plus that of Y given X averaged over X.
         let other = pair([0.0, 1.0], [2.0, 0.0, 1.0]);
         let of_x = 0.5 * (4.0 + 1.0 - 1.0) - 2f64.ln();
         // Y − 2X under the first: mean X − 1 is 0, variance 4 + ¼.
@@ -179,16 +180,16 @@ mod tests {
 
     #[test]
     fn singular_laws_have_no_density() {
-        // Y = 3 X − 1, for sure.
+        // Y = 3 X − 1 with certainty.
         let law = pair([1.0, 2.0], [3.0, -1.0, 0.0]);
         assert_eq!((law.entropy(), law.ln_largest_density()), (f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!(law.information(1), f64::INFINITY);
-        // From a law that says the same of Y, the divergence is that of X; from others it is infinite.
+        // Against a law with the same equation for Y, the divergence is that of X; against any other it is infinite.
         near(law.divergence(&pair([0.0, 1.0], [3.0, -1.0, 0.0])), 2.0 - 2f64.ln());
         assert_eq!(law.divergence(&pair([0.0, 1.0], [3.0, -1.5, 0.0])), f64::INFINITY);
         assert_eq!(law.divergence(&pair([0.0, 1.0], [2.0, -1.0, 0.0])), f64::INFINITY);
         assert_eq!(law.divergence(&pair([0.0, 1.0], [3.0, -1.0, 1.0])), f64::INFINITY);
-        // What is known says nothing.
+        // A known variable carries no information.
         let known = pair([1.0, 0.0], [3.0, -1.0, 1.0]);
         assert_eq!(known.information(1), 0.0);
     }
