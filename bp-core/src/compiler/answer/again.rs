@@ -1,10 +1,10 @@
-//! A question of emitted code, asked again where its numbers are suspect.
+//! Recomputation of a question of emitted code whose numbers are suspect.
 //!
-//! In: a model, a question and what it was given. Out: the outputs, computed with exponents apart where that is needed, or the
+//! In: a model, a question and its inputs. Out: the outputs, computed with separate exponents where necessary, or the
 //! reason why there are none. Invariant: the arrays have the names and the layout of the emitted kernel's.
 //!
-//! Emitted code only looks whether a total is too small, or not a finite number. What follows from that is worked out here, as it
-//! is for questions of a text.
+//! Emitted code only detects a total that is too small or not finite. The consequences are computed here, in the same
+//! way as for questions of a program text.
 
 use super::link;
 use crate::equation::Exact;
@@ -20,19 +20,19 @@ use crate::posterior::check;
 use crate::strategies::sums;
 use std::borrow::Cow;
 
-/// The question of a module: its name, and which of its routes the module answers.
+/// The question of a module: its name, and the route that the module answers.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked<'q> {
     /// The name of the question.
     pub question: &'q str,
-    /// The number of the route, from 0.
+    /// The index of the route, from 0.
     pub route: usize,
 }
 
-/// The outputs of a question without a plate of which `suspects` of `contexts` contexts were suspect.
+/// The outputs of a question without a plate, where `suspects` of `contexts` contexts were suspect.
 ///
 /// # Errors
-/// A number that a form cannot have; evidence of probability zero, where no context is possible.
+/// A number outside the range of a form; evidence of probability zero, where no context is possible.
 pub fn again(
     model: &Model,
     asked: Asked<'_>,
@@ -51,7 +51,7 @@ pub fn again(
     {
         return Err(check::not_a_number(model, &exact.asks[0], inputs));
     }
-    // A total may be too small for f64 and yet not 0.
+    // A total may be too small for f64 and yet positive.
     let zeros = match &found.extended {
         Some(extended) => zeros(&extended.arrays),
         None => zeros(arrays),
@@ -63,12 +63,12 @@ pub fn again(
     }
 }
 
-/// The number of a form that made an answer over a plate not a number; none where every form is right, and a product only
-/// left the range of the number type: those elements count as impossible.
+/// The invalid number of a form that made an answer over a plate NaN; `None` where every form is valid and a product
+/// only left the range of the number type: those elements count as impossible.
 pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Option<Error> {
     let found = posed(model, asked).and_then(|(model, question)| {
         let exact = exact(&model, &question, asked.route)?;
-        // The kernel may not have needed the size of every set.
+        // The kernel may not have read the size of every set.
         let unknown = model.sets.values().filter(|set| inputs.find_size(&set.name).is_none());
         let inputs = unknown.fold(inputs.clone(), |inputs, set| inputs.size(&set.name, 1));
         Ok(check::refused(&model, &exact.asks[0], &inputs))
@@ -76,13 +76,13 @@ pub fn refused(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Opt
     found.unwrap_or_else(Some)
 }
 
-/// How many totals are 0, where totals are an output.
+/// The number of totals that are 0, where totals are an output.
 fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
     let (_, totals) = arrays.iter().find(|(key, _)| *key == OutputKey::Total)?;
     Some(totals.iter().filter(|total| **total == T::ZERO).count())
 }
 
-/// The program and the question, with what it derives.
+/// The program, extended by what the question derives from it, and the question.
 fn posed<'m>(model: &'m Model, asked: Asked<'_>) -> Result<(Cow<'m, Model>, Question), Error> {
     let mut model = link(model)?;
     let question = model.question(asked.question).expect("internal: the question has been compiled").clone();

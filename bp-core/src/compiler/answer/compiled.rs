@@ -1,7 +1,8 @@
-//! A question that is compiled once and asked again and again with other given values.
+//! Questions that are compiled once and asked repeatedly with different values.
 //!
-//! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant: what
-//! does not depend on the inputs (plan, kernels, schedules) is made once; answers are found by [`Place`].
+//! In: a model and a question. Out: a [`CompiledQuestion`], which gives [`Answer`]s or whole [`Table`]s. Invariant:
+//! everything that does not depend on the inputs (plan, kernels, schedules) is made once; answers are located by
+//! [`Place`].
 
 use super::elements::Elements;
 use super::{Answer, link, soft};
@@ -16,7 +17,7 @@ use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian, sums
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A question that is ready to be asked.
+/// A compiled question.
 #[derive(Clone, Debug)]
 pub struct CompiledQuestion<'m> {
     model: Cow<'m, Model>,
@@ -25,13 +26,13 @@ pub struct CompiledQuestion<'m> {
     strategies: Vec<Strategy>,
     /// The parts of each ask.
     places: Vec<Vec<Place>>,
-    /// Whether the elements of families become variables of their own.
+    /// Whether families are expanded into single variables.
     pub(super) elements: Elements,
-    /// The strategy that is to answer.
+    /// The strategy that must answer, if any.
     by: Option<Strategy>,
 }
 
-/// Compiles a question to a model.
+/// Compiles a question of a model.
 ///
 /// # Errors
 /// No route answers it; a subroutine that cannot be answered.
@@ -39,7 +40,7 @@ pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQues
     compile_by(model, question, None)
 }
 
-/// Compiles a question that one strategy is to answer.
+/// Compiles a question for one strategy.
 ///
 /// # Errors
 /// As [`compile`]; the strategy does not answer it.
@@ -61,7 +62,7 @@ pub fn compile_by<'m>(
     }
 }
 
-/// Compiles a question as the options say, to a program whose families stay what they are.
+/// Compiles a question with these options, without expanding families.
 pub(super) fn compile_with<'m>(
     model: &'m Model,
     question: &Question,
@@ -82,7 +83,7 @@ fn later(
     CompiledQuestion { model, question, routes, strategies, places, elements, by }
 }
 
-/// Plan, prepare.
+/// Plans and prepares a question.
 pub(super) fn together(
     model: Cow<'_, Model>,
     question: Question,
@@ -96,7 +97,7 @@ pub(super) fn together(
     Ok(CompiledQuestion { model, question, routes, strategies, places, elements, by })
 }
 
-/// The program with what the question derives from it.
+/// The program, extended by what the question derives from it.
 fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
     if question.derived.is_empty() {
         return (model, question.clone());
@@ -106,7 +107,7 @@ fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Que
     (Cow::Owned(model), question)
 }
 
-/// Makes each route of a plan ready to run.
+/// Prepares each route of a plan.
 fn prepare(model: &Model, plan: &Plan) -> Result<Vec<Box<dyn Prepared>>, Error> {
     let mut purposes = vec![Purpose::Shown; plan.routes.len()];
     for (ask, places) in plan.question.asks.iter().zip(&plan.places) {
@@ -128,22 +129,22 @@ fn not_over_time(model: &Model, ask: &Ask) -> Error {
 }
 
 impl CompiledQuestion<'_> {
-    /// The same with a model of its own.
+    /// The same with its own copy of the model.
     pub fn into_owned(self) -> CompiledQuestion<'static> {
         CompiledQuestion { model: Cow::Owned(self.model.into_owned()), ..self }
     }
 
-    /// The model that it is asked of.
+    /// The model of the question.
     pub(super) fn model(&self) -> &Model {
         &self.model
     }
 
-    /// Whether it has been planned; else it is when it is asked.
+    /// Whether it is planned already; otherwise it is planned when it is asked.
     pub(super) fn is_compiled(&self) -> bool {
         !self.routes.is_empty()
     }
 
-    /// How it is planned.
+    /// The options of its plan.
     pub(super) fn options(&self) -> Options {
         Options { by: self.by, ..Options::default() }
     }
@@ -153,12 +154,12 @@ impl CompiledQuestion<'_> {
         &self.question
     }
 
-    /// The kernels that answer it, as far as kernels do: their inputs can be given.
+    /// The kernels among its prepared routes, whose input names show what can be given.
     pub fn kernels(&self) -> impl Iterator<Item = &Kernel> {
         self.routes.iter().filter_map(|route| route.kernel())
     }
 
-    /// Asks it.
+    /// Answers the question for these inputs.
     ///
     /// # Errors
     /// Inputs that are missing or do not fit; evidence of probability zero.
@@ -166,7 +167,7 @@ impl CompiledQuestion<'_> {
         self.ask_with(inputs, Sampling::default())
     }
 
-    /// Asks it; what has no exact answer is estimated, and what is drawn is drawn, as `sampling` says.
+    /// Answers the question for these inputs; `sampling` sets the number of draws and the seed of estimates.
     ///
     /// # Errors
     /// As [`CompiledQuestion::ask`].
@@ -182,7 +183,7 @@ impl CompiledQuestion<'_> {
         self.answers(&Case { question: &self.question, inputs, instants: &[], sampling, findings: None })
     }
 
-    /// Asks it over time: what was observed at each instant, by name.
+    /// Answers a question over time, given the observations of each instant by name.
     ///
     /// # Errors
     /// As [`CompiledQuestion::ask`]; a question that is not over time.
@@ -207,10 +208,10 @@ impl CompiledQuestion<'_> {
         check::answers(answers.collect::<Result<_, _>>()?)
     }
 
-    /// The whole conditional table of each thing asked, whatever is made of it otherwise.
+    /// The whole conditional table of each ask, whatever its statistic.
     ///
     /// # Errors
-    /// As [`CompiledQuestion::ask`]; an answer that is no table.
+    /// As [`CompiledQuestion::ask`]; an answer that is not a table.
     pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
         if let Some(tables) = self.tables_apart(inputs)? {
             return Ok(tables);
@@ -239,14 +240,14 @@ impl CompiledQuestion<'_> {
         Error::Unplanned { question: self.model.ask_text(ask), reason }
     }
 
-    /// What each route finds.
+    /// The results of each route.
     fn run(&self, case: &Case<'_>) -> Result<Vec<Vec<Found>>, Error> {
         check::inputs(&self.model, &self.question, case.inputs)?;
         let judged = |error| self.judged(error, case.inputs);
         self.routes.iter().map(|route| route.run(&self.model, case).map_err(judged)).collect()
     }
 
-    /// Where no draw met the evidence, exact sums may say whether it is possible.
+    /// Where no draw met the evidence, exact sums may decide whether it is possible.
     fn judged(&self, error: Error, inputs: &Inputs<'_, f64>) -> Error {
         let Error::Unmet { question, .. } = &error else { return error };
         match self.question.asks.iter().find(|ask| self.model.ask_text(ask) == *question) {
@@ -259,7 +260,7 @@ impl CompiledQuestion<'_> {
         &found[place.route][self.routes[place.route].place(place.ask)]
     }
 
-    /// The table that an ask means, of that of its part; and ln P(evidence), where the evidence is an event.
+    /// The table of an ask, from that of its part; and ln P(evidence), where the evidence is an event.
     fn table<'f>(
         &self,
         ask: &Ask,
@@ -278,7 +279,7 @@ impl CompiledQuestion<'_> {
                 Err(self.no_table(ask, &reason))
             }
             Found::Table(table, ln_evidence) if !is_soft(known) => Ok((Cow::Borrowed(table), *ln_evidence)),
-            // What is believed softly is no event.
+            // Soft evidence is not an event, so it has no probability.
             Found::Table(table, _) => {
                 Ok((Cow::Owned(soft::applied(&self.model, ask, known, table.clone())?), None))
             }

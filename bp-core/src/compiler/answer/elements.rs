@@ -1,7 +1,8 @@
-//! Questions that are answered with families written out, element by element, once their sizes are known.
+//! Questions that expand families into single variables once their sizes are known.
 //!
-//! In: a compiled question and its inputs. Out: the answers of the program that is written out, in the words of the one that
-//! was asked. Invariant: it is written out where the question speaks of elements, or where only so all is linear and Gaussian.
+//! In: a compiled question and its inputs. Out: the answers of the expanded program, with the names of the original
+//! one. Invariant: a family is expanded where the question uses single elements, or where only expansion makes the
+//! program linear and Gaussian.
 
 use super::compiled::{CompiledQuestion, together};
 use super::{Answer, Part, Table};
@@ -14,14 +15,14 @@ use crate::posterior::check;
 use crate::sample::Sampling;
 use std::borrow::Cow;
 
-/// Whether the elements of families become variables of their own.
+/// Whether families are expanded into single variables.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Elements {
     /// No: a family is one variable.
     Together,
-    /// Where all is linear and Gaussian then.
+    /// Yes, if the expanded program is linear and Gaussian.
     Perhaps,
-    /// Yes, where they can.
+    /// Yes, wherever possible.
     Apart,
 }
 
@@ -39,7 +40,7 @@ impl Elements {
 }
 
 impl CompiledQuestion<'_> {
-    /// The answers with families written out; `None` where they are not.
+    /// The answers of the expanded program; `None` where it is not expanded.
     pub(super) fn ask_apart(
         &self,
         inputs: &Inputs<'_, f64>,
@@ -65,7 +66,7 @@ impl CompiledQuestion<'_> {
         Ok(Some(answers))
     }
 
-    /// The tables with families written out; `None` where they are not.
+    /// The tables of the expanded program; `None` where it is not expanded.
     pub(super) fn tables_apart(&self, inputs: &Inputs<'_, f64>) -> Result<Option<Vec<Table>>, Error> {
         let Some(written) = self.written_out(inputs)? else { return self.otherwise(|it| it.tables(inputs)) };
         let compiled = together(Cow::Borrowed(&written.model), written.question.clone(), self.options())?;
@@ -76,7 +77,7 @@ impl CompiledQuestion<'_> {
         Ok(Some(tables))
     }
 
-    /// What the program says whose families stay what they are, where that was not compiled before.
+    /// The answer of the original program, which is compiled now if it was not before.
     fn otherwise<T>(
         &self,
         asked: impl FnOnce(&CompiledQuestion<'_>) -> Result<T, Error>,

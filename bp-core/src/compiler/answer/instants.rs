@@ -1,7 +1,8 @@
-//! Observations over time, from a table.
+//! Observations over time, read from a table.
 //!
-//! In: a question over time, and a table with a row for each instant. Out: what was observed at each, by name; sequences apart.
-//! Invariant: a missing cell was not observed; a column is a variable of the program, the column of sequences, or ignored.
+//! In: a question over time, and a table with a row for each instant. Out: the observations of each instant by name,
+//! sequence by sequence. Invariant: a missing cell is not observed; a column is a variable of the program, the column
+//! of sequences, or ignored.
 
 use crate::data::{Records, Values, is_missing};
 use crate::error::Error;
@@ -13,16 +14,16 @@ use crate::strategies::Observed;
 use std::collections::HashMap;
 use std::io::{Error as Wrong, ErrorKind};
 
-/// The columns of a table that are no variables.
+/// The columns of a table that are not variables.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct OtherColumns {
-    /// The column that tells sequences apart: rows with the same text in it follow each other.
+    /// The column that names the sequence of a row: consecutive rows with the same text belong together.
     pub sequence: Option<String>,
     /// Columns that are left out.
     pub ignore: Vec<String>,
 }
 
-/// What was observed at each instant, all rows one sequence. `inputs` gives the sizes on which domains depend.
+/// The observations of each instant, all rows being one sequence. `inputs` gives the sizes on which domains depend.
 ///
 /// # Errors
 /// As [`read_sequences`].
@@ -36,12 +37,13 @@ pub fn read_instants(
     Ok(sequences.into_iter().flat_map(|(_, instants)| instants).collect())
 }
 
-/// What was observed at each instant of each sequence, by the names of the sequences, in the order in which they begin; without
-/// a column of sequences all rows are one, without a name. Columns of variables that the question does not know are left out.
+/// The observations of each instant of each sequence, with the names of the sequences in order of first appearance;
+/// without a column of sequences all rows are one, without a name. Columns of variables that the question does not know
+/// are ignored.
 ///
 /// # Errors
-/// A column that names no variable of the program; no column is known to the question, or one is given a value by the question
-/// as well; a cell is not a value of its variable; a row that belongs to no sequence.
+/// A column that names no variable of the program; no column that the question knows, or one whose value the question
+/// gives as well; a cell that is not a value of its variable; a row that belongs to no sequence.
 pub fn read_sequences(
     model: &Model,
     question: &Question,
@@ -74,7 +76,7 @@ pub fn read_sequences(
     Ok(sequences)
 }
 
-/// The columns that the question observes: their places, names and values.
+/// The columns that the question observes: their positions, names and values.
 fn columns<'m, 't>(
     model: &'m Model,
     question: &Question,

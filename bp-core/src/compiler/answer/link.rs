@@ -1,7 +1,7 @@
-//! Linking: a program's subroutines are asked, and their answers kept beside it.
+//! Linking: subroutines are answered, and their tables stored with the program.
 //!
-//! In: a model. Out: the same, each of its subroutines with its table. Invariant: the answer is the same as if the other
-//! program's decomposition stood in this one; a subroutine may have subroutines.
+//! In: a model. Out: the same model with a table for each of its subroutines. Invariant: the answer equals that of the
+//! program with the other program's decomposition inserted; a subroutine may have subroutines.
 
 use super::ask;
 use crate::error::Error;
@@ -29,8 +29,8 @@ pub fn link(model: &Model) -> Result<Cow<'_, Model>, Error> {
     Ok(Cow::Owned(linked))
 }
 
-/// The program with uniform laws for what its question knows, where these laws depend on nothing else: P(S | K) is the same,
-/// and is read from the other factors where P(K) is 0. Another program may well give that K.
+/// The program with uniform laws for the variables that its question knows, where their own laws have no parents: P(S
+/// K) is unchanged, and is read from the other factors where P(K) is 0. The calling program may give such a K.
 fn from_factors(program: &Model, question: &Question) -> Model {
     let mut program = program.clone();
     let known: Vec<VariableId> =

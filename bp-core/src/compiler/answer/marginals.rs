@@ -1,7 +1,8 @@
-//! The posterior of each variable: a question for each, all of which know the same.
+//! The posterior marginal of each variable: one question for each, all with the same evidence.
 //!
-//! In: a model, which variables are wanted, and what is known. Out: an [`Answer`] with a part for each variable or element.
-//! Invariant: what is observed has its value for sure; one plan answers all, by the strategy that the planner takes.
+//! In: a model, the wanted variables, and the evidence. Out: an [`Answer`] with a part for each variable or element.
+//! Invariant: an observed variable has probability 1 at its value; one plan answers all, by the strategy that the
+//! planner chooses.
 
 use super::compiled::compile_with;
 use super::{Answer, Part, PartLaw, Slot};
@@ -14,7 +15,7 @@ use crate::plan::{Options, Strategy};
 use crate::sample::Sampling;
 use crate::strategies::{Case, Findings};
 
-/// What all marginals know.
+/// The evidence of all marginals.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Knowledge {
     /// Whole variables.
@@ -39,7 +40,7 @@ pub fn marginals(
         knowledge.known.iter().any(|it| it.variable == *id && matches!(it.evidence, Finding::Hard(_)))
     };
     let mut searched: Vec<VariableId> = wanted.iter().copied().filter(|id| !observed(id)).collect();
-    // P(evidence) is that of all but the last observation, times the posterior of that one.
+    // P(evidence) by the chain rule: P(all but the last observation) times the posterior probability of the last.
     let mut last = None;
     if searched.is_empty()
         && let Some(at) = known.iter().rposition(|known| matches!(known.evidence, Finding::Hard(_)))
@@ -114,7 +115,7 @@ pub fn marginals(
     Ok(all)
 }
 
-/// Refuses what no question may know. A variable that has a likelihood is asked all the same.
+/// Refuses evidence that no question may have. A variable with a likelihood remains a variable to be answered.
 fn check(model: &Model, question: &Question) -> Result<(), Error> {
     let weighed = |ask: &Ask| ask.known.iter().any(|known| known.variable == ask.searched[0].variable);
     let asks: Vec<Ask> = question.asks.iter().filter(|ask| !weighed(ask)).take(1).cloned().collect();
@@ -133,7 +134,7 @@ fn each(part: &Part) -> Vec<Part> {
     (0..part.of.len()).map(|place| part.marginal(&[place])).collect()
 }
 
-/// The ordinal of a value that is observed.
+/// The ordinal of an observed value.
 fn ordinal(known: &Known) -> Option<usize> {
     match known.evidence {
         Finding::Hard(Value::Ordinal(ordinal)) => Some(ordinal),
@@ -152,7 +153,7 @@ fn certain(setting: &Setting<'_>, known: &Known) -> Vec<Part> {
     setting.slots_of(known.variable).map(part).collect()
 }
 
-/// ln of the probability, or density, that an answer gives an observation.
+/// ln of the probability, or density, of an observation in an answer.
 fn ln_of(known: &Known, answer: &Answer) -> Option<f64> {
     let part = answer.parts.first()?;
     match (&part.law, &known.evidence) {
@@ -174,7 +175,7 @@ mod tests {
     use crate::model::{Domain, Form, ModelBuilder};
     use crate::strategies::join_tree::propagations;
 
-    /// A chain of booleans, each as the one before with probability 3/4.
+    /// A Markov chain of booleans, each equal to its predecessor with probability 3/4.
     fn chain(length: usize) -> Model {
         let mut model = ModelBuilder::new("Chain");
         let ids: Vec<VariableId> =

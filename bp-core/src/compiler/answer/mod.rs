@@ -1,7 +1,7 @@
-//! Questions that are asked: plan, prepare, run.
+//! Answers: plan a question, prepare its routes, run them.
 //!
-//! In: a model, a question and the host's inputs. Out: an [`Answer`] for each thing asked. Invariant: evidence of probability zero
-//! is an error.
+//! In: a model, a question and the host's inputs. Out: an [`Answer`] for each ask. Invariant: evidence of probability
+//! zero is an error.
 
 mod again;
 mod compiled;
@@ -29,7 +29,7 @@ use crate::model::{Model, Question};
 use crate::plan::Strategy;
 use crate::sample::Sampling;
 
-/// Asks a question of a model.
+/// Answers a question of a model.
 ///
 /// # Errors
 /// No route; inputs that are missing or do not fit; evidence of probability zero.
@@ -37,7 +37,7 @@ pub fn ask(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Resu
     ask_with(model, question, inputs, Sampling::default())
 }
 
-/// Asks a question of a model; what has no exact answer is estimated as `sampling` says.
+/// Answers a question of a model; `sampling` sets the number of draws and the seed of estimates.
 ///
 /// # Errors
 /// As [`ask`].
@@ -50,7 +50,7 @@ pub fn ask_with(
     compile(model, question)?.ask_with(inputs, sampling)
 }
 
-/// Asks a question over time: what was observed at each instant, by name.
+/// Answers a question over time, given the observations of each instant by name.
 ///
 /// # Errors
 /// As [`ask`]; a question that is not over time.
@@ -64,7 +64,7 @@ pub fn ask_over_time(
     ask_over_time_by(model, question, observations, inputs, sampling, None)
 }
 
-/// Asks a question over time that one strategy is to answer.
+/// Answers a question over time by one strategy.
 ///
 /// # Errors
 /// As [`ask_over_time`]; the strategy does not answer it.

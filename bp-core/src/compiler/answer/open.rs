@@ -1,7 +1,9 @@
-//! Questions that leave values open: `P(Rain | Wet)`, `P(Rain | Wet = wet)`.
+//! Questions with open values: `P(Rain
+//! Wet)`, `P(Rain
+//! Wet = wet)`.
 //!
-//! In: a question, and which of its open variables are given, or missing. Out: the question to be asked then. Invariant: a
-//! value that is given takes the place of what the question leaves open; one that is missing is not known.
+//! In: a question, and which of its open variables are given or missing. Out: the question to be asked. Invariant: a
+//! given value replaces an open one; a missing variable is removed from the known ones.
 
 use super::{Answer, CompiledQuestion};
 use crate::error::Error;
@@ -21,7 +23,7 @@ pub fn open(question: &Question) -> BTreeSet<VariableId> {
     open
 }
 
-/// The question where some of its open variables are given under their own names, and some are not known after all.
+/// The question with some of its open variables given under their own names, and others removed from the known ones.
 pub fn filled(
     model: &Model,
     question: &Question,
@@ -37,14 +39,14 @@ pub fn filled(
     question
 }
 
-/// What becomes of an open variable.
+/// The treatment of an open variable.
 enum Filled {
     Not,
     With(Value),
     Missing,
 }
 
-/// Visits each open variable, with the value that the question names, and fills it.
+/// Applies `fill` to each open variable, with the value that the question names.
 fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&Value>) -> Filled) {
     let mut visit = |known: &mut Vec<Known>| {
         known.retain_mut(|known| {
@@ -77,7 +79,7 @@ fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&V
 }
 
 impl CompiledQuestion<'_> {
-    /// Asks a question whose open variables may be given under their own names; the answers say which values were.
+    /// Answers a question whose open variables may be given under their own names; the answers show the values.
     ///
     /// # Errors
     /// As [`CompiledQuestion::ask`].

@@ -1,8 +1,10 @@
-//! Soft evidence: what was believed of a variable is replaced.
+//! Soft evidence: replaces the marginal of a variable (Jeffrey's rule).
 //!
-//! In: the table P(S X … | K) and a probability for each value of X, and so on for each variable that is known softly.
-//! Out: the table P′(S | K). Invariant: P′(X) = q when it is applied, and P′(S | X) = P(S | X); later evidence may
-//! change earlier, since two such replacements do not commute.
+//! In: the table P(S X …
+//! K) and a probability for each value of each variable X with soft evidence. Out: the table P′(S
+//! K). Invariant: P′(X) = q after its own replacement, and P′(S
+//! X) = P(S
+//! X); later evidence may change the marginal of earlier evidence, since replacements do not commute.
 //!
 //! P′(S X) = P(S X) q(X) / P(X) (Jeffrey, *The Logic of Decision*, 1965).
 
@@ -12,10 +14,10 @@ use crate::model::{Ask, Finding, Known, Model};
 use crate::posterior::{Column, Table};
 use crate::spelling::exact;
 
-/// The table that an ask means, of its part's.
+/// The table of an ask, from that of its part.
 ///
 /// # Errors
-/// A value is believed possible that the rest of what is known excludes.
+/// Soft evidence gives a positive probability to a value that the other evidence excludes.
 pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Table) -> Result<Table, Error> {
     let softly: Vec<_> = (known.iter())
         .filter_map(|known| match &known.evidence {
@@ -46,7 +48,7 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
             let excluded =
                 (0..weights.len()).find(|value| weights[*value] > 0.0 && believed[*value] == Extended::ZERO);
             if let Some(value) = excluded {
-                // In a table it is that context which is impossible.
+                // In a table with contexts, only this context is impossible.
                 if !table.right.is_empty() {
                     numbers.fill(Extended::ZERO);
                     break;
@@ -66,7 +68,8 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
             }
         }
     }
-    // The soft variables are the last: what is left of a context is the sum over runs of them.
+    // The variables with soft evidence are the last columns, so a context's remaining table is the sum over runs of
+    // them.
     let run: usize = columns.iter().map(|column| table.left[*column].values.len()).product();
     let all: Vec<Extended> = all.chunks(run).map(|run| run.iter().copied().sum()).collect();
     table.numbers = all.iter().map(|p| p.to_f64()).collect();

@@ -1,8 +1,8 @@
-//! The numbers of a form, checked: which number a form refuses, and why.
+//! Validation of the numbers of a form.
 //!
 //! In: a form with numbers where its right-hand variables have values. Out: the numbers, or an [`Error::Number`] that
-//! names the form, the context and the number. Invariant: what passes is a distribution: probabilities lie in [0, 1] and
-//! sum to one, weights are finite and not negative, parameters lie in the domain of their law.
+//! names the form, the context and the number. Invariant: accepted numbers make a distribution: probabilities lie in
+//! [0, 1] and sum to one, weights are finite and not negative, parameters lie in the range of their law.
 
 use super::form::Evaluation;
 use super::number::Known;
@@ -14,7 +14,7 @@ use crate::law::{Dirichlet, Law, Numbers};
 use crate::model::{Form, VariableUse, row_tolerance};
 use crate::spelling::number as written;
 
-/// The most elements of a family that a context names.
+/// Upper limit on the elements of a family that a context names.
 const MOST_NAMED: usize = 8;
 
 impl Evaluation<'_> {
@@ -48,7 +48,7 @@ impl Evaluation<'_> {
         words.join(", ")
     }
 
-    /// The slot that a use of a variable, or of one element of a family, reads.
+    /// The slot of a variable, or of the used element of a family.
     fn slot(&self, use_: &VariableUse) -> Option<usize> {
         let setting = self.scope.setting;
         let element = match use_.element {
@@ -59,14 +59,14 @@ impl Evaluation<'_> {
         Some(slots.start + element * setting.components(use_.variable)).filter(|slot| slots.contains(slot))
     }
 
-    /// A probability; what lies outside [0, 1] by rounding is the nearer end.
+    /// A probability; rounding errors beyond [0, 1] are clamped.
     pub(super) fn probability(&self, form: &Form, id: ExpressionId) -> Result<f64, Error> {
         let number = self.scope.number(id);
         let (by, tolerance) = (&mut Numbers, row_tolerance(1));
         if bernoulli::holds(by, number, 0.0) != 0.0 {
             return Ok(number);
         }
-        // Outside by rounding, where it is computed.
+        // Outside by rounding, which only a computed number may be.
         if bernoulli::holds(by, number, tolerance) != 0.0 && surely::is_computed(self.scope.setting.model, id)
         {
             return Ok(bernoulli::nearest(by, number));
@@ -142,7 +142,7 @@ impl Evaluation<'_> {
         })
     }
 
-    /// The bounds of a truncated form, the lower one first.
+    /// The bounds of a truncated form, checked to be in order.
     pub(super) fn bounds(&self, form: &Form, [low, high]: [f64; 2]) -> Result<[f64; 2], Error> {
         if truncated::holds(&mut Numbers, [low, high]) != 0.0 {
             return Ok([low, high]);
@@ -151,7 +151,7 @@ impl Evaluation<'_> {
         Err(self.refused(form, must("the upper bound", high, &expected)))
     }
 
-    /// The number that a Dirac is at.
+    /// The value of a Dirac, checked to be finite.
     pub(super) fn finite(&self, form: &Form, number: f64) -> Result<f64, Error> {
         match dirac::VALUE.refuses(number) {
             None => Ok(number),

@@ -1,8 +1,8 @@
-//! From a form to its distribution.
+//! Evaluation of a form to a distribution.
 //!
 //! In: an instance of a factor and the values of its right-hand variables. Out: a [`Distribution`]. Invariant: the
-//! probabilities of a finite left-hand side sum to one, or are all 0 (a Dirac outside its domain, weights without any);
-//! no NaN is given on.
+//! probabilities of a finite left-hand side sum to one, or are all 0 (a Dirac outside its domain, weights that are all
+//! 0); no NaN is passed on.
 
 use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
@@ -15,10 +15,10 @@ use crate::model::{Domain, Form, VariableUse};
 use crate::radix;
 
 impl Setting<'_> {
-    /// The distribution of an instance's left-hand side where variables have these values.
+    /// The distribution of an instance's left-hand side at these values of the variables.
     ///
     /// # Errors
-    /// A number that the form cannot have ([`Error::Number`]); a form that has no numbers of its own.
+    /// A number outside the range of the form ([`Error::Number`]); a form without numbers of its own.
     pub fn distribution(&self, instance: &Instance, values: &[f64]) -> Result<Distribution, Error> {
         let scope = Scope {
             setting: self,
@@ -39,7 +39,7 @@ impl Setting<'_> {
         Ok(distribution)
     }
 
-    /// ln of the density that an instance gives to the value which its left-hand side has.
+    /// ln of the density of an instance at the value of its left-hand side.
     ///
     /// # Errors
     /// As [`Setting::distribution`].
@@ -72,7 +72,7 @@ impl Setting<'_> {
     }
 }
 
-/// A form that is being evaluated.
+/// The context in which a form is evaluated.
 pub(super) struct Evaluation<'e> {
     pub(super) scope: Scope<'e>,
     pub(super) instance: &'e Instance,
@@ -99,7 +99,7 @@ impl Evaluation<'_> {
     /// The row of a table for the values of these variables.
     fn row_of(&self, right: &[VariableUse]) -> usize {
         let setting = self.scope.setting;
-        // A value that is not known counts as the first one.
+        // An unknown value counts as the first one.
         let digit =
             |use_: &VariableUse| (self.scope.value(use_).max(0.0) as usize, setting.count(use_.variable));
         radix::position(right.iter().map(digit))
@@ -208,7 +208,7 @@ impl Evaluation<'_> {
                     true => {
                         self.weights::<Numbers>(form, numbers)?.into_iter().map(Extended::from_f64).collect()
                     }
-                    // Perhaps one that f64 does not hold.
+                    // The probabilities may be too small for f64.
                     false => {
                         let wide = (0..count).map(|ordinal| at(ordinal).number_by::<Wide>(*weight));
                         self.weights::<Wide>(form, wide.collect())?
@@ -234,7 +234,7 @@ impl Evaluation<'_> {
         })
     }
 
-    /// What a subroutine answers where its known variables have these values.
+    /// The answer of a subroutine at the values of its known variables.
     fn subroutine(&self, path: &str, given: &[VariableId], count: usize) -> Result<Distribution, Error> {
         let setting = self.scope.setting;
         let given: Vec<VariableUse> = given.iter().map(|variable| (*variable).into()).collect();
@@ -246,7 +246,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The law of a component of a vector of proportions, given those before it.
+    /// The law of one component of a vector of proportions, given the earlier ones.
     fn share(&self, form: &Form, parameters: &[ExpressionId]) -> Result<Distribution, Error> {
         let slot = self.instance.left[0];
         let before = &self.scope.values[slot - self.instance.component..slot];

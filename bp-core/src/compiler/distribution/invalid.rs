@@ -1,19 +1,19 @@
-//! Which number of a program made an answer that is not a number.
+//! The number of a program that made an answer NaN.
 //!
-//! In: a setting, and what is known of some variables. Out: the first number that a form refuses, with its form and its
-//! context. Invariant: contexts that agree with what is known come first; a form whose context is not finite (it reads a
-//! real that is not known, or a field of another program) is left out.
+//! In: a setting, and the known values of some variables. Out: the first number that a form refuses, with its form and
+//! its context. Invariant: contexts that agree with the known values come first; a form whose context is not finite (it
+//! reads an unknown real, or a field of another program) is skipped.
 //!
-//! Kernels mark a number that a form cannot have as NaN, which every sum and product keeps; this finds where it came from.
+//! Kernels mark an invalid number as NaN, which every sum and product propagates; this search finds its origin.
 
 use super::setting::{Instance, Setting};
 use crate::error::Error;
 
-/// The most contexts that are tried.
+/// Upper limit on the contexts that are tried.
 const MOST_CONTEXTS: usize = 1_000_000;
 
 impl Setting<'_> {
-    /// The first [`Error::Number`] of the program; `known` is a value for each slot, NaN where there is none.
+    /// The first [`Error::Number`] of the program; `known` has a value for each slot, NaN where it is unknown.
     pub fn refused_number(&self, known: &[f64]) -> Option<Error> {
         let nothing = vec![f64::NAN; self.slots()];
         let mut tried = 0;
@@ -58,7 +58,7 @@ impl Setting<'_> {
             if let Err(error @ Error::Number { .. }) = self.distribution(instance, &values) {
                 return Some(error);
             }
-            // An odometer over the open slots, the last one fastest.
+            // Counts through the open slots, the last one fastest.
             let (slot, _) = open.iter().rev().find(|(slot, count)| values[*slot] + 1.0 < *count as f64)?;
             values[*slot] += 1.0;
             open.iter()

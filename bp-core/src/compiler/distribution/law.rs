@@ -1,7 +1,7 @@
 //! Laws over the values of a finite domain, and between bounds.
 //!
 //! In: a law with valid parameters. Out: a probability for each value; masses, densities, an inverse. Invariant: over a
-//! finite domain the probabilities sum to one, or are all 0 where the law gives the whole domain nothing.
+//! finite domain the probabilities sum to one, or are all 0 where the law gives the whole domain no mass.
 //!
 //! P(k) = w(k) / Σⱼ w(j), w as in `forms/law.rs`.
 
@@ -11,7 +11,7 @@ use crate::forms::{self, share};
 use crate::ids::VariableId;
 use crate::law::{Law, Numbers, Wide};
 
-/// As many parameters as a law has.
+/// The parameters that the law uses.
 pub(super) fn exactly(law: Law, parameters: &[f64; 2]) -> &[f64] {
     &parameters[..law.parameters().len()]
 }
@@ -34,7 +34,7 @@ fn wide(parameters: &[f64]) -> Vec<Extended> {
     parameters.iter().map(|number| Extended::from_f64(*number)).collect()
 }
 
-/// The x between two bounds below which, from the lower one on, lies this mass: by bisection.
+/// The quantile between two bounds: the x for which P(low < X ≤ x) is this mass, by bisection.
 pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below: Extended) -> f64 {
     let (mut from, mut to) = (low, high);
     loop {
@@ -49,7 +49,7 @@ pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below
     }
 }
 
-/// The probabilities that a law gives to the values of a finite variable.
+/// The probabilities of the values of a finite variable under a law.
 pub(super) fn over(
     setting: &Setting<'_>,
     variable: VariableId,
@@ -65,7 +65,7 @@ pub(super) fn over(
     shares((0..setting.count(variable)).map(weight).collect())
 }
 
-/// A value of a finite variable, with exponents apart.
+/// A value of a finite variable, with separate exponents.
 struct Ordinal<'s> {
     setting: &'s Setting<'s>,
     variable: VariableId,
@@ -91,7 +91,7 @@ impl forms::law::Value for Ordinal<'_> {
     }
 }
 
-/// Each part of the total, however small it is; all 0 where the total is 0.
+/// Each weight divided by their total, however small; all 0 where the total is 0.
 pub(super) fn shares(weights: Vec<Extended>) -> Vec<Extended> {
     let total: Extended = weights.iter().copied().sum();
     weights.into_iter().map(|weight| share(&mut Wide, weight, total)).collect()

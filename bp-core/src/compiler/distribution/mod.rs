@@ -1,8 +1,8 @@
-//! A form where its parents have values: a distribution, as numbers.
+//! Distributions of forms at known values of their parents.
 //!
 //! In: a model with numbers for its parameters ([`Setting`]), one factor for one left-hand variable ([`Instance`]), and
 //! the values of the variables. Out: a [`Distribution`]: the logarithm of its density at a value, or a draw. Invariant:
-//! the equations are those of `forms/`, worked out as numbers; where f64 would lose a probability, with exponents apart.
+//! the equations are those of `forms/`, evaluated as numbers; with separate exponents where f64 would underflow.
 //!
 //! A value is the ordinal of a finite domain's value, or a real. An assignment is one number for each slot: a variable
 //! has a slot, a family one for each element, a vector one for each component.
@@ -28,16 +28,16 @@ use rand::RngExt;
 /// A distribution of one left-hand side.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Distribution {
-    /// One probability for each value; of several variables together, the last one fastest. All are 0 where nothing is
+    /// One probability for each value; of several variables together, the last one fastest. All are 0 where no value is
     /// possible.
     Finite(Vec<f64>),
-    /// The same with exponents apart, where f64 would make a probability 0 that is not.
+    /// The same with separate exponents, where a positive probability would be 0 in f64.
     Wide(Vec<Extended>),
     /// A law of a real.
     Law(Law, [f64; 2]),
     /// A law between two bounds, and the mass that it has there.
     Truncated {
-        /// Which law.
+        /// The law.
         law: Law,
         /// Its parameters.
         parameters: [f64; 2],
@@ -46,20 +46,20 @@ pub enum Distribution {
         /// P(low < X ≤ high).
         mass: Extended,
     },
-    /// One real, for sure.
+    /// A point mass at a real.
     Point(f64),
-    /// One of several proportions, given those before it.
+    /// One of several proportions, given the earlier ones.
     Share(Share),
-    /// Several, by chance.
+    /// A mixture, with the weights of its components.
     Mixture(Vec<(f64, Distribution)>),
 }
 
-/// How often a truncated law is drawn until it lies between its bounds, before the inverse is sought.
+/// Upper limit on the rejections of a truncated law before its quantile function is used.
 const MOST_REJECTIONS: usize = 16;
 
 impl Distribution {
-    /// ln of the probability of a value, or of the density at a real. Of a point there is no density: 0 where the
-    /// value is the point, else −∞.
+    /// ln of the probability of a value, or of the density at a real. A point mass has no density: 0 at its value, else
+    /// −∞.
     pub fn ln_density(&self, value: f64) -> f64 {
         match self {
             Distribution::Finite(probabilities) => {
@@ -94,7 +94,7 @@ impl Distribution {
         }
     }
 
-    /// Probabilities of a finite left-hand side, in f64 where that loses none.
+    /// Probabilities of a finite left-hand side, in f64 where none underflows.
     fn finite(probabilities: Vec<Extended>) -> Self {
         let is_lost = |p: &Extended| *p > Extended::ZERO && p.to_f64() < f64::MIN_POSITIVE;
         match probabilities.iter().any(is_lost) {
@@ -103,7 +103,7 @@ impl Distribution {
         }
     }
 
-    /// The probabilities of a finite left-hand side, with exponents apart.
+    /// The probabilities of a finite left-hand side, with separate exponents.
     fn extended(self) -> Option<Vec<Extended>> {
         match self {
             Distribution::Finite(probabilities) => {
@@ -114,7 +114,7 @@ impl Distribution {
         }
     }
 
-    /// A draw; `None` where nothing is possible.
+    /// A draw; `None` where no value is possible.
     pub fn draw(&self, by: &mut impl Rng) -> Option<f64> {
         match self {
             Distribution::Finite(probabilities) => {
@@ -149,7 +149,7 @@ impl Distribution {
         }
     }
 
-    /// Whether it is one real for sure, or may be.
+    /// Whether it is a point mass or has one among its components.
     pub fn has_point(&self) -> bool {
         match self {
             Distribution::Point(_) => true,
@@ -173,7 +173,7 @@ pub fn choose(weights: &[f64], threshold: f64) -> Option<usize> {
     last
 }
 
-/// ln Σ exp(tᵢ), without overflow or underflow; −∞ of nothing.
+/// ln Σ exp(tᵢ), without overflow or underflow; −∞ for an empty sum.
 pub fn ln_sum(terms: &[f64]) -> f64 {
     let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if !most.is_finite() {

@@ -1,7 +1,7 @@
-//! Expressions, as numbers.
+//! Evaluation of expressions.
 //!
-//! In: an expression, and the values of the variables. Out: a number; of a vector, one of its components. Invariant:
-//! NaN where there is none (an element that a family does not have, a field of another program): the forms refuse it.
+//! In: an expression, and the values of the variables. Out: a number; of a vector, one of its components. Invariant: an
+//! undefined expression (an element outside its family, a field of another program) is NaN, which the forms refuse.
 //!
 //! rotate(v, w): v turned by |w| around w (Rodrigues 1840): v cos a + (n × v) sin a + n (n · v)(1 − cos a).
 
@@ -11,19 +11,19 @@ use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
 use crate::law::{Arithmetic, Numbers, Wide};
 use crate::model::{Domain, Environment, Expression, Folded, IndexSpace, Read, VariableUse};
 
-/// Where an expression stands: what its variables and indices are.
+/// The context of an expression: the values of its variables and indices.
 #[derive(Clone, Copy)]
 pub(super) struct Scope<'s> {
     pub(super) setting: &'s Setting<'s>,
     pub(super) values: &'s [f64],
     pub(super) indices: &'s [f64],
     pub(super) component: usize,
-    /// A slot that has another value than the assignment says: the left-hand variable, where a form speaks of it.
+    /// A slot whose value in the assignment is overridden: the left-hand variable, where a form uses it.
     pub(super) instead: Option<(usize, f64)>,
 }
 
 impl Setting<'_> {
-    /// The number that a value of a variable is in an expression.
+    /// The number that a value of a variable has in an expression.
     pub fn number_at(&self, variable: VariableId, value: f64) -> f64 {
         match &self.model.variables[variable].domain {
             Domain::Real | Domain::Vector(_) => value,
@@ -32,7 +32,7 @@ impl Setting<'_> {
         }
     }
 
-    /// The value of a variable that is this number in an expression; `None` where its domain has none.
+    /// The value of a variable with this number in an expression; `None` where its domain has no such value.
     pub fn value_at(&self, variable: VariableId, number: f64) -> Option<f64> {
         match &self.model.variables[variable].domain {
             Domain::Real | Domain::Vector(_) => number.is_finite().then_some(number),
@@ -46,7 +46,7 @@ impl Setting<'_> {
         }
     }
 
-    /// The position of the element of a family that an index names.
+    /// The position of a family's element with this index.
     pub(super) fn element(&self, family: VariableId, index: f64) -> Option<usize> {
         let low = match self.model.variables[family].family?.over {
             IndexSpace::Range(range) => range.low,
@@ -58,17 +58,17 @@ impl Setting<'_> {
         inside.then_some(position as usize)
     }
 
-    /// The number that an expression is in an instance where variables have these values; NaN where it has none.
+    /// The number of an expression in an instance at these values of the variables; NaN where it is undefined.
     pub(crate) fn expression(&self, id: ExpressionId, instance: &Instance, values: &[f64]) -> f64 {
         self.scope(instance, values).number(id)
     }
 
-    /// The value of a variable that an instance's form speaks of.
+    /// The value of a variable that an instance's form uses.
     pub(crate) fn value_used(&self, use_: &VariableUse, instance: &Instance, values: &[f64]) -> f64 {
         self.scope(instance, values).value(use_)
     }
 
-    /// The place of a field that some indices mean, row-major; `None` outside it.
+    /// The row-major position in a field at these indices; `None` outside it.
     pub(crate) fn place(
         &self,
         parameter: ParameterId,
@@ -91,7 +91,7 @@ impl Setting<'_> {
         }
     }
 
-    /// An index that depends on no variable.
+    /// The value of an index that does not depend on variables.
     pub(super) fn index_number(&self, id: ExpressionId, indices: &[f64]) -> f64 {
         Scope { setting: self, values: &[], indices, component: 0, instead: None }.number(id)
     }
@@ -127,8 +127,8 @@ impl Scope<'_> {
         Self { component, ..*self }
     }
 
-    /// The number that an expression is. A short one is walked as a tree; in a longer one, and in one that shares many of
-    /// its parts, each node is worked out once.
+    /// The number of an expression. A short one is walked as a tree; in a longer one, and in one with many shared
+    /// parts, each node is evaluated once.
     pub(super) fn number(&self, id: ExpressionId) -> f64 {
         self.number_by::<Numbers>(id)
     }
@@ -139,7 +139,7 @@ impl Scope<'_> {
         reading.operand(id).unwrap_or_else(|TooLong| self.in_order::<A>(id))
     }
 
-    /// The number that an expression is, each node worked out once, all components of a vector together.
+    /// The number of an expression, each node evaluated once, all components of a vector together.
     fn in_order<A: Known>(&self, id: ExpressionId) -> A::Number {
         let of = |expression: &Expression, below: &Below<A>| self.components::<A>(expression, below);
         let all = self.setting.model.fold(id, of).root();
@@ -182,7 +182,7 @@ impl Scope<'_> {
         (0..count).map(of).collect()
     }
 
-    /// The place of a field that some indices mean, row-major.
+    /// The row-major position in a field at these indices.
     fn place(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> Option<usize> {
         let mut place = 0;
         for (index, over) in indices.zip(&self.setting.model.parameters[parameter].over) {
@@ -200,7 +200,7 @@ impl Scope<'_> {
         Some(place)
     }
 
-    /// The index of the first true element, where `with` is (value, index); one past the last where none is true.
+    /// The index of the first true element, where `with` is (value, index); one past the last where all are false.
     fn first(&self, family: VariableId, with: Option<(f64, f64)>) -> f64 {
         let slots = self.setting.slots_of(family);
         let low = match self.setting.model.variables[family].family.map(|family| family.over) {
@@ -215,7 +215,7 @@ impl Scope<'_> {
     }
 }
 
-/// Steps of a walk after which each node is worked out once instead.
+/// Limit on the steps of a walk; beyond it, each node is evaluated once instead.
 const MOST_STEPS: usize = 256;
 
 /// An arithmetic whose numbers are known.
@@ -224,27 +224,27 @@ pub(super) trait Known: Arithmetic<Number: Number> + Default {}
 impl Known for Numbers {}
 impl Known for Wide {}
 
-/// The components of the nodes that have been worked out.
+/// The components of the evaluated nodes.
 type Below<A> = Folded<Vec<<A as Arithmetic>::Number>>;
 
-/// An expression that is being worked out, at one component of a vector.
+/// An evaluation of an expression at one component of a vector.
 struct Reading<'s, A: Known> {
     scope: Scope<'s>,
-    /// How many nodes may still be walked to.
+    /// The number of steps left.
     steps: usize,
-    /// What has been worked out already, where each node is worked out once.
+    /// The evaluated nodes, where each node is evaluated once.
     below: Option<&'s Below<A>>,
     by: A,
 }
 
 impl<A: Known> Reading<'_, A> {
-    /// An index, or a place in a family.
+    /// The value of an index.
     fn place_of(&mut self, id: ExpressionId) -> Result<f64, TooLong> {
         Ok(self.scalar(id)?.rounded())
     }
 }
 
-/// A walk took too many steps, or met what looks at several components of a vector.
+/// A walk took too many steps, or met an operator on several components of a vector.
 struct TooLong;
 
 impl<A: Known> Environment for Reading<'_, A> {
@@ -306,7 +306,7 @@ impl<A: Known> Environment for Reading<'_, A> {
                 None => Ok(self.by.constant(f64::NAN)),
             },
             Expression::Vector(..) => Err(TooLong),
-            // One number of another program; its fields are not read here.
+            // One number of another program; its fields cannot be read here.
             Expression::Foreign { path, at: None } => {
                 let given = self.scope.setting.inputs.find(path);
                 let number = given.and_then(|numbers| numbers.first().filter(|_| numbers.len() == 1));
@@ -317,7 +317,7 @@ impl<A: Known> Environment for Reading<'_, A> {
     }
 }
 
-/// A component of a vector; a number is its own component everywhere.
+/// A component of a vector; a scalar is the same at every component.
 fn component<N: Number>(all: &[N], at: usize) -> N {
     match all {
         [number] => *number,

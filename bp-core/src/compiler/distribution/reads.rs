@@ -1,7 +1,7 @@
-//! Which slots the form of an instance reads.
+//! The slots that the form of an instance reads.
 //!
-//! In: an instance. Out: slots, its own left out where the form does not speak of them. Invariant: never too few; too
-//! many only where an index depends on a variable, or a vector is read for one of its components.
+//! In: an instance. Out: slots, without its own unless the form uses them. Invariant: never too few; too many only
+//! where an index depends on a variable, or a vector is read for one of its components.
 
 use super::setting::{Instance, Setting};
 use crate::ids::ExpressionId;
@@ -15,7 +15,7 @@ impl Setting<'_> {
         let factor = &self.model.factors[instance.factor];
         let mut slots = BTreeSet::new();
         factor.form.each_expression(&mut |id| slots.extend(self.slots_read(id, &instance.indices)));
-        // Looked up by the values of all that stands on the right.
+        // A table is looked up by the values of all right-hand variables.
         if has(&factor.form, &|form| matches!(form, Form::Table(_) | Form::Constants(_))) {
             let of = |use_: &VariableUse| self.slots_used(use_, &instance.indices);
             slots.extend(factor.right.iter().flat_map(of));
@@ -25,7 +25,7 @@ impl Setting<'_> {
                 slots.extend(given.iter().flat_map(|variable| self.slots_of(*variable)));
             }
         });
-        // A proportion is a share of what those before it leave.
+        // A proportion is a share of the rest that the earlier ones leave.
         if has(&factor.form, &|form| matches!(form, Form::Dirichlet(_))) {
             slots.extend(instance.left[0] - instance.component..instance.left[0]);
         }
@@ -44,8 +44,8 @@ impl Setting<'_> {
         slots
     }
 
-    /// Whether a form reads what is not a number here: a field or an answer of another program, or what was kept at a
-    /// cell.
+    /// Whether a form reads a field or an answer of another program, or a value kept at a cell, which are not numbers
+    /// here.
     pub(super) fn reads_elsewhere(&self, instance: &Instance) -> bool {
         let form = &self.model.factors[instance.factor].form;
         let mut found = has(form, &|form| {
@@ -65,7 +65,7 @@ impl Setting<'_> {
         found
     }
 
-    /// The slots that a use may mean: all of a family, where the index depends on a variable.
+    /// The slots that a use may refer to: the whole family, where the index depends on a variable.
     fn slots_used(&self, use_: &VariableUse, indices: &[f64]) -> Range<usize> {
         let slots = self.slots_of(use_.variable);
         let Some(element) = use_.element.filter(|element| self.slots_read(*element, indices).is_empty())

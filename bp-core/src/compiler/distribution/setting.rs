@@ -1,7 +1,7 @@
 //! A model with numbers: parameters, sizes, and a slot for each value.
 //!
-//! In: a model and what the host gives. Out: a [`Setting`], and the [`Instance`]s of its factors, parents first.
-//! Invariant: every parameter has a number and every domain a count; a family under a `prod` is one instance for each
+//! In: a model and the host's inputs. Out: a [`Setting`], and the [`Instance`]s of its factors, parents first.
+//! Invariant: every parameter has a number and every domain a count; a family under a `prod` has one instance for each
 //! element, a vector one for each component.
 
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::model::{Bound, Domain, IndexSpace, Model, VariableUse};
 use crate::spelling::number as written;
 use std::ops::Range;
 
-/// The most variables, elements of families and components of vectors together.
+/// Upper limit on the slots: variables, elements of families and components of vectors together.
 const MOST_SLOTS: usize = 1 << 25;
 
 /// A model with numbers for its parameters.
@@ -22,29 +22,29 @@ pub struct Setting<'m> {
     pub(super) inputs: &'m Inputs<'m, f64>,
     pub(super) parameters: Vec<Vec<f64>>,
     sets: Vec<Option<usize>>,
-    /// Where the slots of each variable begin; at the end, how many slots there are.
+    /// The first slot of each variable; last, the number of slots.
     offsets: Vec<usize>,
     counts: Vec<usize>,
 }
 
-/// One factor, for one value of the indices around it and one component of a vector.
+/// One factor, for one value of the surrounding indices and one component of a vector.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Instance {
     /// The factor.
     pub factor: FactorId,
-    /// The indices of the `prod`s around it, outermost first.
+    /// The indices of the surrounding `prod`s, outermost first.
     pub indices: Vec<f64>,
-    /// Which component of a vector.
+    /// The component of a vector.
     pub component: usize,
     /// The slots that it distributes.
     pub left: Vec<usize>,
 }
 
 impl<'m> Setting<'m> {
-    /// A setting.
+    /// A model with the host's inputs.
     ///
     /// # Errors
-    /// A parameter or a size that was not given, or that has another number of places.
+    /// A parameter or a size that is missing, or has another number of entries.
     pub fn new(model: &'m Model, inputs: &'m Inputs<'m, f64>) -> Result<Self, Error> {
         let sets: Vec<Option<usize>> = (model.sets.values())
             .map(|set| {
@@ -117,12 +117,12 @@ impl<'m> Setting<'m> {
         Ok(setting)
     }
 
-    /// What the host gives.
+    /// The host's inputs.
     pub fn inputs(&self) -> &Inputs<'m, f64> {
         self.inputs
     }
 
-    /// What the host gives under a name.
+    /// The host's input with a name.
     pub fn given(&self, name: &str) -> Option<&[f64]> {
         self.inputs.find(name)
     }
@@ -136,7 +136,7 @@ impl<'m> Setting<'m> {
         }
     }
 
-    /// How many slots an assignment has.
+    /// The number of slots of an assignment.
     pub fn slots(&self) -> usize {
         self.offsets[self.offsets.len() - 1]
     }
@@ -146,17 +146,17 @@ impl<'m> Setting<'m> {
         self.offsets[variable.position()]..self.offsets[variable.position() + 1]
     }
 
-    /// The variable that has a slot.
+    /// The variable of a slot.
     pub fn variable_of(&self, slot: usize) -> VariableId {
         VariableId::new(self.offsets.partition_point(|offset| *offset <= slot) - 1)
     }
 
-    /// How a slot is called: `X`, `Z[2]`.
+    /// The name of a slot: `X`, `Z[2]`.
     pub fn slot_name(&self, slot: usize) -> String {
         let variable = self.variable_of(slot);
         let (slots, name) = (self.slots_of(variable), self.model.variable_name(variable));
         let family = self.model.variables[variable].family;
-        // A family of one element is a family still.
+        // A family of one element is still indexed.
         if family.is_none() && slots.len() == 1 {
             return name;
         }
@@ -167,12 +167,12 @@ impl<'m> Setting<'m> {
         format!("{name}[{}]", (slot - slots.start) as i64 + low)
     }
 
-    /// How many values a finite variable has.
+    /// The number of values of a finite variable.
     pub fn count(&self, variable: VariableId) -> usize {
         self.counts[variable.position()]
     }
 
-    /// The components that a value of a variable has.
+    /// The number of components of a variable's value.
     pub(super) fn components(&self, variable: VariableId) -> usize {
         self.model.components(variable)
     }
@@ -189,7 +189,7 @@ impl<'m> Setting<'m> {
         })
     }
 
-    /// How many elements an index space has.
+    /// The number of elements of an index space.
     pub(crate) fn length(&self, over: &IndexSpace) -> Result<usize, Error> {
         match over {
             IndexSpace::Set(set) => self.set_size(*set),
@@ -203,7 +203,7 @@ impl<'m> Setting<'m> {
     /// The instances of a factor.
     ///
     /// # Errors
-    /// A size that was not given.
+    /// A size that is missing.
     pub fn instances(&self, id: FactorId) -> Result<Vec<Instance>, Error> {
         let factor = &self.model.factors[id];
         let mut all: Vec<Vec<f64>> = vec![Vec::new()];

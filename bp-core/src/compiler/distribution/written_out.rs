@@ -1,10 +1,10 @@
-//! A program whose families are written out: a variable for each element, a factor for each instance.
+//! Expansion of families: a variable for each element, a factor for each instance.
 //!
-//! In: a setting, and a question to its program. Out: a program without families and the same question of it, in which what
-//! was given has its value. Invariant: the joint distribution is the same. An index that depends on a variable is a chain of
-//! `if`s over the elements.
+//! In: a setting, and a question to its program. Out: a program without families and the same question of it, with the
+//! given values substituted. Invariant: the joint distribution is the same. An index that depends on a variable becomes
+//! a chain of `if`s over the elements.
 //!
-//! Elements of a family can then be known and searched one by one, by every strategy.
+//! Every strategy can then know and search single elements.
 
 mod question;
 
@@ -17,7 +17,7 @@ use crate::model::{Question, Variable, VariableUse};
 use crate::operators::Binary;
 use std::collections::HashMap;
 
-/// The most elements among which an index that depends on a variable chooses.
+/// Upper limit on the elements among which an index that depends on a variable chooses.
 const MOST_CHOICES: usize = 256;
 
 /// A program without families, and a question to it.
@@ -27,25 +27,25 @@ pub(crate) struct WrittenOut {
     pub(crate) model: Model,
     /// The question.
     pub(crate) question: Question,
-    /// For each ask, what each of its variables is in the program with families: a variable, and its element.
+    /// For each ask, the original of each of its variables: a variable, and its element.
     pub(crate) back: Vec<HashMap<VariableId, (VariableId, Option<i64>)>>,
 }
 
 struct Writer<'w, 'm> {
     setting: &'w Setting<'m>,
     model: Model,
-    /// The first variable that each variable has become: those of a family follow each other.
+    /// The first expanded variable of each original; those of a family are consecutive.
     first: Vec<VariableId>,
-    /// Of a derived element, the elements that it stands for.
+    /// For each derived element, the elements that it aliases.
     aliases: HashMap<VariableId, Vec<VariableId>>,
     question: String,
 }
 
 impl<'m> Setting<'m> {
-    /// The program with its families written out; `None` where something in it cannot be.
+    /// The program with its families expanded; `None` where a part of it cannot be.
     ///
     /// # Errors
-    /// A value that was not given; a question that knows one element twice, or knows what it searches.
+    /// A value that is missing; a question that knows one element twice, or knows a variable that it searches.
     pub(crate) fn written_out(&self, question: &Question) -> Result<Option<WrittenOut>, Error> {
         let stays = |form: &Form| matches!(form, Form::Previous { .. } | Form::Unknown(_));
         let model = self.model;
@@ -88,12 +88,12 @@ impl<'m> Setting<'m> {
 }
 
 impl Writer<'_, '_> {
-    /// The elements of a variable: itself, where it is no family.
+    /// The number of a variable's elements; 1 where it is not a family.
     fn elements(&self, variable: VariableId) -> usize {
         self.setting.slots_of(variable).len() / self.setting.components(variable).max(1)
     }
 
-    /// Adds the variables that a variable becomes.
+    /// Adds the expanded variables of a variable.
     fn variable(&mut self, id: VariableId) {
         let variable = &self.setting.model.variables[id];
         self.first.push(VariableId::new(self.model.variables.len()));
@@ -114,7 +114,7 @@ impl Writer<'_, '_> {
         }
     }
 
-    /// The variable that an element has become.
+    /// The expanded variable of an element.
     fn element(&self, variable: VariableId, element: usize) -> VariableId {
         match self.aliases.get(&variable) {
             Some(elements) => elements[element],
@@ -164,7 +164,7 @@ impl Writer<'_, '_> {
         Ok(Some(()))
     }
 
-    /// The variables that a use means: one element, or all; `None` where its index depends on a variable.
+    /// The expanded variables of a use: one element, or all; `None` where its index depends on a variable.
     fn used(&self, use_: &VariableUse, instance: &Instance) -> Option<Vec<VariableId>> {
         let Some(element) = use_.element else {
             let all = 0..self.elements(use_.variable);
@@ -278,7 +278,7 @@ impl Writer<'_, '_> {
         })
     }
 
-    /// The element at an index that is known only with the values of variables: written as `index`, and made anew as `made`.
+    /// The element at an index that depends on variables: printed as `index`, and built as `made`.
     fn chosen(&mut self, family: VariableId, index: ExpressionId, made: ExpressionId) -> Option<Expression> {
         let first = self.setting.model.variables[family].family?.over.first();
         let count = self.elements(family);
@@ -286,7 +286,7 @@ impl Writer<'_, '_> {
             return None;
         }
         let inside = self.lies_inside(index, first, count);
-        // Beyond the family there is no number, which is an error where it is met.
+        // An index outside the family gives NaN, which is an error where it is used.
         let mut otherwise = match inside {
             true => self.value(family, count - 1),
             false => self.model.expressions.push(Expression::Number(f64::NAN)),
@@ -300,7 +300,7 @@ impl Writer<'_, '_> {
         Some(self.model.expressions[otherwise].clone())
     }
 
-    /// Whether an index is a variable all values of which are elements.
+    /// Whether an index is a variable all of whose values are elements.
     fn lies_inside(&self, index: ExpressionId, first: i64, count: usize) -> bool {
         let model = self.setting.model;
         let Expression::Variable(use_) = &model.expressions[index] else { return false };
@@ -322,7 +322,7 @@ impl Writer<'_, '_> {
     }
 }
 
-/// Whether a question speaks of elements of families: whole families are not enough.
+/// Whether a question uses single elements of families, so that whole families do not suffice.
 pub(crate) fn speaks_of_elements(model: &Model) -> bool {
     let derived = model.variables.ids().rev().take_while(|id| model.variables[*id].derived.is_some());
     let factors = derived.filter_map(|id| model.factor_of(id)).map(|id| &model.factors[id]);
@@ -330,7 +330,7 @@ pub(crate) fn speaks_of_elements(model: &Model) -> bool {
     uses.any(|use_| model.variables[use_.variable].family.is_some())
 }
 
-/// Whether a program has families, and all in it is real and normal or a Dirac: written out it may be linear.
+/// Whether a program has families, and all forms are normal or Dirac on reals: expanded it may be linear.
 pub(crate) fn may_be_linear(model: &Model) -> bool {
     let is_linear = |form: &Form| matches!(form, Form::Law { law: Law::Normal, .. } | Form::Dirac(_));
     model.plate.is_none()

@@ -1,14 +1,15 @@
-//! Which factor says 0 of what is observed.
+//! The factor that gives the observations probability 0.
 //!
-//! In: the values of the slots that are observed. Out: the first factor whose variables are all observed, and that says 0 of
-//! them, in words. Invariant: such a factor excludes the evidence, whatever the others say.
+//! In: the values of the observed slots. Out: a description of the first factor whose variables are all observed and
+//! whose probability is 0. Invariant: such a factor excludes the evidence, whatever the others are.
 
 use super::Setting;
 use crate::error::{Error, Impossible};
 use crate::spelling::exact;
 
 impl Setting<'_> {
-    /// "`P(C | B)` is 0 for `C = true` where `B = false`", if a factor says so; NaN stands where nothing is observed.
+    /// "`P(C
+    /// B)` is 0 for `C = true` where `B = false`", if there is such a factor; unobserved slots are NaN.
     pub fn zero_factor(&self, values: &[f64]) -> Option<String> {
         let is_zero = |instance: &super::Instance| {
             let right = self.model.factors[instance.factor].right.iter();
@@ -29,7 +30,7 @@ impl Setting<'_> {
         Some(format!("`{}` is 0 for {left}{context}", self.model.head(factor)))
     }
 
-    /// The error of evidence that no draw met: it is impossible if a factor says so of it.
+    /// The error of evidence that no draw met; it is impossible if a factor excludes it.
     pub fn unmet(&self, question: String, values: &[f64], draws: usize) -> Error {
         match self.zero_factor(values) {
             Some(reason) => Error::Impossible(Impossible { question, reason: Some(reason) }),
@@ -37,7 +38,7 @@ impl Setting<'_> {
         }
     }
 
-    /// An observed value, as one writes it: `Z[2] = high`.
+    /// An observed value in its written form: `Z[2] = high`.
     fn observed(&self, slot: usize, value: f64) -> String {
         let variable = self.variable_of(slot);
         let domain = &self.model.variables[variable].domain;

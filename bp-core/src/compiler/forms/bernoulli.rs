@@ -1,7 +1,7 @@
 //! `bernoulli(p)`: true with probability p.
 //!
-//! In: p. Out: P(true) = p, P(false) = 1 − p. Invariant: p lies in [0, 1]; of a computed p, what rounding put outside is the
-//! nearer end.
+//! In: p. Out: P(true) = p, P(false) = 1 − p. Invariant: p lies in [0, 1]; rounding errors of a computed p beyond it
+//! are clamped.
 
 use super::between;
 use crate::law::Arithmetic;
@@ -14,13 +14,13 @@ pub(crate) fn probability<A: Arithmetic>(by: &mut A, truth: A::Number, p: A::Num
     by.select(truth, p, complement)
 }
 
-/// Whether p lies in [0, 1], but for this tolerance.
+/// Whether p lies in [0, 1], within this tolerance.
 pub(crate) fn holds<A: Arithmetic>(by: &mut A, p: A::Number, tolerance: f64) -> A::Number {
     let (low, high) = (by.constant(-tolerance), by.constant(1.0 + tolerance));
     between(by, p, low, high)
 }
 
-/// The number of [0, 1] that is nearest to p.
+/// p, clamped to [0, 1].
 pub(crate) fn nearest<A: Arithmetic>(by: &mut A, p: A::Number) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
     let p = by.binary(Binary::Maximum, p, zero);

@@ -1,11 +1,11 @@
-//! A law over the values of a finite variable: the weight of each value, which is divided by the sum of all.
+//! A law over the values of a finite variable: the unnormalised weight of each value.
 //!
-//! In: a law with valid parameters, and a value. Out: its weight. Invariant: where the law gives the whole domain nothing, all
-//! weights are 0.
+//! In: a law with valid parameters, and a value. Out: its weight. Invariant: where the law gives the whole domain no
+//! mass, all weights are 0.
 //!
-//! Integers: f(k).  Bins: F(bᵢ₊₁) − F(bᵢ); without a closed form of F, five Gauss–Legendre points; of a law of counts, f at
-//! the centre.  Circles: what lies within half a bin of the centre, the shorter way round; von Mises: f there, the turn
-//! being 2π.
+//! Integers: f(k).  Bins: F(bᵢ₊₁) − F(bᵢ); without a closed form of F, five Gauss–Legendre points; for a law of counts,
+//! f at the centre.  Circles: the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with
+//! the full turn scaled to 2π.
 
 use crate::law::{Arithmetic, Law, Support};
 use crate::model::Bins;
@@ -26,16 +26,16 @@ pub(crate) trait Value {
     type By: Arithmetic;
     /// The arithmetic.
     fn by(&mut self) -> &mut Self::By;
-    /// The number that the value is; of a bin, its centre.
+    /// The number of the value; of a bin, its centre.
     fn number(&mut self) -> Number<Self>;
     /// The edges of a bin.
     fn edges(&mut self) -> [Number<Self>; 2];
 }
 
-/// A number of the arithmetic of a value.
+/// A number in the arithmetic of a value.
 pub(crate) type Number<V> = <<V as Value>::By as Arithmetic>::Number;
 
-/// The weight that a law gives to a value, of these bins or of integers.
+/// The weight of a value of these bins or of integers under a law.
 pub(crate) fn weight<V: Value>(
     value: &mut V,
     law: Law,
@@ -58,7 +58,7 @@ pub(crate) fn weight<V: Value>(
     }
 }
 
-/// Whether a law goes round a circle; others are cut at its ends.
+/// Whether a law wraps around a circle; others are cut at its ends.
 pub(crate) fn goes_round(law: Law, bins: &Bins) -> bool {
     bins.is_circle() && matches!(law, Law::Normal | Law::VonMises)
 }
@@ -73,7 +73,7 @@ fn mass<A: Arithmetic>(
     law.mass(by, from, to, parameters).unwrap_or_else(|| quadrature(by, law, [from, to], parameters))
 }
 
-/// ∫ f between two numbers, by five points.
+/// ∫ f between two numbers, by the five-point rule.
 fn quadrature<A: Arithmetic>(
     by: &mut A,
     law: Law,

@@ -1,7 +1,7 @@
-//! `mixture(w₁, f₁, w₂, f₂, …)`: one of several forms, by chance.
+//! `mixture(w₁, f₁, w₂, f₂, …)`: a mixture of forms.
 //!
-//! In: weights and what each form gives to a value. Out: Σ wᵢ fᵢ(x). Invariant: the weights are those of a row: they sum to
-//! one.
+//! In: weights and the density of each form at a value. Out: Σ wᵢ fᵢ(x). Invariant: the weights are those of a row:
+//! they sum to one.
 
 use crate::law::Arithmetic;
 

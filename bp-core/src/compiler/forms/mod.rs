@@ -1,8 +1,8 @@
 //! The equations of the forms, each written once, over an [`Arithmetic`].
 //!
-//! In: the numbers of a form and a value of its left-hand variable: as numbers, with exponents apart, or as nodes of a kernel.
-//! Out: a probability, a density, or whether the form can have these numbers. Invariant: an engine loops over values and
-//! looks up entries; the equations stand here, and those of the laws in `law/`.
+//! In: the numbers of a form and a value of its left-hand variable: as numbers, with separate exponents, or as nodes of
+//! a kernel. Out: a probability, a density, or whether the numbers are valid for the form. Invariant: engines only loop
+//! over values and look up entries; all equations are here, and those of the laws in `law/`.
 
 pub(crate) mod bernoulli;
 pub(crate) mod dirac;
@@ -26,7 +26,7 @@ pub(crate) fn between<A: Arithmetic>(by: &mut A, x: A::Number, low: A::Number, h
     by.binary(Binary::And, above, below)
 }
 
-/// A part of a total; 0 where the total is 0.
+/// `part / total`; 0 where the total is 0.
 pub(crate) fn share<A: Arithmetic>(by: &mut A, part: A::Number, total: A::Number) -> A::Number {
     let zero = by.constant(0.0);
     let nothing = by.binary(Binary::Equal, total, zero);

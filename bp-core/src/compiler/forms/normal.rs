@@ -1,7 +1,7 @@
-//! `normal(m, s)` over integers, relative to the integer that is nearest to the mean.
+//! `normal(m, s)` over integers, relative to the integer nearest to the mean.
 //!
-//! In: mean, deviation, an integer. Out: f(k) / f(k₀). Invariant: k₀ has weight 1, so that a mean far outside the domain leaves
-//! something to divide by.
+//! In: mean, deviation, an integer. Out: f(k) / f(k₀). Invariant: k₀ has weight 1, so that the weights do not all
+//! underflow where the mean is far outside the domain.
 
 use crate::law::{Arithmetic, normal};
 use crate::operators::{Binary, Unary};

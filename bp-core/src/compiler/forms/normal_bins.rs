@@ -1,13 +1,14 @@
-//! `normal_bins(m, s)`: a normal law read on unit bins ]j − 1; j], j = 1 … N, after one label for "nothing".
+//! `normal_bins(m, s)`: a normal law on unit bins ]j − 1; j], j = 1 … N, after one label for "nothing".
 //!
-//! In: mean m and deviation s, in bins from the inner edge. Out: the probability of a bin, 0 being "nothing" (paper, Eq. 4, made
-//! exact): Φ((j−m)/s) − Φ((j−1−m)/s), all below for the first, the rest for "nothing". Invariant: above the mean the difference is
-//! that of the upper tails, which do not cancel there; where the mean lies beyond N + ½ there is nothing for sure.
+//! In: mean m and deviation s, in bins from the inner edge. Out: the probability of a bin, 0 being "nothing" (paper,
+//! Eq. 4, made exact): Φ((j−m)/s) − Φ((j−1−m)/s), the whole lower tail for the first bin, the upper tail for "nothing".
+//! Invariant: above the mean the difference is that of the upper tails, which do not cancel there; where the mean lies
+//! beyond N + ½, "nothing" has probability 1.
 
 use crate::law::Arithmetic;
 use crate::operators::{Binary, Unary};
 
-/// The probability of a bin of N, where the mean is not beyond them.
+/// The probability of a bin where the mean is not beyond all bins.
 pub(crate) fn within<A: Arithmetic>(
     by: &mut A,
     bin: A::Number,
@@ -15,7 +16,7 @@ pub(crate) fn within<A: Arithmetic>(
     [mean, deviation]: [A::Number; 2],
 ) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
-    // The tail beyond an edge on its own side of the mean: Φ(−|z|), one Φ for each edge.
+    // The tail beyond an edge on the edge's side of the mean: Φ(−|z|), one Φ for each edge.
     let turned = by.unary(Unary::Negate, deviation);
     let tail = |by: &mut A, edge: A::Number| {
         let centred = by.subtract(edge, mean);
@@ -25,17 +26,17 @@ pub(crate) fn within<A: Arithmetic>(
     };
     let nothing = by.binary(Binary::LessOrEqual, bin, zero);
     let first = by.binary(Binary::LessOrEqual, bin, one);
-    // Upper edge of the bin, or N for "nothing"; what lies below its lower edge.
+    // The upper edge of the bin, or N for "nothing"; the probability below its lower edge.
     let upper = by.select(nothing, bins, bin);
     let upper_tail = tail(by, upper);
-    // One below the upper one, as neighbouring means see it: so they share it.
+    // Computed as the upper edge less one, so that neighbouring bins share the value.
     let lower = by.subtract(upper, one);
     let lower_tail = tail(by, lower);
-    // On which side of the mean an edge is takes no division. Where it is the mean, either side will do.
+    // The side of the mean on which an edge lies needs no division. At the mean both sides are equal.
     let centred = by.subtract(upper, mean);
     let upper_above = by.greater(centred, zero);
     let lower_above = by.greater(centred, one);
-    // What lies below the upper edge; for "nothing", what lies above it.
+    // The probability below the upper edge; for "nothing", that above it.
     let is_rest = by.binary(Binary::NotEqual, upper_above, nothing);
     let rest = by.subtract(one, upper_tail);
     let up_to = by.select(is_rest, rest, upper_tail);
@@ -53,7 +54,7 @@ pub(crate) fn beyond<A: Arithmetic>(by: &mut A, bin: A::Number) -> A::Number {
     by.select(nothing, one, zero)
 }
 
-/// How far beyond N bins the mean is where there is nothing.
+/// Distance of the mean beyond the last bin from which on "nothing" has probability 1.
 pub(crate) const BEYOND: f64 = 0.5;
 
 /// Whether the mean is beyond N bins.

@@ -1,13 +1,14 @@
 //! Rows of probabilities: `categorical(p₁, p₂, …)`, tables, and the weights of a mixture.
 //!
-//! In: p₁ … p_k. Out: whether they are a distribution. Invariant: but for rounding each lies in [0, 1], and they sum to one.
+//! In: p₁ … p_k. Out: whether they are a distribution. Invariant: within rounding each lies in [0, 1], and they sum to
+//! one.
 
 use super::between;
 use crate::law::Arithmetic;
 use crate::model::row_tolerance;
 use crate::operators::Binary;
 
-/// Whether no entry is negative and they sum to one. Entries that are `surely` probabilities are not looked at.
+/// Whether no entry is negative and they sum to one. Entries that are `surely` probabilities are not checked.
 pub(crate) fn holds<A: Arithmetic>(
     by: &mut A,
     row: &[A::Number],

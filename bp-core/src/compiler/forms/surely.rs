@@ -1,13 +1,14 @@
-//! What the number of an expression surely is, whatever variables and parameters are.
+//! Static properties of an expression: they hold for all values of variables and parameters.
 //!
-//! In: an expression. Out: whether it is computed, a probability, finite. Invariant: said only where the text of the program says
-//! so; a kernel then checks nothing, and a number that the author wrote is not taken for one that rounding moved.
+//! In: an expression. Out: whether it is computed, a probability, finite. Invariant: a property is true only where the
+//! program text implies it, so a kernel may skip the check, and a number that the author wrote is never treated as
+//! rounding error.
 
 use crate::ids::ExpressionId;
 use crate::model::{Expression, Folded, Model, ParameterKind};
 use crate::operators::{Binary, Unary};
 
-/// Whether an expression is made by arithmetic, so that it is subject to rounding.
+/// Whether an expression contains arithmetic, so that it is subject to rounding.
 pub(crate) fn is_computed(model: &Model, id: ExpressionId) -> bool {
     let of = |expression: &Expression, below: &Folded<bool>| match expression {
         Expression::Unary(..) | Expression::Binary(..) => true,

@@ -1,6 +1,6 @@
-//! `truncated(f, low, high)`: a form between two bounds, both of which are inside.
+//! `truncated(f, low, high)`: a form restricted to an interval, both bounds included.
 //!
-//! In: what f gives to x, and the bounds. Out: f(x) inside and 0 outside, which is divided by what f gives to the inside.
+//! In: the density f(x), and the bounds. Out: f(x) inside and 0 outside, to be divided by the mass of f inside.
 //! Invariant: low < high.
 
 use super::between;

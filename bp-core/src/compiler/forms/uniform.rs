@@ -1,7 +1,7 @@
-//! `uniform`: every value alike.
+//! `uniform`: all values equally probable.
 //!
-//! In: how many values there are. Out: P(x) = 1 / count. Invariant: of several variables together, the count is that of their
-//! combinations.
+//! In: the number of values. Out: P(x) = 1 / count. Invariant: for several variables together, the count is that of
+//! their combinations.
 
 use crate::law::Arithmetic;
 

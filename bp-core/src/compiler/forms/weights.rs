@@ -1,7 +1,7 @@
 //! `weights(w)`: proportional to w, over the values of the left-hand variable.
 //!
-//! In: w at each value. Out: w(x) / Σ w (see [`share`](super::share)). Invariant: weights are finite and not negative; where
-//! all are 0, so are the probabilities.
+//! In: w at each value. Out: w(x) / Σ w (see [`share`](super::share)). Invariant: weights are finite and not negative;
+//! if all are 0, all probabilities are 0.
 
 use crate::law::Arithmetic;
 use crate::operators::Binary;

@@ -12,7 +12,7 @@ pub trait Arithmetic {
     type Number: Copy;
     /// A known number.
     fn constant(&mut self, number: f64) -> Self::Number;
-    /// The number that a value is, where that is known now.
+    /// The number itself, if it is known at this time.
     fn known(&self, x: Self::Number) -> Option<f64>;
     /// An operator on one number.
     fn unary(&mut self, operator: Unary, x: Self::Number) -> Self::Number;
@@ -107,7 +107,7 @@ impl Arithmetic for Wide {
         Extended::from_f64(number)
     }
     fn known(&self, x: Extended) -> Option<f64> {
-        // What f64 has no room for is not known as one.
+        // A number outside the range of f64 counts as not known.
         let number = x.to_f64();
         (number.is_normal() || x == Extended::ZERO).then_some(number)
     }

@@ -85,7 +85,7 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
         let (next_a, next_b) = (next_a.clamp(0.5 * a, 2.0 * a), next_b.clamp(0.5 * b, 2.0 * b));
         let moved = ((next_a - a) / a).abs().max(((next_b - b) / b).abs());
         (a, b) = (next_a, next_b);
-        // Rounding may make the last steps go to and fro.
+        // Rounding may make the last steps oscillate.
         if moved <= 1e-12 || (step > 50 && moved <= 1e-9) {
             return Ok(if a + b > MOST_SHAPE { held } else { [a, b] });
         }

@@ -14,7 +14,7 @@ pub(super) const SUPPORT: Support = Support::Counts;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Number; 2]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
-    // Beyond n the rest is taken as 0, so that nothing there is undefined.
+    // Beyond n, n − x counts as 0, so that no term is undefined there.
     let rest = by.subtract(n, x);
     let rest = by.binary(Binary::Maximum, rest, zero);
     let ln_factorial = |by: &mut A, count| {

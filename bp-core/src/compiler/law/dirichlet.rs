@@ -1,9 +1,10 @@
 //! Dirichlet law: proportions x₁ … xₖ, each positive, which sum to one.
 //!
-//! In: parameters a₁ … aₖ, each greater than 0. Out: density, moments, the law of each proportion given those before it.
-//! Invariant: the density is with respect to all but the last proportion, which is what the others leave.
+//! In: parameters a₁ … aₖ, each greater than 0. Out: density, moments, the law of each proportion given the earlier
+//! ones. Invariant: the density is with respect to all proportions but the last, which is one minus their sum.
 //!
-//! f(x) = Γ(Σa) / Π Γ(aᵢ) · Π xᵢ^(aᵢ−1),  E xᵢ = aᵢ/Σa,  Var xᵢ = aᵢ (Σa − aᵢ) / ((Σa)² (Σa + 1)),  xᵢ ~ beta(aᵢ, Σa − aᵢ);
+//! f(x) = Γ(Σa) / Π Γ(aᵢ) · Π xᵢ^(aᵢ−1),  E xᵢ = aᵢ/Σa,  Var xᵢ = aᵢ (Σa − aᵢ) / ((Σa)² (Σa + 1)),  xᵢ ~ beta(aᵢ, Σa −
+//! aᵢ);
 //! given x₁ … xᵢ₋₁, which leave r: xᵢ / r ~ beta(aᵢ, aᵢ₊₁ + … + aₖ)   (Connor and Mosimann, JASA 64:194-206, 1969).
 
 use super::{Constraint, Law};
@@ -12,17 +13,17 @@ use super::{Constraint, Law};
 #[derive(Clone, PartialEq, Debug)]
 pub struct Dirichlet(Vec<f64>);
 
-/// How far proportions may sum from one.
+/// Tolerance for the sum of proportions.
 const SUM_TOLERANCE: f64 = 1e-9;
 
 impl Dirichlet {
-    /// The name under which the language knows it.
+    /// Its name in the language.
     pub const NAME: &'static str = "dirichlet";
 
-    /// What each parameter must be.
+    /// The constraint on each parameter.
     pub const PARAMETER: Constraint = Constraint::Positive;
 
-    /// The law with these parameters; else the position of the first that cannot be.
+    /// The law with these parameters, or the position of the first invalid one.
     ///
     /// # Errors
     /// A parameter that is not greater than 0.
@@ -54,30 +55,30 @@ impl Dirichlet {
         Law::Beta.cumulative(x, &[a, self.total() - a])
     }
 
-    /// The law of a proportion where those before it have these values.
+    /// The law of a proportion given the values of the earlier ones.
     pub fn share(&self, before: &[f64]) -> Share {
         let of = (1.0 - before.iter().sum::<f64>()).max(0.0);
         let rest = &self.0[before.len() + 1..];
         Share { of, beta: (!rest.is_empty()).then(|| [self.0[before.len()], rest.iter().sum()]) }
     }
 
-    /// ln of the density, −∞ beside the simplex.
+    /// ln of the density, −∞ outside the simplex.
     pub fn ln_density(&self, x: &[f64]) -> f64 {
         (0..x.len()).map(|position| self.share(&x[..position]).ln_density(x[position])).sum()
     }
 }
 
-/// The law of one proportion, given those before it.
+/// The law of one proportion, given the earlier ones.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Share {
-    /// What those before it leave.
+    /// The rest that the earlier ones leave.
     pub of: f64,
-    /// The parameters of the beta law that its part of that has; `None` where it takes all, the last proportion.
+    /// The beta law of its share of that rest; `None` for the last proportion, which is the whole rest.
     pub beta: Option<[f64; 2]>,
 }
 
 impl Share {
-    /// ln of the density. Of the last proportion: 0 where the sum is one but for rounding, else −∞.
+    /// ln of the density. Of the last proportion: 0 where it equals the rest within rounding, else −∞.
     pub fn ln_density(&self, x: f64) -> f64 {
         match self.beta {
             Some(parameters) if self.of > 0.0 => {

@@ -1,4 +1,4 @@
-//! Exponential law with rate r: the waiting time for an event that comes r times per unit of time.
+//! Exponential law with rate r: the waiting time for an event that occurs at rate r.
 //!
 //! f(x) = r exp(−r x) for x ≥ 0,  F(x) = 1 − exp(−r x),  E = 1/r,  Var = 1/r².
 

@@ -37,9 +37,9 @@ pub(super) fn ln_less_digamma(x: f64) -> (f64, f64) {
     (0.5 * inverse + tail + sum + moved, slope + bend - 0.5 * square - tail_bend)
 }
 
-/// The positive root of a monotone function, given with its derivative: Newton's steps. Where one would leave the interval
-/// in which the root is known to lie, or there are many, the interval is halved: a function with a plateau on both sides
-/// would send Newton's steps to and fro.
+/// The positive root of a monotone function, given with its derivative: Newton's steps. Where one would leave the
+/// bracketing interval, or there are many, the interval is halved: on a function with a plateau on both sides Newton's
+/// steps would oscillate.
 pub(super) fn positive_root(start: f64, function: impl Fn(f64) -> (f64, f64)) -> Result<f64, Refusal> {
     let (mut low, mut high, mut x) = (0.0_f64, f64::INFINITY, start);
     for step in 0..400 {
@@ -55,7 +55,7 @@ pub(super) fn positive_root(start: f64, function: impl Fn(f64) -> (f64, f64)) ->
         let inside = newton > low && newton < high && step < 100;
         x = if inside || low == 0.0 || high == f64::INFINITY { newton } else { low.sqrt() * high.sqrt() };
     }
-    // Rounding may make the last steps go to and fro.
+    // Rounding may make the last steps oscillate.
     let (value, slope) = function(x);
     if (value / slope).abs() <= 1e-9 * x || high - low <= 1e-9 * x { Ok(x) } else { Err(NO_CONVERGENCE) }
 }
@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_root_between_two_plateaus_is_found() {
-        // tanh(60 (ln x − 1)): the root is e, and Newton's steps from 20 alone would go to and fro.
+        // tanh(60 (ln x − 1)): the root is e; pure Newton steps from 20 would oscillate.
         let step = |x: f64| {
             let t = (60.0 * (x.ln() - 1.0)).tanh();
             (t, (60.0 * (1.0 - t * t) / x).max(1e-6))

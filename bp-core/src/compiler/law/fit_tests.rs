@@ -4,7 +4,7 @@ use super::*;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-/// Laws, the parameters drawn from, and how many of them are known.
+/// Laws, the parameters drawn from, and the number of known ones.
 const DRAWN: [(Law, &[f64], usize); 11] = [
     (Law::Normal, &[1.5, 0.7], 0),
     (Law::Lognormal, &[0.3, 0.5], 0),
@@ -99,7 +99,7 @@ fn closed_forms_are_those_of_the_book() {
     assert_eq!(Law::Poisson.fit(&waits, &[]).unwrap(), [2.0]);
     assert_eq!(Law::Uniform.fit(&waits, &[]).unwrap(), [1.0, 3.0]);
     assert_eq!(Law::Binomial.fit(&waits, &[4.0]).unwrap(), [4.0, 0.5]);
-    // An angle just left of the turn and one just right of it have their mean on it.
+    // Angles just left and just right of the full turn have their mean at the turn.
     let angles: Sample = [-0.1, 0.1 + std::f64::consts::TAU].into_iter().collect();
     assert!(Law::VonMises.fit(&angles, &[]).unwrap()[0].abs() < 1e-12);
 }

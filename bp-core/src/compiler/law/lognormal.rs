@@ -26,7 +26,7 @@ pub(super) fn mass<A: Arithmetic>(
     high: A::Number,
     parameters: [A::Number; 2],
 ) -> Option<A::Number> {
-    // Below 0 there is nothing: an end there is as good as one at a number whose logarithm is very small.
+    // The density is 0 below 0, so a bound there equals one at the smallest positive number.
     let least = by.constant(f64::MIN_POSITIVE);
     let end = |by: &mut A, x| {
         let inside = by.greater(x, least);

@@ -99,7 +99,7 @@ macro_rules! laws {
                 match self { $(Law::$law => $mass(by, low, high, exactly(parameters)),)+ }
             }
 
-            /// P(X ≤ x) and P(X > x): each is right in its own tail, where the other is 1 but for rounding.
+            /// P(X ≤ x) and P(X > x): each is accurate in its own tail, where the other is 1 within rounding.
             pub fn tails(self, x: f64, parameters: &[f64]) -> (f64, f64) {
                 match self { $(Law::$law => $file::tails(x, exactly(parameters)),)+ }
             }

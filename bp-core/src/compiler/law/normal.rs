@@ -43,7 +43,7 @@ pub(crate) fn bell<A: Arithmetic>(by: &mut A, z: A::Number, from: A::Number) -> 
     by.exp(exponent)
 }
 
-/// Φ(b) − Φ(a); above the mean Φ(−a) − Φ(−b), which does not lose the digits of a far tail.
+/// Φ(b) − Φ(a); above the mean Φ(−a) − Φ(−b), which keeps the digits of a far tail.
 pub(super) fn mass<A: Arithmetic>(
     by: &mut A,
     low: A::Number,

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Numbers and their weights.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Sample {
-    /// By the bits of the number: any order that is always the same will do.
+    /// Keyed by the bits of the number: any fixed order will do.
     weights: BTreeMap<u64, f64>,
 }
 
@@ -47,7 +47,7 @@ impl Sample {
         seen.map(|(number, weight)| weight * g(number)).sum::<f64>() / self.total()
     }
 
-    /// Σ wᵢ xᵢ / Σ wᵢ, within rounding of the values; of equal values that value. Nothing overflows.
+    /// Σ wᵢ xᵢ / Σ wᵢ, within the range of the values; exact for equal values. Sums do not overflow.
     pub fn mean(&self) -> f64 {
         let (low, high) = self.ends();
         if low >= high {
@@ -69,7 +69,8 @@ impl Sample {
         distance * (1.0 - off * off).max(0.0).sqrt()
     }
 
-    /// The root of the mean squared distance from a number: √(Σ wᵢ (xᵢ − m)² / Σ wᵢ). Squares neither overflow nor vanish.
+    /// The root of the mean squared distance from a number: √(Σ wᵢ (xᵢ − m)² / Σ wᵢ). Squares neither overflow nor
+    /// underflow.
     pub fn distance(&self, from: f64) -> f64 {
         let (low, high) = self.ends();
         let half = (0.5 * low - 0.5 * from).abs().max((0.5 * high - 0.5 * from).abs());
@@ -97,7 +98,7 @@ impl Sample {
     }
 }
 
-/// The largest power of two that is not above a positive number; 2⁻¹⁰²² for what is smaller.
+/// The largest power of two not above a positive number; at least 2⁻¹⁰²².
 fn power_of_two(number: f64) -> f64 {
     f64::from_bits(number.max(f64::MIN_POSITIVE).to_bits() & f64::INFINITY.to_bits())
 }

@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use statrs::distribution::{self as oracle, Continuous, ContinuousCDF, Discrete, DiscreteCDF};
 
-/// Parameters at which each law is tried.
+/// The parameters at which each law is tested.
 fn cases() -> Vec<(Law, Vec<f64>)> {
     vec![
         (Law::Uniform, vec![-2.0, 3.0]),
@@ -24,7 +24,7 @@ fn cases() -> Vec<(Law, Vec<f64>)> {
     ]
 }
 
-/// Density and cumulative distribution as statrs has them.
+/// Density and cumulative distribution from statrs.
 fn known(law: Law, x: f64, p: &[f64]) -> Option<(f64, f64)> {
     fn real(law: impl Continuous<f64, f64> + ContinuousCDF<f64, f64>, x: f64) -> Option<(f64, f64)> {
         Some((law.pdf(x), law.cdf(x)))

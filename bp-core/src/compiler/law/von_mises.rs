@@ -1,7 +1,7 @@
 //! Von Mises law with mean m (rad) and concentration κ: an angle around a mean, the normal law of the circle.
 //!
-//! f(x) = exp(κ cos(x − m)) / (2π I₀(κ)) on any turn;  E = m, and the variance is 1 − I₁(κ)/I₀(κ), which on a circle
-//! stands for it (Mardia and Jupp, *Directional Statistics*, 2000). F counts from m − π.
+//! f(x) = exp(κ cos(x − m)) / (2π I₀(κ)) on any turn;  E = m, and the circular variance is 1 − I₁(κ)/I₀(κ) (Mardia and
+//! Jupp, *Directional Statistics*, 2000). F counts from m − π.
 
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
@@ -44,7 +44,7 @@ fn lower_tail(t: f64, k: f64) -> f64 {
     (sum + gauss_legendre(&density, from, t)) / (TAU * pxfm::f_i0e(k))
 }
 
-/// ∫ f from a to b, by halves until they agree with the whole to 10⁻¹¹: they themselves are 2²⁰ times closer.
+/// ∫ f from a to b, bisected until the halves agree with the whole to 10⁻¹¹: their own error is 2²⁰ times smaller.
 fn adaptive(f: &impl Fn(f64) -> f64, a: f64, b: f64, depth: u32) -> f64 {
     let (middle, whole) = (0.5 * (a + b), gauss_legendre(f, a, b));
     let halves = gauss_legendre(f, a, middle) + gauss_legendre(f, middle, b);
@@ -90,7 +90,7 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
         return Err("needs angles that prefer a direction");
     }
     let mean = sine.atan2(cosine);
-    // 1 − R = E[1 − cos(x − m)]: R itself has no digits left where it is nearly 1.
+    // 1 − R = E[1 − cos(x − m)]: R itself has no digits left where it is near 1.
     let rest = sample.mean_of(|x| 2.0 * (0.5 * (x - mean)).sin().powi(2));
     if rest <= 1e-28 {
         return Err(TOO_EQUAL);
@@ -107,7 +107,7 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 }
 
 /// A = I₁(κ)/I₀(κ), 1 − A and A′ = 1 − A² − A/κ: by the continued fraction 1/(2/κ + 1/(4/κ + …)) (Abramowitz and Stegun
-/// 9.1.73), far out by the series.
+/// 9.1.73), for large κ by the series.
 fn bessel_ratio(k: f64) -> (f64, f64, f64) {
     if k > 1e3 {
         let u = 1.0 / k;

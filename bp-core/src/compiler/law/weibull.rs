@@ -29,7 +29,7 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, c]: [A::Nu
     by.within(inside, value)
 }
 
-/// ln(x/c) and (x/c)^k; from ln x − ln c where the ratio is so far from 1 that the number type may not hold it.
+/// ln(x/c) and (x/c)^k; from ln x − ln c where the ratio may leave the range of the number type.
 fn ratio<A: Arithmetic>(by: &mut A, x: A::Number, [k, c]: [A::Number; 2]) -> (A::Number, A::Number) {
     let ratio = by.divide(x, c);
     let (low, high) = (by.constant(1e-30), by.constant(1e30));

@@ -1,7 +1,7 @@
-//! What others say: marginals that the last step kept, and the answers of other programs.
+//! Values from outside the program: marginals kept from the previous instant, and answers of other programs.
 //!
-//! In: a variable, or the path of a question. Out: a number read from an input. Invariant: what is read has the name that
-//! the program's text gives it; a subroutine's answer comes with the kernel, all else from the host.
+//! In: a variable, or the path of a question. Out: a number read from an input. Invariant: an input has the name that
+//! the program's text gives it; a subroutine's answer comes with the kernel, all others from the host.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::model::{Factor, VariableUse};
 use crate::operators::Binary;
 
 impl Lowering<'_> {
-    /// The marginal that the last step kept.
+    /// The marginal kept from the previous instant.
     pub(super) fn previous(
         &mut self,
         of: VariableId,
@@ -25,8 +25,8 @@ impl Lowering<'_> {
         let domain = self.model.variables[of].domain.clone();
         let key = InputKey::Previous(of);
         let name = self.input_name(&key);
-        // Where the host gives nothing, `otherwise` holds: no probability is negative.
-        // A uniform of a length known now is a number; of another it is worked out from the size.
+        // Where the host gives no value, `otherwise` applies; −1 marks a missing value, since no probability is
+        // negative. A uniform over a known length is a number; over another length it is computed from the size.
         let uniform = domain.count().filter(|_| is_uniform).map(|count| 1.0 / count as f64);
         let default = Some(uniform.unwrap_or(-1.0));
         let extent = self.extent(&domain);
@@ -54,7 +54,7 @@ impl Lowering<'_> {
         Ok(self.builder.select(nothing, otherwise, kept))
     }
 
-    /// The answer of another program: of a subroutine its table; else the likelihood that it gives to what is observed.
+    /// The answer of another program: for a subroutine its table; else the likelihood of the observations under it.
     pub(super) fn asked(
         &mut self,
         factor: &Factor,
@@ -95,7 +95,7 @@ impl Lowering<'_> {
             let table = subroutine.table.clone();
             let axes = self.input_axes(known, &mut |lowering| lowering.value_axes(&local));
             let buffer = self.builder.buffer(path, Role::Table { key: Some(key), numbers: table }, &axes);
-            // What a Dirac says may lie outside: nothing is there.
+            // The value of a Dirac may lie outside, where the probability is 0.
             let zero = self.builder.constant(0.0);
             return Ok(self.builder.load_or(buffer, indices, zero));
         }

@@ -1,4 +1,4 @@
-//! Bins: from the ordinal of a bin to the number that stands for it, and back.
+//! Bins: conversion between the ordinal of a bin and the number that represents it.
 //!
 //! In: bins, and an ordinal or a number. Out: the other. Invariant: as `Bins::centre` and `Bins::holding`; a number in
 //! no bin gets an ordinal outside the domain.
@@ -28,7 +28,7 @@ impl Lowering<'_> {
         (self.edge(bins, ordinal), self.edge(bins, next))
     }
 
-    /// The lower edge of a bin; of the bin after the last, the upper end.
+    /// The lower edge of a bin; for the ordinal after the last, the upper end.
     fn edge(&mut self, bins: &Bins, ordinal: ValueId) -> ValueId {
         if let Some(width) = bins.width() {
             let (low, width) = (self.builder.constant(bins.ends().0), self.builder.constant(width));
@@ -47,7 +47,7 @@ impl Lowering<'_> {
         self.builder.load_or(buffer, vec![place], zero)
     }
 
-    /// The ordinal of the bin that holds a number; outside the domain where none does.
+    /// The ordinal of the bin that holds a number; outside the domain where there is none.
     pub(super) fn bin_holding(&mut self, bins: &Bins, number: ValueId) -> ValueId {
         let (low, high) = bins.ends();
         let (low_value, high_value) = (self.builder.constant(low), self.builder.constant(high));
@@ -63,7 +63,7 @@ impl Lowering<'_> {
                 self.builder.unary(Unary::Floor, bin)
             }
             None => {
-                // As many edges as lie at or below the number, less one.
+                // The number of edges at or below the number, less one.
                 let name = self.name("edge");
                 let axis = self.builder.axis(&name, Extent::constant(bins.edges().len()));
                 let name = self.name("edges");

@@ -1,7 +1,8 @@
-//! Long `match`es of a finite variable, as arrays.
+//! Long `match`es on a finite variable, as arrays.
 //!
-//! In: a chain of choices `if X == 3 { 0.2 } else { … }`. Out: the number read at the value of X. Invariant: what is read is what
-//! the chain says; a chain of n numbers takes n steps to lower and one to run, not n for each value of X.
+//! In: a chain of choices `if X == 3 { 0.2 } else { … }`. Out: the number read at the value of X. Invariant: the array
+//! holds the values of the chain; a chain of n numbers takes n steps to lower and one to run, not n for each value of
+//! X.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
@@ -10,13 +11,13 @@ use crate::kernel::{Extent, Role};
 use crate::model::{Domain, Expression};
 use crate::operators::Binary;
 
-/// Chains with fewer numbers stay choices.
+/// Chains with fewer numbers remain choices.
 const MANY: usize = 64;
 
-/// The most values of a variable.
+/// Upper limit on the values of a variable.
 const MOST: usize = 1 << 24;
 
-/// A chain of choices by the value of one variable.
+/// A chain of choices on the value of one variable.
 struct Arms {
     variable: VariableId,
     /// A value of the variable, and the number that the chain gives for it.
@@ -32,7 +33,7 @@ impl Lowering<'_> {
         let domain = &self.model.variables[variable].domain;
         let (base, count) = (domain.base(), domain.count().unwrap_or(0));
         let mut numbers: Vec<Option<f64>> = vec![None; count];
-        // The first arm of a value counts.
+        // Of several arms for a value the first applies.
         for (value, number) in arms.into_iter().rev() {
             let ordinal = value - base as f64;
             if ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < count as f64 {
@@ -70,7 +71,7 @@ impl Lowering<'_> {
         self.builder.load_or(buffer, vec![place], otherwise)
     }
 
-    /// The variable that a chain tells apart, its numbers by the values, and what is left of it.
+    /// The variable that a chain tests, its numbers by value, and the remaining expression.
     fn arms(&self, id: ExpressionId) -> Option<Arms> {
         let expressions = &self.model.expressions;
         let number = |id: &ExpressionId| match expressions[*id] {

@@ -1,8 +1,8 @@
 //! The density of each form, as a value of a kernel.
 //!
-//! In: a form, and what the left-hand variable stands for. Out: its probability, or its density. Invariant: the equations are
-//! those of `forms/`; summed over a finite left-hand domain each gives one, but for a Dirac outside its domain and for
-//! weights. Where the form refuses one of its numbers, it is NaN.
+//! In: a form, and the meaning of the left-hand variable. Out: its probability, or its density. Invariant: the
+//! equations are those of `forms/`; summed over a finite left-hand domain each gives one, except a Dirac outside its
+//! domain and weights. An invalid number of the form makes it NaN.
 
 use super::{Lowering, Meaning};
 use crate::equation::Binding;
@@ -14,7 +14,7 @@ use crate::law::Constraint;
 use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
 
-/// The longest product over a family that is given which is written out; a longer one is a loop.
+/// The longest product over a given family that is unrolled; a longer one is a loop.
 const WRITTEN_OUT: usize = 64;
 
 impl Lowering<'_> {
@@ -25,7 +25,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// What each element of a factor gives, folded over the indices of its `prod`s.
+    /// The densities of the elements of a factor, folded over the indices of its `prod`s.
     pub(super) fn over_products(
         &mut self,
         id: FactorId,
@@ -62,7 +62,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether a factor speaks of a family whose elements run one by one; those that are given are an array.
+    /// Whether a factor uses a family whose elements are enumerated; given ones are an array.
     fn is_enumerated(&self, factor: &Factor) -> bool {
         let families = factor.left.iter().chain(&factor.right).map(|use_| use_.variable);
         families.into_iter().any(|id| {
@@ -71,7 +71,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// What does not depend on the plate, but takes some computing, is a small array that is filled once.
+    /// A value that does not depend on the plate but takes some computing is stored in a small array, filled once.
     fn computed_once(&mut self, value: ValueId) -> ValueId {
         let axes: Vec<AxisId> = self.axes(value).into_iter().collect();
         let cheap = matches!(
@@ -110,10 +110,10 @@ impl Lowering<'_> {
         Ok(folded)
     }
 
-    /// The density of one element's factor.
+    /// The density of the factor of one element.
     pub(super) fn density_of(&mut self, factor: &Factor, form: &Form) -> Result<ValueId, Error> {
         match (form, factor.left.as_slice()) {
-            // What is observed through another program is not itself read.
+            // A variable observed through another program is not itself read.
             (Form::Ask { path, given }, [left]) => self.asked(factor, path, given, left),
             (Form::Table(rows), _) => self.table(factor, rows),
             (Form::Constants(numbers), _) => self.constants(factor, numbers),
@@ -189,7 +189,7 @@ impl Lowering<'_> {
                 let holds = self.keeps(*value, dirac::VALUE)?;
                 let value = self.expression(*value)?;
                 let (x, value) = match (&domain, at) {
-                    // A number anywhere in a bin is that bin.
+                    // A number anywhere in a bin means that bin.
                     (Domain::Bins(bins), Meaning::Ordinal(bin)) => (*bin, self.bin_holding(bins, value)),
                     _ => (self.number_of(variable, at)?, value),
                 };
@@ -201,7 +201,7 @@ impl Lowering<'_> {
                 let otherwise = self.density(factor, otherwise, variable, at)?;
                 self.previous(*of, *cell, at, (otherwise, is_uniform))
             }
-            // Over the plate's own set, and where nothing is on the right, their sum is a constant of the answer.
+            // Over the plate's own set, without parents, their sum is a constant of the answer.
             Form::Weights(weight) if self.own_plate(variable).is_some() && factor.right.is_empty() => {
                 self.weight(*weight)
             }

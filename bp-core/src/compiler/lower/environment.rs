@@ -1,7 +1,7 @@
-//! What variables stand for while loops are built.
+//! The meanings of variables while loops are built.
 //!
-//! In: a variable. Out: its [`Meaning`]: a loop's value, evidence, or what a Dirac says. Invariant: a variable
-//! that is neither looped over nor bound is not asked for.
+//! In: a variable. Out: its [`Meaning`]: a loop variable, evidence, or the expression of a Dirac. Invariant: only
+//! variables that are looped over or bound are looked up.
 
 use super::{Lowering, Meaning};
 use crate::equation::Binding;
@@ -12,7 +12,7 @@ use crate::model::{Domain, Expression, SetKind, Value};
 use crate::operators::Binary;
 
 impl Lowering<'_> {
-    /// How many values an extent has: a sum of ones that is computed once, where it is known at run time.
+    /// The number of values of an extent; one known only at run time is a sum of ones, computed once.
     pub(super) fn count_of(&mut self, extent: Extent) -> ValueId {
         let Some(size) = extent.size else {
             return self.builder.constant(extent.known().unwrap_or(0) as f64);
@@ -28,7 +28,7 @@ impl Lowering<'_> {
         count
     }
 
-    /// What a variable, or an element of a family, stands for.
+    /// The meaning of a variable, or of an element of a family.
     pub(super) fn meaning(
         &mut self,
         variable: VariableId,
@@ -66,7 +66,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Says what the Diracs below one say, those first that the others need: a chain of them takes no stack.
+    /// Lowers the Diracs below an expression, dependencies first, with a list instead of recursion: chains may be long.
     fn say_below(&mut self, root: ExpressionId) -> Result<(), Error> {
         let mut waiting: Vec<VariableId> = self.unsaid(root);
         while let Some(variable) = waiting.last().copied() {
@@ -84,7 +84,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The variables in an expression that a Dirac binds, and that have not been said.
+    /// The variables in an expression that a Dirac binds and that are not lowered yet.
     fn unsaid(&self, root: ExpressionId) -> Vec<VariableId> {
         let variable = |id: ExpressionId| match &self.model.expressions[id] {
             Expression::Variable(use_) => Some(use_.variable),
@@ -121,7 +121,7 @@ impl Lowering<'_> {
         Ok(Meaning::Ordinal(chosen.expect("internal: a family has elements")))
     }
 
-    /// A value given when the question is asked: one for each element of the plate, or one for all.
+    /// A value given with the question: one for each element of the plate, or one for all.
     fn given(&mut self, variable: VariableId, name: &str, element: Option<ValueId>) -> Meaning {
         let mut axes: Vec<AxisId> = Vec::new();
         let mut indices: Vec<Index> = Vec::new();
@@ -143,7 +143,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The axes of an input that is already known, but for the plate's; else new ones.
+    /// The axes of an input except the plate's, reused if the input exists already.
     pub(super) fn input_axes(
         &mut self,
         known: Option<BufferId>,
@@ -181,7 +181,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Reads the tables that say where displacements come from.
+    /// Reads the tables of displacements.
     pub(super) fn displaced(
         &mut self,
         grid: SetId,
@@ -215,7 +215,7 @@ impl Lowering<'_> {
         Ok([Index::At(from_depth), Index::At(from_row), Index::Turned { axis: lane, by, wraps }])
     }
 
-    /// The number that a variable's value is in an expression.
+    /// The number of a variable's value in an expression.
     pub(super) fn number_of(&mut self, variable: VariableId, meaning: &Meaning) -> Result<ValueId, Error> {
         match meaning {
             Meaning::Real(value) => Ok(*value),
@@ -227,7 +227,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The number that the value of this ordinal is in an expression.
+    /// The number in an expression of the value with this ordinal.
     pub(super) fn number_at(&mut self, variable: VariableId, ordinal: ValueId) -> ValueId {
         let domain = &self.model.variables[variable].domain;
         if let Domain::Bins(bins) = domain {
@@ -237,7 +237,7 @@ impl Lowering<'_> {
         self.builder.binary(Binary::Add, ordinal, base)
     }
 
-    /// The value of a variable that is this number in an expression.
+    /// The value of a variable with this number in an expression.
     pub(super) fn meaning_of(&mut self, variable: VariableId, number: ValueId) -> Meaning {
         let domain = &self.model.variables[variable].domain;
         match domain {

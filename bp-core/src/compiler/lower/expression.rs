@@ -1,6 +1,6 @@
 //! Expressions of a model, as values of a kernel.
 //!
-//! In: a node of the model's expressions. Out: a node of the kernel's. Invariant: numbers stay numbers: a value
+//! In: a node of the model's expressions. Out: a node of the kernel's. Invariant: numbers keep their meaning: a value
 //! of a finite domain enters as `ordinal + base`.
 
 use super::{Lowering, Meaning};
@@ -25,7 +25,7 @@ impl Environment for Lowering<'_> {
     fn parameter(&mut self, parameter: ParameterId, indices: &[ExpressionId]) -> Result<ValueId, Error> {
         let model = self.model;
         let Parameter { name, over, default, .. } = &model.parameters[parameter];
-        // Numbers that come with the program stand in the order of the indices.
+        // Numbers that come with the program are in the order of the indices.
         let is_table = default.len() > 1;
         let mut axes = Vec::new();
         let (mut places, mut plate_places) = (Vec::new(), Vec::new());
@@ -41,7 +41,7 @@ impl Environment for Lowering<'_> {
             for space in over.iter() {
                 axes.extend(self.index_axes(name, space));
             }
-            // Of what is given the plate's axes come last, whatever the order of the indices.
+            // In inputs the plate's axes come last, whatever the order of the indices.
             if !is_table {
                 axes.sort_by_key(|axis| self.plate.contains(axis));
             }
@@ -90,8 +90,8 @@ impl Environment for Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The value of an expression. What a `let` shares is lowered once, and depth takes no stack: operands come first, from
-    /// a list of those that are waited for.
+    /// The value of an expression. A shared `let` is lowered once; a work list lowers operands first, so that depth
+    /// does not use the stack.
     pub(super) fn expression(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
         let outer = self.lowered.is_none();
         self.lowered.get_or_insert_default();
@@ -129,7 +129,7 @@ impl Lowering<'_> {
         self.node(root)
     }
 
-    /// Lowers a long `match`, which is read from an array.
+    /// Lowers a long `match` to a lookup in an array.
     fn look_up(&mut self, id: ExpressionId) -> Result<(), Error> {
         let known = self.lowered.as_ref().is_some_and(|known| known.contains_key(&id));
         if !known && let Some(value) = self.chain(id)? {
@@ -138,7 +138,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The value of one node, whose operands have been lowered where it is arithmetic.
+    /// The value of one node; operands of arithmetic are lowered already.
     fn node(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
         if let Some(known) = self.lowered.as_ref().and_then(|known| known.get(&id)) {
             return Ok(*known);
@@ -147,7 +147,7 @@ impl Lowering<'_> {
         self.value(&model.expressions[id])
     }
 
-    /// Where one index of a parameter points, as the indices of its axes.
+    /// One index of a parameter, as the indices of its axes.
     fn place(&mut self, index: ExpressionId, space: &IndexSpace) -> Result<Vec<Index>, Error> {
         if let (Expression::Variable(use_), IndexSpace::Set(_)) = (&self.model.expressions[index], space) {
             return match self.meaning(use_.variable, None)? {
@@ -195,7 +195,7 @@ impl Lowering<'_> {
         };
         let elements = match self.running.get(&family) {
             Some(Meaning::Family(elements)) => elements.clone(),
-            // What is known is read, one element after the other.
+            // Known elements are read, one after the other.
             _ => match self.bounded(range.high, 1 - range.low).known() {
                 Some(count) => (0..count)
                     .map(|position| {
@@ -225,8 +225,8 @@ impl Lowering<'_> {
         Ok(first)
     }
 
-    /// The same of a known family whose length is given at run time: as many elements are before the first true one as there
-    /// are elements up to which none is true.
+    /// The same for a known family whose length is given at run time: the elements before the first true one are those
+    /// up to which no element is true.
     fn first_of_known(
         &mut self,
         family: VariableId,
@@ -276,8 +276,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// ‖∇H‖ by backward differences of one cell (paper, Eq. 6). Beyond an end there is no difference, unless the field is
-    /// known there: `gap` before the first cell of a line.
+    /// ‖∇H‖ by backward differences of one cell (paper, Eq. 6). At the start of a line the difference is 0, unless the
+    /// field is known there: `gap` before the first cell of a line.
     fn gradient_norm(
         &mut self,
         field: ExpressionId,
@@ -306,8 +306,8 @@ impl Lowering<'_> {
         Ok(self.builder.unary(Unary::SquareRoot, squares))
     }
 
-    /// Whether a cell is the last, walking outwards, before the first at which the condition fails: it holds up
-    /// to here, and not one further.
+    /// Whether a cell is the last, walking outwards, before the condition first fails: it holds up to this cell, and
+    /// fails at the next.
     fn frontier(&mut self, condition: ExpressionId, at: ExpressionId) -> Result<ValueId, Error> {
         let [Index::Axis(depth), row, lane] = self.cell(at)? else {
             return Err(self.unplanned("a frontier is looked for along the plate's grid"));

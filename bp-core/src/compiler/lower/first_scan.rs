@@ -1,7 +1,7 @@
-//! The chain scan, as three recurrences (see `plan/scan.rs`).
+//! The chain scan, as three recurrences (see `equation/scan.rs`).
 //!
-//! In: a family that matters only through its first true element. Out: the sum over its 2ᴺ states in O(N).
-//! Invariant: no division: a prior of 1 is as good as any.
+//! In: a family that matters only through its first true element. Out: the sum over its 2ᴺ states in O(N). Invariant:
+//! there is no division, so a prior of 1 is allowed.
 
 use super::{Lowering, Meaning};
 use crate::equation::FirstScan;
@@ -25,7 +25,7 @@ impl Lowering<'_> {
         let low = self.builder.constant(range.low as f64);
         let index = self.builder.binary(Binary::Add, running, low);
 
-        // P_k: the factor where the first true element is k, and P_∅: where there is none.
+        // P_k: the factor where the first true element is k, and P_∅: where all are false.
         let factor = self.model.factors[scan.factor].clone();
         let at_first = self.factor_at(&factor, index)?;
         let count = self.count_of(extent);
@@ -72,7 +72,7 @@ impl Lowering<'_> {
         Ok(self.builder.binary(Binary::Add, nearer, reached))
     }
 
-    /// The scanned factor's density where its `first(…)` is this number.
+    /// The scanned factor's density where its `first(…)` has this value.
     fn factor_at(&mut self, factor: &crate::model::Factor, first: ValueId) -> Result<ValueId, Error> {
         let outer = self.first.replace(first);
         let value = self.density_of(factor, &factor.form);

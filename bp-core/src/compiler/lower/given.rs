@@ -1,14 +1,14 @@
-//! Values that are given when a question is asked: the inputs of a kernel that hold them.
+//! Values given with a question: the inputs of a kernel that hold them.
 //!
-//! In: a variable, and the name under which its value is given. Out: the input, which knows the domain. Invariant: the host
-//! gives values as the program writes them; what is read in the kernel is their ordinal.
+//! In: a variable, and the name under which its value is given. Out: the input, which knows the domain. Invariant: the
+//! host gives values as the program writes them; the kernel reads their ordinals.
 
 use super::Lowering;
 use crate::ids::{AxisId, BufferId, VariableId};
 use crate::kernel::{Extent, GridAxis, InputKey, Numbers, SizeKey, Values};
 use crate::model::{Domain, SetKind};
 
-/// Labels of which a message lists the numbers, at most.
+/// Upper limit on the labels that a message lists with their numbers.
 const MOST_LABELS: usize = 12;
 
 impl Lowering<'_> {
@@ -35,7 +35,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Which numbers the values are that are not numbers themselves.
+/// The numbers of values that are labels.
 fn numbered(domain: &Domain) -> String {
     let labels = match domain {
         Domain::Boolean => 2,

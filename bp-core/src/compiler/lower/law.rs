@@ -1,7 +1,7 @@
-//! Laws and what is made of them, over the domain of the left-hand variable.
+//! Laws and forms built on them, over the domain of the left-hand variable.
 //!
-//! In: a law and its parameters. Out: a density of a real, or the probability of a value. Invariant: over a finite domain
-//! the probabilities sum to one, or are all 0 where the law gives the whole domain nothing.
+//! In: a law and its parameters. Out: a density of a real, or the probability of a value. Invariant: over a finite
+//! domain the probabilities sum to one, or are all 0 where the law gives the whole domain no mass.
 //!
 //! P(k) = w(k) / Σⱼ w(j), w as in `forms/law.rs`; of bins Σⱼ w(j) is F(b_n) − F(b₀) where F has a closed form.
 
@@ -34,7 +34,7 @@ impl Arithmetic for KernelBuilder {
 }
 
 impl Lowering<'_> {
-    /// The density of a law; NaN where its parameters are such as it cannot have.
+    /// The density of a law; NaN where a parameter is invalid.
     pub(super) fn law(
         &mut self,
         law: Law,
@@ -67,7 +67,7 @@ impl Lowering<'_> {
             && !forms::law::goes_round(law, bins)
         {
             let (low, high) = (self.builder.constant(bins.ends().0), self.builder.constant(bins.ends().1));
-            // The mass of the whole domain, where that is known without a sum.
+            // The mass of the whole domain, where it has a closed form.
             if let Some(total) = law.mass(&mut self.builder, low, high, &parameters) {
                 let mut value = Ordinal { lowering: self, variable, ordinal };
                 let mass = forms::law::weight(&mut value, law, Some(bins), &parameters);
@@ -84,7 +84,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// A form between two bounds.
+    /// A form restricted to an interval.
     pub(super) fn truncated(
         &mut self,
         factor: &Factor,
@@ -144,7 +144,7 @@ impl Lowering<'_> {
             self.run(index, element);
         }
         let total = self.fold_over("total", Fold::Sum, &axes, each);
-        // A form may speak of the left-hand variable itself, which here has the value in question.
+        // The form may use the left-hand variable itself, which has the value in question here.
         self.run(variable, at.clone());
         let here = weight(self, at)?;
         match outer {

@@ -1,7 +1,8 @@
-//! Products in logarithms: for code that has no second run with exponents apart.
+//! Products in logarithms, for code that is not run again with separate exponents.
 //!
-//! In: the joint of a plan, and the axes of what is searched. Out: e^(ln joint − shift), and the shift: the largest
-//! logarithm over what is searched. Invariant: one exponential for each value of the joint; what is 0 is 0, since e^−∞ is.
+//! In: the joint of a plan, and the axes of the searched variables. Out: e^(ln joint − shift), and the shift: the
+//! largest logarithm over the searched variables. Invariant: one exponential for each value of the joint; zeros remain
+//! 0, since e^−∞ is 0.
 //!
 //! ln Π pᵢ = Σ ln pᵢ,  ln Σ e^tᵢ = m + ln Σ e^(tᵢ − m) with m = max tᵢ, or 0 where all are −∞.
 
@@ -14,7 +15,7 @@ use crate::model::{Domain, Factor, Form};
 use crate::operators::{Binary, Unary};
 
 impl Lowering<'_> {
-    /// The joint divided by e to the shift; no shift where the joint is as it stands.
+    /// The joint divided by e to the shift; no shift where the joint is computed without logarithms.
     pub(super) fn joint(&mut self, searched: &[AxisId]) -> Result<(ValueId, Option<ValueId>), Error> {
         let exact = self.exact;
         let over_plate = searched.iter().any(|axis| self.plate.contains(axis));
@@ -22,7 +23,7 @@ impl Lowering<'_> {
             return Ok((self.term(exact.joint)?, None));
         }
         self.densities = self.of_densities();
-        // Probabilities that nothing divides are 0 where they are below what a number holds.
+        // Probabilities without a normalising constant may underflow to 0.
         if exact.normalised && !self.densities[exact.joint.position()] {
             return Ok((self.term(exact.joint)?, None));
         }
@@ -59,8 +60,8 @@ impl Lowering<'_> {
         self.builder.unary(Unary::Exponential, difference)
     }
 
-    /// Which terms multiply densities of reals, or likelihoods, which have any scale: those are computed in logarithms all
-    /// the way down.
+    /// The terms that multiply densities of reals, or likelihoods, whose scale is arbitrary: those are computed in
+    /// logarithms throughout.
     fn of_densities(&self) -> Vec<bool> {
         let mut densities = vec![false; self.exact.terms.len()];
         let mut changed = true;

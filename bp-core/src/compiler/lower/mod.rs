@@ -1,8 +1,8 @@
 //! Lowering: from the equation of a plan to the loops that compute it.
 //!
-//! In: a model and an exact route of a plan. Out: a [`Lowered`] kernel and what its outputs mean. Invariant: the
-//! kernel computes the terms of the plan and nothing else; each sum that is not a handful of products becomes a
-//! nest, and what does not depend on the plate is computed once, because it is a nest without the plate's axes.
+//! In: a model and an exact route of a plan. Out: a [`Lowered`] kernel and the meaning of its outputs. Invariant: the
+//! kernel computes exactly the terms of the plan; a sum of more than a handful of products becomes a nest; a value that
+//! does not depend on the plate is a nest without the plate's axes and so is computed once.
 
 mod asked;
 mod bins;
@@ -40,9 +40,9 @@ pub fn lower(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error>
     lowered(Lowering::new(model, exact, name))
 }
 
-/// Lowers a route to a kernel that has one output more where ln P(evidence) is not asked: the totals that its answers are
-/// divided by ([`OutputKey::Total`](crate::kernel::OutputKey)), by which [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) sees
-/// whether f64 has lost something.
+/// Lowers a route to a kernel with one more output where ln P(evidence) is not asked: the totals by which its answers
+/// are divided ([`OutputKey::Total`](crate::kernel::OutputKey)), from which
+/// [`Lanes::run_guarded`](crate::exec::Lanes::run_guarded) detects underflow in f64.
 ///
 /// # Errors
 /// As [`lower`].
@@ -51,8 +51,8 @@ pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
     lowered(Lowering { guarded, runs_anew: true, ..Lowering::new(model, exact, name) })
 }
 
-/// Lowers a route for printed Rust, which has [`again`](crate::answer::again): a few probabilities are multiplied as they
-/// stand, because where their total is below 2⁻⁵¹² (2⁻⁶⁴ in f32) they are computed again with exponents apart.
+/// Lowers a route for printed Rust, which has [`again`](crate::answer::again): a few probabilities are multiplied
+/// without logarithms, because a total below 2⁻⁵¹² (2⁻⁶⁴ in f32) is computed again with separate exponents.
 ///
 /// # Errors
 /// As [`lower`].
@@ -67,7 +67,7 @@ fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
     Ok(Lowered { kernel: if cfg!(debug_assertions) { kernel.validated() } else { kernel }, outputs })
 }
 
-/// What a variable stands for in the loop that is being built.
+/// The meaning of a variable in the loop under construction.
 #[derive(Clone, Debug)]
 enum Meaning {
     /// The ordinal of a value of a finite domain.
@@ -87,29 +87,29 @@ struct Lowering<'m> {
     plate: Vec<AxisId>,
     /// Loop variables.
     running: HashMap<VariableId, Meaning>,
-    /// What Diracs say of variables, while no loop begins or ends: chains of them are lowered once.
+    /// The values of Dirac variables while no loop begins or ends: chains of them are lowered once.
     said: HashMap<VariableId, Meaning>,
     /// While an expression is lowered: its nodes so far.
     lowered: Option<HashMap<ExpressionId, ValueId>>,
-    /// The indices of the `prod`s around the factor that is being lowered, outermost first.
+    /// The indices of the surrounding `prod`s, outermost first.
     products: Vec<ValueId>,
-    /// While a factor is lowered inside a scan: what its `first(…)` is.
+    /// While a factor is lowered inside a scan: the value of its `first(…)`.
     first: Option<ValueId>,
-    /// The axes on which each value depends, as far as that has been asked.
+    /// The axes on which each value depends, computed on demand.
     axes_of: Vec<BTreeSet<AxisId>>,
-    /// How many nests have been named.
+    /// The number of named nests.
     named: usize,
     /// Whether totals are an output.
     guarded: bool,
-    /// Whether the kernel is run anew with exponents apart where numbers are lost: it has no logarithms then.
+    /// Whether the kernel is run again with separate exponents where numbers underflow: it needs no logarithms then.
     runs_anew: bool,
-    /// Whether the joint is multiplied as it stands, because it is computed again where its total is too small.
+    /// Whether the joint is multiplied without logarithms, because it is computed again where its total is too small.
     multiplies: bool,
-    /// Which terms multiply densities of reals, once that is asked.
+    /// The terms that multiply densities of reals, computed on demand.
     densities: Vec<bool>,
     /// The arrays of known numbers of each factor, by the name of the first.
     tables: HashMap<String, Vec<BufferId>>,
-    /// How many values those extents have that are known at run time.
+    /// The numbers of values of extents known at run time.
     counts: HashMap<Extent, ValueId>,
 }
 
@@ -144,8 +144,8 @@ impl<'m> Lowering<'m> {
         Error::Unplanned { question: self.model.ask_text(&self.exact.asks[0]), reason: reason.into() }
     }
 
-    /// Loops over the values of a searched variable. One that ranges over the plate's own set is distributed over
-    /// the plate: its value is the plate's element.
+    /// Loops over the values of a searched variable. One that ranges over the plate's own set is distributed over the
+    /// plate: its value is the plate's element.
     fn run_through_searched(&mut self, variable: VariableId) -> Vec<AxisId> {
         let Some(index) = self.own_plate(variable) else { return self.run_through(variable) };
         self.running.insert(variable, self.running[&index].clone());
@@ -159,7 +159,7 @@ impl<'m> Lowering<'m> {
         declared.family.is_none().then_some(plate.index)
     }
 
-    /// Makes loops over the values of a variable; gives their axes.
+    /// Makes loops over the values of a variable; returns their axes.
     fn run_through(&mut self, variable: VariableId) -> Vec<AxisId> {
         let name = self.model.variable_name(variable);
         let declared = &self.model.variables[variable];
@@ -178,13 +178,13 @@ impl<'m> Lowering<'m> {
         axes
     }
 
-    /// A variable stands for this from now on.
+    /// Sets the meaning of a variable.
     fn run(&mut self, variable: VariableId, meaning: Meaning) {
         self.said.clear();
         self.running.insert(variable, meaning);
     }
 
-    /// A variable stands for nothing any more.
+    /// Removes the meaning of a variable.
     fn stop(&mut self, variable: VariableId) {
         self.said.clear();
         self.running.remove(&variable);
@@ -206,7 +206,7 @@ impl<'m> Lowering<'m> {
         (Meaning::Ordinal(self.builder.running(axis)), vec![axis])
     }
 
-    /// How many values a finite domain has.
+    /// The number of values of a finite domain.
     fn extent(&self, domain: &Domain) -> Extent {
         match domain {
             Domain::Boolean => Extent::constant(2),
@@ -224,7 +224,7 @@ impl<'m> Lowering<'m> {
         Extent { size: high.size.map(SizeKey::Parameter), offset: high.offset.saturating_add(more) }
     }
 
-    /// Axes for one index of a parameter or a family; the plate's own where it runs over the plate's set.
+    /// Axes for one index of a parameter or a family; those of the plate where it ranges over the plate's set.
     fn index_axes(&mut self, name: &str, over: &IndexSpace) -> Vec<AxisId> {
         match over {
             IndexSpace::Set(set) if self.model.plate.is_some_and(|plate| plate.set == *set) => {
@@ -242,7 +242,7 @@ impl<'m> Lowering<'m> {
 
     /// The axes on which a value depends.
     fn axes(&mut self, value: ValueId) -> BTreeSet<AxisId> {
-        // Operands come before what is made of them.
+        // Operands precede their uses.
         let kernel = self.builder.so_far();
         for position in self.axes_of.len()..=value.position() {
             let id = ValueId::new(position);
@@ -255,13 +255,13 @@ impl<'m> Lowering<'m> {
         self.axes_of[value.position()].clone()
     }
 
-    /// The axes of a value but some, those of the plate last.
+    /// The axes of a value except some, those of the plate last.
     fn axes_but(&mut self, value: ValueId, but: &[AxisId]) -> Vec<AxisId> {
         let axes = self.axes(value);
         let serial = axes.iter().copied().filter(|axis| !but.contains(axis) && !self.plate.contains(axis));
         let plate = self.plate.iter().copied().filter(|axis| axes.contains(axis) && !but.contains(axis));
         let mut ordered: Vec<AxisId> = serial.chain(plate.clone()).collect();
-        // A buffer that has some of the plate's axes has all of them, so that its blocks are alike.
+        // A buffer with some of the plate's axes gets all of them, so that its blocks are alike.
         if plate.count() > 0 {
             ordered.retain(|axis| !self.plate.contains(axis));
             ordered.extend(self.plate.iter().copied().filter(|axis| !but.contains(axis)));
@@ -269,7 +269,7 @@ impl<'m> Lowering<'m> {
         ordered
     }
 
-    /// A name for a nest that no user sees.
+    /// A name for an internal nest.
     fn name(&mut self, what: &str) -> String {
         self.named += 1;
         format!("{what} {}", self.named)
@@ -284,7 +284,7 @@ impl<'m> Lowering<'m> {
             });
             !scanned && !kernel.nodes.values().any(|node| reaches_across(kernel, node, *axis))
         };
-        // What is parallel must be contiguous in every buffer: the last axes of the plate.
+        // Parallel axes must be contiguous in every buffer: the last axes of the plate.
         let first = self.plate.iter().rposition(|axis| !independent(axis)).map_or(0, |position| position + 1);
         let parallel: Vec<AxisId> = self.plate[first..].to_vec();
         self.builder.parallel(&parallel);
@@ -304,7 +304,7 @@ impl<'m> Lowering<'m> {
         self.builder.build()
     }
 
-    /// The name of a size, as the host gives it.
+    /// The host's name of a size.
     fn size_name(&self, key: SizeKey) -> String {
         match key {
             SizeKey::Set(set) => self.model.sets[set].name.clone(),
@@ -320,7 +320,7 @@ impl<'m> Lowering<'m> {
         default.map(|default| default as usize)
     }
 
-    /// The name of an input, as the host gives it.
+    /// The host's name of an input.
     fn input_name(&self, key: &InputKey) -> String {
         match key {
             InputKey::Parameter(parameter) => self.model.parameters[*parameter].name.clone(),
@@ -330,14 +330,14 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// An input, the same one when it is asked for again.
+    /// An input, which is shared by all its uses.
     fn input(&mut self, key: InputKey, default: Option<f64>, axes: &[AxisId]) -> BufferId {
         let name = self.input_name(&key);
         self.builder.buffer(&name, Role::Input { key, default, broadcast: false }, axes)
     }
 }
 
-/// Whether a node reads a buffer that this kernel makes at another place along an axis.
+/// Whether a node reads a buffer that this kernel computes at another position along an axis.
 fn reaches_across(kernel: &Kernel, node: &Node, axis: AxisId) -> bool {
     let Node::Load { buffer, indices, .. } = node else { return false };
     let buffer = &kernel.buffers[*buffer];

@@ -1,7 +1,7 @@
 //! Normal laws over integers and on bins, as loops.
 //!
-//! In: mean and deviation. Out: the probability of a value, by the equations of `forms/`. Invariant: over a finite domain the
-//! probabilities sum to one, however far the mean is.
+//! In: mean and deviation. Out: the probability of a value, by the equations of `forms/`. Invariant: over a finite
+//! domain the probabilities sum to one, however far away the mean is.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
@@ -56,7 +56,7 @@ impl Lowering<'_> {
             _ => return Err(self.unplanned("`normal_bins` distributes one label and a range")),
         };
         let bins = self.count_of(bins);
-        // NaN reaches every tail; so it is asked where the deviation is made, not once a bin.
+        // NaN propagates to every tail, so the check is made once for the deviation, not once for each bin.
         let holds = Constraint::Positive.holds(&mut self.builder, deviation);
         let deviation = self.only_if(holds, deviation);
         let within = normal_bins::within(&mut self.builder, bin, bins, [mean, deviation]);

@@ -1,7 +1,7 @@
-//! What is asked, made of the joint distribution of the searched variables.
+//! Statistics of the joint distribution of the searched variables.
 //!
-//! In: the joint as a value. Out: the output buffers of the kernel, and what each means. Invariant: several asks
-//! of the same known variables share one joint, computed once.
+//! In: the joint as a value. Out: the output buffers of the kernel, and their meanings. Invariant: asks with the same
+//! known variables share one joint, computed once.
 
 use super::{Lowering, Meaning};
 use crate::equation::Term;
@@ -12,7 +12,7 @@ use crate::model::{Ask, Statistic, Value};
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
-/// A kernel and what its outputs mean.
+/// A kernel and the meanings of its outputs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Lowered {
     /// The loops.
@@ -21,20 +21,20 @@ pub struct Lowered {
     pub outputs: Vec<Output>,
 }
 
-/// What an output means.
+/// The meaning of an output.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Output {
-    /// Which output of the kernel it is.
+    /// The output of the kernel.
     pub key: OutputKey,
-    /// Its name: what was asked, as a user would type it.
+    /// Its name: the ask, as a user would type it.
     pub name: String,
-    /// What was asked; `None` for ln P(evidence).
+    /// The ask; `None` for ln P(evidence).
     pub ask: Option<Ask>,
-    /// Its axes before the plate's: known variables of which each value is a row, then the searched ones.
+    /// Its axes before the plate's: known variables with a row for each value, then the searched ones.
     pub variables: Vec<VariableId>,
 }
 
-/// The terms that a term is made of, itself among them.
+/// The terms below a term, itself included.
 fn reachable(terms: &Arena<TermId, Term>, root: TermId) -> BTreeSet<TermId> {
     let (mut seen, mut rest) = (BTreeSet::new(), vec![root]);
     while let Some(id) = rest.pop() {
@@ -49,11 +49,11 @@ fn reachable(terms: &Arena<TermId, Term>, root: TermId) -> BTreeSet<TermId> {
     seen
 }
 
-/// What a joint is divided by.
+/// The divisor of a joint.
 #[derive(Clone, Copy)]
 enum Total {
     Divisor(ValueId),
-    /// Multiply by one, then by the other.
+    /// Two reciprocals to multiply by, one after the other.
     Reciprocal {
         scale: ValueId,
         reciprocal: ValueId,
@@ -113,7 +113,7 @@ impl Lowering<'_> {
         Ok(outputs)
     }
 
-    /// What is checked where nothing is divided by a total: that no output is NaN, and that the evidence is possible.
+    /// Checks that no output is NaN and that the evidence is possible, where there is no division by a total.
     fn check_without_total(&mut self, rows: &[AxisId]) -> Result<(), Error> {
         let outputs: Vec<BufferId> = self.builder.so_far().outputs().map(|(id, _)| id).collect();
         outputs.into_iter().for_each(|id| self.builder.check_buffer(id, Check::Number));
@@ -135,7 +135,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// Whether only one value of a searched variable is wanted, and nothing sums over the others.
+    /// Whether only one value of a searched variable is wanted, and the others are not summed.
     fn stands_for_one_value(&self, variable: VariableId) -> bool {
         let wanted = (self.exact.asks.iter().flat_map(|ask| &ask.searched))
             .filter(|searched| searched.variable == variable)
@@ -143,7 +143,7 @@ impl Lowering<'_> {
         wanted && self.exact.normalised && self.exact.asks.len() == 1
     }
 
-    /// The one value that is wanted of a searched variable.
+    /// The wanted value of a searched variable.
     fn wanted(&mut self, variable: VariableId) -> Result<Meaning, Error> {
         let at = (self.exact.asks.iter().flat_map(|ask| &ask.searched))
             .find(|searched| searched.variable == variable)
@@ -191,7 +191,7 @@ impl Lowering<'_> {
         let argmax = matches!(ask.statistic, Statistic::Argmax { .. });
         if !(self.exact.normalised || argmax && over_plate) {
             let totals: Vec<AxisId> = axes.iter().copied().filter(|axis| !own_axes.contains(axis)).collect();
-            // Every ask has the same total, that of the joint.
+            // All asks have the same total, that of the joint.
             let total = match shared {
                 Some(total) => *total,
                 None => *shared.insert(self.total(&totals, &own_axes, value)),
@@ -199,7 +199,7 @@ impl Lowering<'_> {
             value = self.normalised(value, total);
         }
         let mut variables = self.exact.each.clone();
-        // Where one value of a searched variable is wanted, its other values are left out.
+        // Where one value of a searched variable is wanted, its other values are skipped.
         let wanted = |variable: &VariableId| {
             ask.searched.iter().any(|item| item.variable == *variable && item.at.is_some())
         };
@@ -229,7 +229,7 @@ impl Lowering<'_> {
         Ok(Output { key, name, ask: Some(ask.clone()), variables })
     }
 
-    /// The total of a value over some axes, made ready for dividing by it.
+    /// The total of a value over some axes, prepared as a divisor.
     fn total(&mut self, totals: &[AxisId], over: &[AxisId], value: ValueId) -> Total {
         let name = self.name("total");
         let total = self.builder.fold(&name, totals, Fold::Sum, over, value);
@@ -243,8 +243,8 @@ impl Lowering<'_> {
             let name = self.name("divisor");
             return Total::Divisor(self.builder.compute(&name, totals, Reduce::None, divisor));
         }
-        // One division for each cell of the plate. The reciprocal of a very small total would overflow: such a
-        // total is scaled up first, and so is what is divided by it.
+        // One division for each cell of the plate. The reciprocal of a very small total would overflow: such a total
+        // and its dividend are scaled up first.
         let (small, large) = (self.builder.constant(2f64.powi(-100)), self.builder.constant(2f64.powi(100)));
         let one = self.builder.constant(1.0);
         let is_small = self.builder.binary(Binary::Less, divisor, small);
@@ -268,7 +268,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the running values of these searched variables are those that are wanted.
+    /// Whether these searched variables have their wanted values in the running loop.
     fn at_wanted(&mut self, ask: &Ask, fixed: &[(VariableId, Vec<AxisId>)]) -> Result<ValueId, Error> {
         let mut here = self.builder.constant(1.0);
         for (variable, axes) in fixed {

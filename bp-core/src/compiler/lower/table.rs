@@ -1,7 +1,7 @@
 //! Tables: entries chosen by the values of variables.
 //!
-//! In: rows of a factor, and what its variables stand for. Out: the entry. Invariant: numbers that are known are an array
-//! that comes with the kernel; computed entries are filled in once; an entry that is known to be asked for is itself.
+//! In: rows of a factor, and the meanings of its variables. Out: the entry. Invariant: known numbers are an array that
+//! comes with the kernel; computed entries are stored once; an entry at a known position is used directly.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
@@ -10,14 +10,14 @@ use crate::kernel::{Extent, Reduce, Role};
 use crate::model::{Factor, VariableUse};
 use crate::operators::Binary;
 
-/// The longest table that is written out as a chain of choices.
+/// The longest table that is lowered to a chain of choices.
 const WRITTEN_OUT: usize = 8;
 
 impl Lowering<'_> {
     /// The entry at an ordinal.
     pub(super) fn choose(&mut self, ordinal: ValueId, values: &[ValueId]) -> ValueId {
         if let Some(constant) = self.builder.as_constant(ordinal) {
-            // A Dirac may say a value outside the domain: an indicator then stands beside this entry.
+            // A Dirac's value may lie outside the domain: an indicator then multiplies this entry.
             let inside = constant >= 0.0 && constant < values.len() as f64;
             return if inside { values[constant as usize] } else { self.builder.constant(0.0) };
         }
@@ -66,7 +66,7 @@ impl Lowering<'_> {
     pub(super) fn constants(&mut self, factor: &Factor, numbers: &[f64]) -> Result<ValueId, Error> {
         let position = self.position(factor)?;
         if let Some(known) = self.builder.as_constant(position) {
-            // As in `choose`: a Dirac may say a value outside the domain.
+            // As in `choose`: a Dirac's value may lie outside the domain.
             let entry = numbers.get(known as usize).filter(|_| known >= 0.0);
             return Ok(self.builder.constant(entry.copied().unwrap_or(0.0)));
         }
@@ -78,13 +78,13 @@ impl Lowering<'_> {
         Ok(self.read(factor, buffer, position))
     }
 
-    /// What the array of a factor is called: not as the factor, since that may be asked and is then the answer's name.
+    /// The name of a factor's array; not the factor's own, which may be that of an answer.
     fn array_name(&self, factor: &Factor) -> String {
         format!("table {}", self.model.head(factor))
     }
 
-    /// The array of these numbers of a factor. The branches of an `if` may each have a table: each has its own array, and
-    /// a table that is lowered again has the one that it had.
+    /// The array of these numbers of a factor. The branches of an `if` may each have a table with its own array; a
+    /// table that is lowered again reuses its array.
     fn array(&mut self, factor: &Factor, numbers: &[f64]) -> BufferId {
         let head = self.array_name(factor);
         let known = self.tables.get(&head).cloned().unwrap_or_default();
@@ -100,7 +100,7 @@ impl Lowering<'_> {
         buffer
     }
 
-    /// Where an entry stands: row-major, last variable fastest, right-hand variables first.
+    /// The position of an entry: row-major, last variable fastest, right-hand variables first.
     fn position(&mut self, factor: &Factor) -> Result<ValueId, Error> {
         let mut position = self.builder.constant(0.0);
         for use_ in factor.right.iter().chain(&factor.left) {

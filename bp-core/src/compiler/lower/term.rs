@@ -1,7 +1,7 @@
 //! Terms of a plan, as values of a kernel.
 //!
-//! In: a term. Out: a value. Invariant: a sum of a handful of products without inner sums is written out; any
-//! other becomes a nest of its own, over the axes on which it depends.
+//! In: a term. Out: a value. Invariant: a sum of a handful of products without inner sums is unrolled; any other
+//! becomes a nest of its own, over the axes on which it depends.
 
 use super::{Lowering, Meaning};
 use crate::equation::{Binding, Term};
@@ -11,18 +11,18 @@ use crate::kernel::Fold;
 use crate::law::Constraint;
 use crate::operators::{Binary, Unary};
 
-/// The longest sum that is written out.
+/// The longest sum that is unrolled.
 const WRITTEN_OUT: usize = 4;
 
-/// What is to be done for a term.
+/// A pending step of the lowering of a term.
 enum Task {
     /// Lower it.
     Term(TermId),
     /// Multiply the last two values.
     Multiply,
-    /// Keep the last value where this one lies inside its domain.
+    /// Replace the last value by 0 where this one is outside its domain.
     Guard(TermId),
-    /// Sum the last value over these axes, along which these variables have run.
+    /// Sum the last value over these axes of these loop variables.
     Sum(Vec<VariableId>, Vec<AxisId>),
 }
 
@@ -33,7 +33,8 @@ fn two(values: &mut Vec<ValueId>) -> (ValueId, ValueId) {
 }
 
 impl Lowering<'_> {
-    /// The value of a term. Sums nest as deeply as a chain is long: what is to be done waits on a list, not on the stack.
+    /// The value of a term. Sums may nest as deeply as a chain is long, so pending steps are kept in a list, not on the
+    /// stack.
     pub(super) fn term(&mut self, id: TermId) -> Result<ValueId, Error> {
         let (mut tasks, mut values) = (vec![Task::Term(id)], Vec::new());
         while let Some(task) = tasks.pop() {
@@ -63,7 +64,7 @@ impl Lowering<'_> {
         Ok(values.pop().expect("internal: a term has a value"))
     }
 
-    /// Pushes the value of a term, or what is to be done for it.
+    /// Pushes the value of a term, or the steps that compute it.
     fn begin(&mut self, id: TermId, tasks: &mut Vec<Task>, values: &mut Vec<ValueId>) -> Result<(), Error> {
         let value = match self.exact.terms[id].clone() {
             Term::Joint => unreachable!("internal: a finished plan has no joint left"),
@@ -74,8 +75,7 @@ impl Lowering<'_> {
                 self.only_if(holds, inside)
             }
             Term::Possible(factor) => {
-                // What is NaN stays so. A density may be smaller than any number: code that has no second run asks for
-                // its logarithm.
+                // NaN stays NaN. A density may underflow: code that is not run again computes its logarithm.
                 let is_density = self.is_density(&self.model.factors[factor]);
                 let (asked, least, otherwise) = match is_density && !self.runs_anew {
                     true => {
@@ -92,7 +92,7 @@ impl Lowering<'_> {
                 self.builder.select(possible, one, otherwise)
             }
             Term::Product(factors) => {
-                // What lies outside its domain is 0 whatever the other factors are there: they may be undefined.
+                // A product with an indicator that is 0 is 0, even where its other factors are undefined.
                 let is_guard = |id: &TermId| matches!(self.exact.terms[*id], Term::Inside(_));
                 let (guards, factors): (Vec<_>, Vec<_>) = factors.into_iter().partition(is_guard);
                 tasks.extend(guards.into_iter().rev().map(Task::Guard));
@@ -122,7 +122,7 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    /// The number for the value of a variable that is known by its likelihood.
+    /// The likelihood at the value of a variable with virtual evidence.
     pub(super) fn likelihood(&mut self, variable: VariableId, weights: &[f64]) -> Result<ValueId, Error> {
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
             return Err(self.unplanned("virtual evidence is on a finite variable"));
@@ -164,7 +164,7 @@ impl Lowering<'_> {
         Ok(sum)
     }
 
-    /// What stands at each value of a variable.
+    /// The entry at each value of a variable.
     pub(super) fn each_value(
         &mut self,
         variable: VariableId,
@@ -181,7 +181,7 @@ impl Lowering<'_> {
         Ok(terms)
     }
 
-    /// Whether the value that a variable is bound to lies in its domain, and whether it is a finite number.
+    /// Whether the value bound to a variable lies in its domain, and whether it is a finite number.
     pub(super) fn inside(&mut self, variable: VariableId) -> Result<(ValueId, ValueId), Error> {
         let holds = match self.exact.bindings.get(&variable) {
             Some(Binding::Expression(expression)) => self.keeps(*expression, Constraint::Real)?,

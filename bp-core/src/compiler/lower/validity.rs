@@ -1,11 +1,11 @@
-//! Numbers that a form cannot have: their density is NaN.
+//! Invalid numbers of a form: their density is NaN.
 //!
-//! In: the numbers of a form, as values of a kernel. Out: what is computed from them, or NaN where the form refuses one
-//! of them. Invariant: the conditions are those of `forms/` and `law/`; they depend on the numbers alone, so that
-//! numbers known now cost nothing and those of a parameter are checked once.
+//! In: the numbers of a form, as values of a kernel. Out: the value computed from them, or NaN where the form refuses
+//! one of them. Invariant: the conditions are those of `forms/` and `law/`; they depend on the numbers alone, so that
+//! known numbers cost nothing and those of a parameter are checked once.
 //!
-//! A NaN reaches the answer through every sum and product; who runs the kernel then asks `Setting::not_a_number` which
-//! form it came from.
+//! NaN propagates to the answer through every sum and product; the caller of the kernel then finds the form with
+//! `Setting::not_a_number`.
 
 use super::Lowering;
 use crate::error::Error;
@@ -26,9 +26,9 @@ impl Lowering<'_> {
         ids.iter().map(|id| self.expression(*id)).collect()
     }
 
-    /// A probability; what lies outside [0, 1] by rounding is the nearer end.
+    /// A probability; rounding errors beyond [0, 1] are clamped.
     pub(super) fn probability(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
-        // Each branch apart, so that one that no loop changes is looked at once.
+        // Each branch separately, so that a branch that is constant in all loops is checked once.
         if let Expression::If { condition, then, otherwise } = self.model.expressions[id] {
             let condition = self.expression(condition)?;
             let (then, otherwise) = (self.probability(then)?, self.probability(otherwise)?);
@@ -57,7 +57,7 @@ impl Lowering<'_> {
         Ok(values.iter().zip(entries).map(entry).collect())
     }
 
-    /// A computed probability without what rounding put outside [0, 1].
+    /// A computed probability with rounding errors beyond [0, 1] clamped.
     fn nearest_probability(&mut self, id: ExpressionId, value: ValueId) -> ValueId {
         match surely::is_probability(self.model, id) || !surely::is_computed(self.model, id) {
             true => value,
@@ -72,7 +72,7 @@ impl Lowering<'_> {
         Ok(self.only_if(holds, value))
     }
 
-    /// Whether an expression keeps a constraint.
+    /// Whether an expression satisfies a constraint.
     pub(super) fn keeps(&mut self, id: ExpressionId, constraint: Constraint) -> Result<ValueId, Error> {
         if constraint == Constraint::Real && surely::is_finite(self.model, id) {
             return Ok(self.builder.constant(1.0));
@@ -87,7 +87,7 @@ impl Lowering<'_> {
         Ok(truncated::holds(&mut self.builder, bounds))
     }
 
-    /// Whether the parameters of a law are such as it can have.
+    /// Whether the parameters of a law are valid.
     pub(super) fn law_holds(&mut self, law: Law, arguments: &[ExpressionId]) -> Result<ValueId, Error> {
         let parameters = self.expressions(arguments)?;
         let model = self.model;

@@ -1,7 +1,8 @@
 //! Plans: how one question is answered, and by which strategies.
 //!
-//! In: a [`Model`] and a [`Question`]. Out: a [`Plan`]: a route for each group of asks that know the same, where the answer of each
-//! ask stands, and what each strategy offered. Invariant: a plan depends on the program, the question and the options alone.
+//! In: a [`Model`] and a [`Question`]. Out: a [`Plan`]: a route for each group of asks with the same known variables,
+//! the place of each ask's answer, and the offers of the strategies. Invariant: a plan depends on the program, the
+//! question and the options alone.
 
 mod print;
 mod strategy;
@@ -18,7 +19,7 @@ use crate::model::{Ask, Finding, Model, Question};
 use crate::strategies::gaussian;
 use std::collections::HashMap;
 
-/// Where the answer of an ask stands: which ask of which route.
+/// The place of an ask's answer: a route and an ask of it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Place {
     /// The route.
@@ -32,29 +33,29 @@ pub struct Place {
 pub struct Plan {
     /// The question.
     pub question: Question,
-    /// One route for each group of asks that know the same.
+    /// One route for each group of asks with the same known variables.
     pub routes: Vec<Route>,
-    /// What the strategies offered for each of these groups, in the order in which they were tried.
+    /// The offers of the strategies for each of these groups, in the order in which they were tried.
     pub offers: Vec<Vec<Offer>>,
-    /// For each ask of the question the distributions that it is made of.
+    /// For each ask of the question, the places of the distributions that its answer combines.
     pub places: Vec<Vec<Place>>,
 }
 
 /// Plans a question.
 ///
 /// # Errors
-/// No route answers it: no exact one, and something in it cannot be drawn or weighed.
+/// No route answers it: no exact one, and some factor can be neither drawn nor weighed.
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let (model, question) = model.posed(question);
     planned(&model, &question, options, |_| options.ln_evidence)
 }
 
-/// Whether all that a question asks has a closed form: it is linear and Gaussian.
+/// Whether all asks of a question have a closed form because they are linear and Gaussian.
 pub(crate) fn is_closed(model: &Model, question: &Question) -> bool {
     question.asks.iter().all(|ask| !ask.when.is_over_time() && gaussian::applies(model, ask))
 }
 
-/// Plans a question whose answer is shown: with ln P(evidence) where the evidence is one event.
+/// Plans a question whose answer is shown, with ln P(evidence) where the evidence is one event.
 ///
 /// # Errors
 /// See [`plan`].
@@ -73,9 +74,9 @@ pub fn plan_for_answer(model: &Model, question: &Question, options: Options) -> 
 struct Part {
     ask: Ask,
     ln_evidence: bool,
-    /// Whether all is linear and Gaussian.
+    /// Whether it is linear and Gaussian.
     closed: bool,
-    /// Whether a real is searched: it stands for one value, which must not be taken for that of another ask.
+    /// Whether a searched real has a given value, which must not be taken for that of another ask.
     real: bool,
 }
 
@@ -100,7 +101,7 @@ fn planned(
     let (wanted, all) = distinct(model, question, ln_evidence);
     let (mut routes, mut offers) = (Vec::new(), Vec::new());
     let mut places: Vec<Option<Place>> = vec![None; all.len()];
-    // What is asked over time comes first.
+    // Asks over time come first.
     let (over_time, rest): (Vec<usize>, Vec<usize>) =
         (0..all.len()).partition(|part| all[*part].ask.when.is_over_time());
     for first in over_time.into_iter().chain(rest) {
@@ -125,7 +126,7 @@ fn planned(
     Ok(Plan { question: question.clone(), routes, offers, places })
 }
 
-/// For each ask the numbers of its parts, and the parts, each once; over time each is asked alone.
+/// For each ask the indices of its parts, and the distinct parts; asks over time do not share parts.
 fn distinct(
     model: &Model,
     question: &Question,

@@ -1,7 +1,7 @@
-//! Derivations of a plan: those of its routes, and what is made of several distributions.
+//! Derivations of a plan: those of its routes, and the combination of several distributions.
 //!
-//! In: a plan. Out: for each step its rule, its reason and its equation. Invariant: every line is true as it stands: values enter
-//! on both sides at once, and `∝` stands where constants have been dropped.
+//! In: a plan. Out: for each step its rule, its reason and its equation. Invariant: every line is a true equation:
+//! values are substituted on both sides at once, and `∝` is used after constants have been dropped.
 
 use super::{Marked, Notation, Plan, Route};
 use crate::equation::{Line, made_of_parts};
@@ -14,7 +14,7 @@ impl Plan {
         distributions.chain(self.made(model, notation)).collect()
     }
 
-    /// All that is computed: the equation of each distribution, then what each ask makes of it.
+    /// All that is computed: the equation of each distribution, then the statistic of each ask.
     pub fn computed(&self, model: &Model, notation: Notation) -> Vec<String> {
         let of_route = |route: &Route| {
             let (mut steps, read_outs) = route.offered().derive(model, notation);
@@ -24,7 +24,7 @@ impl Plan {
         self.routes.iter().flat_map(of_route).chain(made).collect()
     }
 
-    /// What is made of several distributions, or of one that is not what was asked.
+    /// The combination of several distributions, or the statistic of one.
     fn made(&self, model: &Model, notation: Notation) -> Vec<Line> {
         self.question.asks.iter().flat_map(|ask| made_of_parts(model, ask, notation)).collect()
     }

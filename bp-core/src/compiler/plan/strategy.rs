@@ -1,8 +1,8 @@
-//! Strategies: the ways to answer, what each offers for some asks, and which one is taken.
+//! The choice of a strategy: the offers of all for some asks, and the accepted one.
 //!
-//! In: asks that know the same. Out: an [`Offer`] of each strategy, and the route of the one that is taken. Invariant:
-//! offers depend on the program and the question alone, never on the machine; an exact offer is taken before an
-//! estimate, and among exact ones the order is fixed; `explain` and `ask` read the same offers.
+//! In: asks with the same known variables. Out: an [`Offer`] of each strategy, and the route of the accepted one.
+//! Invariant: offers depend on the program and the question alone, never on the machine; an exact offer is preferred to
+//! an estimate, and exact ones have a fixed order; `explain` and `ask` read the same offers.
 
 use super::{Options, Route, Strategy};
 use crate::error::Error;
@@ -10,27 +10,27 @@ use crate::model::{Ask, Model};
 use crate::strategies::{Turn, engine, refused};
 use serde::Serialize;
 
-/// What a strategy offers for some asks.
+/// The offer of a strategy for some asks.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Offer {
-    /// Which.
+    /// The strategy.
     pub strategy: Strategy,
     /// Whether its answer is exact.
     pub exact: bool,
-    /// Products that are summed, where that is known before; sizes that are not known count 16.
+    /// The number of summed products, where it is known in advance; unknown sizes count 16.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub products: Option<f64>,
-    /// Why it cannot answer.
+    /// The reason why it cannot answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refusal: Option<String>,
-    /// Whether it is the one that answers.
+    /// Whether this offer is accepted.
     pub taken: bool,
 }
 
-/// The route of the strategy that is taken for asks that know the same, and the offers of all.
+/// The route of the accepted strategy for asks with the same known variables, and the offers of all.
 ///
 /// # Errors
-/// No strategy answers, or not the one that was asked for.
+/// No strategy answers, or not the one that the user chose.
 pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(Route, Vec<Offer>), Error> {
     let over_time = asks[0].when.is_over_time();
     let mut offers: Vec<Offer> = Vec::new();
@@ -41,7 +41,8 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
             continue;
         }
         let wanted = options.by.is_none_or(|by| by == strategy);
-        // Chains are drawn where they are asked for: nothing tells before which draws are better.
+        // Gibbs sampling is used only where the user chooses it: no rule predicts whether it beats likelihood
+        // weighting.
         let wanted = wanted && (strategy != Strategy::Gibbs || options.by.is_some());
         if taken.is_some() && !options.all_offers {
             break;
@@ -66,7 +67,7 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
             Ok(route) => (route.offered().cost(), None),
             Err(error) => (None, Some(reason_of(error))),
         };
-        // What is finite and too large is mended, not estimated.
+        // A finite question that is too large is an error to mend; it is not estimated.
         let stop = refusals.iter().any(|(own, error)| {
             *own == Strategy::Sums && !matches!(error, Error::Unplanned { .. }) && options.by.is_none()
         });
@@ -84,7 +85,7 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
     let refused = |strategy: Strategy| refusals.iter().position(|(own, _)| *own == strategy);
     let told = match options.by {
         Some(by) => refused(by),
-        // The last resort tells why nothing else answers, too.
+        // The error of the last strategy also gives the reasons of the others.
         None => {
             let sums =
                 refused(Strategy::Sums).filter(|at| !matches!(refusals[*at].1, Error::Unplanned { .. }));

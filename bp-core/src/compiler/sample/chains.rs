@@ -1,24 +1,24 @@
-//! How far chains of draws that depend on each other can be trusted.
+//! Diagnostics of Markov chains.
 //!
-//! In: a number of each draw, chain after chain of the same length. Out: the standard error of their mean, how many
-//! independent draws would say as much, and whether the chains tell the same. Invariant: chains that never move and
-//! stand apart are told, not taken for certainty.
+//! In: one number of each draw, chain after chain of the same length. Out: the standard error of their mean, the
+//! effective sample size, and split R-hat. Invariant: chains that never move but disagree give a large R-hat, not a
+//! standard error of 0.
 //!
 //! Batch means: with b batches of √length draws and means mⱼ, error² = Σ (mⱼ − m)² / (b (b − 1)) (Flegal and Jones,
-//! *Annals of Statistics* 38:1034-1070, 2010); chains that disagree are a batch each. Split R-hat:
-//! √((W (n − 1) / n + B / n) / W) over the halves of the chains (Gelman and Rubin, *Statistical Science* 7:457-472, 1992),
-//! of the normal scores of the ranks (Vehtari et al., *Bayesian Analysis* 16:667-718, 2021).
+//! *Annals of Statistics* 38:1034-1070, 2010); chains that disagree are a batch each. Split R-hat: √((W (n − 1) / n + B
+//! / n) / W) over the halves of the chains (Gelman and Rubin, *Statistical Science* 7:457-472, 1992), of the normal
+//! scores of the ranks (Vehtari et al., *Bayesian Analysis* 16:667-718, 2021).
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Above this, chains do not tell the same.
+/// R-hat above which chains count as not converged.
 pub const MOST_R_HAT: f64 = 1.05;
 
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The sum of the squares of the distances from the mean, over one less than there are.
+/// The unbiased sample variance: squared distances from the mean, over the count less one.
 fn variance(values: &[f64]) -> f64 {
     let mean = mean(values);
     values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (values.len() as f64 - 1.0)
@@ -35,7 +35,7 @@ pub(super) fn error(values: &[f64], length: usize) -> f64 {
     (variance(&means) / means.len() as f64).sqrt()
 }
 
-/// How many independent draws would say as much of the mean.
+/// The effective sample size for the mean.
 pub(super) fn effective(values: &[f64], length: usize) -> f64 {
     let (variance, error) = (variance(values), error(values, length));
     if error > 0.0 { (variance / (error * error)).min(values.len() as f64) } else { values.len() as f64 }
@@ -60,7 +60,7 @@ fn split_r_hat(values: &[f64], length: usize) -> f64 {
     }
 }
 
-/// Φ⁻¹((rank − 3/8) / (count + 1/4)); equal values have the mean of their ranks.
+/// Φ⁻¹((rank − 3/8) / (count + 1/4)); ties have the mean of their ranks.
 fn normal_scores(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|one, other| values[*one].total_cmp(&values[*other]));
@@ -93,7 +93,7 @@ mod tests {
     fn chains_that_stand_apart_are_told() {
         let values = [0.0, 2.0, 0.0, 2.0, 4.0, 6.0, 4.0, 6.0];
         assert!((split_r_hat(&values, 4) - (19.0f64 / 6.0).sqrt()).abs() < 1e-12);
-        // A batch each: means 1 and 5, variance 8, over two.
+        // Each chain is a batch: means 1 and 5, variance 8, over two.
         assert!((error(&values, 4) - 2.0).abs() < 1e-12);
         assert_eq!(r_hat(&[0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0], 4), f64::INFINITY);
         assert_eq!(r_hat(&[3.0; 8], 4), 1.0);

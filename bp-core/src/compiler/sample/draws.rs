@@ -1,12 +1,12 @@
-//! Draws, and what they say: probabilities, moments, quantiles, each with its standard error.
+//! Estimates from draws: probabilities, moments, quantiles, each with its standard error.
 //!
-//! In: draws with ln weights. Out: estimates. Invariant: sums are made in order, so that they do not
-//! depend on threads; a weight never overflows: the largest is subtracted.
+//! In: draws with ln weights. Out: estimates. Invariant: sums have a fixed order, so that they do not depend on
+//! threads; weights do not overflow, since the largest is subtracted.
 //!
 //! With Wₙ = wₙ / Σ w: E f ≈ Σ W f, standard error √Σ W² (f − E f)² (Geweke, *Econometrica* 57:1317-1339, 1989);
-//! effective size 1 / Σ W² (Kong, Liu and Wong, JASA 89:278-288, 1994). Draws of chains weigh alike; how far they can be
-//! trusted is said in `chains`. The error of a quantile is half the distance of the quantiles at one error above and
-//! below (Woodruff, JASA 47:635-646, 1952).
+//! effective size 1 / Σ W² (Kong, Liu and Wong, JASA 89:278-288, 1994). Draws of chains have equal weights; `chains`
+//! has their diagnostics. The error of a quantile is half the distance of the quantiles at one error above and below
+//! (Woodruff, JASA 47:635-646, 1952).
 
 use super::chains;
 use crate::distribution::ln_sum;
@@ -18,13 +18,13 @@ pub struct Draws {
     values: Vec<f64>,
     kept: usize,
     weights: Vec<f64>,
-    /// ln P(evidence), which chains do not tell.
+    /// ln P(evidence), which Markov chains do not estimate.
     ln_mean_weight: Option<f64>,
-    /// How many draws follow each other in a chain, where they depend on each other.
+    /// The length of a chain, where draws are those of Markov chains.
     chain: Option<usize>,
 }
 
-/// What is said of a real.
+/// Estimates about a real.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Moments {
     /// Expectation, and its standard error.
@@ -38,7 +38,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// At which levels quantiles are told.
+    /// The levels of the reported quantiles.
     pub const LEVELS: [f64; 3] = [0.05, 0.5, 0.95];
 }
 
@@ -57,12 +57,12 @@ impl Draws {
         Self { values, kept, weights, ln_mean_weight: None, chain: Some(length) }
     }
 
-    /// How many draws.
+    /// The number of draws.
     pub fn count(&self) -> usize {
         self.weights.len()
     }
 
-    /// Whether no draw has a weight: the evidence never happened.
+    /// Whether all weights are zero: no draw met the evidence.
     pub fn is_impossible(&self) -> bool {
         self.ln_mean_weight == Some(f64::NEG_INFINITY)
     }
@@ -77,14 +77,14 @@ impl Draws {
         self.values[draw * self.kept + position]
     }
 
-    /// ln P(evidence), and its standard error; chains do not tell it.
+    /// ln P(evidence), and its standard error; `None` for Markov chains.
     pub fn ln_evidence(&self) -> Option<[f64; 2]> {
         let count = self.count() as f64;
         let spread: f64 = self.weights.iter().map(|weight| (weight - 1.0 / count).powi(2)).sum();
         Some([self.ln_mean_weight?, spread.sqrt()])
     }
 
-    /// How many draws of the answer itself would say as much.
+    /// The effective sample size.
     pub fn effective(&self) -> f64 {
         match self.chain {
             None => 1.0 / self.weights.iter().map(|weight| weight * weight).sum::<f64>(),
@@ -94,7 +94,7 @@ impl Draws {
         }
     }
 
-    /// How far chains are from telling the same of each slot: 1 where they do; `None` of independent draws.
+    /// The largest split R-hat of the slots, near 1 for converged chains; `None` for independent draws.
     pub fn r_hat(&self) -> Option<f64> {
         let of = |length: usize| {
             (0..self.kept).map(|position| chains::r_hat(&self.column(position), length)).fold(1.0, f64::max)
@@ -118,7 +118,7 @@ impl Draws {
         [mean, square.sqrt()]
     }
 
-    /// What is said of a real slot.
+    /// Estimates about a real slot.
     pub fn moments(&self, position: usize) -> Moments {
         let x = |draw: usize| self.value(draw, position);
         let mean = self.mean(x);

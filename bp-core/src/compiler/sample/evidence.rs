@@ -1,6 +1,6 @@
-//! What is observed, slot by slot.
+//! Observations, slot by slot.
 //!
-//! In: the known variables of an ask, and what the host gives. Out: [`Observations`]. Invariant: every observed slot has
+//! In: the known variables of an ask, and the host's inputs. Out: [`Observations`]. Invariant: every observed slot has
 //! a value of its domain.
 
 use crate::distribution::Setting;
@@ -13,12 +13,12 @@ use crate::model::{Ask, Finding, Value};
 pub struct Observations {
     /// The value of each slot; NaN where it is not observed.
     pub values: Vec<f64>,
-    /// Slots whose values have likelihoods (virtual evidence).
+    /// Slots with likelihoods for their values (virtual evidence).
     pub likelihoods: Vec<(usize, Vec<f64>)>,
 }
 
 impl Observations {
-    /// Nothing is observed. A variable of the last instant that no factor distributes is 0, at rest; so is the plate's
+    /// No observations. A variable of the previous instant that no factor distributes is 0, at rest; so is the plate's
     /// index.
     pub fn none(setting: &Setting<'_>) -> Self {
         let mut values = vec![f64::NAN; setting.slots()];
@@ -31,10 +31,10 @@ impl Observations {
         Self { values, likelihoods: Vec::new() }
     }
 
-    /// What an ask knows.
+    /// The evidence of an ask.
     ///
     /// # Errors
-    /// A value that was not given, or that is none of its variable; a program that runs over more than one element.
+    /// A value that is missing or outside its variable's domain; a program that runs over more than one element.
     pub fn of(setting: &Setting<'_>, ask: &Ask) -> Result<Self, Error> {
         let mut observations = Self::none(setting);
         if let Some(index) = setting.model.plate_index().filter(|index| setting.count(*index) > 1) {
@@ -62,10 +62,11 @@ impl Observations {
         Ok(observations)
     }
 
-    /// Observes what the host gives under a name: a number for each slot; NaN for an element that is not observed.
+    /// Observes the values that the host gives under a name: a number for each slot; NaN for an element that is not
+    /// observed.
     ///
     /// # Errors
-    /// It was not given; another number of them; a value outside the domain of its variable.
+    /// The input is missing; it has another number of values; a value outside the domain of its variable.
     pub(crate) fn give(
         &mut self,
         setting: &Setting<'_>,
@@ -93,7 +94,7 @@ impl Observations {
     /// Observes the value of a slot: the number that the program writes for it, not its ordinal.
     ///
     /// # Errors
-    /// It is none of its variable.
+    /// A value outside the domain of its variable.
     pub fn observe(&mut self, setting: &Setting<'_>, slot: usize, value: f64) -> Result<(), Error> {
         let variable = setting.variable_of(slot);
         let domain = &setting.model.variables[variable].domain;

@@ -1,8 +1,8 @@
-//! Weighted draws, and what draws are made with.
+//! Weighted draws, and the settings of sampling.
 //!
-//! In: how many draws and a seed; evidence. Out: [`Draws`], and estimates with their standard errors. Invariant: each particle has its own stream of random numbers,
-//! and sums are made in the order of the particles: the same seed gives the same answer on any number of threads. So
-//! with chains.
+//! In: the number of draws and a seed; evidence. Out: [`Draws`], and estimates with their standard errors. Invariant:
+//! each particle or chain has its own stream of random numbers, and sums are computed in the order of the particles:
+//! the same seed gives the same answer on any number of threads.
 
 mod chains;
 mod draws;
@@ -15,10 +15,10 @@ pub use evidence::Observations;
 use crate::random::{Random, seeded};
 use rand::{RngExt, SeedableRng};
 
-/// How an answer is estimated.
+/// The settings of an estimate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Sampling {
-    /// How many draws.
+    /// The number of draws.
     pub particles: usize,
     /// Random seed.
     pub seed: u64,
@@ -30,7 +30,7 @@ impl Default for Sampling {
     }
 }
 
-/// The streams of one purpose under one seed.
+/// The streams of random numbers for one purpose under one seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Streams(u64);
 
@@ -40,7 +40,7 @@ impl Streams {
         Self(seeded(seed, purpose).random())
     }
 
-    /// The stream of one particle. An odd factor gives each number a seed of its own.
+    /// The stream of one particle. Multiplying by an odd constant gives each number a different seed.
     pub fn stream(self, number: usize) -> Random {
         Random::seed_from_u64(self.0.wrapping_add((number as u64).wrapping_mul(0xd134_2543_de82_ef95)))
     }

@@ -1,7 +1,7 @@
-//! The question to a program whose families are written out.
+//! The question to a program with expanded families.
 //!
-//! In: an ask of the program with families. Out: the same ask of elements, each with its value. Invariant: what was given for a
-//! family together is one value for each element, in their order.
+//! In: an ask of the original program. Out: the same ask of elements, each with its value. Invariant: the values given
+//! for a family are assigned to its elements in order.
 
 use super::Writer;
 use crate::error::Error;
@@ -32,7 +32,7 @@ impl Writer<'_, '_> {
         Ok(Ask { statistic, when: ask.when, searched, known })
     }
 
-    /// The variables that a variable has become, each with its place; their names are kept.
+    /// The expanded variables of a variable, each with its position; their names are kept.
     fn meant(
         &self,
         variable: VariableId,
@@ -79,14 +79,14 @@ impl Writer<'_, '_> {
         Ok(all)
     }
 
-    /// Whether an element of a family was not given a value: it is then not known.
+    /// Whether the value of a family's element is missing: the element is then not known.
     fn is_missing(&self, element: Option<usize>, value: &Value) -> bool {
         let (Value::Given(name), Some(element)) = (value, element) else { return false };
         let value = self.setting.given(name).and_then(|given| given.get(element));
         value.is_some_and(|value| value.is_nan())
     }
 
-    /// The value of an element of a family, of which all values are given together.
+    /// The value of one element, from the values given for its family.
     fn value_at(&self, variable: VariableId, element: Option<usize>, value: &Value) -> Result<Value, Error> {
         let (Value::Given(name), Some(element)) = (value, element) else { return Ok(value.clone()) };
         let given = self.setting.given(name);
