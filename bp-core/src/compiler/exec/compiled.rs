@@ -1,7 +1,7 @@
-//! What emitted Rust calls: sharing out a plate among threads, and fetching lanes.
+//! The runtime of emitted Rust: division of a plate among threads, and reads of lanes.
 //!
-//! In: slices. Out: pieces of slices, blocks of lanes. Invariant: pieces are disjoint and each is computed alike
-//! whatever the number of threads; nothing is allocated inside a block.
+//! In: slices. Out: pieces of slices, blocks of lanes. Invariant: pieces are disjoint and computed in the same way for
+//! any number of threads; nothing is allocated inside a block.
 
 mod best;
 mod door;
@@ -28,27 +28,27 @@ use crate::error::Error;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-/// Lanes in a block of emitted code: a few dozen arrays of as many stay in the caches of one core.
+/// Lanes in a block of emitted code: a few dozen arrays of this length stay in the caches of one core.
 pub const LANES: usize = 512;
 
-/// Pieces for each thread, where there are several: one that is late has little left to do.
+/// Pieces for each thread, where there are several: with small pieces no thread finishes much later than the others.
 const PIECES: usize = 8;
 
-/// The least work for a thread at a time, in cells.
+/// The least work of a piece, in cells.
 const LEAST_CELLS: usize = 2048;
 
-/// The planes of one buffer that a piece makes.
+/// The planes of one result buffer in a piece.
 pub type Planes<'p, T> = Vec<&'p mut [T]>;
 
-/// One pass over a plate, as emitted code has it.
+/// One pass of emitted code over a plate.
 pub trait Pass<T>: Sync {
-    /// Makes `count` consecutive units (rows, or lanes of the only row) from `first` on; `planes` are their parts of the
-    /// buffers that are made. Always inlined, so that [`each_piece`] has it compiled for each set of instructions.
-    /// Gives how many cells it finds suspect: totals that are not above 0, numbers that are NaN.
+    /// Computes `count` consecutive units (rows, or lanes of the only row) from `first` on; `planes` are their parts of
+    /// the result buffers. Always inlined, so that [`each_piece`] compiles it for each instruction set. Returns the
+    /// number of suspect cells: totals that are not positive, numbers that are NaN.
     fn piece(&self, first: usize, count: usize, planes: &mut [Planes<'_, T>]) -> usize;
 }
 
-/// A call of [`Pass::piece`], to be compiled for the instructions that the processor has.
+/// A call of [`Pass::piece`], compiled for each instruction set.
 struct Call<'c, 'p, T, P> {
     pass: &'c P,
     first: usize,
@@ -65,11 +65,11 @@ impl<T, P: Pass<T>> NullaryFnOnce for Call<'_, '_, T, P> {
     }
 }
 
-/// Runs a pass over consecutive pieces of the plate's units, each on one thread, with the widest SIMD instructions that
-/// the processor has.
+/// Runs a pass over consecutive pieces of the plate's units, each on one thread, with the widest SIMD instructions of
+/// the processor.
 ///
-/// `made` are the buffers that are made, each a number of planes of `units · unit` cells; a piece gets its part of
-/// each plane, in their order. Gives how many cells are suspect.
+/// `made` are the result buffers, each a number of planes of `units · unit` cells; a piece gets its part of each plane,
+/// in their order. Returns the number of suspect cells.
 pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pass: &impl Pass<T>) -> usize {
     let pieces = match rayon::current_num_threads() {
         1 => 1,
@@ -97,10 +97,10 @@ pub fn each_piece<T: Scalar>(units: usize, unit: usize, made: Vec<&mut [T]>, pas
     }
 }
 
-/// Cells of a plane that are rounded at a time: they stay in the caches of one core.
+/// Cells of a plane that are rounded in one step: they stay in the caches of one core.
 const ROUNDED_CELLS: usize = 4096;
 
-/// A pass in f64 whose numbers are rounded when they are made.
+/// A pass in f64 whose results are rounded.
 struct Rounded<'p, P>(&'p P);
 
 impl<T: Scalar, P: Pass<f64>> Pass<T> for Rounded<'_, P> {
@@ -127,7 +127,7 @@ impl<T: Scalar, P: Pass<f64>> Pass<T> for Rounded<'_, P> {
     }
 }
 
-/// [`each_piece`] of a pass that computes in f64, whatever the precision of what is made.
+/// [`each_piece`] for a pass that computes in f64, for results of any precision.
 pub fn each_piece_in_f64<T: Scalar>(
     units: usize,
     unit: usize,
@@ -137,13 +137,13 @@ pub fn each_piece_in_f64<T: Scalar>(
     each_piece(units, unit, made, &Rounded(pass))
 }
 
-/// Makes an array as long as it has to be.
+/// Resizes a result array.
 ///
 /// # Errors
-/// It would have more cells than are made without being asked for, or than there is memory for.
+/// It would exceed the limit of cells, or the memory.
 #[inline]
 pub fn make_room<T: Scalar>(name: &str, cells: usize, made: &mut Vec<T>) -> Result<(), Error> {
-    // As it is where a question is asked again.
+    // Repeated questions keep their arrays.
     if made.len() == cells { Ok(()) } else { make_other_room(name, cells, made) }
 }
 
@@ -162,7 +162,7 @@ fn make_other_room<T: Scalar>(name: &str, cells: usize, made: &mut Vec<T>) -> Re
 /// Checks the length of an input.
 ///
 /// # Errors
-/// It is another than expected.
+/// It differs from the expected length.
 pub fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> {
     match found == expected {
         true => Ok(()),
@@ -173,7 +173,7 @@ pub fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Err
 /// Checks the length of an input that may also be given once for the whole plate.
 ///
 /// # Errors
-/// It is another than the two that are possible.
+/// It differs from both possible lengths.
 pub fn check_broadcast(name: &str, found: usize, whole: usize, once: usize) -> Result<(), Error> {
     match found == whole || found == once {
         true => Ok(()),
@@ -185,7 +185,7 @@ pub fn check_broadcast(name: &str, found: usize, whole: usize, once: usize) -> R
     }
 }
 
-/// A position along an axis, gone round where its ends meet.
+/// A position along an axis, wrapped if the axis is periodic.
 #[inline(always)]
 pub fn turn(at: isize, extent: usize, wraps: bool) -> isize {
     if wraps { at.rem_euclid(extent as isize) } else { at }

@@ -56,8 +56,8 @@ pub trait Scalar:
     fn is_finite_number(self) -> bool {
         self - self == Self::ZERO
     }
-    /// x < ∞. In f32 and f64 it is x ≤ the largest number: of x ≥ 0 and x < ∞ the compiler makes one test of the bits, which
-    /// takes four times as many instructions as two comparisons.
+    /// x < ∞. In f32 and f64 it is written x ≤ the largest number: the compiler would merge x ≥ 0 and x < ∞ into one
+    /// test of the bits, which takes four times as many instructions as two comparisons.
     #[inline(always)]
     fn is_below_infinity(self) -> bool {
         self < Self::from_f64(f64::INFINITY)
@@ -153,13 +153,13 @@ pub trait Scalar:
     }
 }
 
-/// What a value that is the same in all lanes is computed in: at least as wide as the lanes.
+/// The type in which values common to all lanes are computed: at least as wide as the lanes.
 pub trait Number: Copy + Debug + Default + Send + Sync + 'static {
     /// The nearest number.
     fn known(number: f64) -> Self;
     /// The nearest f64.
     fn rounded(self) -> f64;
-    /// Whether it is 0: a condition that does not hold.
+    /// Whether it is 0: a false condition.
     fn is_zero(self) -> bool;
     /// The operator's value at `x`.
     fn unary(operator: Unary, x: Self) -> Self;

@@ -100,7 +100,7 @@ impl Domain<'_> {
     }
 }
 
-/// Whether something holds of all these numbers.
+/// A predicate to test on all these numbers.
 struct All<'n, T, H> {
     numbers: &'n [T],
     holds: H,
@@ -115,7 +115,7 @@ impl<T: Scalar, H: Fn(T) -> bool> NullaryFnOnce for All<'_, T, H> {
     }
 }
 
-/// Whether something holds of all these numbers; looked at with the widest instructions that the processor has.
+/// Whether a predicate is true for all these numbers; tested with the widest instructions of the processor.
 fn all<T: Scalar>(numbers: &[T], holds: impl Fn(T) -> bool) -> bool {
     pulp::Arch::new().dispatch(All { numbers, holds })
 }

@@ -1,11 +1,12 @@
 //! The M step of laws over integers and bins, which has no closed form.
 //!
-//! In: a program with its numbers, and what is expected of each distribution there. Out: numbers at which the expected ln L
-//! of these laws, normalised over their domains, is larger. Invariant: no move lowers it.
+//! In: a program with its numbers, and the expected statistics of each distribution. Out: numbers with a larger
+//! expected ln L of these laws, normalised over their domains. Invariant: no step lowers it.
 //!
-//! Newton's steps in the one or two numbers of a law, with derivatives from differences of ln L; where it is not concave, the
-//! steps follow the gradient. Of a normal law the numbers are m/s² and 1/s², in which ln L is concave: where the values lie
-//! at both ends of the domain, it grows towards s = ∞, along a curve on which m/s² is a number.
+//! Newton's steps in the one or two parameters of a law, with derivatives from finite differences of ln L; where it is
+//! not concave, the steps follow the gradient. A normal law is parametrised by m/s² and 1/s², in which ln L is concave:
+//! where the values lie at both ends of the domain, it increases towards s = ∞, along a curve on which m/s² stays
+//! finite.
 
 use super::distribution::{Argument, Cell, Distribution, Kind, Learnable};
 use super::floor::{held, least_deviation};
@@ -15,20 +16,20 @@ use crate::law::{Law, Sample};
 use crate::model::Domain;
 use std::collections::HashMap;
 
-/// The most steps for one law, and the most halvings of each.
+/// Limit of the steps for one law, and of the halvings of each.
 const MOST: usize = 30;
 
-/// A difference from which derivatives are taken, in the scale of a number.
+/// Finite difference for derivatives, in the scale of a number.
 const DIFFERENCE: f64 = 1e-4;
 
-/// The largest deviation that is sought, as a multiple of that of all values: it is flat over them, and its mean is not so
-/// far away that densities lose digits.
+/// The largest deviation that is sought, as a multiple of that of all values: such a law is flat over them, and its
+/// mean not so far away that densities lose digits.
 const WIDEST: f64 = 30.0;
 
 /// A step below this, in the scale of each number, is the last.
 const REST: f64 = 1e-9;
 
-/// Raises the expected ln L of laws over finite domains.
+/// Increases the expected ln L of laws over finite domains.
 pub(super) fn climb(learnable: &mut Learnable, statistics: &[Statistic], spreads: &[f64]) {
     let mut users: HashMap<Cell, Vec<usize>> = HashMap::new();
     for (position, distribution) in learnable.distributions().iter().enumerate() {
@@ -51,7 +52,8 @@ pub(super) fn climb(learnable: &mut Learnable, statistics: &[Statistic], spreads
     }
 }
 
-/// Whether it is a law over integers or bins. (The likelihood of a uniform law has steps: its ends are fitted.)
+/// Whether it is a law over integers or bins. (The likelihood of a uniform law is piecewise constant: its ends are
+/// fitted.)
 pub(super) fn is_climbed(learnable: &Learnable, distribution: &Distribution) -> bool {
     matches!(distribution.kind, Kind::Law(law, _) if law != Law::Uniform)
         && learnable.count(distribution).is_some()
@@ -67,11 +69,11 @@ fn learned(distribution: &Distribution) -> Vec<Cell> {
     arguments.iter().filter_map(cell).collect()
 }
 
-/// In which numbers a law is sought.
+/// The coordinates in which a law is optimised.
 enum Chart {
-    /// Its own; a mean goes by the deviation at most, other numbers by themselves.
+    /// Its own parameters; the step of a mean is bounded by the deviation, that of other parameters by themselves.
     Own { law: Law, known: Option<f64> },
-    /// (m − centre) / s² and 1 / s², the second between two bounds; how far the values lie apart.
+    /// (m − centre) / s² and 1 / s², the second between two bounds; and the spread of the values.
     Precision { centre: f64, bounds: [f64; 2], spread: f64 },
 }
 
@@ -97,7 +99,7 @@ impl Chart {
         Chart::Precision { centre, bounds, spread }
     }
 
-    /// Where numbers of the law lie: inside the bounds, so that differences can be taken.
+    /// The coordinates of a law's numbers, moved inside the bounds so that differences can be taken.
     fn coordinates(&self, numbers: &[f64]) -> Vec<f64> {
         match self {
             Chart::Own { .. } => numbers.to_vec(),
@@ -134,7 +136,7 @@ impl Chart {
     }
 }
 
-/// ln L near a point, in its scales times [`DIFFERENCE`]: slopes, bends, and the mixed one.
+/// ln L near a point, in its scales times [`DIFFERENCE`]: first, second and mixed differences.
 struct Local {
     slope: [f64; 2],
     bend: [f64; 2],
@@ -142,7 +144,7 @@ struct Local {
 }
 
 impl Local {
-    /// Newton's step; along the gradient where ln L is not concave.
+    /// Newton's step; a gradient step where ln L is not concave.
     fn newton(&self) -> [f64; 2] {
         let Self { slope: [one, other], bend: [first, second], mixed } = self;
         let determinant = first * second - mixed * mixed;
@@ -156,7 +158,7 @@ impl Local {
         [one / length, other / length]
     }
 
-    /// The step of the first number where that of the second is given.
+    /// The step of the first coordinate, given that of the second.
     fn beside(&self, second: f64) -> f64 {
         let slope = self.slope[0] + self.mixed * second;
         if self.bend[0] < 0.0 { -slope / self.bend[0] } else { 0.0 }
@@ -173,7 +175,7 @@ struct Own<'o> {
 }
 
 impl Own<'_> {
-    /// The expected ln L at a point, whose numbers are put in; −∞ where a law cannot have them.
+    /// The expected ln L at a point, whose numbers are set in the program; −∞ where they are invalid.
     fn value(&self, learnable: &mut Learnable, at: &[f64]) -> f64 {
         let numbers = self.chart.numbers(at);
         self.cells.iter().zip(numbers).for_each(|(cell, number)| learnable.set(*cell, number));
@@ -238,7 +240,7 @@ impl Own<'_> {
                 step = step.map(|step| step / longest);
             }
             Chart::Precision { bounds: [least, most], .. } => {
-                // The precision within its bounds, and the mean that is best beside it.
+                // The precision within its bounds, and the best mean for it.
                 let low = (least * (1.0 + 3.0 * DIFFERENCE) / at[1] - 1.0).max(-0.75);
                 let high = (most * (1.0 - 3.0 * DIFFERENCE) / at[1] - 1.0).min(3.0);
                 if !(low..=high).contains(&step[1]) {

@@ -1,40 +1,40 @@
-//! The most probable value of a distribution, and the rule by which ties are broken.
+//! The most probable value of a distribution, and the rule for ties.
 //!
-//! In: numbers in proportion to probabilities. Out: where they are largest. Invariant: numbers that differ by less than the
-//! tolerance are as good as each other; of these the first is taken, or the one at which a field is smallest.
+//! In: numbers proportional to probabilities. Out: the position of the largest. Invariant: numbers that differ by less
+//! than the tolerance are tied; of these the first is taken, or the one with the smallest value of a field.
 
 use super::super::scalar::Scalar;
 
-/// How close to the largest a score must be to be as good, as a fraction of it.
+/// Relative tolerance for ties.
 const TIE: f64 = 1e-9;
 
-/// The least score that is as good as the largest.
+/// The least score that ties with the largest.
 pub fn least_tied<T: Scalar>(largest: T) -> T {
-    // In f32 neighbouring numbers are further apart than the tolerance; their own spacing is used then.
+    // In f32 adjacent numbers differ by more than the tolerance; about ten times their spacing is used instead.
     let spacing = if T::from_f64(1.0 + TIE) == T::ONE { 1e-6 } else { TIE };
     T::from_f64(largest.to_f64() * (1.0 - spacing))
 }
 
-/// The distributions of an array: `outer` times `width` times `inner` numbers, each distribution along the second index.
+/// The distributions in an array of `outer` × `width` × `inner` numbers, each along the second index.
 #[derive(Clone, Copy, Debug)]
 pub struct Distributions<'s, T> {
     /// The numbers.
     pub scores: &'s [T],
-    /// How many numbers a distribution has.
+    /// The number of values of a distribution.
     pub width: usize,
-    /// How far apart its numbers are.
+    /// The stride between its numbers.
     pub inner: usize,
     /// A field that breaks ties: one number for each value, or for each value of each distribution.
     pub nearest: Option<&'s [T]>,
 }
 
 impl<T: Scalar> Distributions<'_, T> {
-    /// How many distributions there are.
+    /// The number of distributions.
     pub fn count(&self) -> usize {
         self.scores.len() / self.width.max(1)
     }
 
-    /// Where a distribution is largest, and its number there; `None` where no number is above 0.
+    /// The position and value of the maximum of a distribution; `None` where no number is positive.
     pub fn best(&self, context: usize) -> Option<(usize, T)> {
         let start = context / self.inner * (self.width * self.inner) + context % self.inner;
         let score = |value: usize| self.scores[start + value * self.inner];
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn distributions_stand_along_the_second_index() {
-        // Two contexts outside, two values, two contexts inside.
+        // Two outer contexts, two values, two inner contexts.
         let scores = [0.1f32, 0.0, 0.9, 0.0, 0.6, 0.5, 0.4, 0.5];
         let of = Distributions { scores: &scores, width: 2, inner: 2, nearest: None };
         let found: Vec<_> = (0..of.count()).map(|context| of.best(context)).collect();

@@ -1,15 +1,15 @@
-//! What the builders and the answers of emitted questions call: values of domains, and where an answer has them.
+//! The runtime of the builders and answers of emitted questions: values of domains, and their positions in arrays.
 //!
-//! In: values as a program writes them. Out: numbers, and places in arrays. Invariant: nothing allocates but an error.
+//! In: values as a program writes them. Out: numbers, and positions in arrays. Invariant: only errors allocate.
 
 use crate::bins::holding;
 use crate::error::Error;
 
-/// A value of a domain, in Rust: a boolean, an integer, a real, or a value of an enum that the macro makes of labels.
+/// A value of a domain, in Rust: a boolean, an integer, a real, or a value of an enum that the macro makes from labels.
 pub trait Value: Copy {
-    /// The number that it is in the program.
+    /// Its number in the program.
     fn number(self) -> f64;
-    /// The value that a number of the domain is.
+    /// The value with this number.
     fn of(number: f64) -> Self;
 }
 
@@ -57,10 +57,10 @@ impl Value for usize {
     }
 }
 
-/// An input that has to be given.
+/// The value of a required input.
 ///
 /// # Errors
-/// It was not given.
+/// It is missing.
 #[inline]
 pub fn needed<V>(value: Option<V>, name: &str) -> Result<V, Error> {
     value.ok_or_else(|| missing(name))
@@ -71,7 +71,7 @@ fn missing(name: &str) -> Error {
     Error::input(name, format!("it was not given, and it has no default; call `.{name}(…)` before asking"))
 }
 
-/// The place of a value among `count` whole numbers from `first` on.
+/// The position of a value among `count` whole numbers from `first` on.
 #[inline]
 pub fn whole(value: impl Value, first: i64, count: usize) -> Option<usize> {
     let place = value.number() - first as f64;
@@ -83,14 +83,14 @@ pub fn bin(number: f64, edges: &[f64], circle: bool) -> Option<usize> {
     holding(edges, circle, number)
 }
 
-/// Where values stand together, the last one fastest: each with its place and how many there are.
+/// The row-major position of several values, the last one fastest; each comes with its position and its count.
 #[inline]
 pub fn place(values: &[(Option<usize>, usize)]) -> Option<usize> {
     values.iter().try_fold(0, |place, (value, count)| Some(place * count + (*value)?))
 }
 
-/// The cells of an array at some values; none where one of them is no value. What comes after the values (the plate) is
-/// whole.
+/// The cells of an array at some values; empty where one of them is not in its domain. The axes after the values (those
+/// of the plate) are included whole.
 #[inline]
 pub fn cells<'c, T>(array: &'c [T], values: &[(Option<usize>, usize)]) -> &'c [T] {
     let contexts: usize = values.iter().map(|(_, count)| *count).product();
@@ -99,7 +99,7 @@ pub fn cells<'c, T>(array: &'c [T], values: &[(Option<usize>, usize)]) -> &'c [T
     found.unwrap_or_default()
 }
 
-/// The cell of an array at some values; none where one of them is no value.
+/// The cell of an array at some values; `None` where one of them is not in its domain.
 #[inline]
 pub fn cell<T: Copy>(array: &[T], values: &[(Option<usize>, usize)]) -> Option<T> {
     array.get(place(values)?).copied()

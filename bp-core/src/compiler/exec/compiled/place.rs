@@ -1,18 +1,18 @@
-//! Where the lanes of a block stand that a load reads: in the array, or in a copy.
+//! The location of the lanes that a load reads: in the array itself, or in a copy.
 //!
-//! In: an array and where its lanes begin. Out: a [`Place`]. Invariant: only lanes of a grain that is not in one piece are
-//! copied; nothing is allocated.
+//! In: an array and the position of its first lane. Out: a [`Place`]. Invariant: only lanes of a grain that is not
+//! contiguous are copied; nothing is allocated.
 
 use super::super::scalar::Scalar;
 use super::tile::{Aligned, TILE, Tile};
 
-/// Where the lanes of a block stand that a load reads: in the array that it reads, or in a copy. Lanes are read a *grain*
-/// at a time, a tile or the whole block: a grain stands in the array if all its lanes do. It fits two registers.
+/// The location of the lanes of a block: in the array that is read, or in a copy. Lanes are read in *grains*, a tile or
+/// the whole block: a grain is read in the array if all its lanes are there. It fits two registers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
-    /// Where lane 0 stands, or would stand, in the array; below 0 it goes round.
+    /// The position of lane 0 in the array; it may be negative where the row wraps around.
     at: usize,
-    /// Lanes `from..until` stand in the array.
+    /// Lanes `from..until` are read in the array.
     from: u32,
     until: u32,
 }
@@ -21,20 +21,20 @@ impl Place {
     /// In a copy.
     const COPIED: Place = Place { at: 0, from: 0, until: 0 };
 
-    /// In the array itself, from here on.
+    /// All lanes in the array itself, from this position on.
     #[inline(always)]
     pub fn at(at: usize) -> Self {
         Self { at, from: 0, until: u32::MAX }
     }
 
-    /// The lanes of a block, where its grain is the whole block, and what stands after them.
+    /// The lanes of a block whose grain is the whole block, followed by the rest of the source.
     #[inline(always)]
     pub fn of<'s, T>(self, source: &'s [T], copy: &'s [T]) -> &'s [T] {
         if self.until == 0 { copy } else { &source[self.at..] }
     }
 }
 
-/// A tile of the lanes that stand at a place, from `at` on; those that are copied stand from `slot` on.
+/// A tile of the lanes of a place, from `at` on; copied lanes begin at `slot`.
 #[inline(always)]
 pub fn read_tile<T: Scalar>(place: Place, source: &[T], copy: &[T], slot: usize, at: usize) -> Tile<T> {
     let (lanes, at) = match place.from as usize <= at && at + TILE <= place.until as usize {
@@ -44,7 +44,7 @@ pub fn read_tile<T: Scalar>(place: Place, source: &[T], copy: &[T], slot: usize,
     Aligned(lanes[at..at + TILE].try_into().expect("internal: a whole tile"))
 }
 
-/// Consecutive lanes from `at` on. Those of a block that is narrower than a tile are copied, so that whole tiles are read.
+/// Consecutive lanes from `at` on. Those of a block narrower than a tile are copied, so that whole tiles can be read.
 #[inline(always)]
 pub fn fetch<T: Scalar>(copy: &mut [T], slot: usize, source: &[T], at: usize, width: usize) -> Place {
     match width >= TILE {
@@ -56,14 +56,14 @@ pub fn fetch<T: Scalar>(copy: &mut [T], slot: usize, source: &[T], at: usize, wi
     }
 }
 
-/// The same number in all lanes, in a copy from `slot` on.
+/// The same number in all lanes, copied from `slot` on.
 #[inline(always)]
 pub fn splat<T: Scalar>(copy: &mut [T], slot: usize, number: T, width: usize) -> Place {
     copy[slot..slot + width].fill(number);
     Place::COPIED
 }
 
-/// These numbers, or the only one in all lanes, in a copy from `slot` on.
+/// These numbers, or a single one in all lanes, copied from `slot` on.
 #[inline(always)]
 pub fn fill<T: Scalar>(copy: &mut [T], slot: usize, numbers: &[T], width: usize) -> Place {
     match numbers {
@@ -73,11 +73,11 @@ pub fn fill<T: Scalar>(copy: &mut [T], slot: usize, numbers: &[T], width: usize)
     Place::COPIED
 }
 
-/// Lanes of one row of `extent` numbers that begins at `base`, from lane `from` on, which may lie beyond its ends: there
-/// it goes round, or is `outside` (a number for each lane, or the only one for all). Grains that cross an end are copied,
+/// Lanes of a row of `extent` numbers at `base`, from lane `from` on, which may be out of range: there the row wraps
+/// around, or the value is `outside` (a number for each lane, or one for all). Grains that cross an end are copied,
 /// from `slot` on.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)] // emitted code names them all; a struct would only rename them
+#[allow(clippy::too_many_arguments)] // emitted code names all arguments, so a struct would only repeat the names
 pub fn fetch_turned<T: Scalar>(
     copy: &mut [T],
     slot: usize,
@@ -97,7 +97,7 @@ pub fn fetch_turned<T: Scalar>(
     turned.place(&mut copy[slot..slot + width], base, grain)
 }
 
-/// A row that is read from lane `from` on.
+/// A row that is read from an offset.
 struct Turned<'r, T> {
     row: &'r [T],
     from: isize,
@@ -106,11 +106,12 @@ struct Turned<'r, T> {
 }
 
 impl<T: Scalar> Turned<'_, T> {
-    /// Copies the grains that cross an end; gives where all of them stand.
+    /// Copies the grains that cross an end; returns the location of all.
     #[inline(never)]
     fn place(&self, copy: &mut [T], base: usize, grain: usize) -> Place {
         let (extent, width) = (self.row.len() as isize, copy.len());
-        // Lane 0 stands at `shift`, or would; where the row goes round, one of two stretches is taken, the longer.
+        // The array position of lane 0 is `shift`; of a row that wraps around, the longer of its two contiguous ranges
+        // is read in place.
         let stretch = |shift: isize| {
             let inside = |lane: isize| lane.clamp(0, width as isize) as usize;
             (inside(-shift), inside(extent - shift), shift)
@@ -127,7 +128,7 @@ impl<T: Scalar> Turned<'_, T> {
             self.copy(copy, 0);
             return Place::COPIED;
         }
-        // A grain that is not inside begins before `from`, or ends after `until`.
+        // A grain is copied if it begins before `from` or ends after `until`.
         if from > 0 {
             self.copy(&mut copy[..(from + grain).min(width)], 0);
         }
@@ -138,7 +139,7 @@ impl<T: Scalar> Turned<'_, T> {
         Place { at: base.wrapping_add_signed(shift), from: from as u32, until: until as u32 }
     }
 
-    /// Copies consecutive lanes from `lane` on, in stretches.
+    /// Copies consecutive lanes from `lane` on, range by range.
     fn copy(&self, copy: &mut [T], lane: usize) {
         let (extent, until) = (self.row.len() as isize, lane + copy.len());
         let (mut at, mut rest) = (self.from + lane as isize, copy);
@@ -169,7 +170,7 @@ impl<T: Scalar> Turned<'_, T> {
 mod tests {
     use super::*;
 
-    /// What lane `lane` of a row is that is read from `from` on, by definition.
+    /// The definition: the value of lane `lane` of a row that is read from `from` on.
     fn defined(row: &[f32], from: isize, wraps: bool, outside: &[f32], lane: usize) -> f32 {
         let at = from + lane as isize;
         let at = if wraps { at.rem_euclid(row.len() as isize) } else { at };

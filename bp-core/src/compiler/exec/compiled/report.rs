@@ -1,7 +1,7 @@
-//! What a question reports besides its answer: contexts that cannot be, numbers that are invalid.
+//! Diagnostics of a question: impossible contexts and invalid numbers.
 //!
-//! In: cells as they are made. Out: how many are suspect. Invariant: cells are looked at while they are in registers or the
-//! first cache; nothing is read or computed again unless one of them is suspect.
+//! In: results as they are computed. Out: the number of suspect ones. Invariant: cells are checked while they are in
+//! registers or the first-level cache; nothing is read or computed again unless one of them is suspect.
 
 use super::super::Outputs;
 use super::super::scalar::Scalar;
@@ -11,13 +11,13 @@ use crate::kernel::OutputKey;
 /// What a question reports besides its answer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Report {
-    /// How many contexts have probability zero: their answers are zeros. A context is an element of the plate, with a value
-    /// of each known variable that was given none.
+    /// The number of contexts of probability zero, whose answers are zeros. A context is an element of the plate
+    /// together with a value of each known variable without a given value.
     pub impossible: usize,
 }
 
-/// A question that is compiled. No type is: the method of a question that cannot be compiled demands it, so
-/// that the compiler refuses whoever asks it.
+/// A marker for compiled questions, which no type implements: the method of a question that cannot be compiled requires
+/// it, so that its callers get a compile-time error.
 #[diagnostic::on_unimplemented(
     message = "this question is not compiled",
     label = "the documentation of its function gives the reason",
@@ -25,26 +25,26 @@ pub struct Report {
 )]
 pub trait Compiled {}
 
-/// How many of these totals are not above the least one that is safe, or not finite.
+/// The number of totals that are not above the least safe one, or not finite.
 #[inline(always)]
 pub fn suspect_totals<T: Scalar>(totals: &[T], least: T) -> usize {
     totals.iter().filter(|total| is_suspect(**total, least)).count()
 }
 
-/// How many of these numbers are NaN.
+/// The number of NaNs.
 #[inline(always)]
 pub fn suspect_numbers<T: Scalar>(numbers: &[T]) -> usize {
     numbers.iter().filter(|number| is_nan(**number)).count()
 }
 
-/// How many lanes of a tile of totals are suspect, from `from` to `count`.
+/// The number of suspect totals in a tile, from `from` to `count`.
 #[inline(always)]
 pub fn suspect_tile<T: Scalar>(tile: &Tile<T>, from: usize, count: usize, least: T) -> usize {
     let lanes = if from == 0 && count == TILE { &tile[..] } else { &tile[from..count] };
     lanes.iter().fold(0u32, |suspects, lane| suspects + u32::from(is_suspect(*lane, least))) as usize
 }
 
-/// How many numbers of these planes are NaN: none unless their doubt is, so that they are rarely looked at.
+/// The number of NaNs in these planes; they are searched only if the sum in `doubt` is NaN.
 #[inline(always)]
 pub fn suspect_planes<T: Scalar>(doubt: &Doubt<T>, planes: &[&mut [T]]) -> usize {
     #[cold]
@@ -55,7 +55,7 @@ pub fn suspect_planes<T: Scalar>(doubt: &Doubt<T>, planes: &[&mut [T]]) -> usize
     if doubt.iter().any(|sum| is_nan(*sum)) { counted(planes) } else { 0 }
 }
 
-/// NaN is above nothing.
+/// Written so that NaN, which compares as false, is suspect.
 #[inline(always)]
 fn is_suspect<T: Scalar>(total: T, least: T) -> bool {
     !((total > least) & total.is_below_infinity())
@@ -66,17 +66,17 @@ fn is_nan<T: Scalar>(number: T) -> bool {
     number.partial_cmp(&number).is_none()
 }
 
-/// Whether one of these arrays holds NaN.
+/// Whether one of these arrays contains NaN.
 pub fn has_nan<T: Scalar>(outputs: &[&[T]]) -> bool {
     outputs.iter().any(|cells| cells.iter().any(|cell| is_nan(*cell)))
 }
 
-/// Makes NaN 0, as every cell of an impossible element is.
+/// Replaces NaN by 0, the value of every cell of an impossible element.
 pub fn without_nan<T: Scalar>(cells: &mut [T]) {
     cells.iter_mut().filter(|cell| is_nan(**cell)).for_each(|cell| *cell = T::ZERO);
 }
 
-/// Puts an output that was computed again in its place.
+/// Replaces an output by its recomputed values.
 pub fn put<T: Scalar>(found: &Outputs<f64>, key: OutputKey, cells: &mut [T]) {
     for (cell, found) in cells.iter_mut().zip(found.get(key)) {
         *cell = T::from_f64(*found);
@@ -111,7 +111,7 @@ mod tests {
             assert!(kept.into_iter().all(|number| *number == 2.0) && plane[3] == 1.0);
             assert_eq!(suspect_planes(&doubt, &[&mut plane[..]]), found, "{wrong} of {count}");
         }
-        // Infinities are no NaN, though their sum may be.
+        // Infinities are not NaN, though their sum may be.
         let mut doubt = Doubt::default();
         doubt_numbers(&mut doubt, &[f64::INFINITY; 40]);
         doubt_numbers(&mut doubt, &[f64::NEG_INFINITY]);

@@ -1,16 +1,16 @@
-//! Tiles: lanes that go through all nests of a pass at once.
+//! Tiles: lanes that go through all nests of a pass together.
 //!
-//! In: lanes that stand at a place. Out: an array of known length, which lives in registers. Invariant: whole tiles are
-//! moved by few instructions, of which none crosses the lines of the cache for what is only put aside.
+//! In: lanes at a place. Out: an array of known length, which fits in registers. Invariant: whole tiles are moved by
+//! few instructions; aligned ones do not cross cache lines.
 
 use super::super::scalar::Scalar;
 use std::ops::{Deref, DerefMut};
 
-/// Lanes in a tile: few enough for registers and the first cache, enough to pay for finding them.
+/// Lanes in a tile: few enough for registers and the first-level cache, enough to amortise address computation.
 pub const TILE: usize = 64;
 
-/// Numbers that begin with a line of the cache: what registers cannot hold is put aside and read again without crossing
-/// from line to line, which takes twice the time.
+/// Numbers aligned to a cache line: spilled registers are then stored and loaded without crossing lines, which would
+/// take twice the time.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct Aligned<A>(pub A);
@@ -31,22 +31,22 @@ impl<A> DerefMut for Aligned<A> {
     }
 }
 
-/// The lanes that registers hold.
+/// Lanes in registers.
 pub type Tile<T> = Aligned<[T; TILE]>;
 
-/// Numbers in a line of the cache, at most.
+/// The largest number of values in a cache line.
 pub const LINE: usize = 16;
 
-/// The part of some room that begins with a line of the cache: all but [`LINE`] numbers.
+/// The part of a buffer that begins at a cache line: all but [`LINE`] numbers.
 #[inline(always)]
 pub fn on_a_line<T>(room: &mut [T]) -> &mut [T] {
     let count = room.len() - LINE;
-    // Where that cannot be told, any part will do.
+    // `align_offset` may not know the offset; then any part will do.
     let skipped = room.as_ptr().align_offset(align_of::<Aligned<()>>()).min(LINE);
     &mut room[skipped..skipped + count]
 }
 
-/// Puts `count` lanes of a tile where they belong, from `at` on.
+/// Writes the first `count` lanes of a tile at `at`.
 #[inline(always)]
 pub fn write_tile<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: Tile<T>) {
     match count == TILE {
@@ -55,7 +55,7 @@ pub fn write_tile<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: Til
     }
 }
 
-/// Sums of the numbers that a pass makes: one of them is NaN where one of the numbers is.
+/// Sums of a pass's results: a sum is NaN if one of its terms is.
 pub type Doubt<T> = Aligned<[T; LINE]>;
 
 impl<T: Scalar> Default for Doubt<T> {
@@ -65,7 +65,7 @@ impl<T: Scalar> Default for Doubt<T> {
     }
 }
 
-/// [`write_tile`] of numbers none of which may be NaN: they are added up while registers hold them.
+/// [`write_tile`] for results that must not be NaN: they are added to `doubt` while they are in registers.
 #[inline(always)]
 pub fn write_numbers<T: Scalar>(
     lanes: &mut [T],
@@ -100,7 +100,7 @@ pub fn doubt_numbers<T: Scalar>(doubt: &mut Doubt<T>, numbers: &[T]) {
     }
 }
 
-// Apart, and of a tile of its own, so that whole tiles go from registers to where they belong.
+// A separate function with its own copy of the tile, so that whole tiles are written directly from registers.
 #[cold]
 #[inline(never)]
 fn write_part<T: Scalar>(lanes: &mut [T], at: usize, count: usize, tile: Tile<T>) {

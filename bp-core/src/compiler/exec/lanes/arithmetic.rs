@@ -23,7 +23,7 @@ impl<T: Copy> Lane<'_, T> {
         }
     }
 
-    /// Copies lanes, from one on.
+    /// Copies lanes from `from` on.
     pub(super) fn copy(&self, from: usize, out: &mut [T]) {
         match self {
             Lane::One(value) => out.fill(*value),

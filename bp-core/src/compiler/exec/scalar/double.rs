@@ -1,11 +1,11 @@
 //! The functions of f64.
 //!
-//! In: a number. Out: a number. Invariant: exponential and logarithm have no branches and no calls, and are within 1.5 units
-//! of the last place (tested against the C library). Polynomials are fused: one rounding for each multiplication and
-//! addition, on every processor.
+//! In: a number. Out: a number. Invariant: exponential and logarithm have no branches and no calls, and are within 1.5
+//! units of the last place (tested against the C library). Polynomials are fused: one rounding for each multiplication
+//! and addition, on every processor.
 //!
-//! Exponential: x = n ln 2 + r, |r| ≤ ½ ln 2, and the series of eʳ up to r¹³ / 13!, of which the rest is 4·10⁻¹⁸.
-//! Logarithm: reduction to [√½, √2), and the series of artanh up to s²¹, of which the rest is 10⁻¹⁸ of the sum.
+//! Exponential: x = n ln 2 + r, |r| ≤ ½ ln 2, and the series of eʳ up to r¹³ / 13!, whose remainder is 4·10⁻¹⁸.
+//! Logarithm: reduction to [√½, √2), and the series of artanh up to s²¹, whose remainder is 10⁻¹⁸ of the sum.
 
 use super::Scalar;
 use std::borrow::Cow;
@@ -100,14 +100,14 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn exponential(self) -> f64 {
-        // e⁻⁷⁴⁶ is 0 and e⁷¹⁰ is infinite; what is not a number stays so.
+        // e⁻⁷⁴⁶ is 0 and e⁷¹⁰ is infinite; NaN stays NaN.
         let x = if self < -746.0 { -746.0 } else { self };
         let x = if x > 710.0 { 710.0 } else { x };
         let rounded = x.mul_add(std::f64::consts::LOG2_E, ROUND);
         let (n, whole) = (rounded - ROUND, rounded.to_bits().wrapping_sub(ROUND.to_bits()) as i64);
         let r = n.mul_add(-LN_2_LOW, n.mul_add(-LN_2_HIGH, x));
         let value = 1.0 + (polynomial(r, EXPONENTIAL) * r).mul_add(r, r);
-        // Twice, so that what is subnormal or infinite becomes so by the last multiplication.
+        // Two multiplications, so that the last one makes the result subnormal or infinite.
         let half = whole >> 1;
         let power = |n: i64| f64::from_bits(((n + 1023) as u64) << 52);
         value * power(half) * power(whole - half)
@@ -119,7 +119,7 @@ impl Scalar for f64 {
         // x = m · 2ᵉ with m in [√½, √2): subtracting the bits of √½ leaves the exponent in the high bits.
         let raised = x.to_bits().wrapping_sub(std::f64::consts::FRAC_1_SQRT_2.to_bits()) & EXPONENT;
         let f = f64::from_bits(x.to_bits().wrapping_sub(raised)) - 1.0;
-        // The exponent as a number, without a conversion that is done lane by lane.
+        // The exponent as a number; a conversion instruction would not be vectorised.
         let biased = f64::from_bits((raised >> 52) | ROUND.to_bits()) - ROUND;
         let e = (if biased > 2047.0 { biased - 4096.0 } else { biased }) + more;
         // ln(1 + f) = 2 artanh s with s = f / (2 + f), as f − (f²/2 − s (f²/2 + R)): so f, the largest part, is exact.
@@ -151,7 +151,7 @@ impl Scalar for f64 {
 mod tests {
     use super::super::Scalar;
 
-    /// How many units of the last place of the second number lie between two.
+    /// The distance of two numbers in units of the last place of the second.
     fn units(one: f64, other: f64) -> f64 {
         let unit = f64::from_bits(other.abs().to_bits() + 1) - other.abs();
         (one - other).abs() / unit

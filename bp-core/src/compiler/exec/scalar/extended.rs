@@ -24,10 +24,10 @@ pub struct Extended {
 /// The bits of f64's exponent.
 const EXPONENT: u64 = 0x7FF0_0000_0000_0000;
 
-/// The largest exponent of a number: an i128 has room for the exponents of a few more products.
+/// The largest exponent of a number: an i128 can hold the sums of a few of them.
 const MOST_EXPONENT: i128 = 1 << 120;
 
-/// A rest of this size is reduced once more.
+/// An argument of this size is reduced once more.
 const LARGE_REST: f64 = 300.0;
 
 /// Below this, Φ is computed in the extended range.
@@ -53,7 +53,7 @@ impl Extended {
         f64::from_bits(((exponent + 1023) as u64) << 52)
     }
 
-    /// log₂ |x|, rounded down; nothing where x is 0 or not finite.
+    /// log₂ |x|, rounded down; `None` where x is 0 or not finite.
     pub fn binary_exponent(self) -> Option<i128> {
         (self.mantissa != 0.0 && self.mantissa.is_finite()).then_some(self.exponent)
     }
@@ -66,7 +66,7 @@ impl Extended {
         }
     }
 
-    /// Whether it is not 0, but below the smallest exponent, where numbers are no longer distinct.
+    /// Whether it is nonzero but below the smallest exponent, where numbers are no longer distinct.
     pub fn is_beyond(self) -> bool {
         self.binary_exponent().is_some_and(|exponent| exponent < -MOST_EXPONENT)
     }
@@ -76,7 +76,7 @@ impl Extended {
         self.mantissa.is_finite()
     }
 
-    /// Whether an f64 holds it without loss of digits.
+    /// Whether f64 represents it without loss of digits.
     #[inline]
     fn is_ordinary(self) -> bool {
         (-1022..=1023).contains(&self.exponent)
@@ -185,7 +185,7 @@ impl Scalar for Extended {
         match self.exponent {
             -1022..=1023 => self.mantissa * Self::power_of_two(self.exponent),
             1024.. => self.mantissa * f64::INFINITY,
-            // Rounded once, where it becomes subnormal.
+            // Rounded once if the result is subnormal.
             -1080..=-1023 => {
                 self.mantissa * Self::power_of_two(self.exponent + 512) * Self::power_of_two(-512)
             }
@@ -281,7 +281,7 @@ impl Scalar for Extended {
     }
     fn power(self, exponent: Self) -> Self {
         let power = self.to_f64().powf(exponent.to_f64());
-        // What f64 holds, and what is no power of a positive number.
+        // Results in the range of f64, and powers of zero, negative or infinite numbers.
         if power.is_normal() && self.is_ordinary() || self.mantissa == 0.0 || !self.is_finite() {
             return Self::from_f64(power);
         }

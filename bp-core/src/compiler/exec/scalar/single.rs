@@ -16,8 +16,8 @@ const LN_2_LOW: f32 = -2.121_944_4e-4;
 /// Adding and subtracting this rounds to a whole number.
 const ROUND: f32 = 12_582_912.0;
 
-/// Multiplied and added with one rounding, which every processor with AVX2 does at once and others slowly: the bits are
-/// the same.
+/// Fused multiply-add with one rounding: one instruction on every processor with AVX2, slow on others; the bits are the
+/// same.
 #[inline(always)]
 fn polynomial<const N: usize>(x: f32, coefficients: [f32; N]) -> f32 {
     let mut sum = coefficients[0];
@@ -99,17 +99,17 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn exponential(self) -> f32 {
-        // e⁸⁹ is infinite; below e⁻⁸⁷·³ numbers are subnormal, and made 0; what is not a number stays so.
+        // e⁸⁹ is infinite; below e⁻⁸⁷·³ results would be subnormal and are set to 0; NaN stays NaN.
         let x = if self < -87.3 { -87.3 } else { self };
         let x = if x > 89.0 { 89.0 } else { x };
-        // The whole number n is read from the low bits: a conversion would be done lane by lane.
+        // The whole number n is read from the low bits: a conversion would not be vectorised.
         let rounded = x * std::f32::consts::LOG2_E + ROUND;
         let (n, whole) = (rounded - ROUND, rounded.to_bits().wrapping_sub(ROUND.to_bits()) as i32);
         let x = (x - n * LN_2_HIGH) - n * LN_2_LOW;
         let coefficients =
             [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
         let value = polynomial(x, coefficients) * x * x + x + 1.0;
-        // Twice, so that what is infinite becomes so by the last multiplication.
+        // Two multiplications, so that the last one makes the result infinite.
         let half = whole >> 1;
         let power = |n: i32| f32::from_bits((n.wrapping_add(127) as u32) << 23);
         let value = value * power(half) * power(whole.wrapping_sub(half));
@@ -134,7 +134,7 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn entropy_term(self) -> f32 {
-        // Of a subnormal number the logarithm is wrong, and the product no farther from 0 than f32 tells.
+        // The logarithm of a subnormal number is wrong, but the product is within f32's rounding of 0.
         let value = -self * logarithm_of_normal(self, 0.0);
         if self <= 0.0 || self >= 1.0 { 0.0 } else { value }
     }

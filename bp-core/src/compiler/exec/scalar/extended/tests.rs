@@ -1,4 +1,5 @@
-//! Numbers with exponents apart, against constants of mpmath 1.3 at 50 digits, and against f64 where f64 can hold them.
+//! Numbers with separate exponents, against constants of mpmath 1.3 at 50 digits, and against f64 where it represents
+//! them.
 
 use super::{Extended, Scalar};
 
@@ -58,7 +59,7 @@ fn exponents_do_not_end() {
     ];
     for (x, mantissa, exponent) in constants {
         let found = of(x).exponential();
-        // What x has been rounded by is all that is lost.
+        // The only error is that of rounding x.
         assert!(error(found, mantissa, exponent).abs() < 2e-16 * f64::max(10.0, x.abs()), "{x}: {found:?}");
         assert!((found.natural_logarithm().to_f64() - x).abs() <= 4e-16 * x.abs(), "{x}");
     }
@@ -69,7 +70,7 @@ fn exponents_do_not_end() {
     assert_eq!((product, of(1.0) + product), (product + of(0.0), of(1.0)));
     assert!(product > Extended::ZERO && product * product < product && -product < product);
     assert_eq!((product.to_f64(), (Extended::ONE / product).to_f64()), (0.0, f64::INFINITY));
-    // mpmath: exp(-5e19), of which an i64 does not hold the exponent.
+    // mpmath: exp(-5e19), whose exponent exceeds i64.
     assert!(error(of(-5e19).exponential(), 1.0026137675087634, -72134752044448170368).abs() < 1e-5);
     let small = of(-1e35).exponential();
     assert!(small > Extended::ZERO && !small.is_beyond(), "{small:?}");
@@ -87,7 +88,7 @@ fn far_tails_of_the_normal_law() {
         [(-36.5, -670.642_000_000_313_7), (-37.0, -689.030_585_576_890_6), (-100.0, -5_005.524_208_694_205)];
     for (x, ln) in constants {
         let found = of(x).normal_cumulative();
-        // As a number: ln Φ to 1e-13 of itself is Φ to 1e-10.
+        // ln Φ with a relative error of 1e-13 gives Φ to 1e-10.
         assert!((found.natural_logarithm().to_f64() - ln).abs() < 1e-12, "{x}: {found:?}");
     }
     let far = of(-1000.125).normal_cumulative().natural_logarithm().to_f64();
