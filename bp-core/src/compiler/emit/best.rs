@@ -50,7 +50,7 @@ pub(super) fn is_over_plate(model: &Model, variable: VariableId) -> bool {
 }
 
 impl Best {
-    /// The answer of an output, if its most probable values are asked.
+    /// The answer of an output, if the question asks for its most probable values.
     pub(super) fn of(
         model: &Model,
         kernel: &Kernel,

@@ -25,7 +25,7 @@ struct Setter<'i> {
     default: Option<String>,
     /// Whether the kernel takes it as a number.
     is_number: bool,
-    /// Of a size that is not given, what tells it.
+    /// For a size, the inputs from whose length it is inferred when it is not given.
     told_by: String,
 }
 
@@ -111,7 +111,8 @@ impl Interface<'_> {
         sizes.chain(inputs).chain(fields).collect()
     }
 
-    /// What tells a size that is not given: the arrays of one axis of that size, but for one number, which may stand for all.
+    /// The inputs from whose length a size is inferred: arrays of one axis of that size. One number is ignored, since
+    /// it may be broadcast.
     fn told_by(&self, key: SizeKey) -> String {
         let told = |(id, given): &(BufferId, Given)| {
             let Given::Slice(field) = given else { return None };

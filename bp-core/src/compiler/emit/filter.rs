@@ -8,7 +8,7 @@ use super::text::Text;
 use super::value::constant;
 use crate::model::{Model, Question};
 
-/// A question that is answered in closed form: a builder of its filter.
+/// Writes a question in closed form: a builder of its filter.
 pub(super) fn emit_filter(
     model: &Model,
     question: &Question,
@@ -33,7 +33,7 @@ pub(super) fn emit_filter(
         let told = std::iter::once(format!("The parameter `{}`.", parameter.name));
         text.documented(&told.chain(default).collect::<Vec<_>>());
         text.open(format!("pub fn {}(mut self, value: f64) -> Self", names.unique(&snake(&parameter.name))));
-        // The last of several is found first.
+        // Inserted first, so that the last of several settings takes effect.
         text.line(format!("self.parameters.insert(0, ({:?}, value));", parameter.name));
         text.line("self");
         text.close();

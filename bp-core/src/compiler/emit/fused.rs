@@ -13,14 +13,14 @@ use std::collections::{BTreeSet, HashMap};
 /// The longest axis that is unrolled.
 const WRITTEN_OUT: usize = 4;
 
-/// The most copies of a nest.
+/// Limit of the copies of a nest.
 const MOST_COPIES: usize = 16;
 
 /// A unit of execution.
 pub(super) enum Item<'k> {
     /// One nest, loop by loop.
     Alone(&'k Loops),
-    /// Nests that are done tile by tile.
+    /// Nests that are executed tile by tile.
     Run(Run<'k>),
 }
 

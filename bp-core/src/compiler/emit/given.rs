@@ -1,4 +1,4 @@
-//! Emitted code can assume that every array is given.
+//! Simplification of kernels for emitted code, in which every array is given.
 //!
 //! In: a kernel. Out: the same without the checks whether the host gave an array. Invariant: a missing optional input
 //! is a negative number, which is not a probability; emitted code always has the array.

@@ -70,7 +70,7 @@ pub(super) struct SizeField {
 struct OutputField {
     field: String,
     told: Vec<String>,
-    /// The answer, if the most probable values are asked.
+    /// The answer, if the question asks for the most probable values.
     best: Option<Best>,
 }
 
@@ -161,7 +161,7 @@ impl<'k> Interface<'k> {
         &self.outputs[&id].field
     }
 
-    /// The answer of an output, if its most probable values are asked.
+    /// The answer of an output, if the question asks for the most probable values.
     pub(super) fn best(&self, id: BufferId) -> Option<&Best> {
         self.outputs[&id].best.as_ref()
     }

@@ -69,9 +69,9 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
         }
     }
     let mut modules = Names::default();
-    // The name of the function that returns the model is taken.
+    // The name is reserved for the function that returns the model.
     modules.unique("model");
-    // First the names that the program gives, then those of further parts.
+    // Names from the program come before those of additional parts.
     let named: Vec<(String, &Question)> = (questions.iter())
         .map(|question| (modules.unique(&module_name(model, question)), question))
         .collect();
@@ -90,7 +90,7 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
     Emitted { text: text.finish(), refused }
 }
 
-/// The name of a question's module: its own, or, of one that is typed, what is made of which variables.
+/// The name of a question's module: its own; for an unnamed question, its statistic and variables.
 fn module_name(model: &Model, question: &Question) -> String {
     let is_name = |letter: char| letter.is_alphanumeric() || letter == '_';
     match question.asks.first() {
@@ -158,7 +158,7 @@ fn emit_question(
     Ok(())
 }
 
-/// Whether an ask speaks of what its question derives from the program.
+/// Whether an ask uses a variable that its question derives from the program.
 fn speaks_of_derived(model: &Model, ask: &Ask) -> bool {
     let searched = ask.searched.iter().map(|item| item.variable);
     let mut all = searched.chain(ask.known.iter().map(|known| known.variable));

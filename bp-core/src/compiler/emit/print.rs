@@ -79,7 +79,7 @@ pub(super) fn expression(it: &Expression) -> String {
         (Operation::Unary(Kind::Once, Unary::Not), [x]) => format!("1.0 - {x}"),
         (Operation::Unary(Kind::Lane, Unary::Not), [x]) => format!("T::ONE - {x}"),
         (Operation::Unary(_, Unary::Negate), [x]) => format!("-{x}"),
-        // The functions with identical results on every processor are slow without instruction selection.
+        // These functions have the same results on every processor, and are slow without instruction selection.
         (Operation::Unary(Kind::Once, operator), [x]) => format!("Unary::{operator:?}.apply({x})"),
         (Operation::Unary(Kind::Lane, operator), [x]) => format!("Scalar::{}({x})", function(*operator)),
         (Operation::Binary(of, operator), [x, y]) => arithmetic(*operator, x, y, kind(*of).0, kind(*of).1),
@@ -292,7 +292,7 @@ fn statement(it: &Statement, text: &mut Text) {
         Statement::Look(how, lanes) => text.line(look(*how, &format!("&{}[..width]", name(lanes)))),
         Statement::LookAtTile(how, tile) => {
             let is_linear = matches!(how, Look::Totals { is_linear: true });
-            // The last tile of a row begins with lanes that the tile before has counted.
+            // The last tile of a row begins with lanes that were counted in the previous tile.
             text.line(format!(
                 "suspects += suspect_tile(&{}, tile - at, count, {});",
                 name(tile),

@@ -16,7 +16,7 @@ use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, wit
 use crate::lower::Lowered;
 use crate::model::{Model, Question};
 
-/// The most nests of a question that is computed where it is asked.
+/// The largest number of nests of a question that is computed inline in the caller.
 const INLINED_NESTS: usize = 8;
 
 /// Writes the module of a question.
@@ -46,7 +46,7 @@ pub(super) fn emit(
     };
     text.line("/// Computes the answer.\n///\n/// # Errors");
     text.line(format!("/// A wrong length; a number that is no value of its domain, or that a form cannot have. {impossible}"));
-    // What is computed once is a few numbers: a call would take as long.
+    // A few numbers that are computed once: a call would take as long.
     if kernel.parallel.is_empty() && kernel.nests.len() <= INLINED_NESTS {
         text.line("#[inline(always)]");
     }
@@ -301,7 +301,8 @@ pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     }
 }
 
-/// A pass over a plate. A pass over its own axes, which is computed once, is in f64 as all that is computed once.
+/// Writes a pass over a plate. A pass over its own axes is computed once, in f64 like all values that are computed
+/// once.
 fn parallel(
     kernel: &Kernel,
     schedule: &Schedule,

@@ -1,7 +1,7 @@
-//! Moves conditions that are the same in all lanes out of the lanes.
+//! Hoists conditions that are the same in all lanes.
 //!
-//! In: a kernel. Out: the same, where `u and x < y` is `x < (u ? y : NaN)` if u and y are the same in all lanes. Invariant:
-//! nothing compares with NaN, so one comparison a lane is both conditions.
+//! In: a kernel. Out: the same, where `u and x < y` is `x < (u ? y : NaN)` if u and y are the same in all lanes.
+//! Invariant: comparisons with NaN are false, so one comparison for each lane tests both conditions.
 
 use crate::ids::ValueId;
 use crate::kernel::schedule::reachable;

@@ -25,7 +25,7 @@ impl Enums {
     /// Writes an enum for each variable with labels.
     pub(super) fn write(model: &Model, names: &mut Names, text: &mut Text) -> Self {
         let mut enums = Self::default();
-        // The present first: the previous instant has its type.
+        // Present variables first, since X^-1 has the type of X.
         let (now, before): (Vec<_>, Vec<_>) =
             model.variables.iter().partition(|(_, variable)| variable.previous_of.is_none());
         for (id, variable) in now.into_iter().chain(before) {

@@ -1,12 +1,12 @@
 //! Kernels as WGSL: the text of a compute shader for WebGPU, in f32.
 //!
-//! In: a [`Kernel`]. Out: a [`Shader`]: one module, and an entry point for each pass of its schedule. Invariant: the same
-//! nests and schedule as the other back ends read; an invocation makes one cell of a pass and reads only what earlier
-//! passes have finished, or what it has made itself.
+//! In: a [`Kernel`]. Out: a [`Shader`]: one module, and an entry point for each pass of its schedule. Invariant: nests
+//! and schedule are those of the other back ends; an invocation computes one cell of a pass and reads only results of
+//! earlier passes, or its own.
 //!
-//! All numbers, given and made, stand in one array, so that a kernel needs three bindings whatever it reads: `numbers`,
-//! `positions` and `shape`. [`Layout`] says where. What only its own invocation reads never goes there, and short loops
-//! over it are written out: so it can stay in registers.
+//! All numbers, inputs and results, are in one array, so that a kernel needs three bindings regardless of its inputs:
+//! `numbers`, `positions` and `shape`. [`Layout`] has the offsets. Results that only their own invocation reads are not
+//! in that array, and short loops over them are unrolled, so that they can stay in registers.
 //! Language: W3C, *WebGPU Shading Language*, 2026.
 
 mod functions;
@@ -28,10 +28,10 @@ use print::Printer;
 /// Invocations in a workgroup.
 pub const WORKGROUP: u32 = 64;
 
-/// Workgroups along the first direction of a dispatch, at most; the second direction takes the rest.
+/// Upper limit on workgroups along the first direction of a dispatch; the rest goes along the second direction.
 pub const MOST_WORKGROUPS: u32 = 65_535;
 
-/// Turns of a nest's loops that are written out, at most.
+/// Upper limit on the unrolled iterations of a nest's loops.
 const MOST_TURNS: usize = 64;
 
 /// A kernel as a compute shader.
@@ -41,7 +41,7 @@ pub struct Shader {
     pub text: String,
     /// Its entry points, in the order in which they are dispatched.
     pub passes: Vec<ShaderPass>,
-    /// Where its numbers stand.
+    /// The offsets of its numbers.
     pub layout: Layout,
 }
 
@@ -50,25 +50,26 @@ pub struct Shader {
 pub struct ShaderPass {
     /// Its name.
     pub entry: String,
-    /// The axes of its cells: an invocation for each.
+    /// The axes of its cells, each computed by one invocation.
     pub axes: Vec<AxisId>,
 }
 
-/// Writes a kernel as WGSL. The more of its extents are known ([`Kernel::with_sizes`]), the less is looked up.
+/// Writes a kernel as WGSL. Extents that are known ([`Kernel::with_sizes`]) are constants of the text, others are read
+/// at run time.
 pub fn emit_wgsl(kernel: &Kernel) -> Shader {
     let part = Part::of(kernel, "");
     Shader { text: module(std::slice::from_ref(&part)), passes: part.passes, layout: part.layout }
 }
 
-/// Writes several kernels as one module of WGSL: they share the three bindings, and each has entry points that begin with
-/// its name. Names that would be one are told apart by a number.
+/// Writes several kernels as one module of WGSL: they share the three bindings, and each has entry points that begin
+/// with its name. Equal names are distinguished by a number.
 pub fn emit_wgsl_module(kernels: &[Kernel]) -> String {
     if let [kernel] = kernels {
         return emit_wgsl(kernel).text;
     }
     let mut names = Names::default();
     let part = |kernel: &Kernel| {
-        // Identifiers of WGSL begin with one underscore at most.
+        // Identifiers of WGSL may begin with one underscore, not two.
         let name = names.unique(snake(&kernel.name).trim_matches('_'));
         Part::of(kernel, &format!("{name}_"))
     };
@@ -77,7 +78,7 @@ pub fn emit_wgsl_module(kernels: &[Kernel]) -> String {
 
 /// One kernel of a module.
 struct Part {
-    /// What its comments say.
+    /// Its comments.
     told: String,
     /// Its entry points.
     bodies: String,
@@ -86,7 +87,7 @@ struct Part {
 }
 
 impl Part {
-    /// The parts of a kernel; `before` begins the names of its entry points.
+    /// The parts of a kernel; `before` is the prefix of its entry points.
     fn of(kernel: &Kernel, before: &str) -> Self {
         let schedule = Schedule::of(kernel);
         let layout = Layout::of(kernel, &schedule);
@@ -123,7 +124,7 @@ fn module(parts: &[Part]) -> String {
     text.finish()
 }
 
-/// Says where a buffer stands.
+/// Documents the location of a buffer.
 fn describe(kernel: &Kernel, layout: &Layout, id: BufferId, text: &mut Text) {
     let Place::Stored { first, strides } = layout.place(id) else { return };
     let buffer = &kernel.buffers[id];
@@ -147,7 +148,7 @@ fn describe(kernel: &Kernel, layout: &Layout, id: BufferId, text: &mut Text) {
     text.line(in_a_comment(&line));
 }
 
-/// What stands in an input that holds values of a variable: who fills it converts, as `exec::Inputs` does.
+/// Documents the encoding of an input with values of a variable: the caller converts them, as `exec::Inputs` does.
 fn read_as(buffer: &Buffer) -> String {
     let Some(Values { variable, domain, numbers }) = &buffer.values else { return String::new() };
     let ordinal = match numbers {
@@ -159,7 +160,7 @@ fn read_as(buffer: &Buffer) -> String {
     format!(": a value of `{variable}`, {ordinal} {domain}")
 }
 
-/// The axes of which each cell is an invocation: those of the plate, or of the one buffer that is made.
+/// The axes whose cells are distributed over invocations: those of the plate, or of the only result.
 fn distributed(kernel: &Kernel, group: &Group) -> Vec<AxisId> {
     if group.parallel {
         return kernel.parallel.clone();
@@ -169,7 +170,7 @@ fn distributed(kernel: &Kernel, group: &Group) -> Vec<AxisId> {
     kernel.buffers[nest.out].axes.iter().copied().filter(|axis| !scanned(axis)).collect()
 }
 
-/// One pass in the making.
+/// A pass under construction.
 struct Pass<'k> {
     kernel: &'k Kernel,
     layout: &'k Layout,
@@ -207,8 +208,8 @@ impl Pass<'_> {
         text.close();
     }
 
-    /// Whether the loops of known extent are written out, turn by turn: over a plate each has few, and what is kept between
-    /// them is then no array.
+    /// Whether loops of known extent are unrolled: over a plate each has few iterations, and values kept between them
+    /// then need no array.
     fn is_written_out(&self, loops: &Loops) -> bool {
         let axes = loops.outer.iter().chain(&loops.inner).filter(|axis| !self.axes.contains(axis));
         let known = axes.filter_map(|axis| self.kernel.axes[*axis].extent.known());
@@ -226,7 +227,7 @@ impl Pass<'_> {
         if depth < outer {
             let axis = loops.outer[depth];
             let within = self.nest(loops, depth + 1, written_out);
-            // Axes of the pass run already.
+            // The axes of the pass are fixed in an invocation.
             match self.axes.contains(&axis) {
                 true => made.extend(within),
                 false => made.extend(self.through(axis, false, written_out, within)),
@@ -267,7 +268,7 @@ impl Pass<'_> {
         made
     }
 
-    /// Runs through an axis, or writes out its turns.
+    /// Loops over an axis, or unrolls the loop.
     fn through(
         &self,
         axis: AxisId,
@@ -284,7 +285,7 @@ impl Pass<'_> {
         }
     }
 
-    /// The running cell of a buffer that is made.
+    /// The current cell of a result buffer.
     fn cell(&self, out: BufferId) -> Expression {
         let running = self.kernel.buffers[out].axes.iter().map(|axis| Of::Running(*axis).into());
         Operation::Cell(out).of(running.collect::<Vec<Expression>>())

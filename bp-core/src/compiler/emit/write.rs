@@ -1,8 +1,8 @@
-//! Fused nests in the loop language: the location of their lanes is computed for a block; then each tile passes through all
-//! of them.
+//! Fused nests in the loop language: the locations of lanes are computed once for a block; then each tile passes
+//! through all nests.
 //!
-//! In: items of nests that follow each other. Out: their statements. Invariant: names have copies by the indices of unrolled
-//! axes. A tile is an array of known length, so that it stays in registers and each number is stored once.
+//! In: items of consecutive nests. Out: their statements. Invariant: names have copies by the indices of unrolled axes.
+//! A tile is an array of known length, so that it stays in registers and each number is stored once.
 
 use super::blocks::Room;
 use super::fused::{Fused, Run, choices, values, written_out};
@@ -13,7 +13,7 @@ use crate::kernel::{Check, Node};
 use crate::loops::{Expression, Grain, Kind, Lanes, Local, Of, Operation, Statement, Target, Type};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Tiles that are kept in registers, at most.
+/// Upper limit on the tiles that are kept in registers.
 const MOST_TILES: usize = 16;
 
 type Choice = HashMap<AxisId, usize>;
@@ -21,9 +21,9 @@ type Choice = HashMap<AxisId, usize>;
 /// A copy of a value.
 type Instance = (ValueId, Vec<usize>);
 
-/// Where the lanes of a tile come from.
+/// The source of the lanes of a tile.
 enum Origin {
-    /// A tile that another item of the run has kept.
+    /// A tile kept by another item of the run.
     Kept(Expression),
     /// An array.
     Array(Expression),
@@ -32,7 +32,7 @@ enum Origin {
 /// One item, in parts.
 #[derive(Default)]
 struct Parts {
-    /// What is the same for the block: outside the item's loop, and inside it.
+    /// Statements executed once for a block: outside the item's loop, and inside it.
     outside: Vec<Statement>,
     inside: Vec<Statement>,
     /// One lane.
@@ -42,7 +42,7 @@ struct Parts {
     fetched: Vec<(Instance, bool, Origin)>,
     /// Numbers that change inside the item's loop.
     numbers: Vec<Instance>,
-    /// Tiles that are made: name of the copy, buffer, and plane.
+    /// Computed tiles: name of the copy, buffer, and plane.
     made: Vec<(Vec<usize>, BufferId, Expression)>,
 }
 
@@ -56,7 +56,7 @@ fn local(of: impl Fn(ValueId) -> Of, (value, copy): &Instance) -> Local {
     Local::new(of(*value), copy)
 }
 
-/// The order of copies in the text: that of their names.
+/// The order of copies in the text, by their names.
 fn in_order(one: &Instance, other: &Instance) -> std::cmp::Ordering {
     let name = |copy: &Instance| super::print::name(&local(Of::Lane, copy));
     name(one).cmp(&name(other))
@@ -139,7 +139,7 @@ impl Nests<'_> {
         parts
     }
 
-    /// The values of axes that are written out, of those among `axes`.
+    /// The indices of those of these axes that are unrolled.
     fn copy(&self, axes: impl Iterator<Item = AxisId>, choice: &Choice) -> Vec<usize> {
         let chosen: BTreeSet<AxisId> = axes.filter(|axis| choice.contains_key(axis)).collect();
         chosen.iter().map(|axis| choice[axis]).collect()
@@ -149,7 +149,7 @@ impl Nests<'_> {
         (value, self.copy(self.axes_of(value).into_iter(), choice))
     }
 
-    /// Puts one value where it is computed.
+    /// Adds a value to the part in which it is computed.
     fn put(&self, run: &Run<'_>, fused: &Fused<'_>, value: ValueId, choice: &Choice, parts: &mut Parts) {
         let copy = self.copy_of(value, choice);
         if !parts.named.insert(copy.clone()) {
@@ -196,7 +196,7 @@ impl Nests<'_> {
         if inside { parts.inside.extend(made) } else { parts.outside.extend(made) }
     }
 
-    /// An expression of one lane: fetched lanes have been read already.
+    /// An expression of one lane; fetched lanes are named already.
     fn lane_in(&self, of: &Expression, choice: &Choice) -> Expression {
         self.instance(of, choice).renamed(&|operation| match operation {
             Operation::LaneOf(Local { of: Of::Fetched(value), copy }) => {
@@ -224,7 +224,7 @@ impl Nests<'_> {
         })
     }
 
-    /// What is the same for a block: numbers, and where lanes stand.
+    /// The statements of a block before its tiles: numbers, and the locations of lanes.
     fn settle(&self, fused: &Fused<'_>, parts: &Parts, rooms: &mut BTreeMap<Local, Room>) -> Vec<Statement> {
         let mut made = parts.outside.clone();
         let Some(axis) = fused.axis.filter(|_| !parts.inside.is_empty()) else { return made };
@@ -253,7 +253,7 @@ impl Nests<'_> {
 
     /// One tile of an item.
     fn tile(&self, run: &Run<'_>, fused: &Fused<'_>, parts: &Parts, shared: &[BufferId]) -> Vec<Statement> {
-        // What is folded over the item's loop is begun before it and given away after it.
+        // A fold over the item's loop is initialised before the loop and stored after it.
         let (mut begun, mut given, mut steps) =
             ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()], Vec::new());
         for (copy, out, plane) in &parts.made {
@@ -320,7 +320,7 @@ impl Nests<'_> {
         }
     }
 
-    /// Where a tile goes: to the host's buffers, to lanes that are kept for other items, to tiles for those of this run.
+    /// The destinations of a tile: result buffers, lanes kept for other items, tiles for items of this run.
     fn targets(
         &self,
         run: &Run<'_>,
@@ -352,7 +352,7 @@ impl Nests<'_> {
         targets
     }
 
-    /// The buffers of which tiles are kept for other items of a run.
+    /// The buffers whose tiles are kept for other items of a run.
     fn kept(&self, run: &Run<'_>) -> Vec<BufferId> {
         let made = run.items.iter().flat_map(|item| item.nests.iter().map(move |nest| (item, nest)));
         made.map(|(item, nest)| (item, self.kernel.nests[nest.nest].out))

@@ -227,7 +227,7 @@ impl KernelBuilder {
         self.compute(name, axes, Reduce::Fold(fold, over.to_vec()), value)
     }
 
-    /// What a value is more than another one, where numbers are added to that and taken away from it.
+    /// The constant difference between a value and a base value, found through chains of additions and subtractions.
     pub fn more_than(&self, base: ValueId, value: ValueId) -> Option<f64> {
         match self.kernel.nodes[value] {
             _ if value == base => Some(0.0),

@@ -59,7 +59,7 @@ impl Extent {
 /// One loop.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Axis {
-    /// The variable that it stands for.
+    /// The name of its variable.
     pub name: String,
     /// Its extent.
     pub extent: Extent,

@@ -119,7 +119,7 @@ pub(crate) fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
 fn varying(kernel: &Kernel) -> Vec<bool> {
     let lane = kernel.parallel.last().copied();
     let mut varying = vec![false; kernel.nodes.len()];
-    // Operands come before what they are operands of, so one pass is enough.
+    // Operands precede the nodes that use them, so one pass is enough.
     for (id, node) in kernel.nodes.iter() {
         let own = node.axes().into_iter().any(|axis| Some(axis) == lane);
         varying[id.position()] =

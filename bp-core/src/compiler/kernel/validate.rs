@@ -1,12 +1,12 @@
 //! Validation of kernels before they reach a back end.
 //!
-//! In: a kernel that has been built. Out: nothing; a panic with the word `internal` and the reason where the kernel
-//! breaks a rule, since only this crate builds kernels. Invariant: back ends rely on these checks.
+//! In: a complete kernel. Out: nothing; a panic with the word `internal` and the reason where the kernel breaks a rule,
+//! since only this crate builds kernels. Invariant: back ends rely on these checks.
 //!
-//! The rules: ids exist, and operands come before what is made of them; a load has an index for each axis of its buffer, and
-//! lies inside by its extents; a nest makes a buffer that no other makes, from buffers that are given or finished, and runs
-//! along every axis that its value depends on; what has axes of the plate has all of them, last; each input and each output
-//! is one buffer; every size and set has a name.
+//! The rules: ids exist, and operands precede the nodes that use them; a load has an index for each axis of its buffer,
+//! within its extent; a nest computes a buffer that no other nest computes, from inputs or finished buffers, and runs
+//! along every axis that its value depends on; a buffer with an axis of the plate has all of them, last; each input and
+//! each output is one buffer; every size and set has a name.
 
 use super::schedule::{reachable, roots};
 use super::{Displacements, Extent, Index, InputKey, Kernel, Nest, Node, Reduce, Role};

@@ -107,7 +107,7 @@ pub(crate) enum Statement {
     },
     /// Checks the lanes of a block.
     Look(Look, Local),
-    /// Checks the lanes of a tile, but for those of the tile before.
+    /// Checks the lanes of a tile, except those that overlap the previous tile.
     LookAtTile(Look, Local),
     /// Stores a tile; `doubt`: it is also added to the sum that detects NaN.
     KeepTile {

@@ -118,14 +118,14 @@ impl ModelBuilder {
         self.model.expressions.push(expression)
     }
 
-    /// The nodes from this one on, taken out again; they refer to each other by their places among them.
+    /// Removes the nodes from this one on and returns them; they refer to each other by their positions among them.
     pub(crate) fn take_nodes(&mut self, first: usize) -> Vec<Expression> {
         let local = |id: ExpressionId| ExpressionId::new(id.position() - first);
         let taken = self.model.expressions.split_off(first);
         taken.iter().map(|node| node.renumbered(&local)).collect()
     }
 
-    /// Takes out again the variables from this one on.
+    /// Removes the variables from this one on.
     pub(crate) fn forget_variables(&mut self, first: usize) {
         self.model.variables.split_off(first);
     }

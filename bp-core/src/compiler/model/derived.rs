@@ -1,8 +1,8 @@
-//! What a question speaks of beside whole variables: predicates, functions, elements and slices of families.
+//! Derived variables of a question: predicates, functions, elements and slices of families.
 //!
-//! In: an expression over a program's variables. Out: [`Derived`], and the program with a variable that a Dirac makes of that
-//! expression, so that every strategy answers it. Invariant: in a question a derived variable has an id beyond those of any
-//! program, until [`Model::pose`] adds it to the program that is asked.
+//! In: an expression over a program's variables. Out: [`Derived`], and the program with a variable whose form is a
+//! Dirac at that expression, so that every strategy answers it. Invariant: in a question a derived variable has an id
+//! beyond those of any program, until [`Model::pose`] adds it to the program.
 
 use super::{Ask, Domain, Expression, Factor, Family, Form, IndexSpace, Model, Question, Range};
 use super::{Statistic, Variable, VariableUse};
@@ -10,36 +10,36 @@ use crate::ids::{ExpressionId, Id, VariableId};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// A variable that a question makes of those of the program.
+/// A variable that a question derives from those of the program.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Derived {
-    /// As it was written: `Tau > 5`, `Y[3]`.
+    /// Its notation: `Tau > 5`, `Y[3]`.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: DerivedKind,
     /// Its values.
     pub domain: Domain,
-    /// Of a slice, the elements.
+    /// For a slice, the elements.
     pub over: Option<Range>,
-    /// The variables that it is made of; elements are nodes of this list.
+    /// The variables in its expression; their element indices are nodes of this list.
     pub right: Vec<VariableUse>,
-    /// The nodes of its expression, operands first; they refer to each other by their places in this list.
+    /// The nodes of its expression, operands first; they refer to each other by their positions in this list.
     pub nodes: Vec<Expression>,
 }
 
-/// What a derived variable is.
+/// The kind of a derived variable.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum DerivedKind {
     /// An expression that is true or false.
     Predicate,
     /// Any other expression.
     Function,
-    /// One element of a family, or some of them.
+    /// One element of a family, or a slice.
     Element,
 }
 
 impl Derived {
-    /// The id that the n-th derived variable of a question has in that question.
+    /// The id of the n-th derived variable in its question.
     pub fn id(number: usize) -> VariableId {
         VariableId::new(u32::MAX as usize - number)
     }
@@ -64,7 +64,7 @@ impl Ask {
 }
 
 impl Model {
-    /// Adds what a question derives; gives the question in the ids of this program.
+    /// Adds the derived variables of a question to the program; returns the question with their ids.
     pub fn pose(&mut self, question: &Question) -> Question {
         if question.derived.is_empty() {
             return question.clone();
@@ -75,7 +75,7 @@ impl Model {
         Question { derived: Vec::new(), ..question.clone() }.renamed(&name)
     }
 
-    /// The program and the question that all strategies answer: with what the question derives.
+    /// The program with the question's derived variables, and the question with their ids: the input of all strategies.
     pub fn posed<'m, 'q>(&'m self, question: &'q Question) -> (Cow<'m, Model>, Cow<'q, Question>) {
         if question.derived.is_empty() {
             return (Cow::Borrowed(self), Cow::Borrowed(question));
@@ -85,7 +85,7 @@ impl Model {
         (Cow::Owned(model), Cow::Owned(question))
     }
 
-    /// Adds a variable, and the factor that says what it is.
+    /// Adds a derived variable and its factor.
     fn add_derived(&mut self, derived: &Derived) -> VariableId {
         let first = self.expressions.len();
         let shifted = |id: ExpressionId| ExpressionId::new(id.position() + first);
@@ -94,7 +94,7 @@ impl Model {
         }
         let value = ExpressionId::new(self.expressions.len() - 1);
         let family = derived.over.map(|range| Family { over: IndexSpace::Range(range), except: None });
-        // The elements of a slice are called as in their family.
+        // The elements of a slice keep the names that they have in their family.
         let name = match derived.over {
             Some(_) => self.variables[derived.right[0].variable].name.clone(),
             None => derived.name.clone(),

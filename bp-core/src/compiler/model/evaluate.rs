@@ -1,37 +1,37 @@
-//! The meaning of an expression: what each node is, given its operands.
+//! The semantics of expressions: the value of each node, given its operands.
 //!
-//! In: an expression, and an [`Environment`]: what variables, parameters and indices read as, and an arithmetic. Out: a number of
-//! that arithmetic. Invariant: operators and choices are written once, for numbers (draws, chains, trees, learning,
-//! constants) and for the nodes of a kernel.
+//! In: an expression, and an [`Environment`] that supplies variables, parameters, indices and an arithmetic. Out: a
+//! number of that arithmetic. Invariant: operators and choices are written once, for numbers (draws, chains, trees,
+//! learning, constants) and for the nodes of a kernel.
 
 use super::{Domain, Expression, Folded, IndexSpace, Model, VariableUse};
 use crate::ids::{ExpressionId, Id, ParameterId, QuestionId, VariableId};
 use crate::law::{Arithmetic, Numbers};
 
-/// What the parts of an expression read as.
+/// The values of the parts of an expression.
 pub trait Environment: Sized {
-    /// The arithmetic that the expression is worked out by.
+    /// The arithmetic of the evaluation.
     type By: Arithmetic;
-    /// Why an expression has no value.
+    /// The reason why an expression has no value.
     type Stop;
 
     /// The arithmetic.
     fn by(&mut self) -> &mut Self::By;
     /// The value of an operand.
     fn operand(&mut self, id: ExpressionId) -> Read<Self>;
-    /// The value of an operand that is one number where a vector is worked out as well: an index or a condition.
+    /// The value of an operand that is a scalar even where vectors are evaluated: an index or a condition.
     fn scalar(&mut self, id: ExpressionId) -> Read<Self> {
         self.operand(id)
     }
     /// A parameter; of a field, its element at these indices.
     fn parameter(&mut self, parameter: ParameterId, indices: &[ExpressionId]) -> Read<Self>;
-    /// The number that the value of a variable is.
+    /// The number of a variable's value.
     fn variable(&mut self, use_: &VariableUse) -> Read<Self>;
     /// The index of the enclosing `prod` at this depth.
     fn index(&mut self, depth: usize) -> Read<Self>;
     /// The index of the first true element of a family.
     fn first(&mut self, family: VariableId, with: Option<(ExpressionId, ExpressionId)>) -> Read<Self>;
-    /// The answer of another program, what is read at a cell of a grid, or a vector.
+    /// The answer of another program, a value at a cell of a grid, or a vector.
     fn other(&mut self, expression: &Expression) -> Read<Self>;
 
     /// The value of a node.
@@ -68,10 +68,10 @@ pub trait Environment: Sized {
     }
 }
 
-/// The value of an expression in an environment, or why it has none.
+/// The value of an expression in an environment, or the reason why it has none.
 pub type Read<E> = Result<<<E as Environment>::By as Arithmetic>::Number, <E as Environment>::Stop>;
 
-/// Where only some variables have values. There is no value where an expression depends on more.
+/// An environment in which only some variables have values. An expression that depends on others has no value.
 struct Partly<'e, F> {
     value: &'e F,
     below: &'e Folded<Option<f64>>,
@@ -116,7 +116,7 @@ impl Model {
         self.evaluate_uses(id, &|use_| use_.element.is_none().then(|| value(use_.variable)).flatten())
     }
 
-    /// The number that an expression is where variables, and elements of families, have these values.
+    /// The number of an expression at these values of variables and elements of families.
     pub fn evaluate_uses(
         &self,
         id: ExpressionId,

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub struct VariableUse {
     /// The variable.
     pub variable: VariableId,
-    /// For a family: which element; `None` is the whole of it.
+    /// For a family: the element; `None` means all elements.
     pub element: Option<ExpressionId>,
 }
 
@@ -52,7 +52,7 @@ pub enum Expression {
         otherwise: ExpressionId,
     },
     /// `first(G with O at C)`: the index of the first true element of the family, with `value` in place of the element
-    /// at index `at`; one past the last index if none is true.
+    /// at index `at`; one past the last index if all are false.
     First {
         /// A family of booleans along a range.
         family: VariableId,

@@ -1,7 +1,7 @@
-//! Which expressions are linear in some variables, and with what coefficients.
+//! Linearity of expressions in some variables, and their coefficients.
 //!
-//! In: an expression, and the variables in question or the numbers of parameters. Out: its degree, or a [`LinearForm`]. Invariant:
-//! degrees 0 and 1 hold whatever values the other variables have. No other part decides what is linear.
+//! In: an expression, and the variables in question or the numbers of parameters. Out: its degree, or a [`LinearForm`].
+//! Invariant: degrees 0 and 1 hold for all values of the other variables. Only this module decides linearity.
 
 use super::{Domain, Expression, Folded, Model};
 use crate::ids::{ExpressionId, VariableId};
@@ -19,7 +19,7 @@ impl Model {
         self.fold(id, |expression, below| degree_of(expression, below, wanted))
     }
 
-    /// How many components a value of a variable has.
+    /// The number of components of a variable's value.
     pub fn components(&self, variable: VariableId) -> usize {
         match self.variables[variable].domain {
             Domain::Vector(length) => length,
@@ -28,7 +28,7 @@ impl Model {
     }
 }
 
-/// The degree of a node, given those of its operands: 0 where none of the variables is in it.
+/// The degree of a node, given those of its operands: 0 if it contains none of the variables.
 fn degree_of(
     expression: &Expression,
     below: &Folded<Option<u8>>,
@@ -49,7 +49,7 @@ fn degree_of(
         Expression::Vector(name, parts) if name == "vector" => {
             parts.iter().try_fold(0, |most, part| Some(of(*part)?.max(most)))
         }
-        // A rotation is linear in what it turns.
+        // A rotation is linear in the vector that it rotates.
         Expression::Vector(name, parts) if name == "rotate" => (of(parts[1])? == 0).then_some(of(parts[0])?),
         Expression::First { family, .. } if wanted(*family) => None,
         _ => {
@@ -63,16 +63,16 @@ fn degree_of(
 /// A linear form: Σ coefficient · variable + constant.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LinearForm {
-    /// Coefficients, of a variable and its component (0 of a number).
+    /// Coefficients by variable and component (0 for a scalar).
     pub coefficients: BTreeMap<(VariableId, usize), f64>,
     /// Constant.
     pub constant: f64,
 }
 
 impl LinearForm {
-    /// The linear form that an expression, or one component of a vector, is where parameters have these values.
+    /// The linear form of an expression, or of one component of a vector, at these values of the parameters.
     pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
-        // A component of a sum of vectors is the sum of the components; of a vector it is one number.
+        // A component of a sum of vectors is the sum of their components; that of a vector literal is one expression.
         let mut id = id;
         while let Expression::Vector(_, parts) = &model.expressions[id] {
             id = parts[component];
@@ -114,7 +114,8 @@ impl LinearForm {
                     _ if left.coefficients.is_empty() && right.coefficients.is_empty() => {
                         constant(operator.apply(left.constant, right.constant))
                     }
-                    // What a predicate compares is against 0; several comparisons are along the line of the first.
+                    // A comparison is taken as the difference of its sides against 0; several comparisons share the
+                    // linear form of the first.
                     Binary::And | Binary::Or if left.coefficients.is_empty() => right.clone(),
                     Binary::And | Binary::Or => left.clone(),
                     operator if operator.compares() => left.clone().plus(&right.clone().times(-1.0)),

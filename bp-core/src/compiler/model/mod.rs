@@ -112,12 +112,12 @@ pub enum ParameterKind {
     Size,
 }
 
-/// The index that the whole program is repeated over: `program Cell over C in Grid`.
+/// The index over which the whole program is repeated: `program Cell over C in Grid`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Plate {
     /// The index, a variable known in every question. Its domain is `Domain::Set(set)`.
     pub index: VariableId,
-    /// The set that it runs over.
+    /// The set over which it ranges.
     pub set: SetId,
 }
 
@@ -132,7 +132,7 @@ pub struct Variable {
     pub domain: Domain,
     /// For a family: its index.
     pub family: Option<Family>,
-    /// Of a variable that a question makes of others, what it is; none of the program's own.
+    /// For a variable that a question derives from others, its kind; `None` for the program's own.
     #[serde(default)]
     pub derived: Option<DerivedKind>,
 }
@@ -162,7 +162,7 @@ pub struct Factor {
 /// Parameters to be learned from data: `identification { mu, sigma from recordings by C; }`.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Identification {
-    /// What is learned.
+    /// The learned parameters.
     pub parameters: Vec<ParameterId>,
     /// The name of the data set.
     pub data: String,
@@ -179,7 +179,7 @@ pub struct Subroutine {
     pub program: Model,
     /// The name of its question: one distribution of one variable, given the value of each known one.
     pub question: String,
-    /// Its answer, once it has been asked (`answer::link`): by known variables in the order of the question, then by the
+    /// Its answer, once it is linked (`answer::link`): by known variables in the order of the question, then by the
     /// searched one. Empty until then.
     pub table: Vec<f64>,
 }

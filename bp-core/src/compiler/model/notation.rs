@@ -118,7 +118,7 @@ impl Model {
             Value::Given(name) => name.clone(),
         };
         let item = |variable: VariableId, at: Option<&Value>| match at {
-            // A predicate that holds.
+            // A predicate that is true.
             Some(Value::Ordinal(1)) if self.is_predicate(variable) => self.spelled(variable),
             Some(at) => format!("{} = {}", self.spelled(variable), value(variable, at)),
             None => self.spelled(variable),

@@ -14,7 +14,7 @@ pub struct Question {
     pub name: String,
     /// The asks, in order.
     pub asks: Vec<Ask>,
-    /// What it speaks of beside whole variables.
+    /// Its derived variables: predicates, functions, elements and slices.
     #[serde(default)]
     pub derived: Vec<Derived>,
 }
@@ -55,8 +55,9 @@ pub enum Statistic {
     Distribution,
     /// Its largest value: `max P(S | K)`.
     Maximum,
-    /// The values at which it is largest: `argmax P(S | K)`. Among equals, the one with the smallest value of the field
-    /// `nearest`, given at run time; then the first. For a sequence it is the most likely one (Viterbi 1967).
+    /// The values at which it is largest: `argmax P(S
+    /// K)`. Ties are broken by the smallest value of the field `nearest`, given at run time; then the first value is
+    /// taken. For a sequence it is the most likely one (Viterbi 1967).
     Argmax {
         /// Name of the field that breaks ties.
         nearest: Option<String>,
@@ -83,7 +84,7 @@ pub enum Statistic {
 }
 
 impl Ask {
-    /// The words before the distribution, with a blank after them; empty for a distribution of now.
+    /// The words before the distribution, followed by a blank; empty for a distribution without time.
     pub fn words(&self) -> String {
         let words = match (self.when, &self.statistic) {
             (When::Sequence, Statistic::Argmax { .. }) => [self.when.word(), String::new()],
@@ -94,7 +95,7 @@ impl Ask {
 }
 
 impl When {
-    /// Its notation before the distribution; empty for now.
+    /// Its notation before the distribution; empty without time.
     pub fn word(&self) -> String {
         match self {
             When::Now => String::new(),
@@ -138,7 +139,7 @@ impl Statistic {
         }
     }
 
-    /// The known variables of the second distribution; none if there is none.
+    /// The known variables of the second distribution; empty if there is none.
     pub fn from(&self) -> &[Known] {
         if let Statistic::Divergence { from, .. } = self { from } else { &[] }
     }
@@ -167,8 +168,8 @@ pub struct Known {
 pub enum Finding {
     /// Its value.
     Hard(Value),
-    /// None: the answer is a table with a row for each value. (Real numbers, which have no table, and variables whose
-    /// form is a question to another program, are given when asked.)
+    /// No value: the answer is a table with a row for each value. (Real numbers, which have no table, and variables
+    /// whose form is a question to another program, are given when asked.)
     Each,
     /// A likelihood for each of its values, in the domain's order: virtual evidence in Pearl's sense. It multiplies the
     /// joint distribution and need not sum to one.

@@ -1,7 +1,7 @@
-//! What WGSL has not: the functions that kernels call.
+//! The functions of kernels that WGSL lacks.
 //!
-//! In: the text of a shader. Out: those of the functions that it names, and what these name. Invariant: as close to the
-//! interpreter as f32 allows.
+//! In: the text of a shader. Out: the functions that it uses, directly or through other functions. Invariant: as close
+//! to the interpreter as f32 allows.
 //!
 //! Φ: the Chebyshev fit of Press et al., *Numerical Recipes*, 2nd ed., section 6.2. ln Γ: Lanczos' series with the
 //! coefficients of the same book, section 6.1. ln I₀: Abramowitz and Stegun 9.8.1 and 9.8.2.
@@ -62,11 +62,11 @@ const FUNCTIONS: [(&str, &str); 7] = [
         + t * (-0.02057706 + t * (0.02635537 + t * (-0.01647633 + t * 0.00392377))))))));
 }",
     ),
-    // A constant expression must be finite, so that the bits are read from the buffer.
+    // WGSL constants must be finite, so the bits of ∞ are read from the buffer.
     ("infinity", "// shape[0] holds its bits.\nfn infinity() -> f32 {\n    return bitcast<f32>(shape[0]);\n}"),
 ];
 
-/// The functions that a text needs.
+/// The functions that a text uses.
 pub(super) fn needed(text: &str) -> String {
     let mut needed = String::new();
     for (name, function) in FUNCTIONS {

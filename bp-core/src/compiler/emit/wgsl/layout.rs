@@ -1,26 +1,26 @@
-//! Where the numbers of a shader stand.
+//! The memory layout of a shader.
 //!
-//! In: a kernel and its schedule. Out: for each buffer, whether it lives within an invocation, and else where its elements
-//! are in the one array of all numbers. Invariant: what the extents of the kernel settle is a number of the text; only
-//! what they leave open is read from `shape`.
+//! In: a kernel and its schedule. Out: for each buffer, whether it is private to an invocation, and otherwise the
+//! offsets of its elements in the common array. Invariant: offsets determined by known extents are constants of the
+//! text; only the others are read from `shape`.
 
 use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::schedule::Schedule;
 use crate::kernel::{Kernel, Role};
 
-/// Numbers that an invocation keeps of one buffer, at most: more would not stay near it.
+/// Upper limit on the numbers of one private buffer: a larger one would not fit in registers or local memory.
 const MOST_PRIVATE: usize = 256;
 
-/// A whole number that the text may know.
+/// A whole number: a constant of the text, or one read from `shape`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Term {
     Known(usize),
-    /// A place in `shape`.
+    /// A position in `shape`.
     Shape(usize),
 }
 
 impl Term {
-    /// As it is told to people.
+    /// Its notation in comments.
     pub(super) fn told(self) -> String {
         match self {
             Self::Known(number) => format!("{number}"),
@@ -28,7 +28,7 @@ impl Term {
         }
     }
 
-    /// As `u32`.
+    /// Its notation as `u32`.
     pub(super) fn unsigned(self) -> String {
         match self {
             Self::Known(number) => format!("{number}u"),
@@ -36,7 +36,7 @@ impl Term {
         }
     }
 
-    /// As `i32`.
+    /// Its notation as `i32`.
     pub(super) fn signed(self) -> String {
         match self {
             Self::Known(number) => format!("{number}"),
@@ -45,26 +45,27 @@ impl Term {
     }
 }
 
-/// Where a buffer is.
+/// The location of a buffer.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Place {
-    /// In variables of an invocation, which makes and reads it alone: so many.
+    /// Private variables of an invocation, this many.
     Private(usize),
     /// In the array of all numbers, or of all positions.
     Stored {
         /// The first element.
         first: Term,
-        /// How far apart neighbours along each axis are.
+        /// The stride along each axis.
         strides: Vec<Term>,
     },
 }
 
-/// Where everything is. `shape` is an array of `u32`: the bits of ∞, then what the text does not know.
+/// The layout of all buffers. `shape` is an array of `u32`: the bits of ∞, then the numbers that the text does not
+/// know.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Layout {
     extents: Vec<Term>,
     places: Vec<Place>,
-    /// How many numbers `shape` has.
+    /// The length of `shape`.
     pub(super) length: usize,
 }
 
@@ -79,7 +80,7 @@ impl Layout {
         let extents =
             kernel.axes.values().map(|axis| axis.extent.known().map_or_else(&mut open, Term::Known));
         let extents: Vec<Term> = extents.collect();
-        // Where the next buffer begins, as long as that is known.
+        // The offset of the next buffer, where it is known.
         let (mut numbers, mut positions) = (Some(0), Some(0));
         let mut places = Vec::new();
         for (id, buffer) in kernel.buffers.iter() {
@@ -112,18 +113,19 @@ impl Layout {
         &self.places[buffer.position()]
     }
 
-    /// Whether a buffer stands in the array of all numbers, or of all positions: one after the other, in their order.
+    /// Whether a buffer is in the array of all numbers, or of all positions; buffers follow each other in their order.
     pub fn is_stored(&self, buffer: BufferId) -> bool {
         matches!(self.place(buffer), Place::Stored { .. })
     }
 }
 
-/// What a shader can count.
+/// A count that fits in a shader's integers.
 fn countable(number: usize) -> Option<usize> {
     u32::try_from(number).is_ok().then_some(number)
 }
 
-/// How many numbers an invocation keeps of a buffer that none but itself reads; none where that is not known, or too many.
+/// The number of cells of a buffer that is private to an invocation; `None` where it is shared, too large, or of
+/// unknown size.
 fn private(kernel: &Kernel, schedule: &Schedule, buffer: BufferId) -> Option<usize> {
     let own = kernel.buffers[buffer].axes.iter().filter(|axis| !kernel.parallel.contains(axis));
     let count = kernel.known_cells(own)?;

@@ -1,7 +1,7 @@
 //! The printer of loops as WGSL.
 //!
-//! In: statements of the loop language, and the layout of arrays. Out: lines. Invariant: an invocation has no lanes; a value
-//! is `v` with its position, and all numbers are f32.
+//! In: statements of the loop language, and the layout of arrays. Out: lines. Invariant: an invocation has no lanes; a
+//! value is named `v` and its position, and all numbers are f32.
 
 use super::layout::{Layout, Place, Term};
 use super::value::{binary, constant, unary};
@@ -59,7 +59,7 @@ impl Printer<'_> {
         let made = &self.kernel.buffers[buffer];
         match self.layout.place(buffer) {
             Place::Private(_) => {
-                // Of the plate, the invocation has one cell.
+                // An invocation has one cell of the plate, so these axes have no index.
                 let own =
                     made.axes.iter().zip(indices).filter(|(axis, _)| !self.kernel.parallel.contains(axis));
                 let offset = own.fold(String::new(), |offset, (axis, index)| match offset.is_empty() {

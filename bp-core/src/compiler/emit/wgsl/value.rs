@@ -1,7 +1,7 @@
 //! Nodes in the loop language, and the WGSL text of their operators.
 //!
-//! In: a node whose operands have been named. Out: its statement. Invariant: indices that may be out of range are checked before
-//! they are used.
+//! In: a node whose operands have names. Out: its statement. Invariant: indices that may be out of range are checked
+//! before use.
 
 use super::Pass;
 use crate::ids::{BufferId, ValueId};
@@ -40,7 +40,7 @@ impl Pass<'_> {
         made
     }
 
-    /// What must hold for an element to be there, and the element. Places that are computed get names of their own.
+    /// The condition under which an element is in range, and the element. Computed indices get names of their own.
     fn load(
         &self,
         value: ValueId,
@@ -87,7 +87,7 @@ impl Pass<'_> {
 }
 
 pub(super) fn constant(number: f64) -> String {
-    // The largest and smallest numbers of f32 stand for what lies beyond them; a literal must not overflow.
+    // Numbers out of the range of f32 become its largest or smallest number, since a literal must not overflow.
     let single = number as f32;
     match single.is_finite() {
         true => format!("f32({single:?})"),
