@@ -38,7 +38,7 @@ impl Bins {
         self.edges.len() - 1
     }
 
-    /// The edges, one more than there are bins.
+    /// The edges, one more than the number of bins.
     pub fn edges(&self) -> &[f64] {
         &self.edges
     }

@@ -33,9 +33,9 @@ pub enum Error {
     /// A file that cannot be read or written.
     #[error("`{}`: {source}", path.display())]
     File {
-        /// Which.
+        /// The path.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
     /// An input that is missing or invalid.
@@ -77,26 +77,26 @@ pub enum Error {
         path: PathBuf,
         /// The row in it.
         row: usize,
-        /// Why.
+        /// The reason.
         error: Box<Error>,
     },
     /// Evidence of probability zero.
     #[error("{0}")]
     Impossible(Impossible),
-    /// Evidence that no draw met, of which the program does not say that it is impossible.
+    /// Evidence that no draw met, although no factor excludes it.
     #[error("none of {draws} draws met the evidence of `{question}`: it is rare or impossible; {help}")]
     Unmet {
         /// The question.
         question: String,
-        /// How many draws were made.
+        /// The number of draws.
         draws: usize,
-        /// The way out.
+        /// The suggested remedy.
         help: String,
     },
-    /// Evidence of probability zero, and where that was found first.
+    /// Evidence of probability zero, and where it was first detected.
     #[error("the evidence has probability zero: {names} cannot have these values, given the rest")]
     Contradiction {
-        /// The observed variables of that place, by number.
+        /// The observed variables in that table, by number.
         variables: Vec<usize>,
         /// The same, by name.
         names: String,
@@ -106,7 +106,7 @@ pub enum Error {
     Unplanned {
         /// The question.
         question: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A model that cannot be written as a network file.
@@ -114,7 +114,7 @@ pub enum Error {
     Unwritable {
         /// The model.
         name: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A question to another program that cannot be answered.
@@ -122,7 +122,7 @@ pub enum Error {
     Subroutine {
         /// Program and question.
         path: String,
-        /// Why.
+        /// The reason.
         error: Box<Error>,
     },
     /// An answer that does not fit in memory.
@@ -137,7 +137,7 @@ pub enum Error {
         cells: f64,
         /// The limit.
         most: f64,
-        /// The way out.
+        /// The suggested remedy.
         help: String,
     },
     /// Work that was interrupted before there was an answer.
@@ -151,11 +151,11 @@ pub enum Error {
     TooLong {
         /// The question.
         question: String,
-        /// Products that are summed.
+        /// The number of summed products.
         products: f64,
         /// The limit.
         most: f64,
-        /// The way out.
+        /// The suggested remedy.
         help: String,
     },
 }
@@ -226,14 +226,14 @@ impl Error {
         Error::Input { name: name.into(), message: message.into() }
     }
 
-    /// Evidence that none of so many draws met.
+    /// Evidence that none of this many draws met.
     pub(crate) fn unmet(question: String, draws: usize) -> Self {
         let help = "make more draws (`--particles`), observe with some noise, or take an exact strategy (`bp explain` \
                     lists what each one offers)";
         Error::Unmet { question, draws, help: help.to_owned() }
     }
 
-    /// Whether it speaks of the evidence of one case alone: another case may have an answer.
+    /// Whether it concerns the evidence of one case only: another case may have an answer.
     pub fn is_of_one_case(&self) -> bool {
         match self {
             Error::Impossible(_)

@@ -53,12 +53,12 @@ fn all(from: impl Read) -> Result<Vec<u8>> {
     }
 }
 
-/// Writes a file. A regular or new file is replaced atomically: the bytes are written to a file without a name, which
-/// then replaces the old one. A pipe, a device or a file with several hard links is written directly; for a symbolic
-/// link, its target is written.
+/// Writes a file. A regular or new file is replaced atomically: the bytes are written to an unnamed file, which then
+/// replaces the old one. A pipe, a device or a file with several hard links is written directly; for a symbolic link,
+/// its target is written.
 ///
 /// # Errors
-/// The file or its folder cannot be written; the old file is then as it was.
+/// The file or its folder cannot be written; the old file is then unchanged.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     check_name(path)?;
     let found = match metadata(path) {

@@ -94,7 +94,7 @@ impl<I: Id, T> Arena<I, T> {
         self.items.iter()
     }
 
-    /// Takes out the values from a position on.
+    /// Removes and returns the values from a position on.
     pub fn split_off(&mut self, position: usize) -> Vec<T> {
         self.items.split_off(position)
     }

@@ -39,7 +39,7 @@ pub enum Unary {
     LnBessel,
     /// Φ(x), the cumulative distribution of the standard normal law
     NormalCumulative,
-    /// −x ln x, and 0 at 0 and below: one value's part of an entropy. NaN stays NaN
+    /// −x ln x, and 0 at 0 and below: one term of an entropy. NaN stays NaN
     EntropyTerm,
 }
 
@@ -115,12 +115,12 @@ impl Unary {
     }
 }
 
-/// −p ln p, which is 0 at 0 and at 1; so it is where rounding leaves a probability above 1.
+/// −p ln p, which is 0 at 0 and at 1, and also where rounding has put a probability above 1.
 pub fn entropy_term(p: f64) -> f64 {
     if p <= 0.0 || p >= 1.0 { 0.0 } else { -p * p.ln() }
 }
 
-/// −Σ p ln p: the entropy of a finite law, in nats. It is not below 0.
+/// −Σ p ln p: the entropy of a finite law, in nats. It is never negative.
 pub fn entropy(probabilities: impl IntoIterator<Item = f64>) -> f64 {
     probabilities.into_iter().fold(0.0, |sum, p| sum + entropy_term(p))
 }

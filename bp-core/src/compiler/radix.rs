@@ -1,7 +1,7 @@
 //! Positions in a table over several finite variables, the last one fastest: numbers of mixed radix.
 //!
-//! In: how many values each variable has, and the ordinals of their values or a position. Out: the other. Invariant: the one place
-//! where a position is put together and taken apart.
+//! In: the number of values of each variable, and the ordinals of their values or a position. Out: the other.
+//! Invariant: all conversions between positions and ordinals are here.
 
 /// The position of (ordinal, count) pairs, the first variable slowest.
 #[inline]
@@ -9,8 +9,8 @@ pub(crate) fn position(digits: impl IntoIterator<Item = (usize, usize)>) -> usiz
     digits.into_iter().fold(0, |position, (ordinal, count)| position * count + ordinal)
 }
 
-/// The ordinals at a position. The counts are those of the variables from the last one, which is the fastest, to the first;
-/// and so are the ordinals.
+/// The ordinals at a position. Counts and ordinals are in the order from the last variable, which is the fastest, to
+/// the first.
 #[inline]
 pub(crate) fn ordinals(
     mut position: usize,
@@ -34,7 +34,7 @@ pub(crate) fn in_order(position: usize, counts: impl DoubleEndedIterator<Item = 
 mod tests {
     use super::*;
 
-    /// A table of 2, 3 and 4 values in the order of three loops.
+    /// A table of 2, 3 and 4 values, against three nested loops.
     #[test]
     fn positions_are_those_of_loops() {
         let mut expected = 0;

@@ -7,7 +7,7 @@
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-/// The generator behind everything random.
+/// The generator of all random numbers.
 pub type Random = Xoshiro256PlusPlus;
 
 /// The generator for one purpose under one seed.

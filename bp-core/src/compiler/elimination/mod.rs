@@ -1,8 +1,9 @@
-//! Elimination: an order in which the variables of a graph are summed, or maximised.
+//! Elimination orders: the order in which the variables of a graph are summed, or maximised, out.
 //!
-//! In: how many values variables have, which of them stand in a table together, and which are to be eliminated. Out: an [`Order`]
-//! and the cells of the cliques that it makes. Invariant: the same graph gives the same order. Finding the best one is NP-hard:
-//! greedy rules are tried, and the order of least cells is kept (Kjærulff 1990; Koller and Friedman 2009, 9.4.3).
+//! In: the number of values of each variable, the scopes of tables, and the variables to eliminate. Out: an [`Order`]
+//! and the cells of its cliques. Invariant: the same graph gives the same order. Finding the best order is NP-hard:
+//! greedy rules are tried, and the order with the fewest cells is kept (Kjærulff 1990; Koller and Friedman 2009,
+//! 9.4.3).
 
 mod scores;
 
@@ -14,33 +15,34 @@ use std::collections::BinaryHeap;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
     pub(crate) variables: Vec<u32>,
-    /// Σ over the variables of the cells of the clique that their elimination makes; infinite, and no variables, where that
-    /// is so much that no order was looked for to the end.
+    /// Σ over the variables of the cells of their cliques; infinite, with an empty order, if it is so large that the
+    /// search stopped early.
     pub(crate) cells: f64,
-    /// Variables of the largest clique.
+    /// The number of variables in the largest clique.
     pub(crate) width: usize,
 }
 
-/// How hard to look for an order of all variables.
+/// The effort spent on an order of all variables.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Effort {
-    /// One try.
+    /// One attempt.
     Glance,
-    /// More tries where a better order would save more.
+    /// More attempts where a better order would save more.
     Search,
 }
 
-/// So many cells are too many for any machine.
+/// More cells than any machine can process.
 pub(crate) const HOPELESS: f64 = 1e15;
 
-/// Up to this many variables together no other order is looked for: nothing much can be gained.
+/// If no clique has more variables than this, no other order is tried: little could be gained.
 const NARROW: usize = 3;
 
-/// With more neighbours than these no order is looked for: the tables are too large in any.
+/// With more edges than these no order is sought: the tables are too large in any.
 const MOST_EDGES: usize = 10_000_000;
 
-/// An order of some variables, the others stay: the one that makes the smallest clique first (min-weight), or where it has fewer
-/// cells that which brings together the fewest that were apart (min-fill). The first of several that are as good goes first.
+/// An order of some variables; the others remain. The variable with the smallest clique goes first (min-weight); if its
+/// total is smaller, the order of the variable that adds the fewest edges (min-fill) is used. Ties go to the first
+/// variable.
 pub(crate) fn order(cardinality: Vec<f64>, scopes: &[Vec<u32>], away: &[u32]) -> Order {
     let edges: usize = scopes.iter().map(|scope| scope.len() * scope.len()).sum();
     if edges > MOST_EDGES {
@@ -55,8 +57,8 @@ pub(crate) fn order(cardinality: Vec<f64>, scopes: &[Vec<u32>], away: &[u32]) ->
     by(Rule::Fill).filter(|by_fill| by_fill.cells < by_weight.cells).unwrap_or(by_weight)
 }
 
-/// An order of all variables. Those whose neighbours are all neighbours of each other cost nothing that any order could save: they
-/// go first. For what is left, rules are tried with ties broken by a seeded generator.
+/// An order of all variables. Simplicial variables (whose neighbours form a clique) go first, since no order does
+/// better for them. For the rest, rules are tried with ties broken by a seeded generator.
 pub(crate) fn triangulate(cardinality: Vec<f64>, scopes: &[Vec<u32>], effort: Effort) -> Order {
     let mut graph = Graph::of(cardinality, scopes);
     let mut order = Order::default();
@@ -71,7 +73,7 @@ pub(crate) fn triangulate(cardinality: Vec<f64>, scopes: &[Vec<u32>], effort: Ef
     let Some(mut best) = first else {
         return Order { variables: Vec::new(), cells: f64::INFINITY, ..order };
     };
-    // One try costs some hundred operations for each edge; a propagation costs a few for each cell.
+    // One attempt costs some hundred operations for each edge; a propagation costs a few for each cell.
     let tries = match effort {
         Effort::Glance => 0,
         Effort::Search => ((order.cells + best.cells) / (60.0 * size as f64)).clamp(1.0, 40.0) as u64,
@@ -90,7 +92,7 @@ pub(crate) fn triangulate(cardinality: Vec<f64>, scopes: &[Vec<u32>], effort: Ef
 }
 
 impl Graph {
-    /// Variables that stand in a table together are neighbours. Lists are ascending.
+    /// Variables that share a table are neighbours. Lists are ascending.
     fn of(cardinality: Vec<f64>, scopes: &[Vec<u32>]) -> Self {
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); cardinality.len()];
         for scope in scopes {
@@ -105,12 +107,12 @@ impl Graph {
         Self { neighbours, cardinality }
     }
 
-    /// Eliminates, one after the other, variables whose neighbours are neighbours of each other. Gives the rest.
+    /// Eliminates simplicial variables, one after the other. Returns the rest.
     fn strip(&mut self, order: &mut Order) -> Vec<u32> {
         let count = self.neighbours.len();
         let mut done = vec![false; count];
         let mut degree: Vec<u64> = self.neighbours.iter().map(|list| list.len() as u64).collect();
-        // Pairs of neighbours that are no neighbours of each other.
+        // The number of pairs of neighbours that are not adjacent.
         let mut missing: Vec<u64> = degree.iter().map(|degree| degree * degree.saturating_sub(1)).collect();
         for one in 0..count {
             for other in self.neighbours[one].iter().map(|other| *other as usize).filter(|other| *other > one)
@@ -135,7 +137,7 @@ impl Graph {
             for other in around.into_iter().filter(|other| !done[*other as usize]) {
                 let other = other as usize;
                 cells *= self.cardinality[other];
-                // The neighbours of `other` that are none of `one` are no longer missing beside it.
+                // Neighbours of `other` that are not neighbours of `one` no longer count as missing for it.
                 let before = missing[other];
                 missing[other] -= degree[other] - own;
                 degree[other] -= 1;
@@ -150,7 +152,7 @@ impl Graph {
         (0..count as u32).filter(|one| !done[*one as usize]).collect()
     }
 
-    /// The graph of some of its variables, numbered by their place among them.
+    /// The subgraph of some variables, renumbered.
     fn restricted(&self, core: &[u32]) -> Self {
         let mut place = vec![u32::MAX; self.neighbours.len()];
         core.iter().enumerate().for_each(|(number, one)| place[*one as usize] = number as u32);
@@ -164,16 +166,17 @@ impl Graph {
         }
     }
 
-    /// Eliminates variables by one rule, ties broken by a seed, or by number; `None` as soon as that takes `most` cells.
+    /// Eliminates variables by one rule, with ties broken by a seed, or by number; `None` as soon as the order takes
+    /// `most` cells.
     fn eliminate(mut self, rule: Rule, away: &[u32], seed: Option<u64>, most: f64) -> Option<Order> {
         let count = self.neighbours.len();
         let mut scores = Scores::of(&self, rule);
-        // What stays is never in the queue.
+        // Variables that remain are never in the queue.
         let mut version = vec![u32::MAX; count];
         away.iter().for_each(|one| version[*one as usize] = 0);
         let mut queue: BinaryHeap<Reverse<(u64, u64, u32, u32)>> = BinaryHeap::with_capacity(2 * count);
         let entry = |score: f64, variable: u32, version: u32| {
-            // Scores are not negative, so that their bits are in their order; then the tie-break.
+            // Scores are non-negative, so their bit patterns have the same order; then the tie-break.
             let tie = seed.map_or(0, |seed| mix(seed ^ u64::from(variable)));
             Reverse((score.max(0.0).to_bits(), tie, variable, version))
         };
@@ -183,7 +186,7 @@ impl Graph {
             if version[variable as usize] != found {
                 continue;
             }
-            // None of its other entries holds any more.
+            // All other queue entries of this variable are stale.
             version[variable as usize] = u32::MAX;
             let around: f64 = self.neighbours[variable as usize]
                 .iter()
@@ -197,7 +200,7 @@ impl Graph {
             order.width = order.width.max(self.neighbours[variable as usize].len() + 1);
             scores.remove(&mut self, variable);
             for one in &scores.touched {
-                // One that is eliminated stays so.
+                // Skips variables that are eliminated already.
                 if version[*one as usize] == u32::MAX {
                     continue;
                 }
@@ -209,7 +212,7 @@ impl Graph {
     }
 }
 
-/// A number whose bits have nothing to do with those of the first (Steele, Lea and Flood 2014).
+/// A mixing function: statistically independent bits for consecutive inputs (Steele, Lea and Flood 2014).
 fn mix(mut bits: u64) -> u64 {
     bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -238,7 +241,7 @@ pub(crate) mod tests {
         ((0..count).map(|one| (2 + one % 3) as f64).collect(), scopes.collect())
     }
 
-    /// Eliminates by sets, as the definition says: the cells of each clique, and the variables of the largest.
+    /// Eliminates with sets, by the definition: the cells of each clique, and the number of variables in the largest.
     fn by_definition(cardinality: &[f64], scopes: &[Vec<u32>], order: &[u32]) -> (Vec<f64>, usize) {
         let mut scopes: Vec<Vec<u32>> = scopes.to_vec();
         let (mut cells, mut width) = (Vec::new(), 0);
@@ -281,8 +284,8 @@ pub(crate) mod tests {
 
     #[test]
     fn the_smallest_clique_first() {
-        // A chain a − b − c − d of 2, 9, 3, 2 values, all but d summed: a first makes 2 · 9, then b 9 · 3, c 3 · 2;
-        // c before b would make 9 · 3 · 2.
+        // A chain a − b − c − d of 2, 9, 3, 2 values, all but d summed: a first makes 2 · 9, then b 9 · 3, c 3 · 2; c
+        // before b would make 9 · 3 · 2.
         let scopes = [vec![0, 1], vec![1, 2], vec![2, 3]];
         let found = order(vec![2.0, 9.0, 3.0, 2.0], &scopes, &[0, 1, 2]);
         assert_eq!((found.variables, found.cells), (vec![0, 1, 2], 18.0 + 27.0 + 6.0));
@@ -291,7 +294,7 @@ pub(crate) mod tests {
     #[test]
     fn min_fill_where_it_is_cheaper() {
         // Each of a, b, c shares a factor with d and one with e; e has 5 values, the others 2. Min-weight sums d first
-        // and so brings a, b, c together: 16, then 2·2·2·5 = 40, 20, 10, 5. Min-fill begins with a: 20, 20, 20, 10, 5.
+        // and so joins a, b, c: 16, then 2·2·2·5 = 40, 20, 10, 5. Min-fill begins with a: 20, 20, 20, 10, 5.
         let cardinality = vec![2.0, 2.0, 2.0, 2.0, 5.0];
         let scopes: Vec<Vec<u32>> = (0..3).flat_map(|one| [vec![one, 3], vec![one, 4]]).collect();
         let all: Vec<u32> = (0..5).collect();

@@ -1,34 +1,34 @@
-//! What each variable's elimination would add to a graph.
+//! Scores of variables for greedy elimination.
 //!
-//! In: a [`Graph`], a [`Rule`]. Out: [`Scores`]. Invariant: after each elimination the scores are those of the graph that is
-//! left; only the variables are touched whose score changed.
+//! In: a [`Graph`], a [`Rule`]. Out: [`Scores`]. Invariant: after each elimination the scores are those of the
+//! remaining graph; only variables whose score changed are updated.
 
-/// What a greedy rule makes small when it chooses the next variable.
+/// The quantity that a greedy rule minimises when it chooses the next variable.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Rule {
-    /// Edges added.
+    /// The number of added edges.
     Fill,
-    /// Cells of the clique.
+    /// The cells of the clique.
     Weight,
-    /// Cells of the edges added.
+    /// The total weight of the added edges.
     WeightedFill,
 }
 
-/// An undirected graph: for each variable its neighbours.
+/// An undirected graph: the neighbours of each variable.
 #[derive(Clone, Debug)]
 pub(super) struct Graph {
     pub(super) neighbours: Vec<Vec<u32>>,
     pub(super) cardinality: Vec<f64>,
 }
 
-/// What each variable's elimination would add, kept while others are eliminated.
+/// The score of each variable, updated during elimination.
 ///
-/// An edge weighs the product of its ends' weights: 1 each, or their numbers of values. The score of a variable is the weight
-/// of the edges that are missing between its neighbours.
+/// The weight of an edge is the product of its ends' weights: 1 each, or their numbers of values. The score of a
+/// variable is the total weight of the missing edges between its neighbours.
 pub(super) struct Scores {
     rule: Rule,
     weight: Vec<f64>,
-    /// Σ of the weights of the neighbours.
+    /// The total weight of the neighbours of each variable.
     around: Vec<f64>,
     missing: Vec<f64>,
     marks: Marks,
@@ -48,7 +48,7 @@ impl Scores {
         for (variable, list) in graph.neighbours.iter().enumerate().filter(|_| rule != Rule::Weight) {
             marks.next();
             list.iter().for_each(|one| marks.set(*one));
-            // All ordered pairs, without those that are neighbours.
+            // All ordered pairs, less the adjacent ones.
             let (mut total, mut squares, mut adjacent) = (0.0, 0.0, 0.0);
             for one in list {
                 let own = weight[*one as usize];
@@ -79,7 +79,7 @@ impl Scores {
         }
     }
 
-    /// Eliminates a variable: makes its neighbours neighbours of each other, and takes it away.
+    /// Eliminates a variable: connects all of its neighbours, and removes it.
     pub(super) fn remove(&mut self, graph: &mut Graph, variable: u32) {
         self.touched.clear();
         self.changed.next();
@@ -98,7 +98,7 @@ impl Scores {
         let all: f64 = around.iter().map(|one| self.weight[*one as usize]).sum();
         for one in &around {
             let place = *one as usize;
-            // Its neighbours that the variable did not have are no longer missing beside the variable.
+            // Neighbours of this one that the variable does not have are no longer missing with respect to it.
             self.missing[place] -= own * (self.around[place] - own - (all - self.weight[place]));
             self.around[place] -= own;
             let list = &mut graph.neighbours[place];
@@ -109,7 +109,7 @@ impl Scores {
         }
     }
 
-    /// A new edge; the neighbours of `one` are marked. `gone` is no longer counted.
+    /// Adds an edge; the neighbours of `one` are marked. `gone` is not counted any more.
     fn connect(&mut self, graph: &mut Graph, one: u32, other: u32, gone: u32) {
         let (first, second) = (self.weight[one as usize], self.weight[other as usize]);
         if self.rule != Rule::Weight {
@@ -136,7 +136,7 @@ impl Scores {
     }
 }
 
-/// A set that is emptied in no time.
+/// A set that is cleared in constant time.
 pub(super) struct Marks {
     stamps: Vec<u64>,
     now: u64,

@@ -13,7 +13,7 @@ use crate::source::Span;
 use crate::spelling::number as written;
 use std::collections::HashMap;
 
-/// The most numbers that all tables together may have.
+/// Limit of the numbers of all tables together.
 const MOST_NUMBERS: usize = 1 << 26;
 
 /// Deviation of the sum of a row from one above which the row is refused.

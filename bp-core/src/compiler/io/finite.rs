@@ -124,8 +124,8 @@ fn known<'m>(model: &'m Model, factor: &'m Factor) -> Option<Cow<'m, [f64]>> {
     }
 }
 
-/// The table of one variable of a factor that has to be evaluated, given the variables before it: the factor's numbers
-/// in each context, summed over the variables after it.
+/// The evaluated table of one variable of a factor, given the earlier left-hand variables: the factor's numbers in each
+/// context, summed over the later ones.
 fn worked_out(
     setting: &Setting<'_>,
     id: FactorId,
@@ -159,8 +159,8 @@ fn worked_out(
         if total > 0.0 {
             row.iter_mut().for_each(|number| *number /= total);
         } else if position > 0 {
-            // After an impossible value any distribution would do. But a row of the first variable is a whole context:
-            // it is impossible.
+            // After an impossible value any distribution will do. But a row of the first variable is a whole context,
+            // which is then impossible.
             row.fill(1.0 / entries as f64);
         }
     }

@@ -25,7 +25,7 @@ pub(super) struct Dialect {
 pub(super) enum Token<'s> {
     /// Characters up to the next blank or sign.
     Word(&'s str),
-    /// What stands between two `"`.
+    /// The characters between two `"`.
     Quoted(&'s str),
     /// A sign of the format.
     Sign(u8),
@@ -99,7 +99,7 @@ impl<'s> Lexer<'s> {
     pub(super) fn skip_property(&mut self) {
         let start = self.peeked.take().map_or(self.at, |(_, span)| span.start);
         let bytes = self.text.as_bytes();
-        // A quotation mark that nothing closes stands for itself.
+        // An unclosed quotation mark is an ordinary character.
         let end = property_end(bytes, start, true).or_else(|| property_end(bytes, start, false));
         let end = end.unwrap_or(bytes.len());
         self.at = end + usize::from(matches!(bytes.get(end), Some(b';' | b'\n')));

@@ -4,7 +4,7 @@
 //!
 //! `<VARIABLE><NAME>X</NAME><OUTCOME>a</OUTCOME>…</VARIABLE>
 //! <DEFINITION><FOR>X</FOR><GIVEN>Y</GIVEN><TABLE>…</TABLE></DEFINITION>`: X changes fastest, the first GIVEN slowest
-//! (Cozman, *The Interchange Format for Bayesian Networks*, 1998). Version 0.2 says VALUE and PROBABILITY.
+//! (Cozman, *The Interchange Format for Bayesian Networks*, 1998). Version 0.2 uses VALUE and PROBABILITY.
 
 mod read;
 mod write;

@@ -1,8 +1,8 @@
 //! Products of potentials, of which slots are eliminated one by one.
 //!
 //! In: potentials. Out: their product without some of the slots, as a list whose members are multiplied no further than
-//! sums and maxima require. Invariant: the order is found by `elimination`; orders are kept,
-//! so that each instant of a long sequence does not search for them again.
+//! sums and maxima require. Invariant: the order is found by `elimination`; orders are cached, so that the instants of
+//! a long sequence share one search.
 
 use super::Potential;
 use super::sweep::{Fold, folded};
@@ -30,17 +30,17 @@ pub(crate) struct Trace {
     choice: Vec<u32>,
 }
 
-/// The tables over which products are: what eliminations of the same kind have in common.
+/// The scopes of a product and its eliminated slots, which determine the order.
 type Kind = (Vec<Vec<usize>>, Vec<usize>);
 
-/// Orders of elimination, by the slots of the potentials and the slots that go.
+/// Elimination orders by the scopes of the potentials and the eliminated slots.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Orders {
     known: HashMap<Kind, Vec<usize>>,
 }
 
 impl Orders {
-    /// The slots that go, in order; `Err` is the number of cells of a table that would be too large.
+    /// The eliminated slots, in order; `Err` is the number of cells of a table that would be too large.
     fn order(
         &mut self,
         parts: &[Arc<Potential>],
@@ -103,7 +103,7 @@ impl Product {
         self
     }
 
-    /// The slots that it has.
+    /// The slots of its potentials.
     pub(crate) fn slots(&self) -> Vec<usize> {
         let mut slots: Vec<usize> = self.parts.iter().flat_map(|part| part.over.iter().copied()).collect();
         slots.sort_unstable();
@@ -111,7 +111,7 @@ impl Product {
         slots
     }
 
-    /// Without the slots that are not wanted: these are summed.
+    /// The product with the slots that are not wanted summed out.
     pub(crate) fn summed(
         self,
         keep: impl Fn(usize) -> bool,
@@ -121,7 +121,7 @@ impl Product {
         Ok(self.eliminated(keep, Fold::Sum, counts, orders)?.0)
     }
 
-    /// Without the slots that are not wanted: these are maximised; and the values at which they are.
+    /// The product with the slots that are not wanted maximised out; and the maximising values.
     pub(crate) fn maximised(
         self,
         keep: impl Fn(usize) -> bool,
@@ -226,7 +226,7 @@ impl Product {
 }
 
 impl Trace {
-    /// Puts the value of the slot into an assignment that has values for the slots on which it depends.
+    /// Sets the value of the slot in an assignment that has values for the slots on which it depends.
     pub(crate) fn follow(&self, values: &mut [usize], counts: &[usize]) {
         let cell = radix::position(self.over.iter().map(|slot| (values[*slot], counts[*slot])));
         values[self.slot] = self.choice[cell] as usize;

@@ -1,19 +1,19 @@
-//! One sweep over the cells of a product: what is summed or maximised over one slot.
+//! One sweep over the cells of a product, which sums or maximises over one slot.
 //!
-//! In: potentials, and at most one slot that goes away. Out: the product, folded over that slot. Invariant: products of
-//! numbers are formed only where the ranges together cannot underflow; elsewhere logarithms are added, and the largest is
-//! subtracted before the exponential.
+//! In: potentials, and at most one slot to eliminate. Out: the product, folded over that slot. Invariant: products of
+//! numbers are formed only if their ranges together cannot underflow; otherwise logarithms are added, and the largest
+//! is subtracted before the exponential.
 
 use super::Potential;
 use std::borrow::Cow;
 
-/// The range up to which a product of numbers is surely a normal number: e^−650 > 10^−283.
+/// The range up to which a product of numbers is certain to be a normal number: e^−650 > 10^−283.
 const SURELY_NORMAL: f64 = 650.0;
 
-/// The most potentials whose numbers are multiplied: each is less than 2.
+/// Limit of the potentials whose numbers are multiplied: each is less than 2.
 const MOST_NUMBERS: usize = 128;
 
-/// What is done over the slot that goes away.
+/// The fold over the eliminated slot.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Fold {
     /// Σ
@@ -57,13 +57,13 @@ pub(super) fn folded(
     (made, choice)
 }
 
-/// The loops: over the slot that goes away, then over the axes of the result, of which the last is a run.
+/// The loops: over the eliminated slot, then over the axes of the result, of which the last is a run.
 struct Nest {
     out: Vec<usize>,
     cells: usize,
-    /// How many values go away; 1 where no slot does.
+    /// The number of values of the eliminated slot; 1 if there is none.
     away: usize,
-    /// For each potential: its stride along what goes away.
+    /// For each potential: its stride along the eliminated slot.
     away_strides: Vec<usize>,
     /// Lengths of the outer axes of the result.
     lengths: Vec<usize>,
@@ -77,7 +77,7 @@ struct Nest {
 
 impl Nest {
     fn new(parts: &[&Potential], away: Option<usize>, counts: &[usize]) -> Self {
-        // The order of the largest table, so that it is read as it lies.
+        // The order of the largest table, so that it is read contiguously.
         let mut order: Vec<&Potential> = parts.to_vec();
         order.sort_by_key(|part| std::cmp::Reverse(part.cells.len()));
         let mut out: Vec<usize> = Vec::new();
@@ -104,7 +104,7 @@ impl Nest {
         }
     }
 
-    /// Calls `visit(value that goes away, first cell of the run, where each potential is there)`.
+    /// Calls `visit(value of the eliminated slot, first cell of the run, position of each potential there)`.
     fn each_run(&self, mut visit: impl FnMut(usize, usize, &[usize])) {
         let mut digits = vec![0; self.lengths.len()];
         let mut at = vec![0; self.away_strides.len()];
@@ -126,7 +126,7 @@ impl Nest {
         }
     }
 
-    /// Σ over what goes away of the products.
+    /// Σ of the products over the eliminated slot.
     fn sum_of_products(&self, arrays: &[&[f64]]) -> Vec<f64> {
         let mut out = vec![0.0; self.cells];
         let varying: Vec<usize> = (0..arrays.len()).filter(|part| self.run_strides[*part] > 0).collect();
@@ -155,7 +155,8 @@ impl Nest {
         out
     }
 
-    /// The largest product (or sum of logarithms) over what goes away, and the value there: the first of equals.
+    /// The largest product (or sum of logarithms) over the eliminated slot, and its value there: the first in case of
+    /// ties.
     fn largest(
         &self,
         arrays: &[&[f64]],
@@ -181,7 +182,7 @@ impl Nest {
         out
     }
 
-    /// ln Σ over what goes away of the exponentials, given the largest of each cell.
+    /// ln Σ of the exponentials over the eliminated slot, given the largest of each cell.
     fn ln_sum(&self, arrays: &[&[f64]], largest: Vec<f64>) -> Vec<f64> {
         let mut sums = vec![0.0; self.cells];
         self.each_run(|_, start, at| {

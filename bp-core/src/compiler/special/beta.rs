@@ -1,13 +1,13 @@
 //! The regularised incomplete beta function.
 //!
-//! In: a and b > 0, x, and y = 1 − x. Out: I_x(a, b), and what is left of 1. Invariant: the smaller of the two is
-//! computed, the other is 1 less it.
+//! In: a and b > 0, x, and y = 1 − x. Out: I_x(a, b), and 1 − I_x(a, b). Invariant: the smaller of the two is computed,
+//! and the other is 1 less it.
 //!
 //! I_x(a, b) = D/a · 1/(1 + d₁/(1 + d₂/(1 + …))) for x below the mean, with D = xᵃ yᵇ / B(a, b),
 //! d₂ₘ₊₁ = −(a + m)(a + b + m) x / ((a + 2m)(a + 2m + 1)), d₂ₘ = m (b − m) x / ((a + 2m − 1)(a + 2m))
-//! (Abramowitz and Stegun 26.5.8). D as Loader has it (*Fast and accurate computation of binomial probabilities*, 2000):
-//! √(ab / 2πn) exp(δ(n) − δ(a) − δ(b) − D₀(a, nx) − D₀(b, ny)), n = a + b, δ the rest of Stirling's formula and
-//! D₀(k, m) = k ln(k/m) + m − k: no large parts that cancel.
+//! (Abramowitz and Stegun 26.5.8). D after Loader (*Fast and accurate computation of binomial probabilities*, 2000):
+//! √(ab / 2πn) exp(δ(n) − δ(a) − δ(b) − D₀(a, nx) − D₀(b, ny)), n = a + b, δ the remainder of Stirling's formula and
+//! D₀(k, m) = k ln(k/m) + m − k: no large terms cancel.
 
 use super::stirling::{self, deviance, stirling_rest};
 use std::f64::consts::TAU;
@@ -38,7 +38,7 @@ fn front(a: f64, b: f64, x: f64, y: f64) -> f64 {
     ((a / n) * (b / TAU)).sqrt() * pxfm::f_exp(exponent)
 }
 
-/// d₁/(1 + d₂/(1 + …)) with 1 before it, upside down.
+/// The reciprocal of 1 + d₁/(1 + d₂/(1 + …)).
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
     1.0 / stirling::fraction(|j| {
         let m = (0.5 * j).floor();

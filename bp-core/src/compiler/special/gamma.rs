@@ -1,7 +1,7 @@
 //! The regularised incomplete gamma functions.
 //!
-//! In: a > 0 and x. Out: P(a, x) and Q(a, x) = 1 − P(a, x). Invariant: the smaller of the two is computed, the other is 1
-//! less it.
+//! In: a > 0 and x. Out: P(a, x) and Q(a, x) = 1 − P(a, x). Invariant: the smaller of the two is computed, and the
+//! other is 1 less it.
 //!
 //! With D = xᵃ e⁻ˣ / Γ(a + 1) = exp(−D₀(a, x) − δ(a)) / √(2πa):
 //! P = D (1 + x/(a + 1) + x²/((a + 1)(a + 2)) + …) below the mean (Abramowitz and Stegun 6.5.29),
@@ -10,7 +10,7 @@
 use super::stirling::{deviance, fraction, stirling_rest};
 use std::f64::consts::TAU;
 
-/// The most terms of the series.
+/// Limit of the terms of the series.
 const MOST_TERMS: u32 = 200_000;
 
 /// P(a, x) and Q(a, x).

@@ -1,8 +1,8 @@
 //! Special functions, in f64.
 //!
-//! In: numbers. Out: a number. Invariant: what is a small difference of large parts is never computed as one: a tail has
-//! its own value. The bits are the same on every machine, where only `pxfm` and the four operations are used. Errors are
-//! tested against 50 digits (`tests/laws/special_functions`).
+//! In: numbers. Out: a number. Invariant: a small value is never computed as the difference of large ones: each tail
+//! has its own formula. Functions that use only `pxfm` and the four operations give the same bits on every machine.
+//! Errors are tested against 50 digits (`tests/laws/special_functions`).
 
 mod beta;
 mod gamma;
@@ -23,7 +23,8 @@ pub fn normal_cumulative(x: f64) -> f64 {
     if !(z > 1.0 && z < 27.5) {
         return value;
     }
-    // Far out erfc changes by 2 z² units for one unit of z: what the rounding of z left is put right. erfc′(z) = −2/√π e^(−z²).
+    // In the far tail a change of z by one unit changes erfc by 2 z² units: this corrects the rounding error of z.
+    // erfc′(z) = −2/√π e^(−z²).
     let rest = (-x).mul_add(FRAC_1_SQRT_2, -z) - x * FRAC_1_SQRT_2_REST;
     value - 0.5 * FRAC_2_SQRT_PI * pxfm::f_exp(-z * z) * rest
 }
@@ -39,7 +40,7 @@ pub fn digamma(x: f64) -> f64 {
 }
 
 /// ln I₀(x), the modified Bessel function of order 0: near 0 by I₀(x) − 1 = Σ (x/2)²ᵏ / (k!)² (Abramowitz and Stegun
-/// 9.6.12), which is small there.
+/// 9.6.12), which keeps its digits there.
 pub fn ln_bessel(x: f64) -> f64 {
     let x = x.abs();
     if x > 2.0 {

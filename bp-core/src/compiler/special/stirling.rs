@@ -1,6 +1,6 @@
-//! Parts of densities in which no large parts cancel.
+//! Terms of densities, computed without cancellation.
 //!
-//! In: positive numbers. Out: what Stirling's formula leaves of ln Γ, and the deviance of a count from its mean.
+//! In: positive numbers. Out: the remainder of Stirling's formula for ln Γ, and the deviance of a count from its mean.
 //! Source: C. Loader, *Fast and accurate computation of binomial probabilities*, 2000.
 
 use super::ln_gamma;
@@ -16,7 +16,7 @@ pub(super) fn stirling_rest(x: f64) -> f64 {
     series.iter().fold(0.0, |sum, coefficient| sum * square + coefficient) / x
 }
 
-/// D₀(k, m) = k ln(k/m) + m − k; where k and m are alike by the series of artanh.
+/// D₀(k, m) = k ln(k/m) + m − k; by the series of artanh where k and m are close.
 pub(super) fn deviance(k: f64, m: f64) -> f64 {
     if (k - m).abs() >= 0.1 * (k + m) {
         return k * pxfm::f_log(k / m) + m - k;
@@ -35,7 +35,7 @@ pub(super) fn deviance(k: f64, m: f64) -> f64 {
     sum
 }
 
-/// A continued fraction b₀ + a₁/(b₁ + a₂/(b₂ + …)) of which the first part is 1, by Lentz's method (Thompson and Barnett,
+/// A continued fraction b₀ + a₁/(b₁ + a₂/(b₂ + …)) whose first term is 1, by Lentz's method (Thompson and Barnett,
 /// *Journal of Computational Physics* 64:490, 1986). `part` gives aⱼ and bⱼ.
 pub(super) fn fraction(part: impl Fn(f64) -> (f64, f64)) -> f64 {
     const LEAST: f64 = 1e-300;

@@ -1,8 +1,8 @@
 //! Inserts learned forms and parameters into the author's text.
 //!
 //! In: a file, and a program with only parameters and forms. Out: the file, in whose last program each `unknown` is
-//! replaced by the form with the same head, in the order written, and each parameter has the given value. Invariant:
-//! nothing else changes, comments included.
+//! replaced by the form with the same head, in the order of the text, and each parameter has the given value.
+//! Invariant: nothing else changes, comments included.
 
 use super::ast::*;
 

@@ -1,6 +1,6 @@
 //! Tests of layouts, by hand and at random: nothing overlaps.
 //!
-//! In: graphs. Out: nothing where all is well. Invariant: random graphs are seeded.
+//! In: graphs. Out: none. Invariant: random graphs are seeded.
 
 use super::super::order::{layered, layers_of};
 use super::super::{Graph, Mark, Node};

@@ -13,7 +13,7 @@ use std::fmt::Write;
 /// The text of a model.
 ///
 /// # Errors
-/// A variable that is not finite, a form without a table, something known that has no index.
+/// A variable that is not finite, a form without a table, a known value without an index.
 pub(in crate::compiler::io) fn write(
     model: &Model,
     nodes: &[Node<'_>],

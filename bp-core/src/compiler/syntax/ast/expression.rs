@@ -6,12 +6,12 @@
 use super::{At, Name, Occurrence, Value};
 use crate::source::Span;
 
-/// An expression and its place.
+/// An expression and its span.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expr {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Which.
+    /// Its kind.
     pub kind: ExprKind,
 }
 
@@ -43,19 +43,19 @@ pub enum ExprKind {
     Answer {
         /// The other program.
         of: Box<Expr>,
-        /// What is asked of it.
+        /// The searched variables.
         searched: Vec<Occurrence>,
-        /// Given what.
+        /// The known variables.
         known: Vec<Occurrence>,
     },
-    /// `first(G with O at C)`: the index of the first true element of a family, with another variable put in at an
-    /// index that the family leaves out.
+    /// `first(G with O at C)`: the index of the first true element of a family, with another variable in place of the
+    /// element at an index that the family excludes.
     First {
         /// The family.
         family: Occurrence,
-        /// The variable put in.
+        /// The variable in place of the element.
         with: Occurrence,
-        /// Where it is put in.
+        /// The index of the element.
         index: Box<Expr>,
     },
     /// `-a`, `not a`
@@ -82,7 +82,7 @@ pub enum UnaryOp {
 }
 
 impl UnaryOp {
-    /// How it is written.
+    /// Its notation.
     pub fn text(self) -> &'static str {
         match self {
             UnaryOp::Minus => "-",
@@ -90,7 +90,7 @@ impl UnaryOp {
         }
     }
 
-    /// How tightly it binds; more is tighter.
+    /// Its precedence; operators of higher precedence bind more tightly.
     pub fn precedence(self) -> u8 {
         match self {
             UnaryOp::Not => 3,
@@ -101,7 +101,7 @@ impl UnaryOp {
 
 /// Operators between two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // Each is what its name says.
+#[allow(missing_docs)] // Each variant is named after its operator.
 pub enum BinaryOp {
     Or,
     And,
@@ -136,7 +136,7 @@ impl BinaryOp {
         BinaryOp::Over,
     ];
 
-    /// How it is written.
+    /// Its notation.
     pub fn text(self) -> &'static str {
         match self {
             BinaryOp::Or => "or",
@@ -155,13 +155,13 @@ impl BinaryOp {
         }
     }
 
-    /// Whether it compares.
+    /// Whether it is a comparison.
     pub fn compares(self) -> bool {
         use BinaryOp::*;
         matches!(self, Equal | Is | Different | Less | LessOrEqual | Greater | GreaterOrEqual)
     }
 
-    /// How tightly it binds; more is tighter. All associate to the left.
+    /// Its precedence; operators of higher precedence bind more tightly. All associate to the left.
     pub fn precedence(self) -> u8 {
         match self {
             BinaryOp::Or => 1,
@@ -176,27 +176,27 @@ impl BinaryOp {
 /// `if c { a } else if d { b } else { e }`, of expressions or of forms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct If<T> {
-    /// Conditions and what each chooses, in order; at least one.
+    /// Conditions with their branches, in order; at least one.
     pub branches: Vec<(Expr, T)>,
-    /// What is left.
+    /// The branch if no condition holds.
     pub otherwise: Box<T>,
 }
 
 /// `match e { v => a, _ => b }`, of expressions or of forms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Match<T> {
-    /// What is looked at.
+    /// The matched expression.
     pub on: Box<Expr>,
-    /// Patterns and what each chooses, in order.
+    /// Patterns with their branches, in order.
     pub arms: Vec<(Pattern, T)>,
 }
 
-/// A pattern and its place.
+/// A pattern and its span.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pattern {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Which.
+    /// Its kind.
     pub kind: PatternKind,
 }
 

@@ -9,22 +9,22 @@ use crate::source::Span;
 /// `P(left | right) = form;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Definition {
-    /// Where it stands, semicolon included.
+    /// Its span, semicolon included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
-    /// The factor that is given its form.
+    /// The factor of the form.
     pub head: Factor,
     /// The form.
     pub form: Form,
 }
 
-/// A form and its place.
+/// A form and its span.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Which.
+    /// Its kind.
     pub kind: FormKind,
 }
 
@@ -40,36 +40,36 @@ impl Form {
 pub enum FormKind {
     /// `uniform`, `normal(mean, sd)`, `dirac(e)`, …
     Named {
-        /// Its usual name.
+        /// Its name in the language.
         name: Name,
-        /// Its arguments; none when there is no bracket.
+        /// Its arguments; `None` without brackets.
         arguments: Option<Vec<Expr>>,
     },
     /// `table { row; row; }`
     Table(Vec<Row>),
     /// `previous(X, A) else form`
     Previous {
-        /// The variable whose marginal was kept.
+        /// The variable whose marginal is kept.
         variable: Box<Occurrence>,
-        /// The cell it was kept in.
+        /// The cell of the marginal.
         of: Option<Box<Expr>>,
         /// The form at the first instant.
         otherwise: Option<Box<Form>>,
     },
     /// `ask(Sensors[i].reading | O C)`
     Ask {
-        /// Which question of which program.
+        /// The path to a question of a program.
         path: Vec<Segment>,
-        /// What the answer depends on; none when it is everything on the right.
+        /// The variables on which the answer depends; `None` means all right-hand variables.
         given: Option<Vec<Occurrence>>,
     },
     /// `let k = e in form`
     Let {
-        /// The name that is bound.
+        /// The bound name.
         name: Name,
         /// Its value.
         value: Box<Expr>,
-        /// The form that may use it.
+        /// The form in which it is bound.
         body: Box<Form>,
     },
     /// `if c { form } else { form }`
@@ -81,13 +81,13 @@ pub enum FormKind {
 /// One row of a table: `key, key : e, e;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
-    /// The values of the variables on the right; empty when not written.
+    /// The values of the right-hand variables; empty without keys.
     pub keys: Vec<Value>,
-    /// The probabilities, one for each value on the left.
+    /// The probabilities, one for each left-hand value.
     pub values: Vec<Expr>,
 }
 
@@ -96,6 +96,6 @@ pub struct Row {
 pub struct Segment {
     /// The name.
     pub name: Name,
-    /// Which of an array of programs.
+    /// The index in an array of programs.
     pub index: Vec<Expr>,
 }

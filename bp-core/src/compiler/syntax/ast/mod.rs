@@ -24,10 +24,10 @@ impl PartialEq for At {
     }
 }
 
-/// A name and its place.
+/// A name and its span.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Name {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
     /// The name.
     pub text: String,
@@ -45,7 +45,7 @@ impl Name {
 pub struct Comments {
     /// Comments on lines of their own before the item; `///` among them are its documentation.
     pub before: Vec<String>,
-    /// Comments behind the item, on its last line.
+    /// Comments after the item, on its last line.
     pub after: Vec<String>,
 }
 
@@ -69,15 +69,15 @@ pub struct File {
 /// `program Name over i in Set { … }`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
-    /// Where it stands, braces included.
+    /// Its span, braces included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
     /// Its name.
     pub name: Name,
-    /// The plate that the whole program is repeated over.
+    /// The plate over which the whole program is repeated.
     pub plate: Option<Plate>,
-    /// Its sections, in the order written.
+    /// Its sections, in the order of the text.
     pub sections: Vec<Section>,
     /// Comments after the last section.
     pub closing: Vec<String>,
@@ -88,24 +88,24 @@ pub struct Program {
 pub struct Plate {
     /// The index.
     pub index: Name,
-    /// The set it runs over.
+    /// The set over which it ranges.
     pub set: Name,
 }
 
 /// One section of a program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// Where it stands, braces included.
+    /// Its span, braces included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
-    /// What it holds.
+    /// Its content.
     pub kind: SectionKind,
-    /// Comments after the last thing that it holds.
+    /// Comments after its last item.
     pub closing: Vec<String>,
 }
 
-/// The sections that the formalism has.
+/// The sections of the formalism.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SectionKind {
     /// `parameters { … }`
@@ -120,9 +120,9 @@ pub enum SectionKind {
     Identification(Vec<Learnt>),
     /// `question name { … }`
     Question {
-        /// What the question is called.
+        /// The name of the question.
         name: Name,
-        /// What it asks, in order.
+        /// Its asks, in order.
         asks: Vec<Ask>,
     },
 }
@@ -130,19 +130,19 @@ pub enum SectionKind {
 /// `sigma[Rays], epsilon : real = 0.5;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Where it stands, semicolon included.
+    /// Its span, semicolon included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
-    /// The names, each with the sets it is indexed by.
+    /// The names, each with the ranges of its indices.
     pub names: Vec<(Name, Vec<Space>)>,
     /// `probability`, `real`, `size` or `integer`.
     pub kind: Name,
-    /// The value where none is given.
+    /// The default value.
     pub default: Option<Expr>,
 }
 
-/// What an index runs over: a set or a range.
+/// The range of an index: a set, or integers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Space {
     /// A set by name.
@@ -154,7 +154,7 @@ pub enum Space {
 /// `lo..=hi`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
     /// The first value.
     pub low: Bound,
@@ -165,18 +165,18 @@ pub struct Range {
 /// One end of a range: a number, or a parameter with an offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
     /// The parameter, if there is one.
     pub name: Option<Name>,
-    /// The number, with its sign, as written.
+    /// The number with its sign, as written.
     pub offset: Option<(Sign, String)>,
 }
 
 /// The sign before a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
-    /// None written.
+    /// No sign.
     None,
     /// `+`
     Plus,
@@ -187,9 +187,9 @@ pub enum Sign {
 /// `O, O^-1 : bool;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
-    /// Where it stands, semicolon included.
+    /// Its span, semicolon included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
     /// The variables.
     pub variables: Vec<Declared>,
@@ -200,7 +200,7 @@ pub struct Declaration {
 /// One declared variable, or family of variables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declared {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
     /// Its name.
     pub name: Name,
@@ -210,25 +210,25 @@ pub struct Declared {
     pub before: bool,
 }
 
-/// What a family of variables is indexed by.
+/// The index of a family of variables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Family {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
     /// The name of the index, if it has one.
     pub index: Option<Name>,
-    /// What it runs over.
+    /// Its range.
     pub space: Space,
-    /// The variable whose value is left out.
+    /// The variable whose value is excluded from the range.
     pub except: Option<Name>,
 }
 
 /// The values that a variable may take.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Domain {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Which.
+    /// Its kind.
     pub kind: DomainKind,
 }
 
@@ -243,7 +243,7 @@ pub enum DomainKind {
     Divided(Name, Vec<Expr>),
     /// `1..=N`
     Range(Range),
-    /// `{ Paris, Nice }`, perhaps followed by `or 1..=N`.
+    /// `{ Paris, Nice }`, optionally followed by `or 1..=N`.
     Labels(Vec<Name>, Option<Range>),
 }
 
@@ -259,9 +259,9 @@ pub enum Term {
 /// `P(left | right)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
     /// The variables on the left.
     pub left: Vec<Occurrence>,
@@ -272,26 +272,26 @@ pub struct Factor {
 /// `prod(i in Sensors) { … }`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Product {
-    /// Where it stands, braces included.
+    /// Its span, braces included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
     /// The index.
     pub index: Name,
-    /// What it runs over; without it, over the family's own index.
+    /// Its range; without it, that of the family's own index.
     pub space: Option<Space>,
     /// The terms under the product.
     pub terms: Vec<Term>,
 }
 
-/// A variable where it is used: `X`, `X[i]`, `X^-1`.
+/// A use of a variable: `X`, `X[i]`, `X^-1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occurrence {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
     /// Its name.
     pub name: Name,
-    /// Which of the family.
+    /// The indices of an element of a family.
     pub index: Vec<Expr>,
     /// True for `X^-1`.
     pub before: bool,
@@ -300,24 +300,24 @@ pub struct Occurrence {
 /// `mu, sigma from recordings by C;`, `hidden Light;`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Learnt {
-    /// Where it stands, semicolon included.
+    /// Its span, semicolon included.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
     /// The parameters to be learned, or the hidden variables.
     pub names: Vec<Name>,
-    /// The data set; none for hidden variables.
+    /// The data set; `None` for hidden variables.
     pub from: Option<Name>,
     /// The index for whose values they are learned separately.
     pub by: Vec<Name>,
 }
 
-/// A value as it is written in questions, keys and patterns.
+/// A value in a question, a key or a pattern.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Which.
+    /// Its kind.
     pub kind: ValueKind,
 }
 
@@ -328,7 +328,7 @@ pub enum ValueKind {
     Number(Sign, String),
     /// `true` or `false`.
     Boolean(bool),
-    /// A label, or a name bound when the question is asked.
+    /// A label, or a name whose value is given when the question is asked.
     Name(Name),
     /// `[1, 0, 2]`
     List(Vec<Value>),

@@ -1,31 +1,31 @@
 //! Questions as written.
 //!
-//! In: text. Out: the words of a question. Invariant: the words before a distribution are in the order in which they
-//! were written; the checker interprets them.
+//! In: text. Out: the words of a question. Invariant: the words before a distribution are in the order of the text; the
+//! checker interprets them.
 
 use super::{At, Comments, Expr, Name, Occurrence, Range, Value};
 
 /// `argmax P(searched | known) nearest name`, `divergence smooth P(…) from filter P(…)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ask {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Comments before and behind it.
+    /// Comments before and after it.
     pub comments: Comments,
     /// The statistic and the kind of question over time; empty for the plain distribution.
     pub words: Vec<Word>,
     /// The distribution.
     pub distribution: Distribution,
-    /// The distribution that it is compared with.
+    /// The distribution with which it is compared.
     pub from: Option<Second>,
-    /// What breaks a tie.
+    /// The field that breaks ties.
     pub nearest: Option<Name>,
 }
 
-/// The distribution that another is compared with: `filter P(…)`.
+/// The second distribution of a comparison: `filter P(…)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Second {
-    /// Of which instant it is.
+    /// The words for its instant.
     pub words: Vec<Word>,
     /// The distribution.
     pub distribution: Distribution,
@@ -34,37 +34,37 @@ pub struct Second {
 /// A word before a distribution: `argmax`, `best(5)`, `filter`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Word {
-    /// Where it stands, brackets included.
+    /// Its span, brackets included.
     pub at: At,
-    /// Which.
+    /// The word.
     pub name: Name,
-    /// How many, as written.
+    /// The number in brackets, as written.
     pub count: Option<(At, String)>,
 }
 
 /// `P(searched | known)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// What is searched.
+    /// The searched items.
     pub searched: Vec<Item>,
-    /// What is known.
+    /// The known items.
     pub known: Vec<Item>,
 }
 
-/// What a question searches or knows, with its evidence if there is any.
+/// A searched or known item of a question, with its evidence if there is any.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// Where it stands.
+    /// Its span.
     pub at: At,
-    /// Of what it speaks.
+    /// Its subject.
     pub subject: Subject,
-    /// What is known of it.
+    /// Its evidence.
     pub evidence: Option<Finding>,
 }
 
-/// Of what a question speaks.
+/// The subject of an item.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Subject {
     /// `X`, `X^-1`, `Y[3]`
@@ -75,7 +75,7 @@ pub enum Subject {
     Term(Expr),
 }
 
-/// What is known of a variable in a question.
+/// The evidence of an item.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// `= value`

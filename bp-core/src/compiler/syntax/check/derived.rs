@@ -1,7 +1,7 @@
-//! What a question speaks of beside whole variables: predicates, functions, elements and slices of families.
+//! Derived variables of a question: predicates, functions, elements and slices of families.
 //!
-//! In: the items of an ask as written. Out: a [`Derived`] for each that is no whole variable. Invariant: the same words
-//! mean the same derived variable throughout a question; elements that are written as numbers lie in their family.
+//! In: the items of an ask as written. Out: a [`Derived`] for each item that is not a whole variable. Invariant: equal
+//! items of a question share one derived variable; elements written as numbers lie in their family.
 
 use super::expressions::Scope;
 use super::types::Type;
@@ -15,16 +15,16 @@ use crate::syntax::ast::{
     Ask, At, Comments, Expr, ExprKind, Item, Name, Occurrence, Program, Range, Subject,
 };
 
-/// The most combinations of values that are looked through for those of a function.
+/// Limit of the combinations of values that are evaluated to find those of a function.
 const MOST_COMBINATIONS: usize = 1 << 16;
 
-/// The widest range of whole numbers that a function may take as a finite variable.
+/// The widest range of whole numbers over which a function may be a finite variable.
 const WIDEST: f64 = 1e6;
 
-/// The derived variable of each item that has one, by where it stands; `None` where it is wrong.
+/// The derived variable of each item that has one, by span; `None` where it is invalid.
 pub(super) type Found = Vec<(Span, Option<usize>)>;
 
-/// Whether an ask speaks of something beside whole variables.
+/// Whether an ask has an item that is not a whole variable.
 pub(super) fn derives(ask: &Ask) -> bool {
     let whole = |item: &&Item| matches!(&item.subject, Subject::Variable(it) if it.index.is_empty());
     !items(ask).all(|item| whole(&item))
@@ -35,7 +35,7 @@ fn items(ask: &Ask) -> impl Iterator<Item = &Item> {
     distributions.flat_map(|it| it.searched.iter().chain(&it.known))
 }
 
-/// A program without text, for questions that are asked of a model.
+/// An empty program, for questions to a model.
 pub(super) fn nothing() -> Program {
     let name = Name { at: At::default(), text: String::new() };
     let (at, comments) = (At::default(), Comments::default());
@@ -58,7 +58,7 @@ impl<'p> Checker<'p> {
         checker
     }
 
-    /// Adds what an ask derives to what its question does.
+    /// Adds the derived variables of an ask to those of its question.
     pub(super) fn derive(&mut self, ask: &Ask, derived: &mut Vec<Derived>) -> Found {
         let mut found = Vec::new();
         for item in items(ask) {
@@ -73,7 +73,8 @@ impl<'p> Checker<'p> {
         found
     }
 
-    /// The name of what an item derives; none of a variable alone, or of what is no family.
+    /// The name of the derived variable of an item; `None` for a whole variable, or for an index on a variable that is
+    /// not a family.
     fn derived_name(&self, item: &Item) -> Option<String> {
         let divided = |name: &Name| match self.meaning(&name.text) {
             Some(Meaning::Variable(id)) => {
@@ -174,7 +175,7 @@ impl<'p> Checker<'p> {
         Some(Derived { name, kind, domain, over: Some(range), right, nodes })
     }
 
-    /// Refuses elements, written as numbers, that their family does not have.
+    /// Refuses elements, written as numbers, that are outside their family.
     fn inside(&mut self, first: usize, span: Span) -> Option<()> {
         let model = self.model.so_far();
         let uses = (first..model.expressions.len()).filter_map(|place| {
@@ -235,7 +236,7 @@ fn element(occurrence: &Occurrence) -> Expr {
     }
 }
 
-/// The variables that an expression is made of, each once; of a family the elements, where all are known.
+/// The variables in an expression, each once; for a family its elements, where all of them are known.
 fn parents(model: &Model, first: usize, root: ExpressionId) -> Vec<VariableUse> {
     let mut found: Vec<(VariableUse, Option<f64>)> = Vec::new();
     for place in first..=root.position() {
@@ -259,7 +260,7 @@ fn parents(model: &Model, first: usize, root: ExpressionId) -> Vec<VariableUse> 
     found.into_iter().map(|(use_, _)| use_).collect()
 }
 
-/// The domain of an expression that is a number: whole numbers where it can be nothing else, else a real.
+/// The domain of a numeric expression: whole numbers if all of its values are, else a real.
 fn numbers(model: &Model, root: ExpressionId, right: &[VariableUse]) -> Domain {
     whole_numbers(model, root, right).unwrap_or(Domain::Real)
 }

@@ -25,7 +25,7 @@ pub(super) struct Scope {
     pub(super) products: Vec<(String, IndexSpace)>,
     /// Names bound by `let`, innermost last.
     pub(super) bound: Vec<(String, Typed)>,
-    /// Whether a number names an element of a set, as in questions.
+    /// Whether a number denotes an element of a set, as in questions.
     pub(super) numbered: bool,
 }
 
@@ -159,13 +159,13 @@ impl Checker<'_> {
         false
     }
 
-    /// An index of a field or family that runs over a space.
+    /// An index of a field or a family with this range.
     pub(super) fn index(&mut self, expr: &Expr, over: &IndexSpace, scope: &Scope) -> Option<ExpressionId> {
         let (id, found) = self.expression(expr, scope, None)?;
         let expected = match over {
             IndexSpace::Set(_) if scope.numbered && found == Type::Number => return Some(id),
             IndexSpace::Set(set) => Type::Element(*set),
-            // A boolean or a label is the number in its domain, from 0.
+            // A boolean or a label has the number of its domain, from 0.
             IndexSpace::Range(_) if matches!(found, Type::Boolean | Type::Label(_)) => return Some(id),
             IndexSpace::Range(_) => Type::Number,
         };

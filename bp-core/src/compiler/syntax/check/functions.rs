@@ -323,7 +323,7 @@ impl Checker<'_> {
         self.node(span, Expression::Binary(Binary::And, above, below))
     }
 
-    /// The number that a value is in an expression.
+    /// The number of a value in an expression.
     fn pattern_value(&mut self, value: &Value, domain: Option<&Domain>) -> Option<f64> {
         match (domain, &value.kind) {
             (Some(Domain::Real | Domain::Bins(_)) | None, ValueKind::Number(sign, text)) => {

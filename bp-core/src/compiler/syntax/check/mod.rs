@@ -60,7 +60,8 @@ pub fn compile(source: &Source) -> Result<Model, Diagnostics> {
     Ok(models.pop().expect("internal: the grammar promises a program"))
 }
 
-/// Reads a question as a user types it: `P(Rain | Wet = true)`, or the name of one that the model declares.
+/// Parses a question as a user types it: `P(Rain
+/// Wet = true)`, or the name of a declared one.
 pub fn parse_question(source: &Source, model: &Model) -> Result<Question, Diagnostics> {
     question_of(source, model).map_err(|wrong| quotes::suggested(wrong, &source.text, model))
 }
@@ -112,7 +113,7 @@ struct Checker<'p> {
     model: ModelBuilder,
     wrong: Diagnostics,
     names: HashMap<String, (Meaning, Span)>,
-    /// The spans of everything in which the model may find a fault.
+    /// The spans of all parts of the model that may have a fault.
     parameter_spans: HashMap<ParameterId, Span>,
     variable_spans: HashMap<VariableId, Span>,
     factor_spans: HashMap<FactorId, Span>,

@@ -146,7 +146,7 @@ impl Checker<'_> {
         Some(Form::Law { law, arguments })
     }
 
-    /// The mean of a normal law: a number, or for a vector also a vector; a number then stands for all components.
+    /// The mean of a normal law: a number; for a vector also a vector, or one number for all components.
     fn mean(&mut self, mean: &Expr, target: &Target, scope: &Scope) -> Option<ExpressionId> {
         let (id, found) = self.expression(mean, scope, None)?;
         let vector = Type::of(&target.domain);
@@ -279,7 +279,7 @@ impl Checker<'_> {
         Some(self.model.linear_regression(intercept, &terms, deviation))
     }
 
-    /// Weights and forms, by turns.
+    /// Weights and forms, alternating.
     fn mixture(&mut self, span: Span, given: &[Expr], target: &Target, scope: &mut Scope) -> Option<Form> {
         if given.is_empty() || !given.len().is_multiple_of(2) {
             let message =

@@ -1,8 +1,8 @@
 //! Checks questions: searched and known variables, and their values.
 //!
 //! In: asks as written, in a program or typed by a user. Out: the model's questions. Invariant: a lower-case name that
-//! is neither a value of the variable nor similar to one stands for a value given when the question is asked; the
-//! plate's index is always known.
+//! is neither a value of the variable nor similar to one is a value to be given when the question is asked; the plate's
+//! index is always known.
 
 use super::derived::{Found, derives, nothing};
 use super::functions::ordinal_of;
@@ -25,7 +25,7 @@ impl Checker<'_> {
             let told = self.wrong.0.len();
             let found = self.derive(written, &mut derived);
             let ask = ask_of(self.model.so_far(), written, (&derived, &found), &mut self.wrong);
-            // Do not report a second error for a wrong one.
+            // Do not report a second error for the same ask.
             if self.wrong.0.len() == told {
                 read.push((ask, written.at.0));
             }
@@ -70,7 +70,7 @@ fn ask_of(
     Question { asks: vec![ask], ..names }.renamed(&local).asks.remove(0)
 }
 
-/// A program with what an ask derives from it.
+/// A program with the derived variables of an ask.
 struct Reader<'r> {
     model: &'r Model,
     found: &'r Found,
@@ -113,7 +113,7 @@ impl Reader<'_> {
         Ask { statistic, when, searched, known: first }
     }
 
-    /// A searched item; a predicate that is asked for its distribution is asked whether it holds.
+    /// A searched item; a predicate without a value is asked for the probability that it is true.
     fn searched(&self, item: &Item, holds: bool, wrong: &mut Diagnostics) -> Option<Searched> {
         let model = self.model;
         let variable = self.variable(item, wrong)?;
@@ -146,7 +146,7 @@ impl Reader<'_> {
         let model = self.model;
         let variable = self.variable(item, wrong)?;
         let evidence = match &item.evidence {
-            // It is known anyway.
+            // The plate's index is always known.
             None if model.plate_index() == Some(variable) => return None,
             Some(_) if model.plate_index() == Some(variable) => {
                 let name = model.variable_name(variable);
@@ -175,7 +175,7 @@ impl Reader<'_> {
         }
         let name = match &item.subject {
             Subject::Variable(occurrence) => return variable(self.model, occurrence, wrong),
-            // What is no family.
+            // A slice of a variable that is not a family.
             Subject::Slice(name, _) => name.clone(),
             Subject::Term(_) => return None,
         };
@@ -213,7 +213,7 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
     Some(id)
 }
 
-/// The value that is written for a variable.
+/// The value of a variable, as written.
 fn value(
     model: &Model,
     variable: VariableId,
@@ -226,7 +226,7 @@ fn value(
         return Some(Value::Ordinal(ordinal));
     }
     let slip = match &written.kind {
-        // `Fails = fails` is how a value that is given later is written, however near `fails` is to `false`.
+        // `Fails = fails` denotes a value given later, even though `fails` is similar to `false`.
         ValueKind::Name(name) if !is_family && !is_own_name(&name.text, &model.variable_name(variable)) => {
             slip(&name.text, domain)
         }
@@ -270,7 +270,7 @@ fn is_own_name(name: &str, variable: &str) -> bool {
     name != variable && plain(name) == plain(variable)
 }
 
-/// The value that a name was probably meant to be. A name such as `w` resembles none: it stands for a given value.
+/// The value that a misspelled name probably means. A name such as `w` is similar to none: it is a value given later.
 fn slip<'d>(name: &str, domain: &'d Domain) -> Option<&'d str> {
     match domain {
         Domain::Boolean => near(name, ["false", "true"]),

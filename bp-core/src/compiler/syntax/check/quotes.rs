@@ -1,13 +1,14 @@
-//! The hint that a name stands in quotes.
+//! Suggests quotation marks around a name.
 //!
-//! In: what is wrong with a question, its text, the model. Out: the same, with a help where the text names a variable or a
-//! value whose name is not a word of the language, such as `0` or `<5`, without quotes. Invariant: nothing else changes.
+//! In: the errors of a question, its text, the model. Out: the same errors, with a help where the text contains a name
+//! of a variable or a value that needs quotation marks, such as `0` or `<5`, without them. Invariant: nothing else
+//! changes.
 
 use crate::diagnostic::Diagnostics;
 use crate::model::{Domain, Model};
 use crate::spelling::quoted;
 
-/// Adds the help to the first mistake.
+/// Adds the help to the first error.
 pub(super) fn suggested(mut wrong: Diagnostics, text: &str, model: &Model) -> Diagnostics {
     let variables = model.variables.values().map(|variable| (variable.name.as_str(), false));
     let labels = model.variables.values().flat_map(|variable| match &variable.domain {
@@ -15,7 +16,7 @@ pub(super) fn suggested(mut wrong: Diagnostics, text: &str, model: &Model) -> Di
         _ => &[],
     });
     let names = variables.chain(labels.map(|label| (label.as_str(), true)));
-    // The longest name: `12` is a part of `12+`.
+    // The longest match: `12` is a part of `12+`.
     let found = names.filter(|(name, is_value)| stands_bare(text, name, *is_value));
     if let (Some((name, is_value)), Some(first)) =
         (found.max_by_key(|(name, _)| name.len()), wrong.0.first_mut())
@@ -26,7 +27,7 @@ pub(super) fn suggested(mut wrong: Diagnostics, text: &str, model: &Model) -> Di
     wrong
 }
 
-/// Whether a name that needs quotes stands in a text without them: a value behind `=`, a variable elsewhere.
+/// Whether a name that needs quotation marks occurs in a text without them: a value after `=`, a variable elsewhere.
 fn stands_bare(text: &str, name: &str, is_value: bool) -> bool {
     if name.is_empty() || quoted(name) == name {
         return false;

@@ -47,7 +47,7 @@ impl Checker<'_> {
         right.then(|| Form::Ask { path: path.join("."), given })
     }
 
-    /// The variables whose values are given to another program.
+    /// The variables whose values are passed to another program.
     fn told(&mut self, written: &[ast::Occurrence], scope: &Scope) -> Option<Vec<VariableId>> {
         let mut ids = Vec::new();
         let mut right = true;

@@ -1,7 +1,7 @@
-//! Tables: rows in the order of the values on the right.
+//! Tables: rows in the order of the right-hand values.
 //!
-//! In: rows as written, with or without keys. Out: [`Form::Table`], rows in the odometer order of the right-hand
-//! variables, the last one fastest. Invariant: with keys every combination has its row, once.
+//! In: rows as written, with or without keys. Out: [`Form::Table`], rows in the order of the right-hand values, the
+//! last variable fastest. Invariant: with keys every combination has exactly one row.
 
 use super::Checker;
 use super::expressions::Scope;
@@ -13,7 +13,7 @@ use crate::radix;
 use crate::source::Span;
 use crate::syntax::ast::Row;
 
-/// The most rows that a table may have.
+/// Limit of the rows of a table.
 const MOST_ROWS: usize = 1 << 20;
 
 impl Checker<'_> {

@@ -134,7 +134,7 @@ fn unknown(word: &str, span: Span, wrong: &mut Diagnostics) {
     wrong.push(Diagnostic { help, ..Diagnostic::new(span, message) });
 }
 
-/// How many are asked for.
+/// The number in brackets after a word.
 fn count(word: &Word, wrong: &mut Diagnostics) -> Option<usize> {
     let name = &word.name.text;
     let help = format!("write `{name}(5) P(…)`");

@@ -34,7 +34,7 @@ impl<'s> Children<'s> {
         if self.peek() == Some(rule) { self.pairs.next() } else { None }
     }
 
-    /// The next child, whatever it is.
+    /// The next child, of any rule.
     pub(super) fn any(&mut self) -> Option<Pair<'s, Rule>> {
         self.peek()?;
         self.pairs.next()

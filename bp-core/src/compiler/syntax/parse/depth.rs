@@ -1,8 +1,8 @@
 //! A limit on nesting, checked before any recursion.
 //!
-//! In: the text. Out: nothing, or the span where it nests too deeply. Invariant: a text that passes parses, prints,
-//! checks and drops within a thread's usual stack, because every recursion of the grammar goes through a bracket and
-//! every chain that makes a tree deep is counted with the brackets around it.
+//! In: the text. Out: nothing, or the span that is nested too deeply. Invariant: an accepted text can be parsed,
+//! printed, checked and dropped within a thread's usual stack, because every recursion of the grammar goes through a
+//! bracket, and every chain that makes a tree deep is counted with the brackets around it.
 
 use super::comments;
 use crate::diagnostic::Diagnostic;
@@ -16,7 +16,7 @@ const OPERATORS: usize = 512;
 /// Rejects a text that nests too deeply.
 pub(super) fn check(text: &str) -> Result<(), Diagnostic> {
     let mut hidden = comments::hidden(text).peekable();
-    // For each open bracket, how many operators came before it in its expression.
+    // For each open bracket, the number of operators before it in its expression.
     let mut open: Vec<usize> = Vec::new();
     let mut chain = 0;
     let mut sum = 0;

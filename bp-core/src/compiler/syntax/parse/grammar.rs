@@ -2,7 +2,7 @@
 //!
 //! In: text. Out: pairs named by [`Rule`]. Invariant: the names of rules never leave this folder.
 
-#![allow(missing_docs)] // The derive writes the rules' names, and the grammar documents them.
+#![allow(missing_docs)] // The derive generates the rules' names, and the grammar documents them.
 
 /// The derived parser.
 #[derive(pest_derive::Parser)]

@@ -1,7 +1,7 @@
 //! Programs and their sections, from pairs to the tree.
 //!
-//! In: pair `program` and what it holds. Out: [`Program`]. Invariant: only blanks, commas between variables, and
-//! comments are dropped; comments are attached afterwards.
+//! In: pair `program` and its content. Out: [`Program`]. Invariant: only blanks, commas between variables, and comments
+//! are dropped; comments are attached afterwards.
 
 use super::children::{Children, at};
 use super::expressions::{expression, expressions};
@@ -183,7 +183,7 @@ fn learnt(pair: Pair<'_, Rule>) -> Learnt {
         return Learnt { at: place, comments: Comments::default(), names, from: None, by: Vec::new() };
     }
     let mut names = children.names();
-    // The grammar puts the data after the names; the keyword between them is not a child.
+    // In the grammar the data set follows the names; the keyword between them is not a child.
     let from = names.pop().expect("internal: the grammar promises the data's name");
     let by = children.take(Rule::by).map(|pair| Children::of(pair).names()).unwrap_or_default();
     Learnt { at: place, comments: Comments::default(), names, from: Some(from), by }

@@ -1,6 +1,6 @@
 //! Prints forms: on one line if they fit, else one row, branch or arm per line.
 //!
-//! In: a definition or a form. Out: lines on a [`Page`]. Invariant: a table whose rows carry comments is never put on
+//! In: a definition or a form. Out: lines on a [`Page`]. Invariant: a table whose rows have comments is never put on
 //! one line.
 
 use super::words::list;
@@ -66,7 +66,7 @@ impl Page {
     }
 }
 
-/// A form on one line; none if a comment stands in it.
+/// A form on one line; `None` if it contains a comment.
 fn inline(form: &Form) -> Option<String> {
     Some(match &form.kind {
         FormKind::Named { name, arguments: None } => name.to_string(),

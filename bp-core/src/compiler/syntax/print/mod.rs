@@ -172,7 +172,7 @@ struct End<'t> {
     behind: String,
 }
 
-/// The comments behind an item, with the blank that precedes them.
+/// The comments after an item, with the blank that precedes them.
 fn after(comments: &Comments) -> String {
     comments.after.iter().map(|comment| format!("  {comment}")).collect()
 }
@@ -184,7 +184,7 @@ fn head(product: &Product) -> String {
     }
 }
 
-/// The terms on one line; none if a comment stands among them.
+/// The terms on one line; `None` if there is a comment among them.
 fn inline_terms(terms: &[Term]) -> Option<String> {
     let words: Option<Vec<String>> = terms
         .iter()
