@@ -128,8 +128,8 @@ impl Written {
     }
 }
 
-/// `#[doc = "…"]`, which is what the compiler makes of `/// …`, or `#![doc = "…"]`; how it opens, what it says, and
-/// what follows it.
+/// `#[doc = "…"]`, into which the compiler converts `/// …`, or `#![doc = "…"]`: its opening sign, its text, and the
+/// tokens after it.
 fn comment(tokens: &[TokenTree]) -> Option<(&'static str, String, &[TokenTree])> {
     let is =
         |token: &TokenTree, sign: char| matches!(token, TokenTree::Punct(punct) if punct.as_char() == sign);
@@ -169,7 +169,7 @@ mod tests {
         Written::of(text.parse().unwrap_or_else(|error| panic!("{error}: {text}")))
     }
 
-    /// The same tokens without their places, as a macro that builds tokens hands them in.
+    /// The same tokens without positions, as from a macro that builds tokens.
     fn without_places(tokens: TokenStream) -> TokenStream {
         let moved = tokens.into_iter().map(|token| {
             let mut token = match token {
@@ -184,7 +184,7 @@ mod tests {
         moved.collect()
     }
 
-    /// The text without the comments that are no documentation; tokens do not have them.
+    /// The text without comments other than documentation; tokens do not contain them.
     fn uncommented(text: &str) -> String {
         let lines = text.lines().map(|line| match line.find("// ") {
             Some(start) if !line.trim_start().starts_with("///") => line[..start].trim_end(),

@@ -15,7 +15,7 @@ bayesian_program!("models/vestibular.bp");
 bayesian_program!("models/gaze.bp");
 bayesian_program!("models/view.bp");
 
-/// `models/scanline.bp`. Its question is over time, for which no code is emitted: it is compiled at run time.
+/// `models/scanline.bp`. No code is emitted for its question, which is over time: it is compiled at run time.
 pub mod scanline {
     use bp_core::compiler::model::Model;
     use bp_core::compiler::source::Source;
@@ -23,7 +23,7 @@ pub mod scanline {
     /// The program's text.
     pub const SOURCE: &str = include_str!("../models/scanline.bp");
 
-    /// The program's meaning.
+    /// The program's model.
     pub fn model() -> Model {
         let source = Source::new("Scanline", SOURCE);
         bp_core::compiler::syntax::compile(&source).expect("internal: a test compiles it")

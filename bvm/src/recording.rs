@@ -142,7 +142,7 @@ impl Posture {
     /// Processes inertial readings; rows are in order of time.
     ///
     /// # Errors
-    /// None that finite data can cause.
+    /// Only the filter's own checks, which finite data pass.
     pub fn feel(&mut self, row: &Inertial) -> Result<(), Error> {
         let step = row.time - self.time;
         if step <= 0 {

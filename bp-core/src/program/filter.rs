@@ -81,8 +81,8 @@ impl<'p> Filter<'p> {
     /// the list of its elements, or each element is given separately, `Z[2]`.
     ///
     /// # Errors
-    /// A name that the question does not know, a value that its variable does not have, observations that are impossible;
-    /// the filter then stays as it was.
+    /// A name that the question does not know, a value that its variable does not have, observations that are
+    /// impossible; the filter is then unchanged.
     pub fn step(&mut self, observed: Evidence) -> Result<Posterior, Error> {
         let mut values = Vec::new();
         for (name, value) in observed.iter() {

@@ -1,7 +1,7 @@
-//! The posterior of each variable, by names.
+//! The posterior marginal of each variable, by names.
 //!
-//! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: what is observed has its value for
-//! sure; potentials of a Markov network are not shown.
+//! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: an observed variable has
+//! probability 1 at its value; potentials of a Markov network are not shown.
 
 use super::value::{ordinal, read};
 use super::{Evidence, Posterior, Program, Value};
@@ -12,7 +12,7 @@ use crate::guess::nearest;
 use crate::ids::VariableId;
 use crate::model::{self, Known};
 
-/// The posterior of some variables, or of elements of families; of all where none is named.
+/// The posterior of some variables, or of elements of families; of all variables if `only` is empty.
 pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
     let model = program.model();
     let inputs = program.settings.inputs();
@@ -53,7 +53,7 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
     Ok(Posterior::new(program, all))
 }
 
-/// Names, and what they mean.
+/// Names and their meanings.
 struct Names<'p> {
     program: &'p Program,
     setting: &'p Setting<'p>,
@@ -80,7 +80,7 @@ impl Names<'_> {
         })
     }
 
-    /// What evidence says of variables and of elements, with what is always known.
+    /// Evidence on variables and on elements, together with the evidence that always holds.
     fn knowledge(&self, evidence: &Evidence) -> Result<Knowledge, Error> {
         let mut all = Knowledge { known: self.program.opened.known.clone(), ..Knowledge::default() };
         for (name, value) in evidence.iter() {

@@ -90,7 +90,7 @@ impl Program {
         Self::made(Opened { model, source: Some(source), known, ln_scale, warnings })
     }
 
-    /// The program that a network is, once read.
+    /// The program of a network that has been read.
     ///
     /// # Errors
     /// A subroutine that cannot be answered.
@@ -251,11 +251,11 @@ impl Program {
         marginals::marginals(self, names, evidence)
     }
 
-    /// Learns what is `unknown` in the program, and the parameters that `identification` names, from a table of cases
+    /// Learns the `unknown` forms of the program, and the parameters that `identification` names, from a table of cases
     /// (CSV): `learn("lawns.csv")`, `learn(Learning::from("mails.csv").hidden("Kind"))`.
     ///
     /// # Errors
-    /// A table that cannot be read or does not fit, with file, row and column; nothing is to be learned.
+    /// A table that cannot be read or does not fit, with file, row and column; a program without anything to learn.
     pub fn learn(&self, data: impl Into<Learning>) -> Result<Learned, Error> {
         learned::learn(self, &data.into())
     }
@@ -269,7 +269,7 @@ impl Program {
         Ok(asked)
     }
 
-    /// The program with what a question derives from it, and that question.
+    /// The program with a question's derived variables, and that question.
     fn posed(&self, asked: crate::model::Question) -> (Self, crate::model::Question) {
         if asked.derived.is_empty() {
             return (self.clone(), asked);

@@ -47,12 +47,12 @@ impl Posterior {
         Self { program: program.clone(), answer }
     }
 
-    /// The answer as it is, for the stages of the compiler.
+    /// The answer, for the stages of the compiler.
     pub fn answer(&self) -> &Answer {
         &self.answer
     }
 
-    /// What was asked, as a user types it.
+    /// The question, as a user types it.
     pub fn question(&self) -> &str {
         &self.answer.question
     }

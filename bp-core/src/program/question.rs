@@ -70,7 +70,7 @@ impl Question {
         Ok(question)
     }
 
-    /// Asks it.
+    /// Answers it.
     ///
     /// # Errors
     /// An open value was not given; evidence of probability zero; several answers ([`Question::ask_all`]).
@@ -78,7 +78,7 @@ impl Question {
         one(self.ask_all()?)
     }
 
-    /// Asks it; returns an answer for each ask.
+    /// Answers it; returns an answer for each ask.
     ///
     /// # Errors
     /// As [`Question::ask`].
@@ -87,7 +87,7 @@ impl Question {
         Ok(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
     }
 
-    /// Asks it over time (`filter`, `predict`, `smooth`, `sequence`), with the observations at each instant.
+    /// Answers it over time (`filter`, `predict`, `smooth`, `sequence`), given the observations at each instant.
     ///
     /// # Errors
     /// As [`Question::ask`]; it is not over time.
@@ -117,7 +117,7 @@ impl Question {
         self.over_observed(&observed)
     }
 
-    /// Asks it over time, for a table (CSV) with a row for each instant; an empty cell was not observed.
+    /// Answers it over time, given a table (CSV) with a row for each instant; an empty cell is not observed.
     ///
     /// # Errors
     /// As [`Question::over`]; a table that cannot be read, or a cell that is not a value of its variable.

@@ -83,8 +83,8 @@ pub fn names_of<'q, 'm: 'q>(
     Ok(all)
 }
 
-/// Known variables without a table are given under their own names, but those whose form asks another program are
-/// given through that program's answers.
+/// Known variables without a table are given under their own names, except those whose form asks another program: they
+/// are given through that program's answers.
 fn given_when_asked(model: &Model, variable: VariableId) -> Option<(VariableId, model::Value)> {
     let form = model.factor_of(variable).map(|factor| &model.factors[factor].form);
     let asks = matches!(form, Some(Form::Ask { .. }));
@@ -154,7 +154,7 @@ impl Settings {
             }
             parts.push((name, value, meaning));
         }
-        // Values of variables may depend on sizes, and displacements on grids: those come first.
+        // Values of variables may depend on sizes, and displacements on grids: sizes and grids are set first.
         let rank = |meaning: Meaning| match meaning {
             Meaning::Parameter(_) => 0,
             Meaning::Set(set) => 1 + usize::from(matches!(model.sets[set].kind, SetKind::Displacements(_))),
@@ -167,8 +167,8 @@ impl Settings {
         Ok(settings)
     }
 
-    /// With the sizes of sets that were not set, derived from the numbers of fields, given or written: from
-    /// `mu[Grid] = [1, 2, 3]` 3.
+    /// With the sizes of sets that were not set, inferred from the lengths of fields, given or written: 3 from
+    /// `mu[Grid] = [1, 2, 3]`.
     pub fn with_told(mut self, model: &Model) -> Self {
         let fields = || model.parameters.values();
         while let Some((name, size)) = fields().find_map(|field| self.told_by(model, field)) {
@@ -204,11 +204,11 @@ impl Settings {
         }
         let given = self.arrays.get(&field.name);
         let (name, count) = (open?, given.map_or(field.default.len(), Vec::len));
-        // One number alone may stand for all.
+        // A single number may be one for all elements, so it implies no size.
         (known > 0 && count > 1 && count % known == 0).then(|| (name.clone(), count / known))
     }
 
-    /// The size that the values of a family tell, where it is not known.
+    /// The size implied by the values given for a family, where it is not known.
     pub(super) fn told_by_values(
         &self,
         model: &Model,
@@ -223,7 +223,7 @@ impl Settings {
                 (&model.parameters[range.high.size?].name, usize::try_from(size).ok()?)
             }
         };
-        // One value alone may stand for all.
+        // A single value may be one for all elements, so it implies no size.
         (count > 1 && size > 0 && !self.sizes.contains_key(name)).then(|| (name.clone(), size))
     }
 

@@ -76,10 +76,11 @@ impl Hearing {
         }
     }
 
-    /// The likelihood of cues: P(τ ΔL | O C).
+    /// The likelihood of cues: P(τ ΔL
+    /// O C).
     ///
     /// # Errors
-    /// None that data can cause; the kernel's own checks.
+    /// Only the kernel's own checks, which valid data pass.
     pub fn likelihood(&mut self, cues: &Cues) -> Result<Likelihood, Error> {
         asked!(reading, self, cues, &mut self.answer)?;
         let likelihood = self.answer.distribution();
@@ -88,10 +89,11 @@ impl Hearing {
         Ok(likelihood.iter().map(|value| value / most).collect())
     }
 
-    /// P(S = 1 | τ ΔL) of each cell: the posterior of the source.
+    /// P(S = 1
+    /// τ ΔL) of each cell: the posterior of the source.
     ///
     /// # Errors
-    /// None that data can cause; the kernel's own checks.
+    /// Only the kernel's own checks, which valid data pass.
     pub fn sounding(&mut self, cues: &Cues) -> Result<&[f32], Error> {
         asked!(source, self, cues, &mut self.sounding)?;
         Ok(self.sounding.p(true))

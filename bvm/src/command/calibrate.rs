@@ -213,7 +213,7 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
     Ok(())
 }
 
-/// A number in `columns` columns with `decimals` decimals, times a factor; a dash if it is absent.
+/// A number in `width` columns with `decimals` decimals, times a factor; a dash if it is absent.
 fn told(number: Option<f64>, factor: f64, width: usize, decimals: usize) -> String {
     let text = number.map_or_else(|| "–".to_owned(), |number| format!("{:.decimals$}", factor * number));
     format!("{text:>width$}")

@@ -1,7 +1,7 @@
 //! `bvm look`: a real stereo pair becomes a map and a gaze.
 //!
-//! In: two images and a calibration. Out: a folder of pictures, `look.json`, and a few lines. Invariant: what the pair
-//! does not show stays unknown in the map.
+//! In: two images and a calibration. Out: a folder of pictures, `look.json`, and a few lines. Invariant: cells that the
+//! pair does not show stay unknown in the map.
 
 use super::{check_folder, print};
 use bvm::error::Error;
@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// How range is inferred from a pair, and how the map is told.
+/// The options of matching and of evidence for the map.
 #[derive(Args)]
 pub(crate) struct StereoOptions {
     /// Matcher.

@@ -54,7 +54,7 @@ impl Gradient {
     /// The best frontier cell; straight ahead if every direction is blocked next to the head.
     ///
     /// # Errors
-    /// None that data can cause; the kernel's own checks.
+    /// Only the kernel's own checks, which valid data pass.
     pub fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
         let grid = map.grid();
         gaze::look(map.space()).map_p_o_c(map.occupancy()).map_h(map.entropy()).run_into(&mut self.answer)?;
@@ -107,7 +107,7 @@ impl View {
     /// The direction with the most entropy in view.
     ///
     /// # Errors
-    /// None that data can cause; the kernel's own checks.
+    /// Only the kernel's own checks, which valid data pass.
     pub fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
         let grid = map.grid();
         let gain = self.gains(map);

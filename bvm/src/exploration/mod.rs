@@ -98,7 +98,7 @@ pub struct Episode {
 /// Explores the simulated world, with this kind of evidence from a range reading.
 ///
 /// # Errors
-/// A grid that cannot be.
+/// An invalid grid.
 pub fn explore(
     rule: Rule,
     evidence: EvidenceKind,

@@ -115,7 +115,7 @@ found      cells with a surface in sight that are taken for occupied
 yaw error  largest difference between the estimated yaw and the true one"
     }
 
-    /// Writes the folder; gives the paths, in order.
+    /// Writes the folder; returns the paths, in order.
     ///
     /// # Errors
     /// A file that cannot be written.

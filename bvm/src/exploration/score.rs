@@ -78,8 +78,8 @@ mod tests {
         let unknown = Score::of(&map, &truth);
         assert!((unknown.log_loss - 2f64.ln()).abs() < 1e-7);
         assert_eq!((unknown.false_occupied, unknown.found), (0, 0.0));
-        // P(O) = ¾ of a cell whose likelihood is three times as high where it is occupied: of the free cell before the
-        // first surface, of one that is beside none, of a surface, and of a hidden cell.
+        // P(O) = ¾ of a cell whose likelihood is three times as high where it is occupied: for the free cell before the
+        // first surface, a free cell that is not next to a surface, a surface, and a hidden cell.
         let mut likelihood = vec![1f32; 24];
         for cell in [4, 2, 5, 7] {
             likelihood[12 + cell] = 3.0;

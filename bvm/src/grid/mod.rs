@@ -144,7 +144,7 @@ impl Grid {
         PI / self.elevation_cells() as f64
     }
 
-    /// Where a cell is stored: `(rho * elevation_cells + elevation) * azimuth_cells + azimuth`.
+    /// The storage index of a cell: `(rho * elevation_cells + elevation) * azimuth_cells + azimuth`.
     pub fn index(&self, cell: Cell) -> usize {
         cell.rho * self.directions() + self.direction_index(cell.direction())
     }
@@ -155,8 +155,8 @@ impl Grid {
         (index < self.cells()).then(|| direction.at(index / self.directions()))
     }
 
-    /// Where a direction is stored in an image of one value per line of sight:
-    /// `elevation * azimuth_cells + azimuth`.
+    /// The storage index of a direction in an image of one value per line of sight: `elevation * azimuth_cells +
+    /// azimuth`.
     pub fn direction_index(&self, direction: Direction) -> usize {
         direction.elevation * self.azimuth_cells() + direction.azimuth
     }

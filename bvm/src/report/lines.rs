@@ -1,7 +1,7 @@
-//! Curves over any quantity.
+//! Curves of any quantity.
 //!
-//! In: named curves of (across, upwards). Out: a line plot with a legend, in the corner on the right that the curves leave
-//! free. Invariant: what is not finite is left out.
+//! In: named curves of (across, upwards). Out: a line plot with a legend, in the corner on the right that the curves
+//! leave free. Invariant: values that are not finite are omitted.
 
 use super::Picture;
 use super::colour::{CURVES, FAINT};

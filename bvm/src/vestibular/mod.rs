@@ -39,7 +39,7 @@ impl Vestibular {
     /// At rest, looking ahead.
     ///
     /// # Errors
-    /// None that data can cause; the program's own checks.
+    /// Only the program's own checks, which valid data pass.
     pub fn at_rest(balance: Balance) -> Result<Self, Error> {
         Ok(Self { filter: balance.question().filter()?, yaw: 0.0 })
     }

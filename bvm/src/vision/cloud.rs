@@ -1,8 +1,8 @@
 //! Point clouds of a pair.
 //!
 //! In: disparities, their picture and its calibration. Out: a binary PLY file: x ahead, y to the left, z up from the
-//! left camera (metres; the map's frame, as a comment of the header says), the grey level, and λ. Invariant: a file is
-//! written completely or not at all; only pixels with an estimate have points.
+//! left camera (metres; the map's frame, as stated in the header), the grey level, and λ. Invariant: a file is written
+//! completely or not at all; only pixels with an estimate have points.
 
 use super::Pair;
 use super::stereo::DisparityMap;

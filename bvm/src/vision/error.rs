@@ -13,7 +13,7 @@ pub enum VisionError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system answered.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file that is too long, or has no end.
@@ -37,7 +37,7 @@ pub enum VisionError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system answered.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A file whose content cannot be used.
@@ -83,7 +83,7 @@ pub enum VisionError {
         /// Width and height of the right image, pixels.
         right: (usize, usize),
     },
-    /// A number of disparities that the images are too narrow for.
+    /// A number of disparities that is too large for the width of the images.
     #[error(
         "{value} disparities cannot be searched in images {width} pixels wide: expected at least 1, and fewer than the width"
     )]

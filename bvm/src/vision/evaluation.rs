@@ -34,7 +34,7 @@ impl Truth {
     /// Reads the truth: PFM, or an image whose grey levels (0 is unknown) are `scale` times the disparity.
     ///
     /// # Errors
-    /// A file that cannot be read, is neither, or tells of no pixel.
+    /// A file that cannot be read, has neither format, or contains no known disparity.
     pub fn read(path: &Path, scale: f64) -> Result<Self, VisionError> {
         let is_pfm = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pfm"));
         let (width, values) = if is_pfm {

@@ -1,10 +1,9 @@
 //! Binary PGM (P5) and PPM (P6) images.
 //!
-//! In: the bytes of a file. Out: a [`GreyImage`], or what is wrong with the bytes. Header: magic, width, height,
-//! largest value (1..=65535), separated by white space and `#` comments, then one white space (or CRLF) and the samples
-//! (two bytes each, most significant first, when the largest value exceeds 255). Invariant: nothing is allocated before
-//! the file has been checked against its declared size. Reference: the `pgm` and `ppm` pages of the Netpbm
-//! documentation.
+//! In: the bytes of a file. Out: a [`GreyImage`], or an error in the bytes. Header: magic, width, height, largest value
+//! (1..=65535), separated by white space and `#` comments, then one white space (or CRLF) and the samples (two bytes
+//! each, most significant first, when the largest value exceeds 255). Invariant: nothing is allocated before the file
+//! has been checked against its declared size. Reference: the `pgm` and `ppm` pages of the Netpbm documentation.
 
 use super::image::{GreyImage, check_size, grey};
 

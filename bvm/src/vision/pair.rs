@@ -25,7 +25,8 @@ impl Pair {
     /// Reads a pair.
     ///
     /// # Errors
-    /// A file that cannot be read, is no image or no calibration; pictures that do not fit the cameras or the calibration.
+    /// A file that cannot be read, or is not an image or a calibration; pictures that do not fit the cameras or the
+    /// calibration.
     pub fn read(left: &Path, right: &Path, calibration: &Path) -> Result<Self, VisionError> {
         let raw = RawPair::find(calibration)?;
         let rig = match &raw {

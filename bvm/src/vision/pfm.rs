@@ -37,7 +37,7 @@ pub fn write(path: &Path, width: usize, values: &[f32]) -> Result<(), crate::err
 /// Reads a field.
 ///
 /// # Errors
-/// A file that cannot be read, is longer than 256 MiB, or is no PFM of one channel.
+/// A file that cannot be read, is longer than 256 MiB, or is not a PFM with one channel.
 pub fn read(path: &Path) -> Result<Field, VisionError> {
     let bytes = input::bytes(path, input::MOST_BYTES)?;
     decode(&bytes).map_err(|reason| VisionError::ImageFile { path: path.to_path_buf(), reason })

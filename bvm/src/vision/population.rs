@@ -1,7 +1,7 @@
 //! Population codes: the likelihood of every range in a direction.
 //!
 //! In: the posterior of each pixel over its disparity, and a grid. Out: for each direction the likelihood of "No
-//! Detection" and of each cell, up to a factor. An integer disparity stands for the interval of one pixel around it;
+//! Detection" and of each cell, up to a factor. An integer disparity represents the interval of one pixel around it;
 //! disparities within one pixel of the estimate are placed around the estimate, with total probability λ, which is
 //! calibrated:
 //!

@@ -31,7 +31,7 @@ pub struct Thing {
     pub shape: Shape,
 }
 
-/// A person who walks to and fro between two points, and slows down at both ends.
+/// A person who walks back and forth between two points, and slows down at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Walker {
     /// The two ends `[x, y]` in metres.
@@ -68,8 +68,8 @@ pub struct World {
     pub things: Vec<Thing>,
     /// The walking person.
     pub walker: Walker,
-    /// The position of the sound source, `[x, y, z]` in metres: just inside the face of the loudspeaker that the head
-    /// sees.
+    /// The position of the sound source, `[x, y, z]` in metres: just inside the face of the loudspeaker that is visible
+    /// from the head.
     pub sound_source: [f64; 3],
 }
 

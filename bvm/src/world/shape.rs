@@ -82,8 +82,7 @@ impl Shape {
         (leaves > 0.0 && enters > 0.0).then_some(enters)
     }
 
-    /// A point of the solid 1 cm behind the middle of what the head sees of it: on the ray towards its
-    /// centre.
+    /// A point of the solid 1 cm behind the middle of its visible part: on the ray towards its centre.
     pub fn sounding_point(&self) -> [f64; 3] {
         let centre = match *self {
             Shape::Block { min, max } => [0, 1, 2].map(|i| 0.5 * (min[i] + max[i])),

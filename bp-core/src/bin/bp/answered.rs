@@ -1,7 +1,7 @@
-//! Answers as they are written: one or several, of rows, of sequences.
+//! Output of answers: one or several, of rows, of sequences.
 //!
-//! In: answers, or why there are none. Out: tables with bars, or JSON. Invariant: what has an answer is written before the
-//! error that names what has none.
+//! In: answers or errors. Out: tables with bars, or JSON. Invariant: all answers are written before the error that
+//! names the first row or sequence without one.
 
 use crate::cases::Answered;
 use crate::failure::Failure;
@@ -10,7 +10,7 @@ use bp_core::compiler::error::Error;
 use serde::Serialize;
 use std::io::Write;
 
-/// One thing is written as itself, several as a list.
+/// Serialises a single item as itself, several as a list.
 #[derive(Serialize)]
 #[serde(untagged)]
 pub(crate) enum OneOrSeveral<'t, T> {
@@ -40,7 +40,7 @@ pub(crate) fn write_answers(answers: &[Answer], all: bool, out: &mut impl Write)
     Ok(())
 }
 
-/// Writes the answers of each sequence, by its name; of one without a name the answers alone.
+/// Writes the answers of each sequence, under its name; without a name, the answers alone.
 pub(crate) fn write_sequences(
     sequences: &[(String, Answered)],
     column: Option<&str>,
@@ -69,7 +69,7 @@ pub(crate) fn write_sequences(
     all_answered(sequences.iter().map(|(name, answers)| (format!("{column} {name}"), answers)), "sequence")
 }
 
-/// Writes the answers of each row, by its place in the file.
+/// Writes the answers of each row, under its row number.
 pub(crate) fn write_cases(
     cases: &[(usize, Answered)],
     (json, all): (bool, bool),
@@ -99,7 +99,7 @@ pub(crate) fn write_cases(
     all_answered(cases.iter().map(|(row, answers)| (format!("row {row}"), answers)), "row")
 }
 
-/// A row or a sequence, with its answers or why there are none.
+/// A row or a sequence, with its answers or its error.
 #[derive(Serialize)]
 struct One<'t> {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -120,7 +120,7 @@ impl<'t> One<'t> {
     }
 }
 
-/// Writes the answers of a row or a sequence under its name, or why there are none.
+/// Writes the answers of a row or a sequence under its name, or its error.
 fn write_one(
     name: &str,
     position: usize,
@@ -136,7 +136,7 @@ fn write_one(
     }
 }
 
-/// An error that names the first that have no answer, where there are such; it comes after what was written.
+/// An error that names the first row or sequence without an answer, if there is any; it follows the output.
 fn all_answered<'t>(all: impl Iterator<Item = (String, &'t Answered)>, what: &str) -> Result<(), Failure> {
     const FEW: usize = 5;
     let (mut count, mut wrong) = (0, Vec::new());

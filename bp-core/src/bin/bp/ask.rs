@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions: Vec<Question> =
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
-    // A family has no table where its length is not known; columns give it.
+    // A family whose length is not known has no table; its columns determine the length.
     let by_columns = |question: &Question| match arguments.data.is_some() && !over_time(question) {
         true => {
             let family = |id: &VariableId| model.variables[*id].family.is_some();
@@ -170,7 +170,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     write_answers(&answers, arguments.all, out)
 }
 
-/// The question where what is set under the name of an open variable is known.
+/// The question with the settings that bear the names of open variables as known values.
 fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
     let open = open(question).into_iter();
     let is_set = |id: &VariableId| {

@@ -1,9 +1,9 @@
 //! Answers a question for many cases: the rows of a table.
 //!
 //! In: a model, a question, a table whose columns are named as variables. Out: the answers of each case. Invariant: a
-//! value that a case gives takes the place of what the question leaves open; one that is missing is not known in that
-//! case; a case without an answer leaves the others theirs. The question is compiled once for each set of variables that
-//! are missing together.
+//! value in a case replaces the one that the question leaves open; a missing value is not known in that case; an error
+//! in one case does not affect the others. The question is compiled once for each set of variables that are missing
+//! together.
 
 use crate::failure::Failure;
 use bp_core::compiler::answer::{Answer, CompiledQuestion, compile_by, filled, open};
@@ -19,10 +19,10 @@ use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// What is answered to one case, or why nothing is.
+/// The answers to one case, or its error.
 pub(crate) type Answered = Result<Vec<Answer>, Error>;
 
-/// Answers the questions for each row of a file; with each the number of its row.
+/// Answers the questions for each row of a file; each comes with its row number.
 pub(crate) fn answers(
     model: &Model,
     questions: &[Question],
@@ -44,7 +44,7 @@ pub(crate) fn answers(
                 compiled.entry(pattern).or_insert(ready)
             }
         };
-        // Each case has draws of its own; an odd factor gives each row a seed of its own.
+        // Each case has its own draws; multiplying by an odd constant gives each row a different seed.
         let seed = sampling.seed.wrapping_add((row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let asked = ready.iter().map(|question| question.ask_filled(&inputs, Sampling { seed, ..sampling }));
         let answered = match asked.collect::<Result<Vec<_>, Error>>() {
@@ -59,16 +59,16 @@ pub(crate) fn answers(
 /// The columns of an open variable: one, or one for each element of a family.
 type Columns<'m> = BTreeMap<VariableId, (Vec<usize>, Values<'m>)>;
 
-/// What is missing in a row.
+/// The missing values of a row.
 #[derive(PartialEq, Eq, Hash)]
 struct Pattern {
-    /// Variables of which nothing is known.
+    /// The variables that are not observed.
     missing: BTreeSet<VariableId>,
-    /// Whether only some elements of a family are known.
+    /// Whether some, but not all, elements of a family are observed.
     partly: bool,
 }
 
-/// The columns of the open variables; one that is set needs none.
+/// The columns of the open variables; one that is set needs no column.
 fn columns<'m>(
     model: &'m Model,
     questions: &[Question],
@@ -95,7 +95,7 @@ fn columns<'m>(
     Ok(columns)
 }
 
-/// What a row gives; an element of a family that is missing is NaN.
+/// The values of a row; a missing element of a family is NaN.
 fn read<'g>(
     model: &Model,
     columns: &Columns<'_>,
@@ -122,8 +122,8 @@ fn read<'g>(
     Ok((pattern, inputs))
 }
 
-/// The questions where these variables are given. Loops need all elements of a family: where some are missing, a join tree is
-/// taken, if one can be.
+/// The questions with these variables given. Loops need all elements of a family: where some are missing, a join tree
+/// is used if possible.
 fn compile<'m>(
     model: &'m Model,
     questions: &[Question],

@@ -1,8 +1,8 @@
 //! Answers questions over time for the rows of a table: instants, of one sequence or of several.
 //!
-//! In: questions, a table, settings. Out: the answers of each sequence, by its name. Invariant: what is observed at an instant
-//! stands in the question or in a column: a value that is set has no instant, and is refused; a sequence without an answer
-//! leaves the others theirs.
+//! In: questions, a table, settings. Out: the answers of each sequence, under its name. Invariant: the observations of
+//! an instant are in the question or in a column: a value that is set has no instant, and is refused; an error in one
+//! sequence does not affect the others.
 
 use crate::cases::Answered;
 use crate::failure::Failure;
@@ -28,7 +28,7 @@ pub(crate) fn answers(
     for question in questions {
         let sequences = read_sequences(model, question, table, others, &inputs)?;
         for (number, (name, instants)) in sequences.into_iter().enumerate() {
-            // Each sequence has its own draws; an odd factor gives each its own seed.
+            // Each sequence has its own draws; multiplying by an odd constant gives each a different seed.
             let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let answers =
                 ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, by);

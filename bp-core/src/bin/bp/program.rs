@@ -66,8 +66,8 @@ pub(crate) fn linked(path: &Path) -> Result<Network, Failure> {
     Ok(Network { model: link(&network.model)?.into_owned(), ..network })
 }
 
-/// The question that was typed, or else all declared ones; with the evidence that always holds. What they derive is added to
-/// the program.
+/// The question that was typed, or else all declared ones; with the evidence that always holds. Their derived variables
+/// are added to the program.
 pub(crate) fn questions(network: &mut Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
     let asked = asked(network, typed)?;
     Ok(asked.iter().map(|question| network.model.pose(question)).collect())

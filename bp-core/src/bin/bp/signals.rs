@@ -1,8 +1,8 @@
 //! Signals, and the progress of long work.
 //!
 //! In: SIGINT, SIGTERM and SIGHUP (Ctrl-C and closing the window elsewhere). Out: sampling stops with the draws made so
-//! far, and the command continues and prints the answer; any other work ends at once. Invariant: a second signal ends
-//! the process at once; files have no name until they are complete (`files.rs`), so no partial file remains.
+//! far, and the command continues and prints the answer; any other work ends immediately. Invariant: a second signal
+//! ends the process immediately; files have no name until they are complete (`files.rs`), so no partial file remains.
 
 use bp_core::compiler::progress;
 use indicatif::{ProgressBar, ProgressStyle};

@@ -101,7 +101,7 @@ impl Calibration {
     /// matches any.
     ///
     /// # Errors
-    /// Another width or height, with the factor that lies between them if there is one.
+    /// Another width or height, with the ratio of the two if it is a simple factor.
     pub fn check_pictures(&self, path: &Path, width: usize, height: usize) -> Result<(), VisionError> {
         let Some([own_width, own_height]) = self.picture_px else { return Ok(()) };
         if (own_width, own_height) == (width, height) {
@@ -150,8 +150,8 @@ impl Calibration {
         (seen.azimuth, seen.elevation)
     }
 
-    /// Where a pixel with a disparity is in the map's frame, `[ahead, left, up]` in metres from the left camera; `None`
-    /// where there is no depth.
+    /// The position of a pixel with a disparity in the map's frame, `[ahead, left, up]` in metres from the left camera;
+    /// `None` where there is no depth.
     pub fn point_m(&self, x_px: f64, y_px: f64, disparity_px: f64) -> Option<[f64; 3]> {
         let depth = self.depth_m(disparity_px)?;
         Some(from_camera(self.ray(x_px, y_px).map(|slope| slope * depth)))

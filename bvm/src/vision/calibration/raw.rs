@@ -247,7 +247,7 @@ impl Camera {
         })
     }
 
-    /// Where the camera sees the ray of slopes X/Z, Y/Z, pixels.
+    /// The pixel at which the camera sees the ray of slopes X/Z, Y/Z.
     fn pixel(&self, x: f64, y: f64) -> [f64; 2] {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = self.distortion;
         let [fu, fv, cu, cv] = self.intrinsics;

@@ -48,7 +48,7 @@ pub struct DisparityMap {
     pub disparity: Vec<f32>,
     /// Confidence λ of each pixel in ]0, 1]; 0 without an estimate.
     pub confidence: Vec<f32>,
-    /// Standard deviation of what is believed of the disparity, pixels; infinity without an estimate.
+    /// Standard deviation of the posterior of the disparity, pixels; infinity without an estimate.
     pub spread: Vec<f32>,
 }
 
@@ -81,7 +81,7 @@ impl Support {
     const NONE: Self = Self { cost: u8::MAX, worse: 0 };
 }
 
-/// Standard deviation of a disparity of which nothing else is in doubt, pixels: the grain of pictures and windows.
+/// Standard deviation of a disparity that is otherwise certain, pixels: the grain of pictures and windows.
 pub const GRAIN_PX: f32 = 0.2;
 
 impl DisparityMap {
@@ -157,10 +157,10 @@ fn matched(
     Ok(map)
 }
 
-/// What is searched.
+/// The disparities to search.
 struct Levels {
     width: usize,
-    /// Whole disparities.
+    /// The number of integer disparities.
     count: usize,
 }
 

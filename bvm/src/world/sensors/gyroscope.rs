@@ -16,9 +16,8 @@ const SHORTEST_S: f64 = 0.2;
 /// Most samples in one turn; a smaller sampling time gives no turn.
 const MOST_SAMPLES: f64 = 1e7;
 
-/// The yaw rates in radians per second of a turn by `angle` radians, one for each `dt` seconds (0.01 for 100
-/// Hz), each at the middle of its interval. At rest (an angle of 0), or where either argument is not usable:
-/// none.
+/// The yaw rates in radians per second of a turn by `angle` radians, one for each `dt` seconds (0.01 for 100 Hz), each
+/// at the middle of its interval. Empty at rest (an angle of 0), or where either argument is invalid.
 pub fn turn_profile(angle: f64, dt: f64) -> Vec<f64> {
     if angle == 0.0 || !angle.is_finite() || !dt.is_finite() || dt <= 0.0 {
         return Vec::new();

@@ -1,6 +1,7 @@
 //! `bp marginals`: the posterior of every variable.
 //!
-//! In: a network or a program, and evidence. Out: a table, or JSON. Invariant: what is observed has its value for sure.
+//! In: a network or a program, and evidence. Out: a table, or JSON. Invariant: an observed variable has probability 1
+//! at its value.
 
 use super::Asked;
 use crate::ask::{particles, strategy};
@@ -55,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
 }
 
-/// The posteriors by variable and value; of a real its moments.
+/// The posteriors by variable and value; for a real its moments.
 fn object(answer: &Answer) -> Value {
     let mut posteriors: Map<String, Value> = Map::new();
     for row in &answer.answer {

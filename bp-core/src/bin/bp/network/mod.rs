@@ -42,7 +42,7 @@ pub(crate) struct Asked {
     likelihood: Option<String>,
 }
 
-/// Evidence by names, as it was written.
+/// Evidence by names, as written.
 pub(crate) struct Written {
     values: Vec<(String, String)>,
     likelihoods: Vec<(String, Vec<f64>)>,
@@ -69,7 +69,7 @@ impl Asked {
             let plain = name.split('[').next().unwrap_or(&name).trim();
             let variable = network.model.variable(&name).or_else(|| network.model.variable(plain));
             let read = variable.map(|id| Values::new(&network.model, id, &|_| None).read(&value));
-            // `NA` and its like are not observed.
+            // `NA` and its synonyms mark a value that is not observed.
             if !matches!(read, Some(Ok(None))) {
                 evidence.set(name, value);
             }
@@ -165,7 +165,7 @@ pub(crate) fn numbered(
     case.iter().map(one).collect()
 }
 
-/// Reads a network: by names, and as it was read. Its fields and the columns of the table tell the sizes of its sets.
+/// Reads a network, by names and as a network. Its fields and the columns of the table determine the sizes of its sets.
 pub(crate) fn network(path: &Path, table: Option<&Records>) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
     let told = Settings::new(&read.model).with_told(&read.model);

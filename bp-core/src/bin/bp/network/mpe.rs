@@ -1,4 +1,4 @@
-//! `bp mpe`: the most probable value of all variables together.
+//! `bp mpe`: the most probable assignment of all variables.
 //!
 //! In: a network and evidence. Out: a table, or JSON. Invariant: observed variables have their values.
 

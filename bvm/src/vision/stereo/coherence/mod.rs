@@ -61,7 +61,8 @@ pub(super) fn detect(left: &[u8], right: &[u8], width: usize, levels: usize) -> 
     let height = left.len() / width;
     let mut found =
         Cyclopean { width, disparity: vec![f32::INFINITY; left.len()], verification: vec![0.0; left.len()] };
-    // Of each scale a row as wide as the picture: disparities in its pixels, and members; none of a scale that is not.
+    // For each scale a row as wide as the picture: disparities in pixels of the picture, and members; empty for a scale
+    // that is not used.
     let mut rows: [[Vec<f32>; 2]; SCALES] =
         std::array::from_fn(|_| [vec![f32::INFINITY; width], vec![0.0; width]]);
     let arch = Arch::new();
@@ -232,7 +233,7 @@ impl WithSimd for Agree<'_> {
             std::array::from_fn(|at| &self.others[at * STRIDE..][..self.own.len()]);
         for (x, (agree, own)) in self.agree.iter_mut().zip(self.own).enumerate() {
             for other in others {
-                // Infinity minus infinity is NaN, which agrees with nothing.
+                // Infinity minus infinity is NaN, which never agrees.
                 *agree += if (own - other[x]).abs() <= SAME_SURFACE { 1.0 } else { 0.0 };
             }
         }

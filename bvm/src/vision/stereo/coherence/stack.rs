@@ -259,7 +259,7 @@ fn largest_class(sums: &Sums, layers: usize, x: usize, found: &mut ([f32; LANES]
         let products = window_sums(&sums.products[window.clone()]);
         let squares = window_sums(&sums.squares[window]);
         let rest = both(&products, &squares, |product, square| 4.0 * product / square.max(1.0));
-        // An invalid unit is NaN, and coherent with nothing.
+        // An invalid unit is NaN, and coherent with no other.
         let estimate = both(&rest, &squares, |rest, square| {
             if (square >= least) & (rest.abs() <= RANGE) { layer as f32 + rest } else { f32::NAN }
         });

@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_step_by_hand() {
-        // Half of what is not a jump stays, a quarter goes either way; at the ends it stays.
+        // Without a jump half of the probability stays and a quarter goes either way; at the ends that quarter stays.
         let step = Step::new(3, 0.25);
         let mut carried = vec![0.0; step.carried()];
         let (mut evidence, mut message) = ([0.0f64; LANES], [1.0; LANES]);

@@ -196,12 +196,12 @@ mod tests {
         // A bright pixel in the middle of 5×1 on the left, one further left on the right.
         let (left, right) = ([10, 10, 200, 10, 10], [10, 200, 10, 10, 10]);
         let costs = Costs::of_pair(&left, &right, 5, 3, 8);
-        // Rows beyond the picture repeat it. At disparity 1 all is alike, but for the candidates outside.
+        // Rows beyond the picture repeat it. At disparity 1 all bits agree, except for candidates outside.
         let row = costs.row(0, 5);
         assert_eq!(row[2 * 8 + 1], 0);
         assert_eq!(row[4 * 8 + 1], 0);
-        // At disparity 0 the pixel x = 4 and its neighbours: 3 bears the bit of 2 (in 5 rows) on the left, on the
-        // right not any more ... counted one by one below.
+        // At disparity 0 the pixel x = 4 and its neighbours: pixel 3 has the bit of pixel 2 (in 5 rows) on the left,
+        // but not on the right ... counted one by one below.
         let brute = |x: usize, d: usize| -> u8 {
             let word = |row: &[u8; 5], x: usize| -> Vec<bool> {
                 let at = |dx: isize| row[(x as isize + dx).clamp(0, 4) as usize];

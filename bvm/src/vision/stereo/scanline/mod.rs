@@ -51,7 +51,7 @@ impl Frame<'_> {
     }
 }
 
-/// The law, and its jumps for every contrast that there is.
+/// The law, and its jump probability for each possible contrast.
 struct Tables {
     law: Law,
     jump: [f32; 256],
@@ -261,8 +261,8 @@ fn root(value: f32) -> f32 {
     value * guess * (1.5 - 0.5 * value * guess * guess)
 }
 
-/// A probability in 8 bits: 4 of its exponent, from 2^-15 up, and 4 of its fraction, rounded. The relative error is 2^-5
-/// at most, far below what a unit of cost weighs.
+/// A probability in 8 bits: 4 of its exponent, from 2^-15 up, and 4 of its fraction, rounded. The relative error is at
+/// most 2^-5, far below the effect of a unit of cost.
 #[inline(always)]
 fn short(value: f32) -> u8 {
     (((value.to_bits() + (1 << 18)) >> 19).saturating_sub(LEAST)).min(255) as u8

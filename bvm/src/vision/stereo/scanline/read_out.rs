@@ -1,7 +1,7 @@
 //! The posterior of a row given its columns, and its estimates.
 //!
-//! In: the evidence of each pixel. Out: a [`Estimate`] for each pixel whose match in the right image agrees. With
-//! p(d) the posterior and w its maximum,
+//! In: the evidence of each pixel. Out: a [`Estimate`] for each pixel whose match in the right image agrees. With p(d)
+//! the posterior and w its maximum,
 //!
 //! ```text
 //! rest = Σ_{|d − w| > 1} p(d)          λ = 1 − rest^¼        spread² = Σ p(d) (d − claim)²
@@ -9,10 +9,10 @@
 //! ```
 //!
 //! ln p falls nearly linearly from its peak, as the costs of shifted windows rise, so the estimate is the corner of an
-//! inverted V through three values. The power ¼ corrects the overconfidence from overlapping windows;
-//! `bvm calibrate vision` measures the reliability of λ. Consistency: of all left pixels that may match a right pixel,
-//! the one with the largest p(d) must have a disparity within one pixel of the estimate. Invariant: λ lies in ]0, 1];
-//! there are at most 2^16 disparities.
+//! inverted V through three values. The power ¼ corrects the overconfidence from overlapping windows; `bvm calibrate
+//! vision` measures the reliability of λ. Consistency: of all left pixels that may match a right pixel, the one with
+//! the largest p(d) must have a disparity within one pixel of the estimate. Invariant: λ lies in ]0, 1]; there are at
+//! most 2^16 disparities.
 
 use super::super::lanes::{LANES, across, both};
 use super::super::{Estimate, LEAST_CONFIDENCE, Support};
