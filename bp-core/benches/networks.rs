@@ -1,8 +1,8 @@
 //! Time and memory of all posteriors of the classic networks.
 //!
-//! In: the networks of a folder (`NETWORKS=folder`, or the recordings beside the project; each with a reference that names
-//! its evidence; `ONLY=asia,alarm` takes these). Out: a table, least of several runs, in milliseconds. `peers.py` beside this file times another engine on
-//! the same networks and the same evidence.
+//! In: the networks of a folder (`NETWORKS=folder`, or the recordings beside the project; each with a reference file
+//! that gives its evidence; `ONLY=asia,alarm` selects networks). Out: a table, least of several runs, in milliseconds.
+//! `peers.py` in this folder times another engine on the same networks and the same evidence.
 //!
 //! *load*: from the text to the tables. *plan*: triangulation, and tables that do not depend on the evidence. *ask*:
 //! one question with an existing plan. *whole*: plan and ask. *batch*: a case among a thousand, all threads. *of read*:
@@ -15,7 +15,7 @@ use bp_core::compiler::strategies::join_tree::{Marginals, Named, NetworkEvidence
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// The least time of a piece of work, in milliseconds: at least three runs, and half a second of them.
+/// The least time of a task, in milliseconds: at least three runs, and half a second of them.
 fn least(mut work: impl FnMut()) -> f64 {
     let (begin, mut best, mut runs) = (Instant::now(), f64::INFINITY, 0);
     while runs < 3 || (begin.elapsed().as_secs_f64() < 0.5 && runs < 100_000) {
@@ -98,7 +98,7 @@ fn main() {
                 continue;
             }
             let evidence = evidence(&named, case);
-            // The same variables observed, at other values where the reference has such a case.
+            // The same observed variables, with other values if the reference has such a case.
             let other = all.iter().filter(|other| other["id"] == format!("{id}b"));
             let others: Vec<NetworkEvidence> =
                 [case].into_iter().chain(other).map(|case| self::evidence(&named, case)).collect();
@@ -116,7 +116,7 @@ fn main() {
                 pools[pool].install(|| least(|| make().session().ask(&evidence).expect("possible evidence")))
             });
             let cells = marginals.cost().cells;
-            // What is kept is read once, at least: how long that alone takes, of what asking takes.
+            // Every stored number is read at least once: that time, as a share of the time of an answer.
             let limit = marginals.cost().bytes / bandwidth / (ask_1 / 1e3);
             let batch = match cells < 2e5 {
                 true => {

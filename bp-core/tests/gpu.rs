@@ -17,12 +17,12 @@ use std::path::Path;
 /// Numbers by name.
 type Given<'g> = [(&'g str, Vec<f64>)];
 
-/// Numbers in ]0, 1[ that look like nothing in particular.
+/// Arbitrary numbers in ]0, 1[.
 fn numbers(count: usize, seed: f64) -> Vec<f64> {
     (0..count).map(|i| 0.5 + 0.45 * (i as f64 * 0.37 + seed).sin()).collect()
 }
 
-/// Asks a question of a program on the device and of the interpreter.
+/// Asks a question of a program on the device and with the interpreter.
 fn agree(
     gpu: &Gpu,
     path: &str,
@@ -104,7 +104,7 @@ fn the_device_agrees_with_the_interpreter() {
         ("sigma_min", vec![0.05]),
         ("ln_b", vec![0.2]),
     ];
-    // Cells of a ray that are written out, looped through, and too many to be kept by an invocation.
+    // Cells of a ray that are unrolled, looped over, and too many to be private to an invocation.
     for cells in [10, 100, 300] {
         let sizes = [("Rays", rays), ("N", cells)];
         agree(&gpu, "bvm/models/line_of_sight.bp", "reading", &sizes, &line, None);

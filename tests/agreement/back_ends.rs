@@ -1,7 +1,7 @@
 //! The kernels of an answer, by every back end.
 //!
-//! In: a question to a random program. Out: pass or fail. Invariant: the kernel of emitted code, which has no second
-//! run, gives by the interpreter and by the lanes the result of the guarded kernel of `ask`, which is compared with
+//! In: a question to a random program. Out: pass or fail. Invariant: the kernel of emitted code, which is not run
+//! again, gives by the interpreter and by the lanes the result of the guarded kernel of `ask`, which is compared with
 //! enumeration; its shader is valid WebGPU.
 
 use crate::enumerate::{Ask, Evidence};
@@ -14,14 +14,14 @@ use bp_core::compiler::lower::{lower, lower_guarded};
 use bp_core::compiler::model::{Model, Question};
 use bp_core::compiler::plan::{Options, Route, plan};
 
-/// Whether all back ends compute an ask's kernels alike; `given` are arrays by name.
+/// Whether all back ends compute an ask's kernels equally; `given` are arrays by name.
 pub(crate) fn verdict(
     model: &Model,
     (ask, question): (&Ask, &Question),
     given: &[(String, Vec<f64>)],
     shader: bool,
 ) -> Result<(), String> {
-    // Likelihoods that f32 does not hold are for f64.
+    // Likelihoods outside the range of f32 are tested in f64 only.
     let fits = |weight: &f64| *weight == 0.0 || (1e-30..1e30).contains(weight);
     let fits_single = (ask.known.iter().chain(&ask.from)).all(|(_, evidence)| match evidence {
         Evidence::Virtual(weights) => weights.iter().all(fits),
@@ -44,7 +44,7 @@ pub(crate) fn verdict(
         agree("interpreter", &truth, &interpret(&kernel, &double).map_err(told)?, near)?;
         agree("lanes in f64", &truth, &lanes.run(&double).map_err(told)?, near)?;
         if fits_single {
-            // A logarithm in f32 is right to 1e-7 of itself.
+            // A logarithm in f32 has a relative error of 1e-7.
             let roughly =
                 |found: f64, expected: f64| near(found, expected) || (found - expected).abs() < 1e-3;
             agree("lanes in f32", &truth, &lanes.run(&single).map_err(told)?, roughly)?;

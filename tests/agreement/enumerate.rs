@@ -38,7 +38,7 @@ pub(crate) struct Ask {
     pub(crate) statistic: Statistic,
     pub(crate) searched: Vec<usize>,
     pub(crate) known: Known,
-    /// Of a divergence.
+    /// For a divergence.
     pub(crate) from: Known,
 }
 
@@ -52,7 +52,7 @@ pub(crate) enum Expected {
     Impossible,
     /// Rows and ln P(evidence), where the evidence is one event.
     Rows(Vec<(Names, f64)>, Option<f64>),
-    /// For each context the most probable values, as many of them as there may be: any choice among equals is right.
+    /// For each context the most probable values, including all ties: any choice among equal ones is correct.
     Best(Vec<(Names, Vec<(Names, f64)>)>, Option<f64>),
 }
 
@@ -68,7 +68,8 @@ pub(crate) fn values(program: &Program, slots: &[usize]) -> Vec<Vec<usize>> {
     all
 }
 
-/// Every possible assignment of the finite variables with ln of its probability; reals are not known, and integrate to one.
+/// Every possible assignment of the finite variables with ln of its probability; reals are unknown, and integrate to
+/// one.
 pub(crate) fn enumerate(program: &Program) -> Vec<(Assignment, f64)> {
     let finite: Vec<usize> = (0..program.variables.len())
         .filter(|variable| program.variables[*variable].domain != Domain::Real)
@@ -111,11 +112,11 @@ fn has(at: &[f64], slots: &[usize], values: &[usize]) -> bool {
     slots.iter().zip(values).all(|(slot, value)| at[*slot] == *value as f64)
 }
 
-/// Logarithms of a distribution over the values of the searched slots for each context; none where the context is
+/// Logarithms of a distribution over the values of the searched slots for each context; `None` where the context is
 /// impossible.
 struct Conditional {
     contexts: Vec<(Names, Option<Vec<f64>>)>,
-    /// ln P(evidence), but for soft evidence.
+    /// ln P(evidence), without soft evidence.
     ln_evidence: f64,
 }
 

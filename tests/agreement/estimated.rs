@@ -24,7 +24,7 @@ fn integral(mean: f64, deviation: f64, f: impl Fn(f64) -> f64) -> f64 {
     (0..=PARTS).map(at).sum::<f64>() * step / 3.0 / std::f64::consts::TAU.sqrt()
 }
 
-/// K says where the hidden X lies, and X how likely each of some readings is.
+/// X depends on K, and each of some readings on X.
 pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let count = 2 + random.below(3);
     let prior = [[0.5, 0.5, 0.0, 0.0], [0.25, 0.5, 0.25, 0.0], [0.125, 0.375, 0.25, 0.25]][count - 2];

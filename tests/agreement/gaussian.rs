@@ -2,7 +2,7 @@
 //!
 //! In: random programs of reals that depend on each other linearly. Out: pass or fail of means, deviations and the
 //! density of the evidence. Invariant: the covariance is that of X = b + A X + noise, conditioned by solving linear
-//! equations here, in 32 digits: a variance of 1e16 beside one of 0.01 leaves none of f64's.
+//! equations here, in 32 digits: variances of 1e16 and 0.01 together would leave no digits in f64.
 
 use crate::question_of;
 use crate::random::Random;
@@ -81,7 +81,7 @@ impl Linear {
     }
 }
 
-/// The sum of products, as far as both go.
+/// The sum of products, up to the shorter length.
 fn dot(one: &[Twofold], other: &[Twofold]) -> Twofold {
     one.iter().zip(other).fold(Twofold::ZERO, |sum, (x, y)| sum + *x * *y)
 }
@@ -116,9 +116,9 @@ impl Joint {
     }
 }
 
-/// The entropy ½ ln(2πe v) of what is asked, and the density at its mean.
+/// The entropy ½ ln(2πe v) of the searched variables, and the density at their mean.
 fn entropy(random: &mut Random, model: &Model, words: &str, variance: f64) -> Result<(), String> {
-    // Below, the variance that is found has fewer digits.
+    // Smaller variances are found with fewer digits.
     if !random.one_in(3) || variance < 1e-3 {
         return Ok(());
     }
@@ -139,19 +139,19 @@ fn entropy(random: &mut Random, model: &Model, words: &str, variance: f64) -> Re
     }
 }
 
-/// A random program, and one real of it asked given some others.
+/// A random program, and a question for one of its reals given some others.
 pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let linear = linear(random);
     let joint = linear.joint();
     let count = linear.reals.len();
     let searched = random.below(count);
-    // Values that the program can have, or any.
+    // Values that are possible in the program, or arbitrary ones.
     let mut values: Vec<f64> = Vec::new();
     for (constant, coefficients, deviation) in &linear.reals {
         let mean = constant + coefficients.iter().zip(&values).map(|(a, value)| a * value).sum::<f64>();
         values.push(mean + deviation * (random.below(9) as f64 / 2.0 - 2.0));
     }
-    // What f64 leaves of the values, and of the squares beside the smallest noise.
+    // The rounding error of the values, and of their squares relative to the smallest noise.
     let scale = values.iter().fold(1.0, |most: f64, value| most.max(value.abs()));
     let mut known: Vec<(usize, f64)> = Vec::new();
     let (mut free, mut possible) = (known.clone(), true);
@@ -161,7 +161,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
             let value = if any { random.below(17) as f64 / 2.0 - 4.0 } else { values[one] };
             known.push((one, value));
             let [mean, variance, _] = joint.given(one, &free);
-            // A variance given the others: of the noises that are drawn, none is so small.
+            // A conditional variance this small is zero: no noise that is drawn is so small.
             match variance <= 1e-24 * joint.covariance[one][one].value() {
                 true => possible &= (value - mean).abs() <= 1e-12 * scale,
                 false => free.push((one, value)),

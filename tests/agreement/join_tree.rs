@@ -10,7 +10,7 @@ use bp_core::compiler::error::Error;
 use bp_core::compiler::model::Model;
 use bp_core::compiler::strategies::join_tree::{Marginals, Named, most_probable};
 
-/// Whether the join tree answers as the sum over all assignments does.
+/// Whether the join tree's answers equal the sums over all assignments.
 pub(crate) fn verdict(
     program: &Program,
     model: &Model,

@@ -3,7 +3,7 @@
 //! In: seeds. Out: for each a program, questions to it, and the answers of the strategies. Invariant: expected values
 //! share no code with the library: they are sums over all assignments, and over all histories, from types of this test.
 //!
-//! The environment variable `PROGRAMS` sets how many programs are drawn, `FIRST_SEED` the first seed.
+//! The environment variable `PROGRAMS` sets the number of programs, `FIRST_SEED` the first seed.
 
 mod back_ends;
 mod enumerate;
@@ -26,13 +26,14 @@ use random::{Limits, Random};
 use rayon::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// How many programs of a kind are drawn: a share of `PROGRAMS`, 2400 by default.
+/// The number of programs of a kind: a share of `PROGRAMS`, 2400 by default.
 fn programs(share: f64) -> u64 {
     let all = std::env::var("PROGRAMS").map_or(2400.0, |count| count.parse().expect("PROGRAMS is a number"));
     (all * share).ceil() as u64
 }
 
-/// The first random program that the checker accepts, and its model: it refuses a Dirac that never has a solution.
+/// The first random program that the checker accepts, and its model; the checker refuses a Dirac that never has a
+/// solution.
 fn accepted(random: &mut Random, mut draw: impl FnMut(&mut Random) -> Program) -> (Program, Model) {
     loop {
         let program = draw(random);
@@ -53,7 +54,7 @@ fn question_of(model: &Model, text: &str) -> bp_core::compiler::model::Question 
     parse_question(&source, model).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)))
 }
 
-/// Runs seeds side by side; reports the failures with the least seeds.
+/// Runs seeds in parallel; reports the failures with the smallest seeds.
 fn all(count: u64, salt: u64, check: impl Fn(&mut Random) -> Result<(), String> + Sync) {
     let first = std::env::var("FIRST_SEED").map_or(0, |seed| seed.parse().expect("FIRST_SEED is a number"));
     let fails: Vec<String> = (first..first + count)
@@ -64,7 +65,7 @@ fn all(count: u64, salt: u64, check: impl Fn(&mut Random) -> Result<(), String> 
             verdict.err().map(|why| format!("seed {seed}: {why}"))
         })
         .collect();
-    // The shortest are read first.
+    // The shortest messages first.
     let mut first: Vec<&str> = fails.iter().map(String::as_str).collect();
     first.sort_by_key(|why| why.len());
     first.truncate(4);

@@ -18,10 +18,10 @@ use bp_core::compiler::sample::Sampling;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Histories, at most.
+/// Upper limit on the number of histories.
 const MOST: usize = 20_000;
 
-/// Values of what is searched, at most.
+/// Upper limit on the values of the searched slots.
 const MOST_OUTCOMES: usize = 64;
 
 struct World {
@@ -29,15 +29,15 @@ struct World {
     /// The slots of X^-1, and those of X.
     before: Vec<usize>,
     carried: Vec<usize>,
-    /// What is searched: the slots of an outcome.
+    /// The searched slots: those of an outcome.
     searched: Vec<usize>,
-    /// What was observed at each instant: a slot and its value.
+    /// The observations of each instant: a slot and its value.
     instants: Vec<Vec<(usize, f64)>>,
-    /// A likelihood of a slot's values, at every instant that is given.
+    /// A likelihood of a slot's values, at every instant with observations.
     likelihood: Option<(usize, Vec<f64>)>,
 }
 
-/// ln of the weights of what an instant may be: state before, state after, values of what is searched.
+/// ln of the weights of the transitions of an instant: state before, state after, values of the searched slots.
 type Steps = Vec<(usize, usize, usize, f64)>;
 
 impl World {
@@ -60,7 +60,7 @@ impl World {
         values(&self.program, &self.before).into_iter().map(weigh).collect()
     }
 
-    /// Each possible (state before, state, outcome) with the sum of all that happens in between.
+    /// Each possible (state before, state, outcome) with the sum over all other slots.
     fn steps(&self, observed: &[(usize, f64)], likelihood: Option<&(usize, Vec<f64>)>) -> Steps {
         let program = &self.program;
         let is_before = |variable: &usize| program.variables[*variable].previous_of.is_some();
@@ -92,7 +92,7 @@ impl World {
     }
 
     /// Calls back with every possible history: the outcome of each instant, and its weight as a share of the largest.
-    /// Gives ln of the largest.
+    /// Returns ln of the largest.
     fn histories(&self, steps: &[Steps], each: &mut dyn FnMut(&[usize], f64)) -> f64 {
         let all = |each: &mut dyn FnMut(&[usize], f64)| {
             for (state, ln) in self.start().into_iter().enumerate().filter(|(_, ln)| is_possible(*ln)) {
@@ -136,7 +136,7 @@ fn world(random: &mut Random) -> (World, Model) {
     let (program, model) = accepted(random, |random| program(random, limits));
     let before: Vec<usize> = (0..carried).flat_map(|one| program.slots_of(one)).collect();
     let own: Vec<usize> = (carried..2 * carried).flat_map(|one| program.slots_of(one)).collect();
-    // Besides the carried ones, something else may be searched.
+    // Another slot may be searched in addition to the carried ones.
     let mut searched = own.clone();
     let mut likelihood = None;
     let others: Vec<usize> = (2 * carried..program.variables.len())
@@ -236,7 +236,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
         true => format!("P({searched})"),
         false => format!("P({searched} | {})", known.join(", ")),
     };
-    // As a file, a row for each instant; a cell is empty where nothing was observed.
+    // As a file, a row for each instant; a cell is empty where the slot was not observed.
     let cell = |instant: &Vec<(usize, f64)>, slot: &usize| {
         let value = instant.iter().find(|(own, _)| own == slot).map(|(_, value)| *value);
         let variable = world.program.variable_of(*slot);
@@ -254,7 +254,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let told = || format!("{text}{file}");
     let on = |question: &str| {
         let parsed = question_of(&model, question);
-        // Of nothing observed there is no column.
+        // A slot that is never observed has no column.
         let instants = match columns.is_empty() {
             true => vec![Vec::new(); world.instants.len()],
             false => read_instants(
@@ -271,7 +271,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
         let answer = match on(&words) {
             Ok(answers) if total > 0.0 => answers.into_iter().next().unwrap(),
             Err(Error::Impossible(_) | Error::Contradiction { .. }) if total == 0.0 => continue,
-            // What was observed may leave nothing that can follow.
+            // The observations may leave no possible next state.
             Err(Error::Impossible(_)) if question.starts_with("predict") && later == 0.0 => continue,
             Ok(answers) => {
                 return Err(format!(

@@ -11,9 +11,9 @@ use std::fmt::Write;
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Domain {
     Boolean,
-    /// As many labels, `L0`, `L1`, …
+    /// Labels `L0`, `L1`, …, this many.
     Labels(usize),
-    /// As many integers from a first one.
+    /// This many integers from the first one on.
     Range(i64, usize),
     Real,
 }
@@ -32,7 +32,7 @@ pub(crate) struct Variable {
 /// The element of a family whose index is that of the left-hand side.
 pub(crate) const OWN: usize = usize::MAX;
 
-/// A number: an element of a variable, or what is computed from several.
+/// A number: an element of a variable, or computed from several.
 #[derive(Clone, Debug)]
 pub(crate) enum Number {
     Constant(f64),
@@ -135,7 +135,7 @@ impl Program {
         }
     }
 
-    /// How a value is written.
+    /// The notation of a value.
     pub(crate) fn value(&self, variable: usize, ordinal: usize) -> String {
         match self.variables[variable].domain {
             Domain::Boolean => (ordinal == 1).to_string(),
@@ -145,7 +145,7 @@ impl Program {
         }
     }
 
-    /// The number that a value is in an expression.
+    /// The number of a value in an expression.
     pub(crate) fn number_of(&self, variable: usize, value: f64) -> f64 {
         match self.variables[variable].domain {
             Domain::Range(low, _) => low as f64 + value,
@@ -153,7 +153,7 @@ impl Program {
         }
     }
 
-    /// What a number is for an element of the left-hand side.
+    /// The number for an element of the left-hand side.
     fn number(&self, of: &Number, own: usize, at: &[f64]) -> f64 {
         match of {
             Number::Constant(number) => *number,
@@ -208,7 +208,7 @@ impl Program {
     fn form(&self, form: &Form, factor: &Factor, element: usize, at: &[f64]) -> f64 {
         let (left, slot) = (factor.left, self.slot(factor.left, element));
         let value = at[slot];
-        // The form's number with the left-hand side at each of its values.
+        // The number of the form at each value of the left-hand side.
         let each = |of: &Number| -> Vec<f64> {
             let mut at = at.to_vec();
             (0..self.count(left))
@@ -274,7 +274,7 @@ impl Program {
     /// The program as a user writes it.
     pub(crate) fn text(&self) -> String {
         let mut text = "program Random {\n    variables {\n".to_owned();
-        // What was before is declared after what is now.
+        // Variables of the previous instant are declared after those of the present.
         let (before, now): (Vec<_>, Vec<_>) =
             (0..self.variables.len()).partition(|one| self.variables[*one].previous_of.is_some());
         for number in now.into_iter().chain(before) {

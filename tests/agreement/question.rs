@@ -9,7 +9,7 @@ use crate::random::Random;
 use bp_core::compiler::answer::{Answer, Figure};
 use bp_core::compiler::error::Error;
 
-/// A random question; everything in it can be asked.
+/// A random valid question.
 pub(crate) fn question(random: &mut Random, program: &Program) -> Ask {
     let finite: Vec<usize> = (0..program.variables.len())
         .filter(|variable| program.variables[*variable].domain != Domain::Real)
@@ -131,7 +131,7 @@ pub(crate) fn near(found: f64, expected: f64) -> bool {
     found == expected || (found - expected).abs() <= 1e-11 + 1e-10 * expected.abs()
 }
 
-/// Whether `argmax` takes two probabilities for equal: it may choose either.
+/// Whether `argmax` treats two probabilities as equal, so that either is correct.
 fn tied(one: f64, other: f64) -> bool {
     near(one, other) || (one - other).abs() <= 1.01e-9 * one.max(other)
 }
@@ -162,7 +162,7 @@ fn ln_agrees(answer: &Answer, expected: Option<f64>) -> Result<(), String> {
     }
 }
 
-/// Whether an answer is the expected one; if not, why.
+/// Whether an answer is the expected one; if not, the difference.
 pub(crate) fn verdict(
     ask: &Ask,
     found: &Result<Vec<Answer>, Error>,

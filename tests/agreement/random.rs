@@ -21,7 +21,7 @@ impl Random {
     }
 }
 
-/// What a program may have.
+/// The limits of a program.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
     pub(crate) variables: usize,
@@ -33,7 +33,7 @@ pub(crate) struct Limits {
     pub(crate) carried: usize,
 }
 
-/// States of what is carried in families.
+/// Limit of the states of carried families.
 const MOST_STATES: usize = 16;
 
 fn domain(random: &mut Random) -> Domain {
@@ -49,7 +49,7 @@ pub(crate) fn program(random: &mut Random, limits: Limits) -> Program {
     let mut program = Program::default();
     let mut assignments = 1;
     let name = |number: usize| format!("V{number}");
-    // The values at the previous instant come first: nothing of this instant stands behind their bar.
+    // Variables of the previous instant come first, since they do not depend on this instant.
     let add = |program: &mut Program, random: &mut Random, variable: Variable| {
         program.variables.push(variable);
         let left = program.variables.len() - 1;
@@ -113,7 +113,7 @@ fn size(variable: &Variable) -> usize {
 
 fn form(random: &mut Random, program: &Program, left: usize, right: &[usize], depth: usize) -> Form {
     let domain = program.variables[left].domain;
-    // Of a family as long as that on the left, the element of the same index counts twice.
+    // For a family as long as that on the left, the element with the same index is chosen more often.
     let family = program.variables[left].family;
     let own = |one: usize| (program.variables[one].family == family && family.is_some()).then_some(OWN);
     let scope: Vec<(usize, usize)> = right
@@ -124,7 +124,7 @@ fn form(random: &mut Random, program: &Program, left: usize, right: &[usize], de
         .collect();
     if depth > 0 && !scope.is_empty() && random.one_in(4) {
         let condition = truth(random, program, &scope, 1);
-        // A table counts rows by the whole right-hand side, so it may stand in a branch as well.
+        // A table counts rows by the whole right-hand side, so it may be in a branch as well.
         let then = form(random, program, left, right, depth - 1);
         let otherwise = form(random, program, left, right, depth - 1);
         return Form::If(condition, Box::new(then), Box::new(otherwise));
@@ -150,7 +150,7 @@ fn form(random: &mut Random, program: &Program, left: usize, right: &[usize], de
             let mut all = scope.clone();
             all.push((left, 0));
             let number = integer(random, program, &all, 2);
-            // One value at least has a weight, whatever the rest is.
+            // At least one value has a positive weight.
             match domain {
                 Domain::Range(low, count) if random.one_in(2) => {
                     let sure = Number::Constant(low as f64 + random.below(count) as f64);
@@ -193,7 +193,7 @@ fn row(random: &mut Random, count: usize) -> Vec<u32> {
     row
 }
 
-/// An element of what stands behind the bar, of one kind.
+/// An element of a right-hand variable, of one kind.
 fn chosen(
     random: &mut Random,
     program: &Program,

@@ -1,8 +1,10 @@
-//! Numbers of 32 digits: the sum of two of f64.
+//! Numbers with 32 digits: the unevaluated sum of two f64.
 //!
-//! In: numbers of f64. Out: sums, products and quotients. Invariant: the second part is at most half a unit of the first.
+//! In: numbers of f64. Out: sums, products and quotients. Invariant: the second part is at most half a unit of the
+//! first.
 //!
-//! Dekker, *Numerische Mathematik* 18, 1971; the rounding of a sum (Knuth) and of a product (fused) is a number of f64.
+//! Dekker, *Numerische Mathematik* 18, 1971; the rounding error of a sum (Knuth) and of a product (fused) is itself an
+//! f64.
 
 use std::ops::{Add, Div, Mul, Sub};
 

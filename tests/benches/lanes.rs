@@ -28,7 +28,7 @@ bayesian_program!("examples/sprinkler.bp");
 bayesian_program!("examples/sum_of_dice.bp");
 bayesian_program!("examples/water_unit.bp");
 
-/// The kernel of a question that one answers.
+/// The kernel of a question that a single kernel answers.
 fn lanes(model: &Model, question: &str) -> Lanes {
     let model = link(model).expect("its subroutines have answers");
     let question = model.question(question).expect("it is declared");
@@ -37,7 +37,8 @@ fn lanes(model: &Model, question: &str) -> Lanes {
     Lanes::new(lower(&model, exact, &question.name).expect("a kernel").kernel)
 }
 
-/// The least time of a run of each, which take turns until `patience` ends; each turn lasts long enough for the clock.
+/// The least time of a run of each, in turns until `patience` ends; each turn is long enough for the resolution of the
+/// clock.
 fn race(patience: Duration, tasks: [&mut dyn FnMut(); 2]) -> [f64; 2] {
     let begin = Instant::now();
     let mut least = [f64::INFINITY; 2];
@@ -56,7 +57,7 @@ fn race(patience: Duration, tasks: [&mut dyn FnMut(); 2]) -> [f64; 2] {
     least
 }
 
-/// Times one question, and prints a line. What is given is named alike at both doors.
+/// Times one question, and prints a line. Inputs have the same names in both interfaces.
 macro_rules! row {
     ($patience:expr, $program:ident, $question:ident, $output:ident $(, $name:ident = $value:expr)*) => {{
         let compiled = $program::$question()$(.$name($value))*;
@@ -84,7 +85,7 @@ macro_rules! row {
 }
 
 fn main() {
-    // `cargo test --benches` only wants to know that it runs.
+    // `cargo test --benches` only checks that it runs.
     let timed = std::env::args().any(|argument| argument == "--bench");
     let patience = Duration::from_millis(if timed { 500 } else { 0 });
     let degrees = 1f64.to_degrees();

@@ -1,7 +1,7 @@
 //! The macro `bayesian_program!`: its output, and its error messages.
 //!
 //! In: programs written here and in files, and the wrong ones of `tests/macros`. Out: models equal to those of the
-//! text, and the compiler's messages, stored beside each wrong program. Invariant: an error is reported at its own
+//! text, and the compiler's messages, stored next to each wrong program. Invariant: an error is reported at its own
 //! tokens; the module causes no lint in the surrounding code.
 #![deny(warnings, missing_docs, unused, unreachable_pub, clippy::all, clippy::pedantic)]
 
@@ -113,7 +113,7 @@ fn files_and_text_mean_the_same() {
 #[test]
 fn mistakes_are_told_in_their_places() {
     // The wrong programs are compiled as a package of their own in this folder, where their paths start too. With
-    // `TRYBUILD=overwrite` the compiler's words are written down anew.
+    // `TRYBUILD=overwrite` the compiler's messages are stored anew.
     let package =
         Path::new(env!("CARGO_TARGET_TMPDIR")).join("../tests/trybuild").join(env!("CARGO_PKG_NAME"));
     std::fs::create_dir_all(&package).unwrap();

@@ -1,7 +1,7 @@
-//! Doors for programs: the macro, and shaders.
+//! Interfaces of programs: the macro, and shaders.
 //!
-//! In: programs written here and in files. Out: answers of emitted code beside the interpreter and hand counts;
-//! messages beside wrong programs.
+//! In: programs written here and in files. Out: answers of emitted code, compared with the interpreter and with counts
+//! by hand; messages of wrong programs.
 
 mod gallery_macro;
 mod macros;

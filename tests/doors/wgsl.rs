@@ -1,7 +1,7 @@
-//! Every exact answer as WGSL: the shader is one that WebGPU takes.
+//! Every exact answer as WGSL: the shader is valid WebGPU.
 //!
-//! In: the programs of `examples/` and `bvm/models/`. Out: nothing where all is well. Invariant: naga parses and validates
-//! the shader of each question that has an exact kernel, and finds in it the entry points that are promised.
+//! In: the programs of `examples/` and `bvm/models/`. Out: pass or fail. Invariant: naga parses and validates the
+//! shader of each question that has an exact kernel, and finds the declared entry points in it.
 
 use bp_core::compiler::answer::link;
 use bp_core::compiler::emit::wgsl::{emit_wgsl, emit_wgsl_module};
@@ -32,14 +32,14 @@ fn kernels(path: &Path) -> Vec<(String, Kernel)> {
     kernels
 }
 
-/// Whether naga takes the shader of a kernel, and finds its entry points.
+/// Whether naga accepts the shader of a kernel, and finds its entry points.
 fn is_valid(name: &str, kernel: &Kernel) {
     let shader = emit_wgsl(kernel);
     let promised: Vec<&str> = shader.passes.iter().map(|pass| pass.entry.as_str()).collect();
     assert_eq!(entry_points(name, &shader.text), promised, "{name}");
 }
 
-/// The entry points of a text that naga takes.
+/// The entry points of a text that naga accepts.
 fn entry_points(name: &str, text: &str) -> Vec<String> {
     let module = naga::front::wgsl::parse_str(text)
         .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
@@ -124,7 +124,7 @@ fn what_only_its_invocation_reads_is_kept_by_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let kernels = kernels(&root.join("bvm/models/cell.bp"));
     let (_, kernel) = kernels.iter().find(|(name, _)| name.ends_with(": step")).unwrap();
-    // Known sizes: of what is made, the host's answers and five numbers that are the same for all cells.
+    // Known sizes: of the results, those of the host and five numbers that are the same for all cells.
     let sizes = [("Grid.depth", 10), ("Grid.rows", 90), ("Grid.lanes", 360), ("Velocity", 7), ("Sensors", 1)];
     let kernel = kernel.with_sizes(|name| sizes.iter().find(|(known, _)| *known == name).map(|(_, n)| *n));
     let kernel = kernel.unwrap();
@@ -144,7 +144,7 @@ fn what_only_its_invocation_reads_is_kept_by_it() {
     let read: Vec<&str> = shader.text.lines().filter(|line| line.contains("shape[")).collect();
     let is_infinity = |line: &&str| line.contains("shape[0]") && !line.contains("how many");
     assert!(read.iter().all(is_infinity), "every place is known: {}", shader.text);
-    // But for the total of the weights of velocities, which one invocation makes.
+    // Except for the total of the weights of velocities, which one invocation computes.
     let (_, parallel) = shader.text.split_once("fn pass_1").unwrap();
     assert!(!parallel.contains("for ("), "short loops are written out: {}", shader.text);
 }

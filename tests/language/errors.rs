@@ -1,8 +1,8 @@
-//! Golden pages of mistakes: what the author of a wrong program reads.
+//! Golden pages of error messages: what the author of a wrong program reads.
 //!
-//! In: `tests/errors/*.bp`, and network files of other formats there, each with mistakes. Out: the rendered diagnostics, compared with the `.txt` beside. With
-//! `BLESS=1` in the environment the pages are written instead. Invariant: every program there is wrong, and every page
-//! is wanted.
+//! In: `tests/errors/*.bp`, and network files of other formats there, each with mistakes. Out: the rendered
+//! diagnostics, compared with the `.txt` file of the same name; with `BLESS=1` in the environment the files are written
+//! instead. Invariant: every program there is wrong, and every page belongs to one of them.
 
 use bp_core::compiler::io::{self, Format};
 use bp_core::compiler::source::Source;

@@ -1,7 +1,7 @@
-//! Wrong programs by the thousand: no panic, no hang, and no answer that is not a number.
+//! Thousands of wrong programs: no panic, no hang, and no NaN in an answer.
 //!
-//! In: programs of the gallery with bytes flipped and with tokens deleted, doubled and swapped, and arbitrary bytes; all
-//! seeded. Out: nothing where all is well. Invariant: what compiles is also printed, planned and, where its plan is cheap,
+//! In: programs of the gallery with bytes flipped and with tokens deleted, doubled and swapped, and arbitrary bytes;
+//! all seeded. Out: pass or fail. Invariant: a text that compiles is also printed, planned and, if its plan is cheap,
 //! asked.
 
 use bp_core::compiler::answer::ask;
@@ -12,7 +12,8 @@ use bp_core::compiler::plan::{Options, Route, plan_for_answer};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::{check, compile, parse, parse_question};
 
-/// The most values of all variables together for which a mutant is asked: the sum of a mutant may run over all of them.
+/// Upper limit on the joint values of all variables for which a mutant is asked: the sum of a mutant may run over all
+/// of them.
 const MOST_VALUES: f64 = 3e5;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
@@ -37,7 +38,7 @@ fn gallery() -> Vec<(String, String)> {
     paths.iter().map(|path| (path.display().to_string(), text(path))).collect()
 }
 
-/// Words, numbers and signs; blanks go with what precedes them.
+/// Words, numbers and signs; blanks belong to the preceding token.
 fn tokens(text: &str) -> Vec<&str> {
     let mut tokens = Vec::new();
     let mut start = 0;
@@ -90,7 +91,7 @@ fn values(model: &Model) -> f64 {
     subroutines.fold(one(model), f64::max)
 }
 
-/// Everything that can be done with a text; whether it compiled and whether it was asked.
+/// Processes a text completely; returns whether it compiled and whether it was asked.
 fn put_through(text: &str) -> (bool, bool) {
     let source = Source::new("mutant", text);
     let tree = match parse(&source) {

@@ -1,4 +1,4 @@
-//! A mistake that another place explains: its words are quoted.
+//! An error that another place explains: its source is quoted.
 
 use bp_macros::bayesian_program;
 

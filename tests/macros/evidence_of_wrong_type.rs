@@ -1,4 +1,4 @@
-//! Evidence that is no value of its variable.
+//! Evidence that is not a value of its variable.
 
 use bp_macros::bayesian_program;
 

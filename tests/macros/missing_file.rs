@@ -1,4 +1,4 @@
-//! A path that leads nowhere, and one that is not alone.
+//! A path without a file, and a path followed by other tokens.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! A variable that the decomposition leaves out.
+//! A variable that the decomposition lacks.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! What the language does not have, though Rust does.
+//! Constructs of Rust that the language lacks.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! A file that holds no text.
+//! A file that is not text.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! Every mistake of a program is told, each in its place.
+//! Every error of a program is reported, each at its place.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! A row of a table that is no distribution: the place is several tokens.
+//! A row of a table that does not sum to one: the span covers several tokens.
 
 use bp_macros::bayesian_program;
 

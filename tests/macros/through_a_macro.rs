@@ -1,4 +1,4 @@
-//! The place of a mistake survives a macro that writes the program.
+//! The place of an error survives a macro that writes the program.
 
 use bp_macros::bayesian_program;
 

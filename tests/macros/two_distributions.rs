@@ -1,4 +1,4 @@
-//! A variable that the decomposition has twice.
+//! A variable that the decomposition distributes twice.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! A name that nothing declares.
+//! A name without a declaration.
 
 use bp_macros::bayesian_program;
 

@@ -1,4 +1,4 @@
-//! Mistakes in a file are shown with its lines, under its path.
+//! Errors in a file are shown with its lines, under its path.
 
 use bp_macros::bayesian_program;
 

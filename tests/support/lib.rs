@@ -1,1 +1,1 @@
-//! What the workspace's tests share.
+//! Common code of the workspace's tests.

@@ -1,6 +1,6 @@
-//! The project holds to its own rules, and the documentation to the code.
+//! The rules of the project, checked for its sources and its documentation.
 //!
-//! In: every source file and page. Out: nothing where all is well.
+//! In: every source file and page. Out: pass or fail.
 
 mod pages;
 mod sources;

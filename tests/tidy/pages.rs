@@ -1,9 +1,8 @@
-//! The pages: every program in them compiles, every mistake in them is the mistake it is said to be, links lead somewhere.
+//! The pages: every program in them compiles, every mistake in them gives the stated message, and links have targets.
 //!
-//! In: `README.md` and `docs/*.md`. Out: nothing where all is well. Blocks marked `bp` must compile, print back to text
-//! that means the same, and have an answer to each question; those marked `bp-unanswered` have none. Blocks marked
-//! `bp-error` must not compile: their first line is `// ` and the message. Invariant: a page cannot speak of a language
-//! that is gone.
+//! In: `README.md` and `docs/*.md`. Out: pass or fail. Blocks marked `bp` must compile, print to text with the same
+//! meaning, and have an answer to each question; those marked `bp-unanswered` have none. Blocks marked `bp-error` must
+//! not compile: their first line is `// ` and the message. Invariant: the pages describe the current language.
 
 use bp_core::compiler::plan::{Options, plan};
 use bp_core::compiler::source::Source;
@@ -21,7 +20,7 @@ fn pages() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
 }
 
-/// The fenced blocks of a page with this mark: where each begins, and its text.
+/// The fenced blocks of a page with this mark: the line where each begins, and its text.
 fn blocks<'t>(text: &'t str, mark: &str) -> Vec<(usize, String)> {
     let (mut found, mut open): (Vec<(usize, String)>, Option<&'t str>) = (Vec::new(), None);
     for (number, line) in text.lines().enumerate() {
@@ -90,7 +89,7 @@ fn mistakes_in_the_pages_are_the_mistakes_they_are_said_to_be() {
 #[test]
 fn links_lead_to_files() {
     for (path, text) in pages() {
-        // Pictures begin with `![`: a page is read without them too.
+        // Pictures begin with `![`: a page is also checked without them.
         for (before, after) in text.match_indices("](").map(|(at, _)| text.split_at(at)) {
             let opened = before.rfind('[').unwrap_or(0);
             let target = after[2..].split(')').next().unwrap_or_default();

@@ -1,12 +1,12 @@
 //! Tidiness: headers, lengths, the direction of imports, dependencies, and where probabilities are written.
 //!
-//! In: the text of every Rust file and `Cargo.toml` of the workspace. Out: a list of what is not as it must be.
-//! Invariant: nothing is excepted but what is listed here, with its reason.
+//! In: the text of every Rust file and `Cargo.toml` of the workspace. Out: a list of violations. Invariant: every
+//! exception is listed here, with its reason.
 
 use std::fs::{read, read_dir};
 use std::path::{Path, PathBuf};
 
-/// Lines of a file, at most.
+/// Upper limit on the lines of a file.
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
@@ -54,7 +54,7 @@ const PACKAGES: [&str; 41] = [
     "wgpu",
 ];
 
-/// Packages that must do real work, and what of them is looked for in the code.
+/// Packages that must be in use, and the code that shows it.
 const PRESCRIBED: [(&str, &str); 7] = [
     ("nalgebra", "nalgebra::"),
     ("pest", "pest::"),
@@ -65,10 +65,10 @@ const PRESCRIBED: [(&str, &str); 7] = [
     ("statrs", "statrs::"),
 ];
 
-/// Parts of bp-core between which inputs, sizes and results are known by keys.
+/// Parts of bp-core that exchange inputs, sizes and results by keys.
 const TYPED: [&str; 7] = ["kernel", "loops", "lower", "exec", "emit", "posterior", "answer"];
 
-/// Calls by which text is taken apart again.
+/// Calls that parse text.
 const PHRASES: [&str; 7] = [
     ".strip_prefix(",
     ".strip_suffix(",
@@ -79,17 +79,17 @@ const PHRASES: [&str; 7] = [
     ".replace(\"",
 ];
 
-/// Which of their files spell, and why.
+/// Their files that format text, and why.
 const SPELLERS: [(&str, &str); 2] = [
     ("emit/names.rs", "it makes identifiers of the names of a program"),
     ("kernel/words.rs", "it makes sentences"),
 ];
 
-/// Words of densities. The map's are in `bvm/models/*.bp`, and worked out by bp-core.
+/// Words of densities. Those of the map are in `bvm/models/*.bp`, and evaluated by bp-core.
 const PROBABILITY: [&str; 8] =
     [".exp()", ".exp2()", "exp_m1", "erf", "statrs", "FRAC_2_SQRT_PI", "SQRT_TAU", "normal_cumulative"];
 
-/// Where such a word stands in bvm, and why it is no probability of the map.
+/// Where such a word occurs in bvm, and why it is not a probability of the map.
 const NOT_OF_THE_MAP: [(&str, &str); 1] = [(
     "bvm/src/vision/stereo/scanline/law.rs",
     "`models/scanline.bp` as numbers, tested against its own answer",
@@ -135,12 +135,12 @@ fn nothing(wrong: &[String]) {
     assert!(wrong.is_empty(), "not tidy:\n{}", wrong.join("\n"));
 }
 
-/// The text without its comments; good enough where no string holds `//`.
+/// The text without its comments; sufficient if no string contains `//`.
 fn code(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
-/// Whether a word stands in a text, not as a part of a longer one.
+/// Whether a text contains a word, not as a part of a longer one.
 fn has_word(text: &str, word: &str) -> bool {
     let is_part = |character: char| character.is_alphanumeric() || character == '_';
     text.match_indices(word).any(|(at, _)| {
@@ -171,7 +171,7 @@ fn every_file_says_what_it_is_and_is_short() {
 
 #[test]
 fn nothing_is_left_for_later() {
-    // Put together here, so that this file does not hold them.
+    // Concatenated here, so that this file does not contain them.
     let words: Vec<String> = [
         ("todo", "!("),
         ("unimplemented", "!("),
@@ -193,7 +193,7 @@ fn nothing_is_left_for_later() {
     nothing(&wrong);
 }
 
-/// The parts of bp-core in the order of the table in docs/architecture.md, and what each may import.
+/// The parts of bp-core in the order of the table in docs/architecture.md, and the allowed imports of each.
 fn import_table() -> Vec<(String, Vec<String>)> {
     let page = files("md").into_iter().find(|file| file.path == "docs/architecture.md").expect("the page");
     let (_, rest) = page.text.split_once("## Who imports whom").expect("the heading of the table");
@@ -207,7 +207,7 @@ fn import_table() -> Vec<(String, Vec<String>)> {
     .collect()
 }
 
-/// The path of a file of bp-core, from the door (`program/…`) or from the compiler (`model/…`).
+/// The path of a file of bp-core within its interface (`program/…`) or its compiler (`model/…`).
 fn inside_of_core(file: &File) -> Option<&str> {
     let inside = file.path.strip_prefix("bp-core/src/")?;
     Some(inside.strip_prefix("compiler/").unwrap_or(inside))
@@ -221,7 +221,7 @@ fn imports(part: &str, parts: &[String], all: &[File]) -> Vec<(String, String)> 
         if inside.split(['/', '.']).next() != Some(part) {
             continue;
         }
-        // What tests import is another matter.
+        // Imports of tests are not restricted.
         let text = code(file.text.split("#[cfg(test)]").next().unwrap_or(""));
         for other in parts.iter().filter(|other| *other != part) {
             if has_word(&text, &format!("crate::{other}")) {

@@ -1,8 +1,7 @@
-//! Many cases at once, as a shell sees them: rows and sequences that have no answer, families as columns, sizes given by
-//! arrays.
+//! Many cases in one command: rows and sequences without an answer, families as columns, sizes given by arrays.
 //!
-//! In: the built binary, programs and tables. Out: answers, messages, exit codes. Invariant: expected numbers are worked out
-//! by hand, beside them.
+//! In: the built binary, programs and tables. Out: answers, messages, exit statuses. Invariant: expected numbers are
+//! computed by hand, in comments.
 
 use serde_json::Value;
 use std::process::{Command, Output, Stdio};
@@ -49,7 +48,7 @@ impl Folder {
         output
     }
 
-    /// What a command writes and says that ends with this status.
+    /// The output and the messages of a command that ends with this status.
     fn ends(&self, status: i32, arguments: &[&str]) -> (String, String) {
         let output = self.bp(arguments);
         assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", said(&output));
@@ -121,7 +120,7 @@ fn a_case_without_an_answer_leaves_the_others_theirs() {
     let (page, told) = folder.ends(1, &["batch", "z.bp", "--cases", "t.csv", "--only", "B"]);
     assert!(page.lines().nth(3).unwrap().ends_with(",0.5,0.5,"), "{page}");
     assert!(told.contains("2 of 3 cases have no answer; their rows give the reasons"), "{told}");
-    // What is wrong with the table itself is wrong with all.
+    // An error of the table itself is an error of all cases.
     let wrong = Folder::with(&[("z.bp", ZEROS), ("t.csv", "C,K\nfalse,1\nfalse,7\n")]);
     let (page, told) = wrong.ends(1, &ask);
     assert!(page.is_empty() && told.contains("row 3, column `K`: `7` is not a value"), "{page}{told}");
@@ -131,7 +130,7 @@ fn a_case_without_an_answer_leaves_the_others_theirs() {
 fn a_sequence_without_an_answer_leaves_the_others_theirs() {
     let rows = "who,Z\na,false\nb,true\nb,false\nc,\n";
     let table = "who,Z\na,false\nb,true\nb,false\n";
-    // Z is never true where R is false, and R stays: of b R is true for sure; of a (¼) against ½.
+    // Z is true only if R is, and R keeps its value: in b R is certain; in a its odds are ¼ to ½.
     let sure = UMBRELLA.replace("bernoulli(0.5);\n        P(R |", "bernoulli(0);\n        P(R |");
     let folder = Folder::with(&[("u.bp", UMBRELLA), ("s.bp", &sure), ("r.csv", rows), ("t.csv", table)]);
     let ask = ["ask", "u.bp", "filter P(R | Z)", "--data", "r.csv", "--sequence", "who", "--json"];
@@ -214,7 +213,7 @@ fn arrays_tell_sizes() {
     let answer =
         folder.json(0, &["ask", "r.bp", "hot", "--set", "hit=0.9,0.6", "--set", "alarm=1,0", "--json"]);
     near(p_true(&answer), 0.036 / 0.18);
-    // The values of a family tell it, too: 0.1 · 0.9 · 0.1 against 0.9 · 0.2 · 0.8.
+    // The values of a family also determine its size: 0.1 · 0.9 · 0.1 against 0.9 · 0.2 · 0.8.
     let set = FAMILY.replace("[i in 1..=2]", "[i in Rooms]").replace("prod(i)", "prod(i in Rooms)");
     let folder = Folder::with(&[("f.bp", &set)]);
     let answer = folder.json(0, &["ask", "f.bp", "P(Fire | Alarm = a)", "--set", "a=1,0", "--json"]);
@@ -318,7 +317,7 @@ fn messages_say_what_was_asked_and_why_not() {
         let (_, told) = folder.ends(1, arguments);
         words.iter().for_each(|words| assert!(told.contains(words), "{arguments:?}: {told}"));
     };
-    // Each side of a divergence is quoted as itself.
+    // Each side of a divergence is printed as it was typed.
     let question = "divergence filter P(R | Z) from filter P(R | Z virtual [0, 0.5])";
     let (_, told) = folder.ends(0, &["ask", "u.bp", question, "--data", "t.csv"]);
     assert!(told.is_empty(), "{told}");

@@ -196,7 +196,7 @@ fn sequences_are_answered_apart_and_columns_have_names() {
         ("two.csv", b"town,Z\na,1\nb,3\n"),
         ("typo.csv", b"z\n1\n"),
     ]);
-    // The state has variance 2 before the reading: the mean is ⅔ of what was read.
+    // The state has variance 2 before the reading, so the mean is ⅔ of the reading.
     fn on<'a>(more: &[&'a str]) -> Vec<&'a str> {
         [&["ask", "k.bp", "filter P(X | Z)", "--data", "two.csv"], more].concat()
     }

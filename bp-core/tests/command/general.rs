@@ -308,12 +308,12 @@ fn explain_tells_how_the_loops_go_through_memory() {
     ] {
         assert!(lines.iter().any(|line| line.contains(told)), "{told}: {lines:#?}");
     }
-    // Two neighbouring bins share an edge: one more of them than bins.
+    // Two neighbouring bins share an edge: there is one more edge than bins.
     let sensor = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bvm/models/line_of_sight.bp");
     let words = well(&["explain", sensor.to_str().unwrap(), "reading", "--layout"]);
     assert!(words.contains("layout: ") && words.contains("and the next` ((N + 1))"), "{words}");
     assert!(words.lines().all(|line| line.chars().count() <= 80), "{words}");
-    // What is answered in closed form has no loops.
+    // A question in closed form has no loops.
     let words = well(&["explain", program("vestibular.bp").to_str().unwrap(), "--layout"]);
     assert!(!words.contains("layout: "), "{words}");
 }

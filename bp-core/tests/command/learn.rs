@@ -87,7 +87,7 @@ fn a_learned_program_is_asked_as_any_other() {
     ] {
         assert!(learned.contains(line), "{line} in {learned}");
     }
-    // The same again, formatted as it is, learned again as it is not: nothing is unknown any more.
+    // Learning the learned program again, formatted or not: there is no `unknown` left.
     written(&folder.bp(&["fmt", "--check", "learned.bp"]));
     let answer: Value =
         serde_json::from_str(&written(&folder.bp(&["ask", "learned.bp", "urn", "--json"]))).unwrap();
@@ -112,7 +112,7 @@ fn a_report_is_json_too() {
         serde_json::from_str::<Value>(&written(&folder.bp(&arguments))).unwrap(),
         "a seed is a run"
     );
-    // Not there yet: what was found is written all the same, and the exit status says so.
+    // Without convergence the estimates are written, and the exit status is an error.
     let short = folder.bp(&[&arguments[..], &["--iterations", "1", "--out", "learned.bp"]].concat());
     assert_eq!(short.status.code(), Some(1));
     assert!(said(&short).contains("not converged after 1 step: raise `--iterations`"), "{}", said(&short));
@@ -156,7 +156,7 @@ fn interrupted_learning_writes_what_it_has() {
     let data: String = std::iter::once("X\n".to_owned()).chain(rows).collect();
     let folder = Folder::with(&[("many.bp", text), ("d.csv", &data)]);
     let arguments = ["learn", "many.bp", "--data", "d.csv", "--hidden", "K", "--out", "l.bp"];
-    // The signal may come before anybody listens: then it is tried again, later.
+    // The signal may come before the handler is installed: then it is tried again, with a longer delay.
     for wait in [1000, 3000, 10_000] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
         let command = command.current_dir(folder.0.path()).args(arguments);

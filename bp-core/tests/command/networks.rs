@@ -152,7 +152,7 @@ fn what_cannot_be_is_told() {
         ),
         (&["marginals", "clinic.bif", "--evidence", "smoke"], "smoke"),
         (&["marginals", "clinic.bif", "--likelihood", r#"{"smoke": [1]}"#], "must have 2 numbers, but has 1"),
-        // Neither cancer nor tuberculosis, and yet one of both.
+        // Neither cancer nor tuberculosis, but the disjunction of both is true.
         (
             &["marginals", "clinic.bif", "--evidence", r#"{"lung": "no", "tub": "no", "either": "yes"}"#],
             "`tub`, `lung` and `either` cannot",

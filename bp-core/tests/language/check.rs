@@ -55,7 +55,7 @@ fn vestibular_and_gaze_check_as_printed() {
     let gaze = model_of(&source("gaze"));
     assert!(gaze.expressions.values().any(|node| matches!(node, Expression::Frontier { .. })));
     assert!(gaze.expressions.values().any(|node| matches!(node, Expression::GradientNorm { .. })));
-    // The map's own program has the gap around the head too; notation says it again.
+    // The map's own program has the gap around the head too; printing preserves it.
     let whole = std::fs::read_to_string("../bvm/models/gaze.bp").unwrap();
     let whole = model_of(&Source::new("gaze", whole));
     let has = |of: fn(&Expression) -> bool| whole.expressions.values().any(of);

@@ -179,7 +179,7 @@ fn before_the_first_instant_holds_what_else_says() {
 
 #[test]
 fn a_table_that_is_itself_what_is_asked() {
-    // More than eight numbers: an array of the kernel, which was once taken for the answer of the same name.
+    // More than eight numbers: an array of the kernel. (Regression: it was taken for the answer of the same name.)
     let text = "program Asked { variables { A : 0..=4; B : bool; } decomposition { P(A) P(B | A) }
         forms { P(A) = uniform;
             P(B | A) = table { 0: 0.9, 0.1; 1: 0.8, 0.2; 2: 0.7, 0.3; 3: 0.6, 0.4; 4: 0.5, 0.5; }; } }";
@@ -198,7 +198,7 @@ fn weights_over_a_set_are_normalised_as_over_a_range() {
     let weights = [1.0, 2.0, 3.0, 4.0];
     let inputs = || Inputs::new().size("Things", 4).number("v", 1.0).number("u", 3.0).array("w", &weights);
     for domain in ["Things", "0..=3"] {
-        // Each of four values alike, whatever B is: v says nothing of B, and ln P(V = v) = -ln 4.
+        // All four values have equal probability for each B: v is uninformative, and ln P(V = v) = -ln 4.
         let text = text(domain, "if B { 1 } else { 3 }");
         near(answers(&text, "P(B | V = v)", &inputs()), &[0.5, 0.5]);
         near(answers(&text, "P(B)", &inputs()), &[0.5, 0.5]);

@@ -1,6 +1,6 @@
-//! Questions of predicates, functions, elements and slices.
+//! Questions about predicates, functions, elements and slices.
 //!
-//! In: programs and questions. Out: probabilities and moments. Invariant: an expected value is counted or worked out by
+//! In: programs and questions. Out: probabilities and moments. Invariant: expected values are counted or computed by
 //! hand; values of Φ are those of mpmath at 50 digits.
 
 use bp_core::Error;
@@ -71,7 +71,7 @@ fn draws_answer_predicates_too() {
     }
 }
 
-/// What was typed stays what is printed.
+/// The notation of the user is the one that is printed.
 #[test]
 fn the_words_of_the_user_stay() {
     let dice = Program::parse(DICE).unwrap();
@@ -312,7 +312,7 @@ fn one_element_is_not_known_twice() {
     assert!(error.contains("this question asks what it knows: `Y[2]` is on both sides"), "{error}");
 }
 
-/// Sizes that are given when a question is asked bound what it may name.
+/// Sizes that are given with the question bound the elements that it may name.
 #[test]
 fn values_and_families_of_sizes_given_when_asked() {
     let text = "program Sized { parameters { N : size; } variables { K : 1..=N; G[1..=N] : bool; T : bool; }
@@ -336,7 +336,7 @@ fn values_and_families_of_sizes_given_when_asked() {
     assert!(error.contains("the length of the family `G` is given when it is asked"), "{error}");
 }
 
-/// An element is not read from a column by itself; it was left out without a word.
+/// Regression: an element that is not read from a column was silently dropped.
 #[test]
 fn an_element_over_time_is_written_as_a_slice() {
     let program = Program::parse(

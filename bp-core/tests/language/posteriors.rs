@@ -1,7 +1,7 @@
-//! The classic networks, answered.
+//! The classic networks: all posteriors.
 //!
-//! In: networks and the answers of another engine, in a folder that may be absent. Out: every posterior, ln P(evidence) and
-//! the most probable assignment, to 1e-10.
+//! In: the networks and the answers of another engine, in a folder that may be absent. Out: every posterior, ln
+//! P(evidence) and the most probable assignment, to 1e-10.
 
 use bp_core::compiler::io::bif;
 use bp_core::compiler::source::Source;

@@ -84,7 +84,7 @@ fn jeffrey_replaces_what_pearl_multiplies() {
     // 0.4 (0.05 · 0.3 + 0.95 · 0.7) = 0.272 beside 0.6 (0.9 · 0.3 + 0.1 · 0.7) = 0.204
     let pearl = answer(UMBRELLA, "P(Rain | Umbrella virtual [0.3, 0.7])");
     near(&[p(&pearl, "Rain", "true")], &[4.0 / 7.0]);
-    // What is believed already changes nothing; certainty is hard evidence.
+    // Soft evidence equal to the prior changes nothing; soft evidence of 0 and 1 is hard evidence.
     near(&[p(&answer(UMBRELLA, "P(Rain | Umbrella soft [0.56, 0.44])"), "Rain", "true")], &[0.4]);
     near(&[p(&answer(UMBRELLA, "P(Rain | Umbrella soft [0, 1])"), "Rain", "true")], &[0.38 / 0.44]);
     near(&numbers(&answer(UMBRELLA, "P(Rain = true | Umbrella soft [0, 1])")), &[0.38 / 0.44]);
@@ -118,7 +118,7 @@ fn the_best_come_first_and_nothing_impossible_does() {
     let names: Vec<&str> = best.answer.iter().map(|row| row.values[0].1.as_str()).collect();
     assert_eq!(names, ["6", "5", "4"]);
     near(&numbers(&best), &[36.0 / 91.0, 25.0 / 91.0, 16.0 / 91.0]);
-    // 36 and 25 of the 61 that are high; of each context its own.
+    // 36 and 25 of the 61 that are high; each context is normalised by itself.
     near(
         &numbers(&answer(LOADED, "best(4) P(Face | High)")),
         &[16.0 / 30.0, 9.0 / 30.0, 4.0 / 30.0, 1.0 / 30.0, 36.0 / 61.0, 25.0 / 61.0],
@@ -150,7 +150,7 @@ fn information_is_the_entropy_that_two_share() {
     let shared = h(&[0.4, 0.6]) + h(&[0.44, 0.56]) - h(&[0.38, 0.02, 0.06, 0.54]);
     near(&[information], &[shared]);
     near(&numbers(&answer(COPIES, "information P(A C)")), &[2f64.ln()]);
-    // Given A, neither says anything of the other.
+    // Given A, B and C are independent.
     near(&numbers(&answer(COPIES, "information P(B C | A)")), &[0.0, 0.0]);
 }
 
@@ -160,7 +160,7 @@ fn divergence_is_infinite_where_the_second_excludes() {
     let expected = p * f64::ln(p / q) + (1.0 - p) * f64::ln((1.0 - p) / (1.0 - q));
     near(&numbers(&answer(UMBRELLA, "divergence P(Rain | Umbrella = true) from P(Rain)")), &[expected]);
     near(&numbers(&answer(UMBRELLA, "divergence P(Rain) from P(Rain)")), &[0.0]);
-    // A row for each value that the first knows; the second is the same for all.
+    // A row for each value that the first distribution knows; the second has no context.
     let each = answer(UMBRELLA, "divergence P(Rain | Umbrella) from P(Rain)");
     let dry = 0.02 / 0.56;
     let dry = dry * f64::ln(dry / q) + (1.0 - dry) * f64::ln((1.0 - dry) / (1.0 - q));
@@ -184,7 +184,7 @@ fn draws_come_as_often_as_they_are_probable() {
         let sigma = (COUNT as f64 * p * (1.0 - p)).sqrt();
         assert!((found - COUNT as f64 * p).abs() < 4.0 * sigma, "{face}: {found}");
     }
-    // The same seed says the same, another one something else; the impossible is never drawn.
+    // Equal seeds give equal draws, other seeds other draws; impossible values are never drawn.
     assert_eq!(answer(LOADED, "draw(50) P(Face)"), answer(LOADED, "draw(50) P(Face)"));
     let model = model(LOADED);
     let question = parse_question(&Source::new("question", "draw(50) P(Face)"), &model).unwrap();
@@ -250,7 +250,7 @@ fn a_value_given_later_may_have_the_name_of_its_variable() {
     let question = parse_question(&Source::new("question", "P(Old | Fails = fails)"), &model).unwrap();
     let answers = ask(&model, &question, &Inputs::new().number("fails", 1.0)).unwrap();
     near(&[p(&answers[0], "Old", "true")], &[0.2 * 0.5 / (0.2 * 0.5 + 0.8 * 0.1)]);
-    // Another name that is near a value stays a slip.
+    // Any other name similar to a value is an error.
     assert!(parse_question(&Source::new("question", "P(Old | Fails = flase)"), &model).is_err());
 }
 

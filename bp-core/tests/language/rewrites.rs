@@ -1,7 +1,7 @@
 //! Each rule of the planner, switched on and off; and the rows of answers.
 //!
-//! In: small programs with answers by hand. Out: answers with all rules and without one. Invariant: each expected value
-//! is computed by hand beside it.
+//! In: small programs. Out: answers with all rules and without one. Invariant: expected values are computed by hand, in
+//! comments.
 
 use crate::support::{interpreted, model_of, program, question, without};
 use bp_core::compiler::answer::{Answer, Figure, ask};
@@ -72,7 +72,7 @@ fn impossible_contexts_are_zeros_and_impossible_evidence_is_an_error() {
 
 #[test]
 fn a_value_outside_its_domain_has_probability_0_and_the_rest_is_renormalised() {
-    // Two dice, of which only sums up to 4 are told: (1,1) (1,2) (2,1) (1,3) (2,2) (3,1), 6 of 36.
+    // Two dice of which only sums up to 4 are allowed: (1,1) (1,2) (2,1) (1,3) (2,2) (3,1), 6 of 36.
     let model = model_of(
         "program Dice { variables { A, B : 1..=6; S : 2..=4; E : bool; }
          decomposition { P(A) P(B) P(S | A B) P(E | S) }

@@ -1,6 +1,7 @@
 //! Subroutines: a question to another program as a form.
 //!
-//! In: files of several programs. Out: answers. Invariant: the answer is that of the same program written without them.
+//! In: files of several programs. Out: answers. Invariant: the answer equals that of the same program without
+//! subroutines.
 
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::ask;
@@ -67,7 +68,7 @@ fn a_subroutine_is_told_what_its_question_knows() {
 
 #[test]
 fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
-    // Sub says that K is false; the program that asks it does not.
+    // In Sub K is always false; in the calling program it is not.
     let text = "program Sub { variables { K, S : bool; } decomposition { P(K) P(S | K) }
             forms { P(K) = bernoulli(0); P(S | K) = bernoulli(if K { 0.9 } else { 0.2 }); } question s { P(S | K) } }
         program Main { variables { K, S : bool; } decomposition { P(K) P(S | K) }

@@ -54,7 +54,7 @@ fn a_normal_law_over_integers_is_renormalised() {
         let inputs = Inputs::new().number("a", mean).number("b", deviation);
         near(&density("-3..=4", "normal(a, b)", "P(X)", &inputs), &expected);
     }
-    // So far away that every density is 0 in floating point, all lies on the nearest value.
+    // So far away that every density underflows: the nearest value has probability 1.
     let far = Inputs::new().number("a", 1000.0).number("b", 0.1);
     near(&density("1..=3", "normal(a, b)", "P(X)", &far), &[0.0, 0.0, 1.0]);
     let below = Inputs::new().number("a", -1000.0).number("b", 0.1);
@@ -72,7 +72,7 @@ fn bins_of_a_normal_law_share_all_of_it() {
         near(&found, &expected);
         near(&[found.iter().sum()], &[1.0]);
     }
-    // A mean beyond the last bin's far side stands for nothing.
+    // A mean beyond the far side of the last bin means "nothing".
     let beyond = Inputs::new().number("a", 5.5).number("b", 3.0);
     let found = density("{ Nothing } or 1..=5", "normal_bins(a, b)", "P(X)", &beyond);
     near(&found, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -203,7 +203,7 @@ fn antecedents_are_where_the_content_was() {
 fn going_there_and_back_leads_home() {
     let space = Space::new([1, 4, 6], [Edge::Open, Edge::Pole, Edge::Circle]).unwrap();
     let there = space.antecedents(&[[0, 2, 1]]);
-    // Over a pole, up is down and left is left: the way back has the same sign along the rows.
+    // Over a pole, rows are reversed and lanes are not: the way back has the same sign along the rows.
     for (row, lane) in (0..4).flat_map(|row| (0..6).map(move |lane| (row, lane))) {
         let (from, turn) = (there.row[row as usize], there.turn[row as usize]);
         let crossed = row - 2 < 0;

@@ -29,7 +29,7 @@ fn variable(model: &Model, name: &str) -> VariableId {
     model.variable(name).unwrap()
 }
 
-/// The distribution of X where the parents have these values.
+/// The distribution of X at these values of the parents.
 fn distribution(model: &Model, [a, b, k]: [usize; 3]) -> Distribution {
     let inputs = Inputs::new();
     let setting = Setting::new(model, &inputs).unwrap();
@@ -112,7 +112,7 @@ fn over_finite_domains_both_engines_agree() {
             let sum: f64 = found.iter().sum();
             assert!((sum - 1.0).abs() < 1e-12 || sum == 0.0, "{form} {parents:?}: {sum}");
             if sum == 0.0 {
-                // A Dirac outside its domain: such parents have probability 0, and the kernel says so.
+                // A Dirac outside its domain: such parents have probability 0, also in the kernel.
                 let [a, b, k] = parents;
                 let text = format!("P(X | A = {}, B = {}, K = {})", a == 1, b == 1, k + 1);
                 let error = ask(&model, &question(&model, &text), &Inputs::new()).unwrap_err();

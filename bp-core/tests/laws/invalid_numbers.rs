@@ -1,8 +1,8 @@
 //! Invalid numbers in forms, in every strategy.
 //!
-//! In: programs with one computed number that is a probability beyond [0, 1], a weight below 0, a deviation of 0, or no
-//! number at all. Out: an error. Invariant: it names the factor with its form, the context, and the number; no answer
-//! holds a NaN, an infinity or a negative probability.
+//! In: programs with one computed number that is a probability outside [0, 1], a negative weight, a deviation of 0, or
+//! NaN. Out: an error. Invariant: it names the factor with its form, the context, and the number; no answer contains a
+//! NaN, an infinity or a negative probability.
 
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time, ask_with};
@@ -61,7 +61,7 @@ const FINITE: &[(&str, &str, &str, &str)] = &[
     ("{ none } or 1..=4", "normal_bins(2, K - 2)", "K = 0", "the standard deviation is -2,"),
 ];
 
-/// As above, of a real Y that is observed.
+/// The same for a real Y that is observed.
 const REAL: &[(&str, &str, &str)] = &[
     ("normal(K, K - 1)", "K = 0", "the standard deviation is -1,"),
     ("normal(ln(K - 1), 1)", "K = 0", "the mean is NaN,"),
@@ -126,7 +126,7 @@ fn marginals(model: &Model, evidence: &[(&str, &str)]) -> Result<Vec<f64>, Error
     let named = Named::new(model.clone(), &[])?;
     let evidence = named.evidence(evidence.iter().copied(), [])?;
     let given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
-    // By a value that is given each time, and by a likelihood of 0 and 1 as cases of many patterns have it.
+    // By a value that is given each time, and by a likelihood of 0 and 1, as for cases with many patterns.
     let (sliced, weighed) = (
         Marginals::new(&named.network, &given, &[], &named.shown())?,
         Marginals::new(&named.network, &[], &given, &named.shown())?,
@@ -157,7 +157,7 @@ fn a_known_value_alone_excludes_a_context() {
 
 #[test]
 fn draws_refuse_them() {
-    // H is a real that nothing observes directly: its posterior has no closed form.
+    // H is a real that is not observed directly: its posterior has no closed form.
     let hidden = (
         "H : real; E : bool;",
         "P(H) P(E | H)",

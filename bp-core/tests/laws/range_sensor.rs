@@ -1,8 +1,8 @@
 //! The range sensor: the chain scan against the 2^(N−1) hidden states, and published reference posteriors.
 //!
-//! In: the program of `tests/programs/line_of_sight.bp` and variants of its priors. Out: P(Z | O C) by kernels.
-//! Invariant: brute force adds the elementary model over every state of the hidden cells; nothing is shared with
-//! the plan but the program's text.
+//! In: the program of `tests/programs/line_of_sight.bp` and variants of its priors. Out: P(Z
+//! O C) by kernels. Invariant: brute force adds the elementary model over every state of the hidden cells; it shares
+//! with the plan only the program's text.
 
 use crate::support::{model_of, program};
 use bp_core::compiler::exec::{Inputs, Outputs, interpret};
@@ -184,7 +184,8 @@ fn posteriors_are_those_of_the_reference() {
 
 #[test]
 fn closed_forms_with_weights_that_halve() {
-    // P(z | O_c = 1) = Σ_{k<c} 2^−k P_k + 2^−(c−1) P_c; for O_c = 0 what lies beyond takes its place.
+    // P(z
+    // O_c = 1) = Σ_{k<c} 2^−k P_k + 2^−(c−1) P_c; for O_c = 0 the farther cells replace P_c.
     let (n, sigma) = (20, 0.6);
     let model = model_of(&program("line_of_sight"));
     let table = reading(&model, Rewrites::default(), &inputs(n, sigma), n);
@@ -219,7 +220,7 @@ fn iterations(lowered: &Lowered, n: usize) -> usize {
 
 #[test]
 fn one_reading_costs_a_number_of_steps_that_grows_like_n() {
-    // At one z: of each cell c and both states, so O(N) answers in O(N) steps.
+    // At one z: for each cell c and both states, so O(N) answers in O(N) steps.
     let text = program("line_of_sight").replace("P(Z | O C)", "P(Z = z | O C)");
     let model = model_of(&text);
     let lowered = lowered(&model, Rewrites::default());
@@ -229,7 +230,7 @@ fn one_reading_costs_a_number_of_steps_that_grows_like_n() {
 
 #[test]
 fn one_reading_takes_one_cumulative_for_each_edge() {
-    // Neighbours share their edges, and where no cell is hit nothing is detected for sure: that takes none.
+    // Neighbours share their edges, and if no cell is hit "no detection" is certain, which needs no evaluation.
     let text = program("line_of_sight").replace("P(Z | O C)", "P(Z = z | O C)");
     let kernel = lowered(&model_of(&text), Rewrites::default()).kernel;
     let mut used: Vec<ValueId> = kernel.nests.iter().map(|nest| nest.value).collect();

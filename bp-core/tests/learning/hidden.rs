@@ -46,7 +46,8 @@ fn two_normal_laws_are_told_apart() {
         |x: f64| 0.55 * Law::Normal.density(x, &[45.0, 10.0]) + 0.45 * Law::Normal.density(x, &[55.0, 15.0]);
     let gain = learned.report.ln_likelihood - weights.iter().map(|x| truth(*x).ln()).sum::<f64>();
     assert!(gain > -0.5 && 2.0 * gain < 25.7, "{gain}");
-    // The start says which of the two is light; the laws overlap, so that the bound above tells more than each number.
+    // The initial values determine which component is the light one; the laws overlap, so the likelihood bound above is
+    // sharper than a bound for each number.
     let mu = default(&learned, "mu");
     assert!(mu[1] < mu[0], "{mu:?}");
     let words = written(MIXTURE, &learned);
@@ -123,7 +124,7 @@ proptest! {
         let mut other = cells.clone();
         other.reverse();
         let mut learner = observed(&model, &other[..11]);
-        // What is asked in between changes nothing.
+        // Asking in between changes nothing.
         let _ = learner.learned();
         for row in &other[11..] {
             let mut it = Case::new(&model);
@@ -167,7 +168,7 @@ fn the_truth_that_was_drawn_comes_back() {
     expect("P(X = true | H = B)", 0.9, 0.4);
     expect("P(Y = true | H = A)", 0.1, 0.6);
     expect("P(Z = 1 | H = B, X = true)", 0.5, 0.36);
-    // With a tenth of all cells missing at random the truth comes back too, a little less sharply.
+    // With a tenth of all cells missing at random the estimates are again near the truth, with a slightly larger error.
     let learned = observed(&model, &drawn(4, 4000, 0.1, false)).learned().unwrap();
     for (asked, truth) in [("P(H = B)", 0.4), ("P(X = true | H = B)", 0.9), ("P(Y = true | H = A)", 0.1)] {
         near(&answer(learned.model(), asked), &[truth], 4.0 * (truth * (1.0 - truth) / 1300.0).sqrt());
@@ -280,8 +281,8 @@ fn a_component_that_closes_in_on_equal_values_is_held() {
         }
         model_of(&written(&text, &learned));
     }
-    // The floor is that of the values, not of the start: a component holds the zeros, with a millionth of the deviation of
-    // 0, 3, 4, 4.5, 5, 5.5, 6, 7; the other the rest, of mean 5 and variance 1.25.
+    // The floor depends on the values, not on the initial point: one component holds the zeros, with a millionth of the
+    // deviation of 0, 3, 4, 4.5, 5, 5.5, 6, 7; the other holds the rest, of mean 5 and variance 1.25.
     let values = [0.0, 3.0, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0];
     let mean = values.iter().sum::<f64>() / 8.0;
     let floor = 1e-6 * (values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 8.0).sqrt();
@@ -314,7 +315,7 @@ fn a_law_of_equal_values_is_their_own_and_not_that_of_all() {
         let table = format!("A,X\n{}1,{}\n1,{}\n", format!("0,{same}\n").repeat(5), others[0], others[1]);
         let learned = seen(&text, &table).learned().unwrap();
         assert_eq!(learned.report.forms[0].floored, 1, "{law}");
-        // All of it is close by: the density there is higher than that of any law of all values.
+        // All of its mass is near the value: the density there is higher than that of any law fitted to all values.
         assert!(both(&text, &learned, &format!("P(X = {same} | A = false)"))[0] > 100.0, "{law}");
         let alike = format!("A,X\n{}", format!("0,{same}\n").repeat(5));
         assert!(seen(&text, &alike).learned().is_err(), "{law}: nothing tells how far values lie apart");
@@ -351,7 +352,7 @@ fn many_reals_do_not_underflow() {
         table.push_str(&format!("\n{}", cells.join(",")));
     }
     let learned = seen(&text, &table).learned().unwrap();
-    // The two kinds are told for sure, so the maximum is that of cases of which C is known.
+    // The two components are well separated, so the maximum is that of cases with C known.
     near(&default(&learned, "p"), &[high / 20.0], 1e-9);
     near(&default(&learned, "mean"), &[sum / total], 1e-9 * 90.0);
     assert!(learned.report.ln_likelihood.is_finite() && learned.report.ln_likelihood < -8000.0);

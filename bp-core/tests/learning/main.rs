@@ -1,6 +1,6 @@
 //! Learning from data: counts, hidden variables, sequences, plates.
 //!
-//! In: programs and tables of cases. Out: learned parameters, compared with maxima found by hand or by another tool.
+//! In: programs and tables of cases. Out: learned parameters, compared with maxima computed by hand or by another tool.
 
 mod hidden;
 mod learned;

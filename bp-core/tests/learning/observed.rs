@@ -55,7 +55,7 @@ fn words_of_mails_are_counted_by_laplace() {
 
 #[test]
 fn rows_are_counted_with_the_prior_that_is_asked_for() {
-    // Seen of X given Y = false: a, a, b; given Y = true nothing.
+    // Cases of X given Y = false: a, a, b; given Y = true none.
     let table = "X,Y\na,false\na,false\nb,false\n";
     for (way, expected, empty) in [
         ("", [0.5, 1.0 / 3.0, 1.0 / 6.0], [1.0 / 3.0; 3]),
@@ -144,7 +144,7 @@ fn a_law_has_its_own_numbers_for_each_value_on_the_right() {
                 let sd = (8.0_f64 / 3.0).sqrt();
                 near(&[density(second, "false", 6.0)], &[Law::Normal.density(6.0, &[7.0, sd])], 1e-13);
             }
-            // What was not seen has the law of all: mean 5.
+            // A context without cases has the law of all cases: mean 5.
             let all = [1.0, 3.0, 5.0, 9.0, 7.0, 2.0, 8.0].into_iter().collect();
             let pooled = Law::named(law).unwrap();
             let expected = pooled.density(4.0, &pooled.fit(&all, &[]).unwrap());

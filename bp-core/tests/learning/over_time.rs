@@ -43,7 +43,7 @@ fn what_is_seen_is_counted_along_the_sequence() {
     near(&one);
     let expected = (1.0f64 / 3.0).ln() + 2.0 * (2.0f64 / 3.0).ln() + 2.0 * 0.5f64.ln();
     assert!((one.report.ln_likelihood - expected).abs() < 1e-12, "{}", one.report.ln_likelihood);
-    // Rows that say what X^-1 was are transitions, each for itself.
+    // Rows with X^-1 are transitions, each by itself.
     let open = model_of(&WEATHER.replace("categorical(1, 0)", "uniform"));
     near(&learned(&open, "X^-1,X\nDry,Wet\nWet,Dry\nDry,Dry\nDry,Wet\nWet,Wet\n", None).unwrap());
     // Two sequences, their rows mixed: both begin dry.
@@ -63,7 +63,7 @@ fn what_is_seen_is_counted_along_the_sequence() {
     assert!(wrong.contains("X^-1"), "{wrong}");
 }
 
-/// A hidden chain of two states: the chance of `true` at the start, after each state, and of what is seen in each.
+/// A hidden chain of two states: P(true) at the start, after each state, and of the observation in each.
 #[derive(Clone, Debug)]
 struct Chain {
     start: f64,
@@ -79,7 +79,7 @@ fn of(p: f64, truth: usize) -> f64 {
 type Counts = (f64, [f64; 2], [[f64; 2]; 2], [[f64; 2]; 2]);
 
 impl Chain {
-    /// ln L, and expected counts: of the start, of transitions, of what is seen.
+    /// ln L, and expected counts of the first state, of transitions and of observations.
     fn expect(&self, sequence: &[Option<usize>]) -> Counts {
         let emitted = |state: usize, seen: Option<usize>| seen.map_or(1.0, |seen| of(self.b[state], seen));
         // The first is the state before the first row.
@@ -212,7 +212,7 @@ fn hidden_states_are_baum_welch() {
         }
         let course = found.report.expectation.as_ref().unwrap();
         assert!(course.trail.windows(2).all(|pair| pair[1] >= pair[0] - 1e-9), "{:?}", course.trail);
-        // What was learned has that ln P, asked of the filter.
+        // `filter` gives the same ln P for the learned program.
         let rows: Vec<_> = (sequences[0].iter())
             .map(|seen| seen.map(|seen| ("F".to_owned(), seen as f64)).into_iter().collect::<Vec<_>>())
             .collect();
@@ -327,7 +327,7 @@ fn the_law_of_the_start_can_be_unknown_and_is_written_back() {
         learner.observe(&Case::new(&model).with_value(&model, "F", seen).unwrap()).unwrap();
     }
     let stream = learner.learned().unwrap();
-    // Everything speaks for a start that is true: ln 0.9 twice.
+    // All observations favour a start that is true: ln 0.9 twice.
     assert!(
         (stream.report.ln_likelihood - 2.0 * 0.9f64.ln()).abs() < 1e-6,
         "{}",

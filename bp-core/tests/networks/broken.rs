@@ -93,7 +93,7 @@ fn answered(text: &str) {
     }
 }
 
-/// A variable with two values and one with three, and what follows.
+/// A variable with two values and one with three, followed by `rest`.
 fn bif(rest: &str) -> String {
     format!(
         "variable a {{ type discrete [2] {{ x, y }}; }}\nvariable b {{ type discrete [3] {{ x, y, z }}; }}\n{rest}"

@@ -94,7 +94,7 @@ fn the_distribution_is_never_changed_without_a_word() {
     assert!(words(&done.stderr).contains("`Y` at X = 1 are all 0"), "{}", words(&done.stderr));
     let uai = std::fs::read_to_string(folder.path().join("a.uai")).unwrap();
     assert!(uai.ends_with("\n4\n0.0 1.0 0.0 0.0\n"), "{uai}");
-    // The row of zeros says that X is 0, through every door.
+    // The row of zeros implies that X is 0, in every command.
     for arguments in [
         &["ask", "a.bp", "q", "--json"][..],
         &["ask", "a.uai", "P(\"0\")", "--json"],

@@ -53,7 +53,7 @@ const STATES: [&[&str]; 10] = [
 const NAMES: [&str; 12] =
     ["Asy/Patch", "two words", "a-b", "P", "_", "Äpfel", "0", "node", "x|y", "<b>", "//", "plain"];
 
-/// A network at random: which names and values, which of the variables before it each depends on, and weights.
+/// A random network: names and values, the earlier variables on which each depends, and weights.
 fn networks() -> impl Strategy<Value = Model> {
     let node = (0..STATES.len(), prop::collection::vec(any::<bool>(), NAMES.len()), any::<u64>());
     (Just(NAMES.to_vec()).prop_shuffle(), prop::collection::vec(node, 1..6)).prop_map(|(names, nodes)| {
@@ -316,7 +316,7 @@ probability (b) { property how = guessed } probability (c) { table 1.0; }";
     let whole = with("probability (b) { table 0.5, 0.5; property how = guessed } ");
     let model = read(Format::Bif, &whole.replace(" probability (c) { table 1.0; }", "")).model;
     assert_eq!(said(&model)[1].3, [0.5, 0.5]);
-    // What is missing is told where it is missing.
+    // A missing part is reported at its position.
     let source = Source::new("n.bif", with("probability (b) { property how = guessed } "));
     let wrong = io::read(&source, Format::Bif).unwrap_err();
     assert!(wrong.to_string().contains("`b` has no `table`"), "{wrong}");

@@ -84,7 +84,7 @@ fn the_classic_networks_go_through_every_format_without_loss() {
             assert_eq!(back.warnings, [], "{name} {format:?}");
             if format != Format::Uai {
                 assert!(back.model.variables == network.model.variables, "{name} {format:?}");
-                // The next format starts from what this one kept.
+                // The next format starts from the network that this one read back.
                 network = back;
             }
         }

@@ -12,7 +12,7 @@ use bp_core::compiler::lower::lower;
 use bp_core::compiler::plan::{Options, Route, plan};
 use bp_core::compiler::space::{Edge, Moves, Space};
 
-/// Numbers by name, in f64; turned into either precision.
+/// Numbers by name, in f64; converted to either precision.
 #[derive(Default)]
 struct Given {
     sizes: Vec<(String, usize)>,
@@ -127,7 +127,7 @@ fn programs_without_a_plate() {
     }
 }
 
-/// Tables too large to be unrolled: rows and lanes of what is made, lanes of what is folded, indices that are computed.
+/// Tables too large to be unrolled: rows and lanes of results, lanes of folds, computed indices.
 #[test]
 fn large_programs_without_a_plate() {
     let text = |asked: &str| {
@@ -154,7 +154,7 @@ fn large_programs_without_a_plate() {
     }
 }
 
-/// `Beyond` is never what `X[10]` is: a sum over all `X`, too long to be unrolled, adds nothing but zeros.
+/// `Beyond` is never equal to `X[10]`: a sum over all `X`, too long to be unrolled, adds only zeros.
 #[test]
 fn a_loop_of_zeros() {
     let text = |asked: &str| {
@@ -198,7 +198,7 @@ fn a_density_below_all_numbers_is_possible() {
     }
 }
 
-/// Lines of sight that are so long that their loops stay loops.
+/// Lines of sight so long that their loops are not unrolled.
 #[test]
 fn long_rays() {
     let (rays, n) = (130, 40);
@@ -270,7 +270,7 @@ fn one_reading_for_all_rays_or_one_for_each() {
     let all = everywhere("full", kernel, &given(vec![3.0; rays]));
     assert_eq!(one, all);
     let mixed = everywhere("mixed", kernel, &given((0..rays).map(|ray| (ray % (n + 1)) as f64).collect()));
-    // \[c\]\[o\]\[ray\]: ray 3 read what all read before.
+    // \[c\]\[o\]\[ray\]: ray 3 has the common reading of all rays before.
     for row in 0..2 * n {
         assert_eq!(mixed.arrays[0].1[row * rays + 3], one.arrays[0].1[row * rays]);
     }
@@ -357,7 +357,7 @@ fn sounds_and_gazes() {
 
 #[test]
 fn numbers_of_a_field_over_the_plate_stand_in_the_order_of_its_indices() {
-    // Of four cells and three channels, as `bp learn` writes them: the last index fastest, wherever the plate stands.
+    // For four cells and three channels, as `bp learn` writes them: the last index fastest, wherever the plate is.
     let list = |count: usize, seed: u64| {
         let numbers: Vec<String> = noise(count, seed).iter().map(f64::to_string).collect();
         numbers.join(", ")

@@ -57,7 +57,7 @@ impl World<'_> {
             .array("previous O", &self.previous_o)
             .array("previous V", &self.previous_v)
             .array("Sensors[i].reading", &self.likelihood);
-        // What the host does not know is not asked of it: sizes and arrays that no kernel reads may be given.
+        // Sizes and arrays that no kernel reads may be given.
         let outputs = interpret(&lowered.kernel, &inputs).unwrap_or_else(|error| panic!("{error}"));
         let of = |statistic: &Statistic, names: &[&str], at: bool| {
             let found = lowered.outputs.iter().find(|output| {
@@ -121,7 +121,7 @@ fn the_hand_checkable_step() {
         near(estimated.velocity[v * 5 + 3], expected, 1e-8);
     }
     near(estimated.wanted[3], estimated.occupied[5 + 3], 1e-15);
-    // Two sensors that say the same: their likelihoods multiply.
+    // Two sensors with equal readings: their likelihoods multiply.
     let twice = [world.likelihood.clone(), world.likelihood.clone()].concat();
     world.likelihood = world.likelihood.iter().map(|p| p * p).collect();
     let squared = world.step(Rewrites::default());
@@ -137,7 +137,7 @@ fn noise(seed: &mut u64) -> f64 {
     ((*seed >> 11) as f64 + 0.5) / (1u64 << 53) as f64
 }
 
-/// The cell from which `displacement` brings content to (depth, row, lane).
+/// The cell whose content `displacement` moves to (depth, row, lane).
 fn came_from(
     extents: [usize; 3],
     pole: bool,
@@ -191,7 +191,7 @@ fn against_a_loop(extents: [usize; 3], pole: bool, circle: bool, rewrites: Rewri
         let place = [cell as i32 / (rows * lanes), cell as i32 / lanes % rows, cell as i32 % lanes];
         let mut weights = vec![[0.0; 2]; n];
         for (v, displacement) in moves.iter().enumerate() {
-            // Outside the grid nothing is known: occupied or not, and any velocity.
+            // Outside the grid P(O) is ½, and all velocities are equally probable.
             let (p, q) = match came_from(extents, pole, circle, place, *displacement) {
                 Some(from) => (occupied[from], velocity[v * cells + from]),
                 None => (0.5, 1.0 / n as f64),

@@ -55,7 +55,7 @@ fn the_umbrella_world_of_russell_and_norvig() {
     let ln = on("filter P(Rain | Umbrella)", &[1.0, 1.0]).ln_evidence.unwrap();
     let rain = 0.7 * (0.45 / 0.55) + 0.3 * (0.1 / 0.55);
     assert!((ln - (0.55f64 * (0.9 * rain + 0.2 * (1.0 - rain))).ln()).abs() < 1e-12);
-    // Without umbrellas the belief goes back to ½: p ↦ 0.3 + 0.4 p.
+    // Without umbrellas the belief returns to ½: p ↦ 0.3 + 0.4 p.
     let far = on("predict(3) P(Rain | Umbrella)", &[1.0, 1.0]);
     let two = figures(&on("filter P(Rain | Umbrella)", &[1.0, 1.0]))[1];
     near(&figures(&far)[1..], &[0.5 + 0.4f64.powi(3) * (two - 0.5)], 1e-12);
@@ -110,7 +110,7 @@ impl World {
         )
     }
 
-    /// P(sequence of (A, B), observations) for every sequence, what was before the first instant summed out.
+    /// P(sequence of (A, B), observations) for every sequence, the state before the first instant summed out.
     fn joint(&self, rows: &[Vec<f64>]) -> Vec<f64> {
         let length = rows.len();
         let of = |p: f64, truth: usize| if truth == 1 { p } else { 1.0 - p };
@@ -187,7 +187,8 @@ proptest! {
         near(&figures(&on("smooth P(A B | Z Y)")), &smooth, 1e-10);
         let b: Vec<f64> = (0..length).flat_map(|instant| { let p = at(instant); [p[0] + p[2], p[1] + p[3]] }).collect();
         near(&figures(&on("smooth P(B | Z Y)")), &b, 1e-10);
-        // H is hidden, searched and not carried: P(H | A) mixed by P(A), where Z does not speak of it.
+        // H is hidden, searched and not carried: if no Z depends on it, it is P(H
+        // A) averaged over P(A).
         if rows[length - 1][0].is_nan() {
             let p = at(length - 1);
             let h = 0.4 * (p[0] + p[1]) + 0.9 * (p[2] + p[3]);
@@ -348,7 +349,8 @@ fn hundreds_of_densities_in_one_instant_are_added_as_logarithms() {
     );
     let names: Vec<String> = (1..=400).map(|sensor| format!("Y[{sensor}]")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    // First what is near 3, then near 0: since one who is true stays so, all was false, or it became true at some instant.
+    // First a reading near 3, then near 0: since true stays true, either all states are false, or it became true at
+    // some instant.
     let values = [2.0, 0.2, 0.1];
     let rows: Vec<Vec<f64>> = values.iter().map(|value| vec![*value; 400]).collect();
     let ln = |s: f64, y: f64| 400.0 * (-0.5 * (y - 3.0 * s).powi(2) - 0.5 * std::f64::consts::TAU.ln());
@@ -363,7 +365,8 @@ fn hundreds_of_densities_in_one_instant_are_added_as_logarithms() {
     let answer = asked(&model, "filter P(S | Y)", &names, &rows).unwrap();
     near(&figures(&answer), &[(histories[3] - total).exp(), 1.0 - (histories[3] - total).exp()], 1e-10);
     assert!((answer.ln_evidence.unwrap() / total - 1.0).abs() < 1e-12, "{:?} {total}", answer.ln_evidence);
-    // It cannot be true, however much the readings speak for it: e^−1800 of what they say of the other state.
+    // It cannot become true, although the readings favour it: their likelihood in the other state is smaller by
+    // e^−1800.
     let stays = model_of(
         "program Rig { variables { S, S^-1 : bool; Y[1..=400] : real; }
          decomposition { P(S^-1) P(S | S^-1) prod(i) { P(Y[i] | S) } }
@@ -374,7 +377,7 @@ fn hundreds_of_densities_in_one_instant_are_added_as_logarithms() {
     near(&figures(&answer), &[1.0, 0.0], 0.0);
     let expected = 2.0 * ln(0.0, 3.0);
     assert!((answer.ln_evidence.unwrap() / expected - 1.0).abs() < 1e-12, "{:?}", answer.ln_evidence);
-    // Some of a family are observed, the others are not.
+    // Some elements of a family are observed, the others are not.
     let answer = asked(&model, "filter P(S | Y)", &names[..1], &[vec![2.0]]).unwrap();
     let odds = 0.9 * (-2.0f64).exp() / (0.1 * (-0.5f64).exp());
     near(&figures(&answer), &[odds / (1.0 + odds), 1.0 / (1.0 + odds)], 1e-13);

@@ -73,12 +73,12 @@ fn a_constant_rotation_fades_as_published() {
     let peak = (0..6001).max_by(|a, b| estimates[*a][1].total_cmp(&estimates[*b][1])).unwrap();
     near(estimates[peak][1], 0.480, 0.5e-3);
     near(peak as f64 * 0.01, 7.5, 0.05);
-    // Once the canal's own 4 s have gone, what is left falls by e in 4 · sqrt(17) = 16.49 s.
+    // Once the canal's own 4 s are over, the rest decays by e in 4 · sqrt(17) = 16.49 s.
     let fall = 20.0 / (estimates[4000][0] / estimates[6000][0]).ln();
     near(fall, 4.0 * 17f64.sqrt(), 0.05);
 }
 
-/// ln(x(t) / x(t + 1)) of the filter left alone: the pole of the closed loop.
+/// ln(x(t) / x(t + 1)) of the filter without input: the pole of the closed loop.
 fn free_fall(filter: &mut Filter, dt: f64) -> f64 {
     filter.step(&[("V", 1.0)]).unwrap();
     let state = |filter: &mut Filter| filter.step(&[("V", 0.0)]).unwrap().mean_of("C").unwrap();
@@ -148,14 +148,14 @@ fn two_measurements_of_one_mean() {
     near(one[0].0, (0.25 * 1.0 + 4.0 * 2.0) / 4.25, 1e-12);
     near(one[0].1, (1.0 / 4.25f64).sqrt(), 1e-12);
     near(ln, Normal::new(1.0, 4.25f64.sqrt()).unwrap().ln_pdf(2.0), 1e-12);
-    // Z says of X that it is (Z + 1) / 3 with deviation ½.
+    // Z measures X as (Z + 1) / 3 with deviation ½.
     let (both, ln_both) = law(&model, "P(X | Y = 2, Z = 4)", &two());
     near(both[0].0, (0.25 + 4.0 * 2.0 + 4.0 * 5.0 / 3.0) / 8.25, 1e-12);
     near(both[0].1, (1.0 / 8.25f64).sqrt(), 1e-12);
     // P(y z) = P(y) P(z | y): z has mean 3 m − 1 and variance 9 / 4.25 + 2.25 given y.
     let given = Normal::new(3.0 * one[0].0 - 1.0, (9.0 / 4.25 + 2.25f64).sqrt()).unwrap();
     near(ln_both, ln + given.ln_pdf(4.0), 1e-12);
-    // What is not observed is predicted: variance 9 · 4 + 2.25.
+    // An unobserved variable is predicted: variance 9 · 4 + 2.25.
     let (z, _) = law(&model, "P(Z)", &two());
     near(z[0].0, 2.0, 1e-12);
     near(z[0].1, 38.25f64.sqrt(), 1e-12);
@@ -204,7 +204,7 @@ fn what_is_wrong_with_a_step_is_told() {
     assert!(made(&[("sigma", 1.0)]).unwrap_err().contains("no such parameter"));
     assert!(made(&[("tau_c", -0.01), ("dt", 0.01)]).unwrap_err().contains("must be a finite number"));
     assert!(made(&[]).is_ok());
-    // An error leaves the filter where it was.
+    // An error leaves the filter unchanged.
     let (mut fresh, mut used) = (yaw(&[]), yaw(&[]));
     used.step(&[("V", f64::NAN)]).unwrap_err();
     assert_eq!(fresh.step(&[("V", 0.3)]).unwrap(), used.step(&[("V", 0.3)]).unwrap());
@@ -220,7 +220,7 @@ fn what_is_determined_agrees_or_is_impossible() {
     near(one[0].0, 1.5, 1e-12);
     near(one[0].1, 0.0, 0.0);
     near(ln, Normal::new(0.0, 2.0).unwrap().ln_pdf(3.0), 1e-12);
-    // Z is 2.5 for sure: it adds nothing.
+    // Z is 2.5 with certainty: it adds nothing.
     let (both, ln_both) = law(&model, "P(X | Y = 3, Z = 2.5)", &Inputs::new());
     assert_eq!((both, ln_both), (one, ln));
     let error = ask(&model, &question(&model, "P(X | Y = 3, Z = 2)"), &Inputs::new()).unwrap_err();
@@ -248,14 +248,14 @@ fn combinations_are_determined_whatever_the_units() {
     let asked = |text: &str| ask(&model, &question(&model, text), &Inputs::new());
     let error = asked("P(A | Y = 3000000, Z = 1000000, W = 5.0001)").unwrap_err();
     assert!(message(error).contains("`W = 5.0001` is impossible"));
-    // V is 5e6 but for a noise of deviation 1e-7, which is small and no rounding.
+    // V is 5e6 up to a noise of deviation 1e-7, which is small but not rounding error.
     let (noise, ln_noise) = law(&model, "P(N | Y = 3000000, Z = 1000000, V = 5000000)", &Inputs::new());
     near(noise[0].0, 0.0, 1e-12);
     near(ln_noise, ln - (1e-7f64).ln() - 0.5 * std::f64::consts::TAU.ln(), 1e-3);
 }
 
-/// ln p of two readings z of X ~ N(0, s₀²), each of deviation s: N(z; 0, s₀² 1 1ᵀ + s² I), in 50 digits (mpmath), where the
-/// numbers are those that f64 holds; so are all figures of the tests below.
+/// ln p of two readings z of X ~ N(0, s₀²), each of deviation s: N(z; 0, s₀² 1 1ᵀ + s² I), in 50 digits (mpmath), for
+/// the numbers as f64 represents them; so are all values of the tests below.
 #[test]
 fn two_precise_sensors_of_a_vague_prior() {
     let model = model_of(
@@ -332,7 +332,7 @@ fn units_of_a_millionth_and_a_million_in_one_program() {
     near(ln, 1.405_375_194_431_858, 1e-11);
 }
 
-/// More variables than are kept at once; the expected figures are those of the scalar recursion p ← p + q − …, in 50 digits.
+/// More variables than are kept; the expected values are those of the scalar recursion p ← p + q − …, in 50 digits.
 #[test]
 fn a_long_chain_with_a_vague_start() {
     let (mut names, mut heads, mut forms, mut known) = (vec![], String::new(), String::new(), vec![]);

@@ -74,8 +74,8 @@ fn an_unlikely_coin_is_beta_distributed() {
     }
 }
 
-/// A chain X → Y → D → Z of which Z is far off; a switch that is not linked to them keeps the closed form away, and D,
-/// a Dirac, is computed. Given Z: X ~ N(0, 1), Y = X + N(0, 1), D = 2 Y, Z = D + N(0, 0.1).
+/// A chain X → Y → D → Z with a far observation Z; an unlinked switch rules out the closed form, and D, a Dirac, is
+/// computed. Given Z: X ~ N(0, 1), Y = X + N(0, 1), D = 2 Y, Z = D + N(0, 0.1).
 #[test]
 fn a_gaussian_chain_far_from_its_prior() {
     let model = model_of(
@@ -198,7 +198,7 @@ fn an_observed_dirac_is_solved_or_refused() {
     let answer = asked(&model, "P(S X | Y = 4)", 40_000);
     within(probability(&answer, "true"), one / (one + none));
     within(real(&answer, "X").0, (one * given(1.0) + none * given(0.0)) / (one + none));
-    // A truth about one real that is hidden can be met: X > 0.
+    // A predicate of a hidden real can be observed: X > 0.
     let answer = asked(&model, "P(X | V = true, S = false)", 20_000);
     within(real(&answer, "X").0, 2.0 * (2.0 / std::f64::consts::PI).sqrt());
     let refused = asked_by(Strategy::Gibbs, &model, "P(X | T = true)", 1000).unwrap_err().to_string();
@@ -219,7 +219,7 @@ fn what_no_draw_of_the_prior_leads_to_is_an_error() {
     assert!(error.contains("rare or impossible") && error.contains("`--particles`"), "{error}");
 }
 
-/// Two modes twenty deviations apart: no chain goes from one to the other.
+/// Two modes twenty deviations apart: no chain moves from one to the other.
 #[test]
 fn chains_that_do_not_agree_say_so() {
     let model = model_of(

@@ -101,7 +101,7 @@ fn marginals_and_the_most_probable_are_those_of_enumeration() {
         let given: Vec<usize> = evidence.hard.iter().map(|(one, _)| *one).collect();
         let weighed: Vec<usize> = evidence.likelihoods.iter().map(|(one, _)| *one).collect();
         let every: Vec<usize> = (0..network.cardinalities.len()).collect();
-        // Sliced away, as likelihoods of 0 and 1, and by groups of ancestors.
+        // With sliced variables, with likelihoods of 0 and 1, and by groups of ancestors.
         let marginals = Marginals::new(&network, &given, &weighed, &every).unwrap();
         for given in [given.as_slice(), &[]] {
             let tree = Tree::new(&network, given, &every, &every).unwrap();
@@ -158,7 +158,7 @@ fn asking_again_forgets_what_was_known() {
     let (mut kept, mut fresh) = (tree.session(), tree.session());
     kept.ask(&NetworkEvidence::default()).unwrap();
     for variable in 0..network.cardinalities.len() {
-        // What is impossible leaves nothing behind either.
+        // An impossible question leaves no trace in the session.
         let _ = kept.ask(&NetworkEvidence {
             hard: vec![(variable, network.cardinalities[variable] - 1)],
             ..NetworkEvidence::default()
@@ -211,7 +211,7 @@ fn improbable_evidence_does_not_underflow() {
 
 #[test]
 fn threads_change_nothing() {
-    // Large enough that subtrees are shared out.
+    // Large enough that subtrees are computed in parallel.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
     let count = 40;
     let mut network = Network { cardinalities: vec![4; count], ..Network::default() };
@@ -261,7 +261,8 @@ fn several_together_and_what_an_observation_tells_are_those_of_enumeration() {
             continue;
         }
         let (targets, extents) = (&free[..2], [free[0], free[1]].map(|one| network.cardinalities[one]));
-        // P(a, b, x | e) by adding up.
+        // P(a, b, x
+        // e) by summation.
         let count = |with: &dyn Fn(&[usize]) -> bool| {
             all.iter().filter(|(values, _)| with(values)).map(|(_, p)| p / total).sum::<f64>()
         };
@@ -317,7 +318,7 @@ fn asking_again_allocates_nothing() {
     let cases: Vec<NetworkEvidence> = (0..network.cardinalities[0])
         .map(|value| NetworkEvidence { hard: vec![(0, value)], likelihoods: Vec::new() })
         .collect();
-    // The counter counts.
+    // The counter itself is tested.
     assert!(allocation_counter::measure(|| drop(std::hint::black_box(vec![1u8; 100]))).count_total == 1);
     let mut sum = 0.0;
     let counted = allocation_counter::measure(|| {

@@ -2,7 +2,7 @@
 //!
 //! In: programs, observations with gaps. Out: filtered, predicted and smoothed distributions. Invariant: expected
 //! values are those of one normal distribution over every variable of every instant, built from its equations and
-//! conditioned at once by nalgebra.
+//! conditioned in one step by nalgebra.
 
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Figure, ask, ask_over_time};
@@ -55,7 +55,7 @@ impl Dense {
     }
 }
 
-/// A position that a velocity moves (without noise: the carried law is singular), seen with noise, with gaps.
+/// A position driven by a velocity (without noise: the carried law is singular), observed with noise, with gaps.
 const CART: &str = "program Cart over t in Time { parameters { dt : real = 0.5; }
     variables { X, X^-1, W, W^-1, Z, U : real; }
     decomposition { P(X^-1) P(W^-1 | X^-1) P(W | W^-1) P(X | X^-1 W) P(Z | X) P(U | W) }
@@ -69,7 +69,7 @@ const SEEN: [[f64; 2]; 6] =
 /// A joint law, the variables of each instant, and what is observed at each.
 type Cart = (Dense, Vec<[usize; 2]>, Vec<Vec<(usize, f64)>>);
 
-/// Rows X, W of each instant (0 is before the first), and all that was seen, instant by instant.
+/// Rows X, W of each instant (0 is before the first), and all observations, instant by instant.
 fn cart() -> Cart {
     let mut dense = Dense { mean: Vec::new(), covariance: DMatrix::zeros(0, 0) };
     let x = dense.add(&[], 1.0, 2.0);
@@ -140,7 +140,7 @@ fn filter_predict_and_smooth_are_the_dense_law() {
         let (laws, _) = asked(&model, &format!("predict({ahead}) P(X | Z U)"), &SEEN);
         near(laws[0], dense.given(states[6 + ahead][0], &known).0);
     }
-    // What will be seen is predicted too.
+    // Future observations are predicted too.
     let (laws, _) = asked(&model, "predict(1) P(Z | U)", &SEEN.map(|row| [f64::NAN, row[1]]));
     let only_u: Vec<(usize, f64)> =
         (seen.concat()).into_iter().filter(|(row, _)| (row - 2) % 4 == 3).collect();
@@ -182,8 +182,8 @@ fn vectors_are_their_components() {
     }
 }
 
-/// A walk with a vague start. Expected: the joint normal law of all instants, conditioned in 50 digits (mpmath), where the
-/// numbers are those that f64 holds; so are all figures of the tests below.
+/// A walk with a vague start. Expected: the joint normal law of all instants, conditioned in 50 digits (mpmath), for
+/// the numbers as f64 represents them; so are all values of the tests below.
 #[test]
 fn a_vague_start_is_smoothed() {
     let model = model_of(
@@ -199,7 +199,7 @@ fn a_vague_start_is_smoothed() {
     near(laws[0], [1.0666666666666667, 0.081_649_658_092_772_6]);
 }
 
-/// As above; the position has no noise of its own, and neither is known at the start.
+/// As above; the position has no noise of its own, and the start of both is unknown.
 #[test]
 fn a_vague_start_of_two_that_are_carried() {
     let model = model_of(
@@ -227,8 +227,8 @@ fn a_vague_start_of_two_that_are_carried() {
     filtered.iter().zip(&expected[6..]).for_each(|(found, expected)| near(*found, *expected));
 }
 
-/// X never changes: n readings of 2 X − 1 are one of their mean, of deviation 0.1 / 2 √n. Each particle carries the same law
-/// beside a coin that is drawn.
+/// X never changes: n readings of 2 X − 1 are equivalent to one of their mean, with deviation 0.1 / 2 √n. Each particle
+/// carries the same law, and a coin that is drawn.
 #[test]
 fn a_constant_with_a_vague_prior() {
     let forms = "P(X^-1) = previous(X) else normal(0, 1e8); P(X | X^-1) = dirac(X^-1);";
@@ -255,7 +255,7 @@ fn a_constant_with_a_vague_prior() {
     near([mean[0], deviation[0]], expected);
 }
 
-/// Y is X itself: the first observation determines it, later ones agree or are impossible.
+/// Y equals X: the first observation determines it, later ones agree or are impossible.
 #[test]
 fn what_is_determined_over_time_agrees_or_is_impossible() {
     let model = model_of(

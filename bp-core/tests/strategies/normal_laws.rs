@@ -1,7 +1,7 @@
-//! What is made of a normal law: entropy, information, divergence, its largest density, draws; now and over time.
+//! Statistics of a normal law: entropy, information, divergence, largest density, draws; with and without time.
 //!
-//! In: linear Gaussian programs of two or three reals. Out: figures, beside the closed forms of their variances by hand.
-//! Invariant: a law that determines a real has no density: its entropy is said to be −∞, not a number that is none.
+//! In: linear Gaussian programs of two or three reals. Out: numbers, compared with closed forms of their variances by
+//! hand. Invariant: a law that determines a real has no density: its entropy is −∞, never NaN.
 
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time};
@@ -9,11 +9,11 @@ use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::sample::Sampling;
 use std::f64::consts::{E, PI, TAU};
 
-/// X has the variance 4, Y given X ¼, and D is 2 Y for sure.
+/// X has the variance 4, Y given X ¼, and D equals 2 Y.
 const PAIR: &str = "program Pair { variables { X, Y, D : real; } decomposition { P(X) P(Y | X) P(D | Y) }
     forms { P(X) = normal(1, 2); P(Y | X) = normal(3 * X - 1, 0.5); P(D | Y) = dirac(2 * Y); } }";
 
-/// What is carried moves by a deviation of 1, and is seen with one of 1.
+/// The carried level moves with deviation 1, and is observed with deviation 1.
 const LEVEL: &str = "program Level { variables { X, X^-1, Z : real; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
     forms { P(X^-1) = previous(X) else normal(0, 1); P(X | X^-1) = normal(X^-1, 1); P(Z | X) = normal(X, 1); } }";
 
@@ -97,7 +97,7 @@ fn what_is_determined_has_no_density() {
         assert!(written.contains(json), "{written}");
         assert!(found.to_string().contains(shown), "{found}");
     }
-    // D and Y say the same: the divergence is that of Y, of the variances ¼ and 36¼ and means 2.
+    // D determines Y: the divergence is that of Y, of the variances ¼ and 36¼ and means 2.
     is(&asked("divergence P(Y D | X = 1) from P(Y D)"), &[0.5 * (0.25 / 36.25 - 1.0 + 145f64.ln())]);
 }
 
@@ -113,7 +113,7 @@ fn closed_forms_over_time() {
     assert!((values(&largest, 0)[0] - 3.0).abs() < 1e-13);
     let first = 0.5 * (0.75 + 0.24 - 1.0 + (4.0 / 3.0f64).ln());
     is(&over_time("divergence smooth P(X | Z) from filter P(X | Z)"), &[first, 0.0]);
-    // X of the last instant tells of this one: the variance 2/3, and a noise of 1, seen with one of 1.
+    // X^-1 is informative about X: variance 2/3, a noise of 1, observed with deviation 1.
     is(&over_time("information filter P(X, X^-1 | Z)"), &[0.5 * (5.0f64 / 8.0 / (1.0 / 2.0)).ln()]);
     assert_eq!(over_time("draw(3) smooth P(X | Z)").answer.len(), 6);
 }

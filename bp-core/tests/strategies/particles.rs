@@ -20,7 +20,7 @@ fn asked(model: &Model, text: &str, z: &[f64], particles: usize, seed: u64) -> A
 
 /// A target that drifts, or turns back and is seen badly. `drawn` keeps X from being carried as a normal law.
 fn switching(drawn: bool) -> Model {
-    // Seen through |X|, which nobody observes, X is no longer linear in all that speaks of it.
+    // Observed through |X|, which is itself never observed, X is no longer linear in all forms that use it.
     let (variable, factor, form) = match drawn {
         true => (", Q", " P(Q | X)", " P(Q | X) = normal(abs(X), 1);"),
         false => ("", "", ""),
@@ -151,7 +151,7 @@ fn a_program_that_is_not_linear_is_the_integral_over_a_grid() {
     assert!((answer.ln_evidence.unwrap() - (total * step).ln()).abs() < 0.05);
     let estimate = answer.estimate.unwrap();
     assert!(estimate.effective > 1000.0 && estimate.warning.is_none());
-    // Nothing leads there.
+    // No particle can lead to this observation.
     let rows = vec![vec![("Z".to_owned(), -1e6)]];
     let error = ask_over_time(
         &model,
@@ -161,7 +161,7 @@ fn a_program_that_is_not_linear_is_the_integral_over_a_grid() {
         Sampling::default(),
     );
     assert!(error.is_err() || error.unwrap()[0].estimate.as_ref().unwrap().warning.is_some());
-    // Chains are no particles.
+    // Chains do not use particles.
     let rows = vec![vec![("Z".to_owned(), 1.0)]];
     let asked = question(&model, "filter P(X | Z)");
     let by = Some(Strategy::Gibbs);
@@ -189,8 +189,8 @@ fn the_head_in_three_dimensions_turns_in_its_particles() {
 
 #[test]
 fn particles_that_cannot_be_are_followed_no_further() {
-    // What is true stays so and is never seen; it begins false for sure, and was seen to be false at each instant. |X| keeps
-    // X from being carried in closed form in the second program.
+    // True stays true and is never observed; the start is false with certainty, and false was observed at each instant.
+    // |X| rules out the closed form for X in the second program.
     for drawn in ["", " Q : real;"] {
         let (factor, form) =
             if drawn.is_empty() { ("", "") } else { (" P(Q | X)", " P(Q | X) = normal(abs(X), 1);") };

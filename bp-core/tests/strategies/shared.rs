@@ -1,7 +1,7 @@
-//! What a group of asks shares.
+//! Sharing between the asks of a question.
 //!
-//! In: the `observe` question of the cell: P(O), P(V) and two entropies, all of which know Z. Out: the nests of its kernel.
-//! Invariant: each sum is computed once, whatever the number of asks that need it.
+//! In: the `observe` question of the cell: P(O), P(V) and two entropies, all of which know Z. Out: the nests of its
+//! kernel. Invariant: each sum is computed once, whatever the number of asks that need it.
 
 use bp_core::compiler::kernel::{Kernel, Reduce, Role};
 use bp_core::compiler::lower::lower;
@@ -35,7 +35,7 @@ fn four_asks_make_one_total_and_each_marginal_once() {
     // P(O) is asked itself and for its entropy: two marginals, of O and of V. All four asks have the same total; the other
     // one is that of the weights of the motions.
     assert_eq!((sums("total"), sums("marginal")), (2, 2), "{:?}", names(&kernel));
-    // No two nests are the same.
+    // No two nests are equal.
     for (place, nest) in kernel.nests.iter().enumerate() {
         let own = &kernel.buffers[nest.out];
         let same = kernel.nests[..place].iter().find(|other| {

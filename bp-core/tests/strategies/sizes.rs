@@ -1,7 +1,7 @@
-//! Large programs and excessive sizes: answered, or refused with a figure and a suggestion.
+//! Large programs and excessive sizes: answered, or refused with a number and a suggestion.
 //!
 //! In: programs made here, the built binary under a limit of memory and of stack. Out: answers that can be checked by
-//! hand; exit statuses 0, 1 and 2. Invariant: nothing aborts, hangs, or takes more memory than the limit.
+//! hand; exit statuses 0, 1 and 2. Invariant: no run aborts, hangs, or takes more memory than the limit.
 
 use bp_core::compiler::answer::{Figure, ask};
 use bp_core::compiler::exec::Inputs;
@@ -111,7 +111,7 @@ fn close(found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1e-3), "{found} is not {expected}");
 }
 
-/// P(true) of the stationary law is 0.9 / (0.9 + 0.8), and (−0.7)ⁿ of the start is left after n steps.
+/// P(true) of the stationary law is 0.9 / (0.9 + 0.8); the influence of the start decays as (−0.7)ⁿ.
 const STATIONARY: f64 = 0.9 / 1.7;
 
 #[test]
@@ -122,7 +122,7 @@ fn a_chain_of_ten_thousand_through_every_door() {
     let answer = json(&well(&["ask", path, "P(X9999 | X0 = true)", "--json"]));
     close(answer["answer"][1]["p"].as_f64().unwrap(), STATIONARY);
     close(answer["ln_evidence"].as_f64().unwrap(), 0.3f64.ln());
-    // A table: each context sums to one. What lies between is known, so only the neighbours matter.
+    // A table: each context sums to one. The variables in between are known, so only the neighbours matter.
     let table = json(&well(&["ask", path, "P(X9999 X5001 | X0 X5000 = true)", "--json"]));
     let rows = table["answer"].as_array().unwrap();
     assert_eq!(rows.len(), 8);
@@ -155,7 +155,7 @@ fn a_chain_of_a_hundred_thousand() {
 
 #[test]
 fn chains_of_diracs() {
-    // X counts from 0 to 9 and round: after n steps from 3 it is (3 + n) mod 10.
+    // X counts from 0 to 9 and wraps around: after n steps from 3 it is (3 + n) mod 10.
     let form = |before: usize| format!("dirac(if X{before} == 9 {{ 0 }} else {{ X{before} + 1 }})");
     for count in [1_500, 10_000] {
         let path = file(&format!("counts{count}.bp"), &chain(count, "0..=9", "uniform", form));
@@ -242,7 +242,7 @@ fn a_let_is_shared() {
         well(&[arguments[0], path]);
     }
     well(&["convert", path, "-", "--to", "bif"]);
-    // So is what is known of a number without its value: 2⁴⁰ steps as a tree. a₄₀ is 0 or 2⁴⁰.
+    // The same for the evaluation of a known number without its value: 2⁴⁰ steps as a tree. a₄₀ is 0 or 2⁴⁰.
     let mut text = "program D { variables { X, Y : bool; } decomposition { P(X) P(Y | X) } forms { P(X) = bernoulli(0.25); P(Y | X) = ".to_owned();
     text += "let a0 = if X { 1 } else { 0 } in ";
     text.extend((1..=40).map(|n| format!("let a{n} = a{before} + a{before} in ", before = n - 1)));
@@ -357,7 +357,8 @@ fn what_is_no_file_is_refused() {
 fn an_interrupted_estimate_says_so() {
     let text = "program I { variables { X, Y : real; } decomposition { P(X) P(Y | X) } forms { P(X) = normal(0, 1); P(Y | X) = normal(exp(X), 1); } }";
     let path = file("interrupted.bp", text);
-    // The signal may come before the first draw, or before anybody listens: then it is tried again, later.
+    // The signal may come before the first draw, or before the handler is installed: then it is tried again, with a
+    // longer delay.
     for wait in [300, 1000, 3000, 10_000] {
         let child = Command::new(env!("CARGO_BIN_EXE_bp"))
             .args(["ask", path.to_str().unwrap(), "P(X | Y = 1)", "--particles", "20000000", "--json"])

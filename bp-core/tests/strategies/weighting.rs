@@ -52,7 +52,8 @@ fn a_coin_is_beta_distributed_after_some_throws() {
     assert_eq!(estimate.warning, None);
 }
 
-/// A switch that is not seen moves a real that is not seen: P(S | Y) is a ratio of two normal densities.
+/// A hidden switch moves a hidden real: P(S
+/// Y) is a ratio of two normal densities.
 const SWITCH: &str = "program Switch { variables { S : bool; X, Y : real; } decomposition { P(S) P(X | S) P(Y | X) }
     forms { P(S) = bernoulli(0.3); P(X | S) = normal(if S { 2 } else { -1 }, 1.5); P(Y | X) = normal(X, 0.5); } }";
 
@@ -147,11 +148,13 @@ fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
         "program Far { variables { X, Y, Z : real; } decomposition { P(X) P(Y | X) P(Z | X) }
          forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); P(Z | X) = normal(X, 0.01); } }",
     );
-    // P(Y | X) says 0 of −1 for each X above 0, but not by itself: draws cannot tell it from what is rare.
+    // P(Y
+    // X) gives −1 the probability 0 for each X above 0, but no single factor excludes it: draws cannot distinguish it
+    // from a rare event.
     let unmet = ask(&model, &question(&model, "P(X | Y = -1)"), &Inputs::new()).unwrap_err();
     assert!(matches!(unmet, Error::Unmet { draws: 100_000, .. }), "{unmet}");
     assert!(unmet.to_string().contains("rare or impossible; make more draws"), "{unmet}");
-    // X = −2 is outside its own law, whatever else is drawn.
+    // X = −2 is outside its own law, for all values of the others.
     let impossible = ask(&model, &question(&model, "P(Z | X = -2)"), &Inputs::new()).unwrap_err();
     assert!(impossible.to_string().contains("`P(X)` is 0 for `X = -2`"), "{impossible}");
     let told = asked(&model, "P(X | Z = 9)", 2000, 1).estimate.unwrap();

@@ -1,7 +1,7 @@
 //! The joint distribution of a discrete model, by enumeration.
 //!
-//! In: a model of finite variables without plates, families or parameters. Out: the answer to each ask, by P(S | K) =
-//! Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the meaning of the model, not from its plan.
+//! In: a model of finite variables without plates, families or parameters. Out: the answer to each ask, by P(S
+//! K) = Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the definition of the model, not from its plan.
 
 use super::{Table, Values};
 use bp_core::compiler::ids::{ExpressionId, VariableId};
@@ -159,7 +159,7 @@ fn agreement(ask: &Ask, values: &Values) -> f64 {
     ask.known.iter().map(one).product()
 }
 
-/// Σ of the joint over all that agrees with some values and with the evidence.
+/// Σ of the joint over all assignments that agree with some values and with the evidence.
 fn mass(ask: &Ask, all: &[(Values, f64)], fixed: &Values) -> f64 {
     let agrees = |values: &Values| fixed.iter().all(|(variable, value)| values[variable] == *value);
     all.iter().filter(|(values, _)| agrees(values)).map(|(values, p)| p * agreement(ask, values)).sum()

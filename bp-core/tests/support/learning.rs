@@ -60,7 +60,7 @@ pub(crate) fn answer(model: &Model, text: &str) -> Vec<f64> {
     answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
 }
 
-/// The answer of the learned model, which is that of the learned text too.
+/// The answer of the learned model, which must equal that of the learned text.
 #[track_caller]
 pub(crate) fn both(text: &str, learned: &Learned, asked: &str) -> Vec<f64> {
     let words = written(text, learned);

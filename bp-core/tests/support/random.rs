@@ -224,7 +224,7 @@ impl Random {
         }
     }
 
-    /// Something asked: `each` allows known variables of which each value is a row, `soft` virtual evidence.
+    /// A random ask: `each` allows known variables without a value, `soft` virtual evidence.
     pub(crate) fn ask(&self, tape: &mut Tape<'_>, each: bool, reductions: bool) -> String {
         let (mut searched, mut known) = (Vec::new(), Vec::new());
         let first = tape.below(self.kinds.len());

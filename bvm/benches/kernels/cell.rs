@@ -1,6 +1,6 @@
 //! The cell program over 10 × 360 × 90 cells and 7 velocities, one sensor, f32.
 //!
-//! In: a state that is smooth and nowhere certain. Out: `step` and `observe` by hand, emitted, by lanes and by the
+//! In: a smooth state without certain cells. Out: `step` and `observe` by hand, emitted, by lanes and by the
 //! interpreter. Invariant: emitted code and the loop written by hand agree before they are timed.
 
 use crate::clock::{Task, Work, race_on, table};
@@ -20,7 +20,7 @@ const EXTENTS: [usize; 3] = [10, 90, 360];
 /// Floats read and written by `step` for each cell: P(O) and P(V) before, the likelihood; P(O) and P(V) after.
 const FLOATS: usize = 2 + 7 + 2 + 2 + 7;
 
-/// Numbers in ]0, 1[ that look like nothing in particular.
+/// Arbitrary numbers in ]0, 1[.
 pub(crate) fn numbers(count: usize, seed: f32) -> Vec<f32> {
     (0..count).map(|i| 0.5 + 0.45 * ((i as f32 * 0.37 + seed).sin())).collect()
 }
@@ -32,7 +32,7 @@ fn close(one: &[f32], other: &[f32], what: &str) {
     }
 }
 
-/// Runs a loop written by hand over rows, on the threads there are; as many rows at a time as emitted code takes.
+/// Runs a loop written by hand over rows, on all threads; with as many rows in a piece as emitted code.
 fn by_hand(question: hand::Question, cells: &hand::Cells<'_>, planes: &mut [Vec<f32>]) {
     let [_, _, lanes] = cells.extents;
     let run = |first: usize, made: &mut [&mut [f32]]| {
@@ -208,7 +208,7 @@ pub(crate) fn run(seconds: f64) {
     close(&single, stepped.distribution_v(), "P(V) of the interpreter");
 }
 
-/// The same kernels as shaders, their inputs on the device already.
+/// The same kernels as shaders, with their inputs already on the device.
 #[cfg(feature = "gpu")]
 fn on_a_device(kernels: &[bp_core::compiler::kernel::Kernel], inputs: &Inputs<'_, f32>, seconds: f64) {
     let Some(gpu) = bp_core::compiler::gpu::Gpu::open() else {

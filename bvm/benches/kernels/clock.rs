@@ -47,13 +47,13 @@ pub(crate) fn race_on(threads: usize, seconds: f64, tasks: &mut [Task<'_>]) -> V
     pool.install(|| race(seconds, tasks))
 }
 
-/// What a row of the table is about.
+/// The subject of a row of the table.
 pub(crate) struct Work<'w> {
     /// What is computed.
     pub(crate) title: &'w str,
-    /// Bytes read and written once by a run; 0 where that says nothing.
+    /// Bytes read and written once by a run; 0 where that is meaningless.
     pub(crate) bytes: usize,
-    /// The unit of the times, and how many of it are a second.
+    /// The unit of the times, and its number in a second.
     pub(crate) unit: (&'w str, f64),
 }
 

@@ -1,8 +1,9 @@
 //! Frames of range sensors fused into a map, at the resolution of voxel mappers.
 //!
-//! In: ranges in metres (f32), of the files that `FRAME_SPHERE` (360 × 90 directions, \[φ\]\[θ\]) and `FRAME_CAMERA`
-//! (640 × 480 pixels) name, or else of the embedded world. Out: the time of a frame, of occupancy alone and with motion.
-//! Invariant: the programs are the map's own; occupancy alone is the cell program whose only velocity is 0.
+//! In: ranges in metres (f32), from the files named by `FRAME_SPHERE` (360 × 90 directions, \[φ\]\[θ\]) and
+//! `FRAME_CAMERA` (640 × 480 pixels), or else of the embedded world. Out: the time of a frame, of occupancy alone and
+//! with motion. Invariant: the programs are the map's own; occupancy alone is the cell program whose only velocity is
+//! 0.
 
 use crate::clock::{Task, Work, table};
 use bp_core::compiler::space::{Edge, Space};
@@ -16,7 +17,7 @@ use std::hint::black_box;
 /// Standard deviation of a reading, m.
 const SIGMA_M: f64 = 0.02;
 
-/// The camera: pixels, focal length in pixels; what it sees is cut at this range, m.
+/// The camera: pixels, focal length in pixels; ranges are cut off at this one, m.
 const CAMERA: ([usize; 2], f64, f32) = ([640, 480], 554.0, 5.0);
 
 /// Columns and rows of directions in the camera's field of view, half a degree each; cells along each, from half a metre.
@@ -34,7 +35,7 @@ fn sphere(seconds: f64) {
     let farthest = grid.configuration().rho_max_m as f32;
     let directions = grid.all_directions().map(|direction| grid.direction_centre(direction));
     let ranges = ranges("FRAME_SPHERE", &directions.collect::<Vec<_>>());
-    // What is beyond the grid was seen to be free up to there.
+    // A range beyond the grid means free space up to its end.
     let reading = |range: f32| RangeReading { range_m: range.min(2.0 * farthest), confidence: 1.0 };
     let readings: Vec<Option<RangeReading>> = ranges.into_iter().map(|range| Some(reading(range))).collect();
     let extents = [grid.cells_rho(), grid.elevation_cells(), grid.azimuth_cells()];
@@ -48,7 +49,7 @@ fn sphere(seconds: f64) {
     };
     states.iter_mut().for_each(frame);
     let [still, moving] = &mut states;
-    // Along each direction what is nearer than the range by three deviations is likely to be empty.
+    // Cells nearer than the range by three deviations are probably empty.
     for (direction, reading) in readings.iter().flatten().enumerate() {
         for depth in 0..grid.cells_rho() {
             let cell = depth * grid.directions() + direction;
@@ -81,7 +82,7 @@ fn camera(seconds: f64) {
     };
     let directions: Vec<(f64, f64)> = (0..width * height).map(angles).collect();
     let ranges = ranges("FRAME_CAMERA", &directions);
-    // The camera does not turn in its own frame: where its pixels look is found once.
+    // The camera does not turn in its own frame: the directions of its pixels are computed once.
     let column = |angle: f64, count: usize| {
         ((angle.to_degrees() * 2.0 + count as f64 / 2.0).floor().max(0.0) as usize).min(count - 1)
     };
@@ -121,7 +122,7 @@ fn camera(seconds: f64) {
     table(&Work { title: &title, bytes: 0, unit: ("ms", 1e3) }, seconds, &mut tasks);
 }
 
-/// A map that is estimated again and again.
+/// A map that is estimated repeatedly.
 struct State {
     velocities: usize,
     now: cell::step::Answer<f32>,
@@ -152,7 +153,7 @@ impl State {
     }
 }
 
-/// The range along each direction, m; infinite where nothing is.
+/// The range along each direction, m; infinite where there is no surface.
 fn ranges(variable: &str, directions: &[(f64, f64)]) -> Vec<f32> {
     let Ok(path) = std::env::var(variable) else {
         let world = World::embedded(0);

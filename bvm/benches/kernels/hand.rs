@@ -1,13 +1,13 @@
 //! Hand-written loops, compared with compiled kernels of the same programs.
 //!
-//! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: safe Rust, one
-//! thread, no allocation inside a row; compiled for each set of instructions, as emitted code is; each is checked
-//! against the kernel before it is timed.
+//! In: planes of numbers, laid out as for the kernels. Out: the same answers. Invariant: safe Rust, one thread, no
+//! allocation inside a row; compiled for each instruction set, as emitted code is; each is checked against the kernel
+//! before it is timed.
 
 use bp_core::compiler::exec::scalar::Scalar;
 use bp_core::compiler::space::Moves;
 
-/// Lanes held in the first cache at once.
+/// Lanes that stay in the first-level cache.
 const BLOCK: usize = 64;
 
 /// The cell program's inputs.
@@ -16,32 +16,32 @@ pub(crate) struct Cells<'a> {
     pub(crate) extents: [usize; 3],
     /// Antecedents.
     pub(crate) moves: &'a Moves,
-    /// That occupancy changes.
+    /// The probability that occupancy changes.
     pub(crate) epsilon: f32,
-    /// P(V) of what enters.
+    /// P(V) of content that enters.
     pub(crate) motion: &'a [f32],
     /// P(O) before, two planes.
     pub(crate) occupancy: &'a [f32],
     /// P(V) before, a plane for each velocity.
     pub(crate) velocity: &'a [f32],
-    /// The likelihood of what the sensor read, two planes.
+    /// The likelihood of the sensor's reading, two planes.
     pub(crate) likelihood: &'a [f32],
 }
 
-/// What the cell program is asked.
+/// The question to the cell program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Question {
     /// P(O) and P(V).
     Step,
-    /// The same, by a loop that knows that there are seven velocities.
+    /// The same, by a loop with seven velocities built in.
     StepOfSeven,
-    /// These, and the entropies.
+    /// The same, and the entropies.
     Observe,
 }
 
-/// Rows of the cell program, compiled for each set of instructions.
+/// Rows of the cell program, compiled for each instruction set.
 pub(crate) struct Rows<'a, 'm, 'p> {
-    /// What is asked.
+    /// The question.
     pub(crate) question: Question,
     /// The inputs.
     pub(crate) cells: &'a Cells<'a>,
@@ -64,14 +64,14 @@ impl pulp::NullaryFnOnce for Rows<'_, '_, '_> {
     }
 }
 
-/// A row read from lane `turn` on, going round, as at most two stretches `(to, from, length)`.
+/// A row read from lane `turn` on, wrapped, as at most two ranges `(to, from, length)`.
 fn stretches(turn: i32, lanes: usize) -> [(usize, usize, usize); 2] {
     let from = turn.rem_euclid(lanes as i32) as usize;
     [(0, from, lanes - from), (lanes - from, 0, from)]
 }
 
-/// What one velocity adds to one stretch of a row. A function of its own, so that the compiler knows that what is
-/// written overlaps with nothing that is read.
+/// Adds one velocity to one range of a row. A separate function, so that the compiler knows that the written range does
+/// not overlap with any that is read.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // for the same reason
 fn add_velocity(
@@ -188,7 +188,7 @@ fn minus_p_ln_p(p: f32) -> f32 {
 
 /// [`step`], and the entropies of (O, V) and O: the last two of `made`.
 ///
-/// With j the joint and s its total, H = ln s − Σ j ln j / s: so the joint need not be kept until s is known.
+/// With j the joint and s its total, H = ln s − Σ j ln j / s: so the joint need not be stored until s is known.
 #[inline(always)]
 pub(crate) fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
     let [depths, rows, lanes] = cells.extents;
@@ -242,7 +242,7 @@ pub(crate) fn observe(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) 
     }
 }
 
-/// What one velocity adds to one stretch of Σ −j ln j and of the total.
+/// Adds one velocity to one range of Σ −j ln j and of the total.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // as for `add_velocity`
 fn add_entropy(

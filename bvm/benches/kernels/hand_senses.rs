@@ -1,16 +1,17 @@
 //! Hand-written loops for the range sensor and the choice of a gaze.
 //!
-//! In: planes of numbers, laid out as the kernels have them. Out: the same answers. Invariant: as in [`crate::hand`].
+//! In: planes of numbers, laid out as for the kernels. Out: the same answers. Invariant: as in [`crate::hand`].
 
 use bp_core::compiler::exec::scalar::Scalar;
 
-/// Rays held in the first cache at once.
+/// Rays that stay in the first-level cache.
 const BLOCK: usize = 64;
 
-/// P(z | O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
+/// P(z
+/// O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
 ///
-/// A normal about the first occupied cell k, read on bins: Φ at bin edges, which neighbouring k share. The cells
-/// but C are occupied with probability ½, so the first one is a recurrence along the ray.
+/// A normal about the first occupied cell k, read on bins: Φ at bin edges, which neighbouring k share. All cells except
+/// C are occupied with probability ½, so the first occupied one is a recurrence along the ray.
 #[inline(always)]
 pub(crate) fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], made: &mut [f32]) {
     let rays = readings.len();
@@ -34,7 +35,7 @@ pub(crate) fn range_sensor(bins: usize, readings: &[f32], deviations: &[f32], ma
             }
         }
         let mut beyond: [f32; BLOCK] = std::array::from_fn(|ray| if z[ray] == 0.0 { 1.0 } else { 0.0 });
-        // What lies beyond C, in the plane of the empty; then what lies before it is added to both.
+        // First the cells beyond C, in the plane of the empty; then the cells before it are added to both.
         for c in (0..bins).rev() {
             made[c * rays + start..][..width].copy_from_slice(&beyond[..width]);
             for ray in 0..BLOCK {
@@ -91,7 +92,7 @@ pub(crate) fn gaze(
             let depth = last[lane].saturating_sub(1);
             let at = (depth * rows + row) * lanes;
             let h = entropy[at + lane];
-            // The gap is empty for sure: its entropy is 0 (A14).
+            // The gap is empty with certainty: its entropy is 0 (A14).
             let near = h - if depth > 0 { entropy[at - rows * lanes + lane] } else { 0.0 };
             let below = if row > 0 { h - entropy[at - lanes + lane] } else { 0.0 };
             let left = h - entropy[at + (lane + lanes - 1) % lanes];
@@ -105,15 +106,15 @@ pub(crate) fn gaze(
     best.1
 }
 
-/// [`range_sensor`], compiled for each set of instructions.
+/// [`range_sensor`], compiled for each instruction set.
 pub(crate) struct Rays<'a> {
     /// Cells of a ray.
     pub(crate) bins: usize,
-    /// What was read.
+    /// The readings.
     pub(crate) readings: &'a [f32],
     /// Standard deviations, in cells.
     pub(crate) deviations: &'a [f32],
-    /// What is made.
+    /// The results.
     pub(crate) made: &'a mut [f32],
 }
 
@@ -126,11 +127,11 @@ impl pulp::NullaryFnOnce for Rays<'_> {
     }
 }
 
-/// [`gaze`], compiled for each set of instructions.
+/// [`gaze`], compiled for each instruction set.
 pub(crate) struct Gaze<'a> {
     /// Depth, rows, lanes.
     pub(crate) extents: [usize; 3],
-    /// What keeps what is barely below one half from counting as empty.
+    /// The margin below one half within which a cell does not count as empty.
     pub(crate) eta: f32,
     /// P(O).
     pub(crate) occupied: &'a [f32],

@@ -1,4 +1,4 @@
-//! The fastest known loop for the cell program, written by hand for seven velocities: all of them at once, sixteen
+//! The fastest known loop for the cell program, written by hand for seven velocities: all of them together, sixteen
 //! cells at a time, so that sums stay in registers and each number is stored once.
 //!
 //! In: as [`crate::hand`]. Out: the same answers. Invariant: rows of at least [`TILE`] and at most [`LONGEST`] cells.
@@ -9,13 +9,13 @@ use bp_core::compiler::exec::compiled::Aligned;
 /// Velocities.
 const SEVEN: usize = 7;
 
-/// Cells of a row that are done at once.
+/// Cells of a row that are processed together.
 const TILE: usize = 16;
 
 /// The longest row.
 const LONGEST: usize = 512;
 
-/// What the cells of a row read: P(O) and P(V) at the antecedent, for each velocity.
+/// The inputs of the cells of a row: P(O) and P(V) at the antecedent, for each velocity.
 struct Sources<'s> {
     empty: [&'s [f32]; SEVEN],
     full: [&'s [f32]; SEVEN],
@@ -80,7 +80,7 @@ pub(crate) fn step(cells: &Cells<'_>, first: usize, made: &mut [&mut [f32]]) {
 fn step_tile(sources: &Sources<'_>, at: usize, to: usize, made: &mut [&mut [f32]], epsilon: f32) {
     let stays = 1.0 - epsilon;
     let likelihood = sources.likelihood.map(|row| tile(row, at));
-    // Tiles that registers cannot hold begin with a line of the cache.
+    // Tiles that do not fit in registers are aligned to cache lines.
     let mut sums = [Aligned([0.0f32; TILE]); 2];
     let mut marginals = [Aligned([0.0f32; TILE]); SEVEN];
     for (velocity, marginal) in marginals.iter_mut().enumerate() {

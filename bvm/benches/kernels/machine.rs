@@ -30,7 +30,7 @@ impl NullaryFnOnce for Arithmetic {
     }
 }
 
-/// Prints what the machine can do.
+/// Prints the limits of the machine.
 pub(crate) fn run(seconds: f64) {
     println!("{:<34}{:>12}{:>12}", "The machine, at best, f32", "one thread", "two threads");
     for mebibytes in [1usize, 18, 600] {

@@ -1,8 +1,9 @@
 //! Kernels, hand-written loops, and the bandwidth of memory: `cargo bench -p bvm --bench kernels`.
 //!
 //! In: nothing; the state is made up, the same each time. Out: one table, in f32 on one thread and on two; with the
-//! feature `gpu`, shaders too; `ONLY=cell` (`machine`, `others`, `frames`, `scale`): one part of it. Invariant: what is timed has been
-//! compared with the loop written by hand first; ratios are of one run, in turns, because the machine is shared.
+//! feature `gpu`, shaders too; `ONLY=cell` (`machine`, `others`, `frames`, `scale`): one part of it. Invariant: every
+//! kernel is compared with the loop written by hand before it is timed; ratios are of one run, in turns, because the
+//! machine is shared.
 
 mod cell;
 mod clock;
@@ -14,7 +15,7 @@ mod machine;
 mod others;
 
 fn main() {
-    // `cargo test --benches` only wants to know that it runs.
+    // `cargo test --benches` only checks that it runs.
     let seconds = if std::env::args().any(|argument| argument == "--bench") { 1.0 } else { 0.0 };
     let only = std::env::var("ONLY").ok();
     let parts: [(&str, &dyn Fn()); 5] = [

@@ -1,7 +1,7 @@
 //! The range sensor over all rays, the choice of a gaze, and a question of three variables.
 //!
-//! In: made-up readings and maps. Out: each emitted, by hand, and by lanes where they run it. Invariant: as for
-//! the cell program, they agree before they are timed.
+//! In: made-up readings and maps. Out: each emitted, by hand, and by lanes where they can run it. Invariant: as for the
+//! cell program, they agree before they are timed.
 
 use crate::cell::numbers;
 use crate::clock::{Task, Work, table};
@@ -58,7 +58,7 @@ fn range_sensor(seconds: f64) {
     inputs.run_into(&mut emitted).expect("it fits");
     let mut made = vec![0.0f32; 2 * bins * rays];
     hand_senses::range_sensor(bins, &z, &deviations, &mut made);
-    // The kernel's order is [O][C] or [C][O], as the question says.
+    // The kernel's order is [O][C] or [C][O], as in the question.
     let swapped: Vec<f32> = (0..bins)
         .flat_map(|c| [0, 1].map(|o| (o * bins + c) * rays))
         .flat_map(|at| &made[at..at + rays])
@@ -163,7 +163,7 @@ fn small_question(seconds: f64) {
     const TIMES: usize = 1000;
     let inputs = wet_grass::rain().rain(0.3).sprinkler(0.9);
     let mut answer = wet_grass::rain::Answer::<f64>::default();
-    // By wetness: dry first. Rain wets for sure, and so does the sprinkler, which is off when it rains.
+    // By wetness: dry first. Rain makes wet with certainty, and so does the sprinkler, which is off when it rains.
     let by_hand = |rain: f64, sprinkler: f64| {
         let (dry, sprinkled) = ((1.0 - rain) * (1.0 - sprinkler), (1.0 - rain) * sprinkler);
         let wet = rain + sprinkled;

@@ -89,7 +89,7 @@ fn calibration(key: &str, value: Option<&str>) -> String {
     lines.collect()
 }
 
-/// A good pair with its calibration, and a place for what is made of it.
+/// A valid pair with its calibration, and a folder for the output.
 struct Pair {
     folder: TempDir,
 }
@@ -112,7 +112,7 @@ impl Pair {
         std::fs::write(self.path(name), bytes).unwrap();
     }
 
-    /// `bvm look` is refused with these files, and leaves nothing.
+    /// `bvm look` refuses these files and leaves no output.
     #[track_caller]
     fn refused(&self, left: &str, right: &str, toml: &str, names: &[&str]) {
         let (left, right, toml, out) = (self.path(left), self.path(right), self.path(toml), self.path("out"));
@@ -245,14 +245,14 @@ fn wrong_calibrations_are_named_by_key() {
         refused(calibration(key, Some("nan")), &[key, "nan"]);
         refused(calibration(key, Some("\"many\"")), &[key, "many"]);
     }
-    // The principal point and its offset may be negative; what is a length or a count may not.
+    // The principal point and its offset may be negative; lengths and counts may not.
     for key in ["focal_px", "baseline_m", "max_disparity_px"] {
         refused(calibration(key, Some("-1")), &[key, "-1"]);
         refused(calibration(key, Some("0")), &[key]);
     }
     refused(calibration("", None) + "fokal_px = 3\n", &["fokal_px", "unknown"]);
     refused("focal_px = = 3\n".to_owned(), &["line 1"]);
-    // Of other pictures than these: Middlebury's file says which.
+    // A calibration for other pictures: Middlebury's file contains their size.
     let middlebury = |width: usize, doffs: f64| {
         format!(
             "cam0=[100 0 48; 0 100 32; 0 0 1]\ncam1=[100 0 48; 0 100 32; 0 0 1]\ndoffs={doffs}\nbaseline=100\n\
@@ -356,7 +356,7 @@ fn calibration_of_sight_leaves_out_what_is_no_number() {
     for name in ["reliability.png", "sparsification.png"] {
         bvm::vision::image::read(&out.join(name)).unwrap();
     }
-    // The pair as the map hears it: a reading, or a code, for each direction.
+    // The evidence of the pair for the map: a reading, or a code, for each direction.
     let maps = told[0]["maps"].as_array().unwrap();
     assert!(maps.iter().any(|map| map["evidence"] == "virtual" && map["hidden"] == "map"), "{maps:?}");
     assert!(maps.iter().all(|map| map["log_loss"].as_f64().unwrap() < 0.7), "{maps:?}");
@@ -367,7 +367,7 @@ fn calibration_of_sight_leaves_out_what_is_no_number() {
     }
     let small = arguments.iter().map(|word| word.replace("truth.pfm", "small.pfm")).collect::<Vec<_>>();
     refuses(&small.iter().map(String::as_str).collect::<Vec<_>>(), &["48x128", "96x64"]);
-    // A perfect pair: the truth is what the matcher finds. Its errors have no deviation, and none is astray.
+    // A perfect pair: the truth is the matcher's own result. Its errors have no deviation, and there are no outliers.
     let look = ["look", "--left", paths[0], "--right", paths[1], "--calibration", paths[2]];
     succeeds(&[&look[..], &["--disparity", text(&pair.path("own.pfm"))]].concat());
     let own = arguments.iter().map(|word| word.replace("truth.pfm", "own.pfm")).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
 //! Input files that are too long, or have no end.
 //!
 //! In: `/dev/zero` and long files instead of pictures, calibrations, fields and readings. Out: one line that names the
-//! file and the limit. Invariant: nothing is read to its end before it is refused.
+//! file and the limit. Invariant: a file is refused before it is read to its end.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -50,7 +50,7 @@ fn inputs_without_an_end_are_refused() {
     refuses(folder, &calibrate, &[ENDLESS, "more than 256 MiB"]);
     write("words.toml", b"focal_px = \xff");
     look("left.pgm", "words.toml", &["words.toml", "byte 11 is not UTF-8"]);
-    // A recording whose inertial readings have no end, or whose calibration is no calibration.
+    // A recording whose inertial readings have no end, or whose calibration is invalid.
     for camera in ["cam0", "cam1"] {
         std::fs::create_dir(folder.join(camera)).unwrap();
         ["1.png", "2.png"].iter().for_each(|name| write(&format!("{camera}/{name}"), b""));

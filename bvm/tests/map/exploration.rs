@@ -10,7 +10,7 @@ use bvm::vision::{EvidenceKind, Sight};
 use bvm::world::sensors::{DepthCamera, Pose};
 use bvm::world::{World, seeded};
 
-/// Log-loss and false cells of looks that took a reading as this kind of evidence, for each seed.
+/// Log-loss and false cells of looks that use a reading as this kind of evidence, for each seed.
 fn scores(evidence: EvidenceKind, seeds: std::ops::RangeInclusive<u64>) -> Vec<Score> {
     let one = |seed| explore(Rule::View, evidence, 40, seed, || ()).unwrap().score;
     let scores: Vec<Score> = seeds.map(one).collect();
@@ -25,7 +25,8 @@ fn mean(scores: &[Score], of: impl Fn(&Score) -> f64) -> f64 {
 #[test]
 fn the_map_is_where_the_world_is() {
     // With readings shifted by whole columns, half a cell off, and each in the middle of one cell, seeds 1 to 20 have a
-    // mean of 0.0651 nats, 38 false cells and 94.1 % of the surfaces, and the default run, seed 1, 0.0576, 37 and 94.0 %.
+    // mean of 0.0651 nats, 38 false cells and 94.1 % of the surfaces, and the default run, seed 1, 0.0576, 37 and 94.0
+    // %.
     let found = scores(EvidenceKind::Virtual, 1..=6);
     assert!(found[0].false_occupied <= 11, "the default run: {:?}", found[0]);
     for (score, seed) in found.iter().zip(1..) {
@@ -64,9 +65,9 @@ fn wherever_in_a_cell_a_turn_ends_readings_are_where_they_belong() {
             count += 1;
             right += usize::from(grid.rho_of(f64::from(reading.range_m)) == *truth);
         }
-        // All but those on the edge of a shell, by rounding to f32: each ray is that of the truth.
+        // All except those on the edge of a shell, by rounding to f32: each ray is that of the truth.
         assert!(count > 270 && count - right <= 1, "rest {rest}: {right} of {count}");
-        // A head that looks at them again and again has each first surface where it is.
+        // After repeated looks, each first surface is at its true position.
         let (mut map, mut sight) = (Map::new(grid.clone()).unwrap(), Sight::default());
         for _ in 0..4 {
             map.observe(&[&sight.likelihood(&grid, &readings, 0.01, EvidenceKind::Hard).unwrap()]).unwrap();

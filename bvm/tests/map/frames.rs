@@ -1,8 +1,8 @@
 //! The right-handed frame in all output: no file is a mirror image.
 //!
-//! In: an asymmetric scene, a near board to the left and above before a far wall, seen by a pair of pictures, then by a head
-//! that has turned to the left. Out: PLY, PNG, JSON. Invariant: what a person standing there sees on the left has a
-//! positive azimuth and a positive y, and is left in the pictures; a turn to the left has a positive yaw.
+//! In: an asymmetric scene, a near board to the left and above before a far wall, seen by a pair of pictures, then by a
+//! head that has turned to the left. Out: PLY, PNG, JSON. Invariant: objects on the left of a person standing there
+//! have a positive azimuth and a positive y, and are left in the pictures; a turn to the left has a positive yaw.
 
 use serde_json::Value;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn texture(x: usize, y: usize) -> u8 {
     (seed >> 56) as u8
 }
 
-/// What an eye sees; the right one sees everything so many pixels further left.
+/// The picture of one eye; in the right one everything is shifted to the left by the disparity.
 fn write_picture(path: &Path, is_right: bool) {
     let [far, near] = if is_right { DISPARITIES } else { [0, 0] };
     let pixel = |at: usize| {
@@ -175,7 +175,7 @@ fn write_recording(folder: &Path) {
     }
     let mut rows = "#time,wx,wy,wz,ax,ay,az\n".to_owned();
     for step in 0..=240i64 {
-        // Counter-clockwise about the vertical is positive, as any gyroscope has it.
+        // Counter-clockwise about the vertical is positive, as for any gyroscope.
         let rate = if step > 40 { 0.5 } else { 0.0 };
         rows += &format!("{},0.0,0.0,{rate},0.0,0.0,9.81\n", step * 5_000_000);
     }
@@ -198,8 +198,8 @@ fn a_replay_turns_to_the_left() {
     assert!(told["frame"].as_str().unwrap().contains("left positive"), "{told}");
     let yaw = told["frames"][1]["yaw_degrees"].as_f64().unwrap();
     assert!((yaw - 0.5f64.to_degrees()).abs() < 0.6, "{yaw}");
-    // The board is 18° left of the head's axis: 47° left in the map. On the right, only the first frame saw
-    // the wall, and nothing was seen beyond 34°.
+    // The board is 18° left of the head's axis: 47° left in the map. On the right, only the first frame saw the wall,
+    // and the map is unknown beyond 34°.
     let panorama = Written::read(&out.join("occupancy_panorama.png"));
     let of_panorama = |azimuth: f64, elevation: f64| {
         panorama.at(90.0 + 6.75 * (60.0 - azimuth), 50.0 + 6.75 * (40.0 - elevation))

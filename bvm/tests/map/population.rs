@@ -28,7 +28,7 @@ fn integral(mean: f64, sigma: f64, from: f64, to: f64) -> f64 {
     (0..=steps).map(|i| weight(i) * density(from + h * f64::from(i))).sum::<f64>() * h / 3.0
 }
 
-/// P_k(z): the part of the normal law about k − ½ in bin z; 0 is all beyond N, or no cell at all.
+/// P_k(z): the mass of the normal law about k − ½ in bin z; 0 is all beyond N, or no cell.
 fn bins(k: usize, sigma: f64) -> [f64; N + 1] {
     let mut bins = [0.0; N + 1];
     if k > N {
@@ -36,7 +36,7 @@ fn bins(k: usize, sigma: f64) -> [f64; N + 1] {
         return bins;
     }
     let mean = k as f64 - 0.5;
-    // Nearer than the first cell counts as in it.
+    // Ranges nearer than the first cell count as in it.
     bins[1] = integral(mean, sigma, mean - 12.0 * sigma, 1.0);
     (2..=N).for_each(|z| bins[z] = integral(mean, sigma, z as f64 - 1.0, z as f64));
     bins[0] = 1.0 - bins[1..].iter().sum::<f64>();
@@ -99,7 +99,7 @@ fn hidden_cells_and_readings_are_summed_out() {
     let cases: [([f64; N], [f64; N + 1], f64); 3] = [
         ([0.5; N], [0.05, 0.1, 0.6, 0.2, 0.05], 0.4),
         ([0.02, 0.9, 0.3, 0.7], [0.3, 0.1, 0.2, 0.15, 0.25], 0.8),
-        // A map that is sure of itself: nothing is divided by what is zero.
+        // A map without doubt: there is no division by zero.
         ([0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 1.0, 0.0, 0.0], 0.3),
     ];
     for (hidden, code, sigma) in cases {
@@ -148,7 +148,7 @@ fn a_map_of_which_nothing_is_known_hides_what_the_paper_hides() {
     for (paper, mapped) in paper.iter().zip(&mapped) {
         assert!((paper - mapped).abs() < 1e-5, "{mapped} is not {paper}");
     }
-    // A direction without a reading says nothing.
+    // A direction without a reading is uninformative.
     assert!(paper.iter().step_by(grid.directions()).all(|one| *one == 1.0));
 }
 

@@ -45,7 +45,7 @@ fn a_line_of_sight_has_the_published_posteriors() {
     check_posteriors::<f32>();
 }
 
-/// The angle from the median plane, in degrees: what two ears alone can tell.
+/// The angle from the median plane, in degrees, which is all that two ears can determine.
 fn lateral_degrees(place: Spherical) -> f64 {
     (place.azimuth.sin() * place.elevation.cos()).clamp(-1.0, 1.0).asin().to_degrees()
 }
@@ -88,7 +88,7 @@ fn a_constant_rotation_fades_in_16_s() {
         before = 1.0;
         estimates.push(filter.step(&[("V", canal)]).unwrap().mean_of("Omega").unwrap());
     }
-    // Once the canal's own 4 s have gone, what is left falls by e in 4 · √17 = 16.49 s.
+    // Once the canal's own 4 s are over, the rest decays by e in 4 · √17 = 16.49 s.
     let fall = 20.0 / (estimates[4000] / estimates[6000]).ln();
     assert!((fall - 16.49).abs() < 0.05, "{fall}");
 }

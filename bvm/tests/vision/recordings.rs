@@ -25,7 +25,7 @@ fn read(folder: &Path, name: &str) -> GreyImage {
     image::read(&folder.join(name)).unwrap()
 }
 
-/// Part of the pixels of the mask that are claimed, and part of these that are wrong by more than 2 pixels.
+/// Share of the mask's pixels with an estimate, and share of these that are wrong by more than 2 pixels.
 fn score(map: &DisparityMap, truth: impl Fn(usize) -> f32, mask: impl Fn(usize) -> bool) -> (f64, f64) {
     let places: Vec<usize> = (0..map.disparity.len()).filter(|&at| mask(at)).collect();
     let claimed: Vec<usize> = places.iter().copied().filter(|&at| map.confidence[at] > 0.0).collect();
@@ -33,7 +33,7 @@ fn score(map: &DisparityMap, truth: impl Fn(usize) -> f32, mask: impl Fn(usize) 
     (claimed.len() as f64 / places.len() as f64, wrong as f64 / claimed.len().max(1) as f64)
 }
 
-/// The middle of the claims whose index is taken.
+/// The median of the estimates with these indices.
 fn median(values: &[f32], taken: impl Fn(usize) -> bool) -> f32 {
     let claimed =
         |(at, value): (usize, &f32)| (value.is_finite() && *value > 0.0 && taken(at)).then_some(*value);
@@ -53,7 +53,7 @@ fn cones() {
     let (density, wrong) = score(&map, true_disparity, seen);
     println!("cones: density {density:.4}, wrong by more than 2 px {wrong:.4}");
     assert!(density >= 0.95 && wrong <= 0.023, "density {density}, wrong {wrong}");
-    // 90 % of a normal law lies within 1.645 deviations: so much of the truth should, the grain of a quarter pixel in it
+    // 90 % of a normal law lies within 1.645 deviations: so should 90 % of the truth, with the grain of a quarter pixel
     // included.
     let claimed: Vec<usize> =
         (0..map.disparity.len()).filter(|&at| seen(at) && map.confidence[at] > 0.0).collect();
@@ -61,7 +61,7 @@ fn cones() {
     let covered = claimed.iter().filter(near).count() as f64 / claimed.len() as f64;
     println!("cones: 90 % intervals cover {covered:.3}");
     assert!((0.85..=0.95).contains(&covered), "{covered}");
-    // Confidence means something: the surer half is wrong less often than one in a thousand.
+    // Confidence is meaningful: of the more confident half less than one in a thousand is wrong.
     let sure = median(&map.confidence, |_| true);
     let (_, wrong) = score(&map, true_disparity, |at| seen(at) && map.confidence[at] >= sure);
     assert!(wrong <= 0.001, "surer half: {wrong}");
@@ -133,6 +133,6 @@ fn raw_cameras_are_rectified() {
     assert!((pair.calibration.depth_times_disparity() - focal * 0.110_074).abs() < 0.01);
     let map = pair.matched(Matcher::Scanline).unwrap();
     println!("EuRoC: density {:.3}", map.density());
-    // Unrectified rows are up to 20 px apart: next to nothing would match.
+    // Unrectified rows are up to 20 px apart: hardly any pixel would match.
     assert!(map.density() > 0.5, "{}", map.density());
 }

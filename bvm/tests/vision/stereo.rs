@@ -1,7 +1,7 @@
 //! The matcher on synthetic surfaces, and on pairs without information.
 //!
-//! In: seeded random textures on planes and steps with known disparity. Out: the share of the visible pixels that is
-//! right. Invariant: without information there is no estimate.
+//! In: seeded random textures on planes and steps with known disparity. Out: the share of the visible pixels with a
+//! correct estimate. Invariant: without information there is no estimate.
 
 use std::path::Path;
 
@@ -47,7 +47,7 @@ fn plane(a: f32, b: f32, c: f32) -> (GreyImage, GreyImage) {
     (image(|x, y| texture(1, x, y)), image(|x, y| texture(1, (x + a + c * y) / (1.0 - b), y)))
 }
 
-/// Part of the pixels that are visible in both views and claim the true disparity to half a pixel.
+/// Share of the pixels visible in both views whose estimate is within half a pixel of the truth.
 fn right_part(map: &DisparityMap, truth: impl Fn(usize, usize) -> Option<f32>) -> f64 {
     let (mut visible, mut right) = (0, 0);
     for y in 0..HEIGHT {
@@ -60,7 +60,7 @@ fn right_part(map: &DisparityMap, truth: impl Fn(usize, usize) -> Option<f32>) -
     right as f64 / f64::from(visible)
 }
 
-/// Claims are finite and in range with λ in ]0, 1]; the rest holds infinity and 0.
+/// Estimates are finite and in range with λ in ]0, 1]; all other pixels hold infinity and 0.
 fn check_claims(map: &DisparityMap) {
     assert_eq!((map.disparity.len(), map.confidence.len()), (map.width * map.height, map.width * map.height));
     for (disparity, confidence) in map.disparity.iter().zip(&map.confidence) {
@@ -105,7 +105,7 @@ fn a_step_is_found_and_what_it_hides_is_not_claimed() {
     let part = right_part(&map, |x, _| (!hidden(x)).then_some(truth(x)));
     let places: Vec<usize> = (0..WIDTH * HEIGHT).filter(|at| hidden(at % WIDTH)).collect();
     let claimed = places.iter().filter(|&&at| map.confidence[at] > 0.0).count();
-    // Nearly every claim is right, wherever it is.
+    // Nearly every estimate is correct, wherever it is.
     let claims = map.disparity.iter().enumerate().filter(|(_, disparity)| disparity.is_finite());
     let wrong = claims.filter(|(at, disparity)| (*disparity - truth(at % WIDTH)).abs() > 1.0).count();
     println!("step: right {part:.4}, claimed {claimed} of {} hidden, {wrong} wrong", places.len());
@@ -140,7 +140,7 @@ fn nothing_to_see_nothing_claimed() {
 #[test]
 fn a_bare_wall_between_textures_stays_unclaimed() {
     let bare = |x: f32| (70.0..120.0).contains(&x);
-    // Grey, and so bright that the cameras show nothing else.
+    // Grey, and so bright that the cameras saturate.
     for level in [140.0, 255.0] {
         let left = image(|x, y| if bare(x) { level } else { texture(4, x, y) });
         let right = image(|x, y| if bare(x + 6.0) { level } else { texture(4, x + 6.0, y) });
@@ -173,14 +173,14 @@ fn a_wall_across_the_view_becomes_ranges() {
         count += 1;
         let azimuth = (at % azimuths) as f64 * step - 178f64.to_radians();
         let elevation = (at / azimuths) as f64 * step - 88f64.to_radians();
-        // The wall is Z = 1 m = ρ cos θ cos φ; the pixel that speaks may lie anywhere in a cell of ±2°.
+        // The wall is Z = 1 m = ρ cos θ cos φ; the pixel of the reading may be anywhere in a cell of ±2°.
         let depth = f64::from(reading.range_m) * azimuth.cos() * elevation.cos();
         assert!((depth - 1.0).abs() < 0.08, "{depth} m at {azimuth} {elevation}");
         assert!(reading.confidence > 0.0 && reading.confidence <= 1.0);
     }
     // 84° by 48° make 21 by 12 whole columns and rows at most, with a border cut by the picture.
     assert!((180..=23 * 14).contains(&count), "{count} readings");
-    // Nothing is said behind the head.
+    // No readings behind the head.
     assert!(
         found
             .iter()
@@ -214,7 +214,7 @@ fn pairs_that_cannot_be_searched_are_refused() {
     }
     let large = match_pair(&of(2000, 1000), &of(2000, 1000), 999, Matcher::Scanline).unwrap_err();
     assert!(matches!(large, VisionError::TooLarge { .. }), "{large}");
-    // The smallest that can: nothing to see, no claim.
+    // The smallest possible picture: without texture there is no estimate.
     assert_eq!(match_pair(&of(2, 1), &of(2, 1), 1, Matcher::Scanline).unwrap().density(), 0.0);
 }
 

@@ -5,15 +5,16 @@
 
 use super::programs::*;
 
-/// A joint distribution: how many values each variable has, and the product of its factors at their positions.
+/// A joint distribution: the number of values of each variable, and the product of its factors at their positions.
 struct Joint<'j> {
     counts: &'j [usize],
     p: &'j dyn Fn(&[usize]) -> f64,
 }
 
 impl Joint<'_> {
-    /// P(searched | each, fixed), by the values of `each` and then of `searched`, the last one fastest; zeros where the
-    /// condition cannot be.
+    /// P(searched
+    /// each, fixed), by the values of `each` and then of `searched`, the last one fastest; zeros where the condition is
+    /// impossible.
     fn table(&self, searched: &[usize], each: &[usize], fixed: &[(usize, usize)]) -> Vec<f64> {
         let cells = |of: &[usize]| of.iter().map(|variable| self.counts[*variable]).product::<usize>();
         let width = cells(searched);
@@ -56,7 +57,7 @@ fn coin(p: f64, value: usize) -> f64 {
     if value == 1 { p } else { 1.0 - p }
 }
 
-/// 1 where something holds.
+/// 1 where the condition holds, else 0.
 fn sure(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
@@ -201,7 +202,7 @@ fn robots() {
     near("light", answered!(phototaxy, turn).distribution(), &joint.table(&[1], &[0], &[]));
     near("light", answered!(phototaxy, seen).distribution(), &joint.table(&[0], &[], &[(1, 15)]));
 
-    // H, Dir, Prox, Theta, Vrot: the uniform ones are left out of the product.
+    // H, Dir, Prox, Theta, Vrot: uniform factors are omitted from the product.
     let (alpha, beta) = (7.0, 0.5);
     let mut bells = vec![vec![0.0; 21]; 2 * 21 * 21];
     for (place, bells) in bells.iter_mut().enumerate() {
@@ -243,7 +244,7 @@ fn robots() {
 
 #[test]
 fn a_water_unit() {
-    // What is uniform, and what follows from it: S, and O where it is within 0..=10.
+    // The uniform variables, and those computed from them: S, and O where it is within 0..=10.
     let mut weights = vec![0.0; 11usize.pow(5)];
     let mut filters = [0.0; 11];
     let at =

@@ -29,7 +29,7 @@ mod programs {
     bayesian_program!("examples/sum_of_dice.bp");
     bayesian_program!("examples/water_unit.bp");
 
-    // More cells than are made one by one: rows of lanes, beside a table and in two orders.
+    // More cells than are computed one by one: rows of lanes, next to a table and in two orders.
     bayesian_program! {
         program Bearing {
             variables { S : bool; X : 0..=40; Y : 1..=32; B : 0..=23; }
@@ -50,7 +50,7 @@ mod programs {
         }
     }
 
-    // Numbers that f32 cannot count to.
+    // Integers that f32 cannot represent.
     bayesian_program! {
         program Residue {
             variables { X : 0..=4999; Y : 0..=39; }
@@ -60,7 +60,7 @@ mod programs {
         }
     }
 
-    // Rows of many tiles, and one row that is shared out.
+    // Rows of many tiles, and one row that is divided among threads.
     bayesian_program! {
         program Wide {
             variables { X : 0..=3; Y : 0..=39999; }
@@ -93,13 +93,13 @@ fn agree(model: &Model, question: &str, inputs: &Inputs<'_, f64>, emitted: &[f64
     assert!(matched, "{}, {}: no output is that of emitted Rust", model.name, question.name);
 }
 
-/// One question of a program that needs nothing given.
+/// One question of a program without inputs.
 macro_rules! same {
     ($program:ident, $question:ident) => { same!($program, $question, distribution) };
     ($program:ident, $question:ident, $read:ident) => {{
         let answer = $program::$question().ask().unwrap();
         agree(&$program::model(), stringify!($question), &Inputs::new(), answer.$read());
-        // What is not along a plate is computed in f64, and rounded when it is kept: a logarithm of −25 by 1e-6.
+        // Values that are not along a plate are computed in f64 and rounded when stored: a logarithm of −25 by 1e-6.
         let single = $program::$question::Question::<f32>::new().ask().unwrap();
         for (cell, (single, truth)) in single.$read().iter().zip(answer.$read()).enumerate() {
             let apart = (f64::from(*single) - truth).abs();

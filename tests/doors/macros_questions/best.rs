@@ -1,4 +1,4 @@
-//! `argmax` and `max`: the answer is the value, as a value of its domain, with its probability.
+//! `argmax` and `max`: the answer is a value of its domain, with its probability.
 
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;
@@ -81,7 +81,7 @@ fn of_equals_the_first_or_the_nearest_is_taken_as_by_the_text() {
 
 #[test]
 fn each_context_has_its_own_answer_and_the_impossible_has_none() {
-    // E is true for 5 and 7, and false for 6, for sure.
+    // E is true for 5 and 7, and false for 6, with certainty.
     let mut rows = best::rows::Answer::<f32>::default();
     let report = best::rows::Question::new().run_into(&mut rows).unwrap();
     assert_eq!(report.impossible, 3);

@@ -1,8 +1,9 @@
-//! The macro's questions: numbers given at run time are values, names are any that the checker takes, and what cannot be
-//! answered is told.
+//! The macro's questions: numbers given at run time are values, names are any that the checker accepts, and a question
+//! without an answer is an error.
 //!
-//! In: programs written here. Out: answers counted by hand. Invariant: what is no value of a domain is an error that names the
-//! input, the number and the domain; the code around a program may deny warnings or have no prelude.
+//! In: programs written here. Out: answers counted by hand. Invariant: a number that is not a value of the domain is an
+//! error that names the input, the number and the domain; the code around a program may deny warnings or have no
+//! prelude.
 #![deny(warnings)]
 
 use bp_core::compiler::answer::{ask, compile};
@@ -76,7 +77,7 @@ bayesian_program! {
     }
 }
 
-/// A question's answer, or the words of its error.
+/// A question's answer, or its error message.
 macro_rules! asked {
     ($question:expr) => {{ $question.ask().map(|answer| answer.distribution().to_vec()).map_err(|error| error.to_string()) }};
 }
@@ -87,7 +88,7 @@ fn near(found: Result<Vec<f64>, String>, expected: &[f64]) {
     assert!(found.iter().zip(expected).all(|(p, q)| (p - q).abs() < 1e-15), "{found:?}, not {expected:?}");
 }
 
-/// The same question of the text, with one number given.
+/// The same question, interpreted from the text, with one number given.
 fn of_text(model: &Model, question: &str, name: &str, number: f64) -> Result<Vec<f64>, String> {
     let answers = ask(model, model.question(question).unwrap(), &Inputs::new().number(name, number));
     let answers = answers.map_err(|error| error.to_string())?;
@@ -102,7 +103,7 @@ fn a_value_is_a_value_through_every_door() {
     near(of_text(&dice::model(), "first", "s", 9.0), &nine);
     near(asked!(dice::first().s(12)), &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     near(asked!(dice::at().f(4).s(9)), &[0.25]);
-    // Of `{ Near } or 5..=10`, 5 and more are themselves, and Near is the number below.
+    // In `{ Near } or 5..=10`, 5 and more are themselves, and Near is the number below.
     near(asked!(dice::far().d(6)), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     near(of_text(&dice::model(), "far", "d", 6.0), &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     // P(Fault | Dim): 0.75 · 0.2 against 0.25 · 0.3.
@@ -124,7 +125,8 @@ fn a_value_is_a_value_through_every_door() {
 
 #[test]
 fn an_answer_is_read_by_value_and_what_is_no_value_has_probability_0() {
-    // P(First = 4 | Sum = 9) = ¼; the table by the value that is searched, then by the one that is known.
+    // P(First = 4
+    // Sum = 9) = ¼; the table is indexed by the searched value, then by the known one.
     let answer = dice::first().s(9).ask().unwrap();
     assert_eq!([answer.p(4), answer.p(2), answer.p(7), answer.p(i64::MIN)], [0.25, 0.0, 0.0, 0.0]);
     let whole = dice::whole().ask().unwrap();
@@ -170,11 +172,11 @@ fn what_is_no_value_is_refused_with_its_domain() {
 
 #[test]
 fn impossible_evidence_is_an_error_where_there_is_no_plate() {
-    // X above 4 cannot be; Far cannot be Near.
+    // X above 4 is impossible; so is Far if Near.
     let told = lamps::x().x(5.0).ask().unwrap_err();
     assert!(matches!(&told, Error::Impossible(why) if why.question == "P(Fault | X = x)"), "{told}");
     assert!(dice::far().d(Far::Near).ask().is_err());
-    // The whole table has no context that is impossible; the zeros of one are counted.
+    // The whole table has no impossible context; zero probabilities within a context do not count.
     let mut table = dice::whole::Answer::<f32>::default();
     assert_eq!(dice::whole::Question::new().run_into(&mut table).unwrap(), Report { impossible: 0 });
     assert_eq!(table.distribution().len(), 66);

@@ -1,4 +1,4 @@
-//! Names: any that the checker takes, whatever they are in Rust.
+//! Names: any that the checker accepts, whatever they mean in Rust.
 
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::compile;
@@ -30,7 +30,7 @@ bayesian_program! {
     }
 }
 
-// Unicode: what is a name of its own in Rust, what is not, and what becomes the same.
+// Unicode: names that are different identifiers in Rust, names that are not identifiers, and names that become equal.
 bayesian_program! {
     program "Straße ① → ½" {
         parameters {
@@ -110,7 +110,7 @@ fn keywords_and_words_of_the_prelude_are_names() {
     assert_eq!((answer.p(false), answer.p(true)), (0.0, 1.0));
     assert_eq!(crate_::self_().ask().unwrap().p(true), 0.5);
     assert_eq!(crate_::usize().ask().unwrap().p(true), 0.5);
-    // The function `model` gives the program: the question of that name comes after it.
+    // The function `model` returns the program: the question of that name gets a number.
     assert_eq!(crate_::model_2().ask().unwrap().p(true), 0.25);
 }
 

@@ -1,4 +1,4 @@
-//! Numbers beyond the range of f64, and numbers that a form cannot have, through the macro.
+//! Numbers beyond the range of f64, and invalid numbers of a form, through the macro.
 
 use bp_core::compiler::error::Error;
 use bp_macros::bayesian_program;

@@ -1,7 +1,7 @@
-//! Where the boat is: all 101 · 101 positions, one after the other.
+//! Localisation of a boat: all 101 · 101 positions, one after the other.
 //!
-//! In: the programs of the boat. Out: nothing where all is well. Invariant: a bearing is from the boat to the landmark, on
-//! the integers 0..=359 without going round; distances are on 0..=100.
+//! In: the programs of the boat. Out: pass or fail. Invariant: a bearing is from the boat to the landmark, on the
+//! integers 0..=359 without wrapping; distances are on 0..=100.
 
 use super::laws::{entropy, largest, normal, normalised};
 use super::{answers, near, probabilities, program};
@@ -73,7 +73,7 @@ fn bearings_and_distances_are_fused() {
     let [bearings, all, two, ..] = expected.map(|(_, expected)| expected);
     assert_eq!((largest(&bearings), largest(&all)), (CENTRE, CENTRE));
     assert!(entropy(&all) < entropy(&bearings), "six readings say more than three");
-    // Two distances leave two places: here, and at the first landmark; not between them.
+    // Two distances leave two positions: the true one, and the first landmark; none between them.
     let at = |x: usize, y: usize| two[x * 101 + y];
     assert!(at(0, 0) > 10.0 * at(25, 25) && at(50, 50) > 10.0 * at(25, 25));
     near(&entropies("boat", "uncertainty", &[]), &[entropy(&bearings), entropy(&two)], 1e-11);
@@ -121,7 +121,7 @@ fn a_clue_about_the_view_changes_how_sure_the_place_is() {
         found.push(entropies("boat_soft", "uncertainty", &[("clear", &[clear])])[0]);
         near(&[*found.last().unwrap()], &[entropy(&expected)], 1e-11);
     }
-    // Jeffrey: what is told of the view, unclear or clear, weighs the two answers themselves.
+    // Jeffrey's rule: the probabilities of the view, unclear or clear, weigh the two answers.
     let told: Vec<f64> = with(0.0).iter().zip(with(1.0)).map(|(p, q)| 0.9 * p + 0.1 * q).collect();
     near(&probabilities(&model, "told", &[]), &told, 1e-10);
     assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "the less clear, the less sure: {found:?}");

@@ -1,21 +1,21 @@
 //! Known answers, as data.
 //!
-//! In: nothing. Out: for a program and a question, rows that its answer must have. Invariant: each number is published,
-//! or follows by the arithmetic beside it.
+//! In: nothing. Out: for a program and a question, the rows that its answer must have. Invariant: each number is
+//! published, or follows from the arithmetic in its comment.
 
-/// What is known of one answer.
+/// The known part of one answer.
 pub(crate) struct Known {
     pub(crate) file: &'static str,
-    /// Typed, or the name of a declared question.
+    /// As typed, or the name of a declared question.
     pub(crate) asked: &'static str,
     pub(crate) given: &'static [(&'static str, &'static [f64])],
-    /// Values with blanks between them, as the columns of the answer, and the probability.
+    /// Values separated by blanks, as the columns of the answer, and the probability.
     pub(crate) rows: &'static [(&'static str, f64)],
-    /// How far a probability may be off, as a share of it: half a unit in the last place published.
+    /// Relative tolerance of a probability: half a unit in the last place published.
     pub(crate) share: f64,
 }
 
-/// Programs whose answers other files here enumerate.
+/// Programs whose answers are enumerated by other files of this folder.
 pub(crate) const ENUMERATED: [&str; 17] = [
     "boat",
     "boat_relaxed",
@@ -36,7 +36,7 @@ pub(crate) const ENUMERATED: [&str; 17] = [
     "water_centre",
 ];
 
-/// Programs whose questions ask for what is `unknown`: their tests learn it first.
+/// Programs with `unknown` forms in their questions: their tests learn them first.
 pub(crate) const LEARNED: [&str; 7] = [
     "coin_learning",
     "em_behaviour",
@@ -47,7 +47,7 @@ pub(crate) const LEARNED: [&str; 7] = [
     "normal_learning",
 ];
 
-/// Programs whose questions need something given: their tests give it.
+/// Programs whose questions need inputs: their tests give them.
 pub(crate) const GIVEN_WHEN_ASKED: [&str; 4] =
     ["layered_network", "light_fusion", "markov_localisation", "pseudo_kalman"];
 
@@ -94,7 +94,7 @@ pub(crate) const ANSWERS: &[Known] = &[
         EXACT,
     ),
     known("spam", "money", &[("true", 0.999995)], 1e-6),
-    // Contexts in which O would be −1 count no more: 7 and 10 cases are left of 8 and 11.
+    // Contexts in which O would be −1 no longer count: 7 and 10 cases remain of 8 and 11.
     known(
         "water_unit",
         "P(O | I0 = 1, I1 = 0, S = 5, C = 10)",

@@ -1,4 +1,4 @@
-//! Laws over integers and bins, as the programs of the gallery use them; written without the engine.
+//! Laws over integers and bins, as the programs of the gallery use them; written without the library.
 //!
 //! In: a range, a mean, a deviation. Out: probabilities. Invariant: they sum to one.
 
@@ -25,7 +25,7 @@ pub(crate) fn entropy(probabilities: &[f64]) -> f64 {
     -probabilities.iter().filter(|p| **p > 0.0).map(|p| p * p.ln()).sum::<f64>()
 }
 
-/// Where the largest stands.
+/// The position of the largest.
 pub(crate) fn largest(numbers: &[f64]) -> usize {
     (0..numbers.len()).fold(0, |best, other| if numbers[other] > numbers[best] { other } else { best })
 }

@@ -1,8 +1,8 @@
-//! Robots that learn how they are driven: pushing, following, avoiding, and when the driver avoids.
+//! Robots that learn from a driver: pushing, following, avoiding, and when the driver avoids.
 //!
-//! In: cases drawn here from the laws of `khepera_driver.bp` and `homing.bp`. Out: nothing where all is well. Invariant: a
-//! mean is that of the cases, counted here, and the driver's to four standard errors; a likelihood is that of loops
-//! written here.
+//! In: cases drawn here from the laws of `khepera_driver.bp` and `homing.bp`. Out: pass or fail. Invariant: a mean is
+//! that of the cases, counted here, and the driver's to four standard errors; a likelihood is that of loops written
+//! here.
 
 use super::laws::normal;
 use super::learning::{chance, maximised, observed};
@@ -14,7 +14,7 @@ fn speed(mean: f64, deviation: f64) -> Vec<f64> {
     normal(-10, 10, mean, deviation)
 }
 
-/// A whole number from `low` to `high`, all alike.
+/// A uniformly random integer from `low` to `high`.
 fn whole(generator: &mut Random, low: i32, high: i32) -> f64 {
     f64::from(low) + (chance(generator) * f64::from(high - low + 1)).floor()
 }
@@ -36,14 +36,14 @@ fn moments(law: &[f64]) -> (f64, f64) {
     (mean, speeds().map(|(v, p)| (v - mean).powi(2) * p).sum::<f64>().sqrt())
 }
 
-/// Mean and deviation of maximum likelihood.
+/// Mean and deviation by maximum likelihood.
 fn fitted(speeds: &[f64]) -> (f64, f64) {
     let count = speeds.len() as f64;
     let mean = speeds.iter().sum::<f64>() / count;
     (mean, (speeds.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt())
 }
 
-/// What the table of the behaviours says.
+/// The table of the behaviours.
 fn driver(behaviour: usize, dir: f64, prox: f64) -> Vec<f64> {
     let follow = 0.25 * (18.0 - prox) * if dir > 0.0 { dir - 10.0 } else { dir + 10.0 };
     speed([dir, follow, -dir][behaviour], 18.0 - prox)
@@ -51,7 +51,8 @@ fn driver(behaviour: usize, dir: f64, prox: f64) -> Vec<f64> {
 
 const BEHAVIOURS: [&str; 3] = ["khepera_pushing", "khepera_following", "khepera_avoiding"];
 
-/// How far the means of an answer are from a driver's, in standard errors, squared: the mean over contexts of these cases.
+/// The distance of an answer's means from a driver's, in standard errors, squared: averaged over the contexts of these
+/// cases.
 fn misfit(rows: &[f64], behaviour: usize, contexts: &BTreeMap<(i32, i32), Vec<f64>>) -> f64 {
     let each = contexts.iter().map(|((dir, prox), speeds)| {
         let at = 21 * ((dir + 10) * 16 + prox) as usize;
@@ -75,7 +76,8 @@ fn learns_to_drive(behaviour: usize, count: usize) {
         .collect();
     let learned = observed(&model, &["Dir", "Prox", "Vrot"], &triples).learned().unwrap();
     let rows = probabilities(learned.model(), "turn", &[]);
-    // The law of a context's own speeds; where these are all one it is that one, and where there are none that of all.
+    // The law of a context's own speeds; a single value if these are all equal, and that of all contexts if there are
+    // none.
     let all: Vec<f64> = triples.iter().map(|triple| triple[2]).collect();
     let expected = (-10..=10).flat_map(|dir| (0..=15).map(move |prox| (dir, prox))).flat_map(|context| {
         let (mean, deviation) = contexts.get(&context).map_or_else(|| fitted(&all), |speeds| fitted(speeds));
@@ -87,12 +89,12 @@ fn learns_to_drive(behaviour: usize, count: usize) {
     near(&rows, &expected.collect::<Vec<f64>>(), 1e-9);
     contexts.retain(|_, speeds| fitted(speeds).1 > 0.0);
     assert!(contexts.len() >= 8, "{} contexts tell a law", contexts.len());
-    // Its own driver is the one that it follows: each square is about 1, with a deviation of √2. (A law cut off at both
-    // ends is fitted as if it were not, which draws means near the ends to the middle: no more than the noise, here.)
+    // The answer follows its own driver: each square is about 1, with a deviation of √2. (A law truncated at both ends
+    // is fitted as if it were not, which moves means near the ends to the middle: by no more than the noise, here.)
     let misfits = [0, 1, 2].map(|other| misfit(&rows, other, &contexts));
     assert!((0..3).all(|other| other == behaviour || misfits[other] > misfits[behaviour]), "{misfits:?}");
     assert!(misfits[behaviour] < 1.0 + 4.0 * (2.0 / contexts.len() as f64).sqrt(), "{misfits:?}");
-    // It acts.
+    // The robot acts.
     let act =
         answers(learned.model(), "draw(1000) P(Vrot | Dir = 5, Prox = 10)", &[]).unwrap().remove(0).answer;
     let turns: Vec<f64> = act.iter().map(|row| row.values[0].1.parse().unwrap()).collect();
@@ -124,10 +126,10 @@ fn a_robot_learns_to_avoid() {
     learns_to_drive(2, 10_000);
 }
 
-/// How likely a speed is while avoiding and while going to the light.
+/// The likelihood of a speed while avoiding and while going to the light.
 type Seen = (usize, [f64; 2]);
 
-/// Cases of `homing.bp`: Dir, Prox, Theta and Vrot; what was chosen is not told.
+/// Cases of `homing.bp`: Dir, Prox, Theta and Vrot; the chosen behaviour is hidden.
 fn homing(count: usize) -> (Vec<Vec<f64>>, Vec<Seen>) {
     let mut generator = seeded(10, "homing");
     let case = |_| {
@@ -151,7 +153,8 @@ fn ln_likelihood(cases: &[Seen], avoid: &dyn Fn(usize) -> f64) -> f64 {
     cases.iter().map(|(prox, [away, home])| (avoid(*prox) * away + (1.0 - avoid(*prox)) * home).ln()).sum()
 }
 
-/// P(Avoid) at a nearness by its own fixed point: the mean of what each case says. ln L is concave, so there is one.
+/// P(Avoid) at a nearness by its own fixed point: the mean of the responsibilities of its cases. ln L is concave, so it
+/// is unique.
 fn fixed_point(cases: &[Seen], prox: usize) -> f64 {
     let own: Vec<[f64; 2]> = cases.iter().filter(|case| case.0 == prox).map(|case| case.1).collect();
     let say =
@@ -170,8 +173,8 @@ fn when_the_driver_avoids_is_learned_from_how_the_robot_turned() {
         let choice = probabilities(learned.model(), "choice", &[]);
         (choice.chunks(2).map(|row| row[0]).collect::<Vec<f64>>(), cases, learned.report)
     };
-    // A hundred cases, as in the text: more likely than the truth is, and almost as likely as can be. Wilks: twice the
-    // gain over the truth follows χ² with 16 degrees of freedom or fewer, above 46 once in 10 000.
+    // A hundred cases, as in the text: more likely than under the truth, and almost as likely as possible. Wilks: twice
+    // the gain over the truth follows χ² with 16 degrees of freedom or fewer, above 46 once in 10 000.
     let (found, cases, report) = learned(100, 0.01);
     let course = report.expectation.unwrap();
     assert!(course.trail.len() > 2 && course.trail[0] + 0.01 < *course.trail.last().unwrap(), "{course:?}");
@@ -183,7 +186,7 @@ fn when_the_driver_avoids_is_learned_from_how_the_robot_turned() {
         reached >= truth && most - reached < 0.5 && 2.0 * (most - truth) < 46.0,
         "{reached} {most} {truth}"
     );
-    // Many cases: the sigmoid, to four standard errors of what the cases say of each nearness.
+    // Many cases: the sigmoid, to four standard errors of the estimate at each nearness.
     let (found, cases, _) = learned(4000, 1e-3);
     for (prox, found) in found.iter().enumerate() {
         let avoid = avoids(prox as f64);

@@ -1,7 +1,8 @@
 //! Learning: from a few numbers, from a mixture, and from a network with missing cells.
 //!
-//! In: the learning programs, and cases drawn here from a seed. Out: nothing where all is well. Invariant: expected is
-//! the arithmetic beside the number, or the truth that was drawn from, to three or four standard errors of what tells it.
+//! In: the learning programs, and cases drawn here from a seed. Out: pass or fail. Invariant: expected values are the
+//! arithmetic in the comment, or the true parameters of the simulation, to three or four standard errors of the
+//! estimate.
 
 use super::laws::normalised;
 use super::{folder, near, probabilities, program};
@@ -18,7 +19,7 @@ pub(crate) fn chance(generator: &mut Random) -> f64 {
     Law::Uniform.draw(generator, &[0.0, 1.0])
 }
 
-/// The learner that saw these rows; what is not a number is missing.
+/// A learner that has observed these rows; NaN is missing.
 pub(crate) fn observed(model: &Model, columns: &[&str], rows: &[Vec<f64>]) -> Learner {
     let mut learner = Learner::new(model).unwrap_or_else(|error| panic!("{}: {error}", model.name));
     let ids: Vec<_> = columns.iter().map(|name| model.variable(name).unwrap()).collect();
@@ -30,7 +31,7 @@ pub(crate) fn observed(model: &Model, columns: &[&str], rows: &[Vec<f64>]) -> Le
     learner
 }
 
-/// What is learned where steps that gain less than the threshold are the last.
+/// The result of learning that stops at steps with a gain below the threshold.
 pub(crate) fn maximised(learner: &Learner, threshold: f64) -> Learned {
     let settings = Settings { threshold, ..Settings::default() };
     let learned = learner.learned_with(&settings, &mut |_, _| {}).unwrap();
@@ -46,7 +47,7 @@ fn pdf(x: f64, mean: f64, deviation: f64) -> f64 {
     Normal::new(mean, deviation).unwrap().pdf(x)
 }
 
-/// A program of the gallery, some of its words others.
+/// A program of the gallery with some words replaced.
 fn variant(name: &str, others: &[(&str, &str)]) -> Model {
     let text = std::fs::read_to_string(folder().join(format!("{name}.bp"))).unwrap();
     let text = others.iter().fold(text, |text, (written, instead)| {
@@ -63,7 +64,8 @@ fn default(model: &Model, name: &str) -> Vec<f64> {
 
 #[test]
 fn a_coin_that_fell_four_times() {
-    // One case of each value before, and four seen: (1 + 1) / (4 + 2). Of a coin, Laplace's law is Beta(1, 1).
+    // A prior count of one for each value, and four observations: (1 + 1) / (4 + 2). For a coin, Laplace's law is
+    // Beta(1, 1).
     let tosses = [0.0, 1.0, 0.0, 0.0].map(|toss| vec![toss]);
     let beta = [("0..=1", "bool"), ("laplace_succession", "beta(1, 1)")];
     for model in [program("coin_learning"), variant("coin_learning", &beta)] {
@@ -105,7 +107,7 @@ fn two_kinds_of_weights_are_told_apart() {
         })
         .collect();
     let model = program("mixture_learning");
-    // The start that the program states.
+    // The initial values in the program.
     assert_eq!(default(&model, "light"), [0.7]);
     assert_eq!((default(&model, "mu"), default(&model, "sigma")), (vec![20.0, 70.0], vec![40.0]));
     let learned = maximised(&observed(&model, &["Weight"], &weights), 1e-4);
@@ -115,8 +117,9 @@ fn two_kinds_of_weights_are_told_apart() {
     // Wilks: twice the gain over the truth follows χ² with 5 degrees of freedom, above 25.7 once in 10 000.
     let gain = learned.report.ln_likelihood - truth;
     assert!(gain >= 0.0 && 2.0 * gain < 25.7, "{gain}");
-    // The laws overlap, so that one number is told roughly where the others make up for it: each is the truth to three
-    // of its standard errors, which for the share of light ones is no more than to half. The bound above is the sharp one.
+    // The laws overlap, so that a single number is estimated roughly where others compensate: each is within three of
+    // its standard errors of the truth, which for the share of light ones is at least half. The likelihood bound above
+    // is the sharp one.
     let score = |x: f64| {
         let (one, other) = (part(x, 0), part(x, 1));
         let standard = [0, 1].map(|kind| (x - laws[kind][0]) / laws[kind][1]);
@@ -139,7 +142,7 @@ fn two_kinds_of_weights_are_told_apart() {
     let squares = [0, 1].map(|kind| mu[kind] * mu[kind] + sigma[kind] * sigma[kind]);
     let moments = [share * mu[0] + rest * mu[1], share * squares[0] + rest * squares[1]];
     near(&moments, &[mean, square], 1e-9);
-    // What was learned answers.
+    // The learned program answers.
     let kinds = [found[0] * pdf(50.0, mu[0], sigma[0]), (1.0 - found[0]) * pdf(50.0, mu[1], sigma[1])];
     near(&probabilities(learned.model(), "kind", &[]), &normalised(kinds.to_vec()), 1e-12);
 }
@@ -206,8 +209,8 @@ const TABLE: [Entry; 14] = [
     (7, &[(5, 1.0), (4, 1.0)], 0.9),
 ];
 
-/// Each number of the network is the truth to four standard errors of the records that show all of its family, and
-/// have its context: what records with missing cells say comes on top.
+/// Each number of the network is within four standard errors of the truth, from the records that show all of its family
+/// and have its context; records with missing cells add information.
 fn is_the_network(learned: &Learned, records: &[Vec<f64>]) {
     for (variable, parents, truth) in TABLE {
         let tells = |record: &&Vec<f64>| {

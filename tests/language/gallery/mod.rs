@@ -1,8 +1,8 @@
 //! The gallery: every program of `examples/` compiles, prints to itself, and gives the answers of the literature.
 //!
-//! In: `examples/*.bp`. Out: nothing where all is well. Invariant: an expected number is published, counted by hand, or
-//! enumerated here by loops that know nothing of the engine; none is our own output. Bessière, Mazer, Ahuactzin and
-//! Mekhnacha (2013), *Bayesian Programming*; Lebeltel, Bessière, Diard and Mazer (2004), *Bayesian Robot Programming*.
+//! In: `examples/*.bp`. Out: pass or fail. Invariant: an expected number is published, counted by hand, or enumerated
+//! here by loops that share no code with the library; none is our own output. Bessière, Mazer, Ahuactzin and Mekhnacha
+//! (2013), *Bayesian Programming*; Lebeltel, Bessière, Diard and Mazer (2004), *Bayesian Robot Programming*.
 
 mod boat;
 mod known;
@@ -26,7 +26,7 @@ pub(crate) fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples")
 }
 
-/// A program of the gallery, its subroutines asked.
+/// A program of the gallery, with its subroutines answered.
 pub(crate) fn program(name: &str) -> Model {
     let path = folder().join(format!("{name}.bp"));
     let source = Source::new(name, std::fs::read_to_string(path).unwrap());
@@ -39,20 +39,20 @@ fn question(model: &Model, text: &str) -> Question {
     parse_question(&source, model).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)))
 }
 
-/// The answers to a question that is typed or declared.
+/// The answers to a typed or declared question.
 pub(crate) fn answers(model: &Model, text: &str, given: &[(&str, &[f64])]) -> Result<Vec<Answer>, Error> {
     let inputs = given.iter().fold(Inputs::new(), |inputs, (name, values)| inputs.array(name, values));
     ask(model, &question(model, text), &inputs)
 }
 
-/// The probabilities of the one answer, row by row.
+/// The probabilities of the single answer, row by row.
 pub(crate) fn probabilities(model: &Model, text: &str, given: &[(&str, &[f64])]) -> Vec<f64> {
     let answers = answers(model, text, given).unwrap_or_else(|error| panic!("{}: {error}", model.name));
     assert_eq!(answers.len(), 1, "{text}");
     answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
 }
 
-/// Two lists of numbers are the same to a share of each number, or of `1e-12` where it is smaller.
+/// Compares two lists of numbers to a share of each number, at least `1e-12`.
 #[track_caller]
 pub(crate) fn near(found: &[f64], expected: &[f64], share: f64) {
     assert_eq!(found.len(), expected.len());
@@ -61,7 +61,7 @@ pub(crate) fn near(found: &[f64], expected: &[f64], share: f64) {
     }
 }
 
-/// The files of the gallery without their ending.
+/// The files of the gallery without their extension.
 fn names() -> Vec<String> {
     let paths = std::fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
     let programs = paths.filter(|path| path.extension().is_some_and(|found| found == "bp"));
@@ -96,7 +96,7 @@ fn declared_questions_are_answered() {
     for name in names() {
         let model = program(&name);
         for question in model.questions.values() {
-            // What is given when asked, or learned before, is so in the tests of these programs.
+            // Programs with inputs or `unknown` forms are tested in their own tests.
             if known::GIVEN_WHEN_ASKED.contains(&name.as_str()) || LEARNED.contains(&name.as_str()) {
                 continue;
             }

@@ -1,8 +1,7 @@
 //! Networks and iterations: layers, and a boat whose answers are its next priors.
 //!
-//! In: `layered_network.bp`, `pseudo_kalman.bp`, `markov_localisation.bp`, `asia.bp`. Out: nothing where all is well.
-//! Invariant: layers are summed over all 2¹⁶ states; the filter carries the marginals of both coordinates on, as its text
-//! says.
+//! In: `layered_network.bp`, `pseudo_kalman.bp`, `markov_localisation.bp`, `asia.bp`. Out: pass or fail. Invariant:
+//! layers are summed over all 2¹⁶ states; the filter carries the marginals of both coordinates, as in its text.
 
 use super::laws::{in_bins, normal, normalised};
 use super::{answers, near, probabilities, program};

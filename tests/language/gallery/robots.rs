@@ -1,6 +1,6 @@
-//! Robots: behaviours, their choice, and what sensors say of the light.
+//! Robots: behaviours, their choice, and what sensors reveal about the light.
 //!
-//! In: the programs of the Khepera. Out: nothing where all is well. Invariant: speeds are a normal law on −10..=10.
+//! In: the programs of the Khepera. Out: pass or fail. Invariant: speeds are a normal law on −10..=10.
 
 use super::laws::{entropy, largest, normal, normalised};
 use super::{near, probabilities, program};
@@ -121,7 +121,7 @@ fn eight_poor_sensors_give_one_sharp_peak() {
     near(&probabilities(&model, "light", &[("Lm", &reading)]), &all, 1e-10);
     let alone = (0..8).map(|one| entropy(&with(one..one + 1))).fold(f64::INFINITY, f64::min);
     assert!(entropy(&all) < 0.8 * alone, "{} of {alone} nats", entropy(&all));
-    // The light is at 45° to the right, near: 45 is no centre, 35 and 55 are as near.
+    // The light is at 45° to the right, near: 45 is not a centre; 35 and 55 are equally near.
     let theta = 10.0 * (largest(&all) / 31) as f64 - 175.0;
     assert!((theta - 45.0).abs() <= 10.0, "{theta}");
 }

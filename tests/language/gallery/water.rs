@@ -1,7 +1,7 @@
-//! Water treatment: the table of one unit and the questions to the centre, against sums over all that is hidden.
+//! Water treatment: the table of one unit and the questions to the centre, against sums over all hidden variables.
 //!
-//! In: `water_unit.bp`, `water_centre.bp`. Out: nothing where all is well. Invariant: an output outside 0..=10 counts for
-//! nothing and the rest is renormalised; a context that cannot be has a row of zeros.
+//! In: `water_unit.bp`, `water_centre.bp`. Out: pass or fail. Invariant: an output outside 0..=10 has probability 0,
+//! and the rest is renormalised; an impossible context has a row of zeros.
 
 use super::{answers, near, probabilities, program};
 use bp_core::compiler::model::Model;
@@ -24,7 +24,8 @@ fn output([i0, i1, f, c, h]: [i32; 5]) -> i32 {
     }
 }
 
-/// P(O | I0 I1 S C) where some values of F are possible: all that agree with the sensor, or one.
+/// P(O
+/// I0 I1 S C) for some values of F: all that agree with the sensor, or one.
 fn unit(i0: i32, i1: i32, c: i32, filters: impl Iterator<Item = i32>) -> Row {
     let mut row = [0.0; 11];
     for f in filters {
@@ -54,7 +55,7 @@ fn the_table_of_the_unit_has_161_051_numbers() {
             impossible += usize::from(expected.iter().all(|p| *p == 0.0));
             for (o, p) in expected.iter().enumerate() {
                 let row = rows.next().unwrap();
-                // Left fastest, what is known in the order of the question.
+                // Left fastest, then the known variables in the order of the question.
                 let values: Vec<i32> = row.values.iter().map(|(_, value)| value.parse().unwrap()).collect();
                 assert_eq!(values, [i0, i1, s, c, o as i32]);
                 assert!((row.p().unwrap() - p).abs() < 1e-14, "{values:?}: {row:?}, expected {p}");
@@ -66,14 +67,15 @@ fn the_table_of_the_unit_has_161_051_numbers() {
 
 const FLOWS: &str = "I0 = 2, I1 = 8, I3 = 10, S0 = 5, S1 = 5, S3 = 9";
 
-/// P(O2 S2 F2 | C0 C1 C2) by [O2], summed over the values of F2 that are wanted. O2 depends on what the third unit
-/// senses, and on its filter through that alone.
+/// P(O2 S2 F2
+/// C0 C1 C2) by [O2], summed over the wanted values of F2. O2 depends on the third unit's sensor, and on its filter
+/// only through it.
 fn third(controls: [i32; 3], sensed: i32, wanted: impl Fn(i32) -> bool) -> Row {
     let mut row = [0.0; 11];
     let (first, second) = (unit(2, 8, controls[0], seen(2, 5)), unit(2, 8, controls[1], seen(2, 5)));
     for (o0, p) in (0..).zip(first) {
         for (o1, q) in (0..).zip(second).filter(|(_, q)| p * q > 0.0) {
-            // Each value of the filter that the sensor allows is as likely before anything flows.
+            // All values of the filter that the sensor allows are equally probable a priori.
             let filters = seen(o0, sensed).filter(|f| wanted(*f)).count() as f64 / 11.0;
             let one = unit(o0, o1, controls[2], seen(o0, sensed));
             row.iter_mut().zip(one).for_each(|(sum, r)| *sum += p * q * filters * r);
@@ -140,7 +142,7 @@ fn the_centre_is_diagnosed() {
     near(&probabilities(&program("water_centre"), "diagnosis", &[]), &normalised(&weights), 1e-12);
 }
 
-/// The centre without subroutines: 23 variables of 11 values, eight of them what a Dirac says.
+/// The centre without subroutines: 23 variables of 11 values, eight of them with a Dirac.
 fn written_out() -> Model {
     let text = std::fs::read_to_string(super::folder().join("water_unit.bp")).unwrap();
     let (start, end) = (text.find("let alpha").unwrap(), text.find(";\n    }").unwrap());
@@ -177,11 +179,12 @@ fn written_out() -> Model {
 #[test]
 fn the_centre_written_out_answers_the_same_and_as_fast() {
     let (centre, written_out) = (program("water_centre"), written_out());
-    // Of the filter more is known here: its water goes through it, while the centre's units are known by their sensors.
+    // More is known about the filter here: its water flows through it, while the centre's units are known by their
+    // sensors.
     for name in ["prediction", "control"] {
         let asked = centre.ask_text(&centre.question(name).unwrap().asks[0]);
         let question = parse_question(&Source::new("question", asked.as_str()), &written_out).unwrap();
-        // Put in for their variables, the Diracs would bring eleven of them together: 11^9 products and more.
+        // Substituted for their variables, the Diracs would join eleven variables: 11^9 products and more.
         for route in &plan(&written_out, &question, Options::default()).unwrap().routes {
             assert!(matches!(route, Route::Exact(exact) if exact.cost < 5e6), "{name}");
         }

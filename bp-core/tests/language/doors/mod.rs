@@ -122,7 +122,7 @@ fn a_filter_follows_instants_and_looks_ahead() {
     let one = 0.8 * last + 0.1 * (1.0 - last);
     near(door.predict(1).unwrap().p(true).unwrap(), one);
     near(door.predict(2).unwrap().p(true).unwrap(), 0.8 * one + 0.1 * (1.0 - one));
-    // Nothing is seen at an instant: the prediction.
+    // No observation at an instant: the prediction.
     near(door.step(evidence! {}).unwrap().p(true).unwrap(), one);
     assert_eq!(door.instants(), 5);
     fails(program.filter("smooth P(Open | Seen)"), &["a filter answers one question"]);
@@ -173,7 +173,7 @@ fn a_kalman_filter_and_particles_take_one_instant_after_the_other() {
         near(x.variance().unwrap(), variance);
     }
     near(walk.predict(3).unwrap().variance().unwrap(), variance + 3.0);
-    // What is not linear is followed by particles: step by step as all at once.
+    // A nonlinear program uses particles: instant by instant as for all instants together.
     let bent = text.replace("normal(X^-1, 1)", "normal(X^-1 + sin(X^-1), 1)");
     let program = Program::parse(&bent).unwrap().draws(2_000).seed(5);
     let observed: Vec<Evidence> = [0.5, 2.0, -1.0].iter().map(|z| evidence! { Z: *z }).collect();

@@ -75,7 +75,7 @@ fn expr_of(kind: ExprKind) -> Expr {
     Expr { at: At::default(), kind }
 }
 
-/// An operand: bracketed where it is an operator's expression.
+/// An operand: in brackets if it is an operator's expression.
 fn operand(inner: Expr) -> Box<Expr> {
     let bare = !matches!(inner.kind, ExprKind::Unary(..) | ExprKind::Binary(..));
     Box::new(if bare { inner } else { expr_of(ExprKind::Group(Box::new(inner))) })
@@ -112,7 +112,7 @@ fn expr() -> impl Strategy<Value = Expr> {
             (inner.clone(), occurrences(), prop::collection::vec(occurrence(), 0..3))
                 .prop_map(|(of, searched, known)| ExprKind::Answer { of: operand(of), searched, known }),
             (name(), any::<bool>(), occurrence(), inner.clone()).prop_map(|(name, before, with, index)| {
-                // `first` looks along a whole family: it takes no index.
+                // `first` searches a whole family: it takes no index.
                 let family = Occurrence { at: At::default(), name, index: Vec::new(), before };
                 ExprKind::First { family, with, index: Box::new(index) }
             }),

@@ -32,7 +32,7 @@ fn two_sensors_that_disagree_meet_in_the_middle() {
     let by_tree = by_tree.ask(&Inputs::new()).unwrap().remove(0);
     near(&numbers(&by_tree)[36..40], &numbers(&by_sums)[36..40], 1e-9);
     near(&[by_tree.ln_evidence.unwrap()], &[-1_412.130_736_102_750_4], 1e-12);
-    // Where f64 loses nothing that counts.
+    // Here f64 loses no significant term.
     let asked = "P(X | Z1 = 50, Z2 = 52)";
     let by_tree = compile_by(&model, &question(&model, asked), Some(Strategy::JoinTree)).unwrap();
     let by_tree = by_tree.ask(&Inputs::new()).unwrap().remove(0);
@@ -58,8 +58,9 @@ fn marginals_and_most_probable_values_of_what_f64_does_not_hold() {
     let (values, found) = most_probable(&network, &observed).unwrap();
     assert_eq!(values, [37, 0, 74]);
     near(&[found], &[ln_best], 1e-12);
-    // Likelihoods beside them, each of 10³⁰⁰: P(x | Z1 = 0) Λ(x), Λ = 10³⁰⁰ at x = 50 and 60 alone: odds of
-    // exp(−50²/2) / S(50) to exp(−60²/2) / S(60), of which the sums S differ by less than 10⁻²⁰.
+    // With likelihoods of 10³⁰⁰ each: P(x
+    // Z1 = 0) Λ(x), Λ = 10³⁰⁰ at x = 50 and 60 alone: odds of exp(−50²/2) / S(50) to exp(−60²/2) / S(60), whose sums S
+    // differ by less than 10⁻²⁰.
     let mut likelihood = vec![0.0; 101];
     (likelihood[50], likelihood[60]) = (1e300, 1e300);
     let observed = NetworkEvidence { hard: vec![(1, 0)], likelihoods: vec![(0, likelihood)] };
@@ -87,7 +88,7 @@ fn weights_that_f64_does_not_hold() {
             near(&[found.ln_evidence.unwrap()], &[ln_evidence], 1e-12);
         }
     }
-    // Here nothing else is possible: ln P(W = 0, C = 3, A = 3) = −2700 − ln 16.
+    // No other value is possible here: ln P(W = 0, C = 3, A = 3) = −2700 − ln 16.
     let inputs = Inputs::new();
     let network = Network::of(&Setting::new(&model, &inputs).unwrap()).unwrap();
     let observed = NetworkEvidence { hard: vec![(0, 3), (1, 3), (2, 0)], likelihoods: Vec::new() };
@@ -97,7 +98,8 @@ fn weights_that_f64_does_not_hold() {
 
 #[test]
 fn readings_billions_of_deviations_away() {
-    // P(C | x) ∝ P(C) exp(−(x − C)²/2): by hand, of C = 2 beside C = 1 odds of 5/3 exp(x − 1.5); A has no part in it.
+    // P(C
+    // x) ∝ P(C) exp(−(x − C)²/2): by hand, the odds of C = 2 to C = 1 are 5/3 exp(x − 1.5); A is irrelevant.
     let text =
         "program Far { variables { C : 0..=2; A : bool; X : real; } decomposition { P(C) P(A) P(X | C) }
         forms { P(C) = categorical(0.2, 0.3, 0.5); P(A) = bernoulli(0.125); P(X | C) = normal(C, 1); } }";

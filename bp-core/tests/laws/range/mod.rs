@@ -258,16 +258,16 @@ fn what_is_made_of_tiny_probabilities() {
             P(Z | X) = bernoulli(if X { 1e-250 } else { 1e-250 }); P(W | X) = bernoulli(if X { 2e-250 } else { 1e-250 });
         }
     }";
-    // X and Y are one: p = 10⁻²⁰⁰ has the information −p ln p + p.
+    // X and Y are equal: p = 10⁻²⁰⁰ has the information −p ln p + p.
     let p = 1e-200;
     let information = numbers(&answer(text, "information P(X, Y)", &Inputs::new()));
-    // Of 1 − p f64 keeps 1: the last p is lost.
+    // f64 rounds 1 − p to 1, so the last term p is lost.
     near(&information, &[p * 200.0 * std::f64::consts::LN_10 + p], 3e-3);
     // Given Z and W the odds of X are those of W alone, 2 · 10⁻²⁰⁰.
     let entropy = numbers(&answer(text, "entropy P(X | Z = true, W = true)", &Inputs::new()));
     let q: f64 = 2e-200;
     near(&entropy, &[-q * q.ln() + q], 3e-3);
-    // ln (1 / (2 · 10⁻²⁰⁰ …)): Σ p ln(p / q) between two posteriors that differ by more than f64's exponents.
+    // ln (1 / (2 · 10⁻²⁰⁰ …)): Σ p ln(p / q) between two posteriors whose ratio exceeds the exponents of f64.
     let far = "program Far {
         variables { H : bool; G[1..=40] : real; }
         decomposition { P(H) prod(j) { P(G[j] | H) } }
@@ -301,7 +301,7 @@ fn what_cannot_be_names_its_factor() {
     assert!(message.contains("`P(N)` is 0 for `N = 2`"), "{message}");
     let message = told("P(B | C = false, A = true)");
     assert!(message.contains("`A = true` is impossible beside `C = false`; see `P(A)`"), "{message}");
-    // What is merely unlikely is answered.
+    // An improbable event is not an error.
     let given = answer(text, "P(A | B = true, C = true)", &Inputs::new());
     near(&numbers(&given), &[1e-300, 1.0], 1e-14);
 }

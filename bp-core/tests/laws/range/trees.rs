@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 
 #[test]
 fn join_trees_of_tiny_cells() {
-    // 2n binary features of a class: n say 10⁻ᵏ to 1 for `true`, n the other way round; one more says 3 to 1.
+    // 2n binary features of a class: n with odds 10⁻ᵏ to 1 for `true`, n with the reverse; one more has odds 3 to 1.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
     for (pairs, digits) in [(2usize, 200.0), (2, 300.0), (150, 3.0), (400, 30.0)] {
         let features: Vec<[f64; 2]> = (0..2 * pairs)

@@ -1,6 +1,7 @@
 //! Values of functions, and masses of intervals.
 //!
-//! In: nothing. Out: arguments and values. Invariant: each value was computed in 50 digits or more, as `main.rs` says.
+//! In: nothing. Out: arguments and values. Invariant: each value was computed with 50 digits or more, as `mod.rs`
+//! describes.
 
 #![allow(clippy::approx_constant, reason = "arguments near constants are meant as they stand")]
 

@@ -1,7 +1,7 @@
 //! Values of laws.
 //!
-//! In: nothing. Out: parameters, a number, and the law's density and tails there. Invariant: each value was computed in 50
-//! digits or more, as `main.rs` says.
+//! In: nothing. Out: parameters, a number, and the law's density and tails there. Invariant: each value was computed
+//! with 50 digits or more, as `mod.rs` describes.
 
 use bp_core::compiler::law::Law;
 

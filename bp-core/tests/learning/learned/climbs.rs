@@ -53,7 +53,7 @@ proptest! {
         }
         let settings = Settings { seed, iterations: 400, ..Settings::default() };
         let found = seen(&text, &table).learned_with(&settings, &mut |_, _| {});
-        // Values that are all alike tell no law.
+        // A law cannot be fitted to values that are all equal.
         let Ok(found) = found else { return Ok(()) };
         for pair in found.report.expectation.iter().flat_map(|course| course.trail.windows(2)) {
             prop_assert!(pair[1] >= pair[0] - 1e-12 * pair[0].abs().max(1.0), "{} {}: {:?}", domain, way, pair);

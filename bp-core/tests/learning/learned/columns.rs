@@ -63,7 +63,7 @@ fn what_is_hidden_may_be_said_in_the_program() {
     assert_eq!(one.report.hidden, ["Flu"]);
     let words = written(&said, &one);
     assert!(words.contains("hidden Flu;"), "{words}");
-    // Where there is a column all the same, what it says is taken.
+    // If a hidden variable has a column nevertheless, its values are used.
     let some = learn(&said, "Fever,Flu\n1,1\n0,\n", &Columns::default()).unwrap();
     assert_eq!((some.report.cells_missing, some.report.hidden.len()), (1, 0));
     let named = program("X : bool;", "P(X)", "P(X) = bernoulli(hidden);")
@@ -93,11 +93,11 @@ fn a_weight_is_so_many_rows() {
     }
     let one = learn(&text, &weighted, &columns(&[], &[], Some("times"))).unwrap();
     let other = learn(&text, &repeated, &Columns::default()).unwrap();
-    // To the last bit.
+    // Equal to the last bit.
     assert_eq!(one.model(), other.model());
     assert_eq!(one.report.ln_likelihood.to_bits(), other.report.ln_likelihood.to_bits());
     assert_eq!((one.report.cases, one.report.weight, other.report.weight), (6, Some(12.0), None));
-    // Halves count too: twice a half is once.
+    // Fractional weights: twice a half is once.
     let halves = "X,w\n1,0.5\n1,0.5\n0,2\n";
     let coin = program("X : bool;", "P(X)", "P(X) = unknown(histogram);");
     let learned = learn(&coin, halves, &columns(&[], &[], Some("w"))).unwrap();

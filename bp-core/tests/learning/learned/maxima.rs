@@ -75,8 +75,8 @@ fn two_normal_laws_that_overlap_are_those_of_plain_em() {
 
 #[test]
 fn ten_rows_with_weights_come_to_rest() {
-    // Three answers that depend on a hidden class: eight rows, their weights those of the laws 0.7, 0.6, 0.8 and 0.3, 0.2,
-    // 0.4 mixed half and half. Two rows more say nothing new.
+    // Three answers that depend on a hidden class: eight rows with the weights of an equal mixture of the laws 0.7,
+    // 0.6, 0.8 and 0.3, 0.2, 0.4. Two more rows are uninformative.
     let chance = |row: usize, laws: [f64; 3]| -> f64 {
         laws.iter().enumerate().map(|(bit, p)| if row >> bit & 1 == 1 { *p } else { 1.0 - p }).product()
     };

@@ -35,7 +35,7 @@ fn the_model_of_hearing_is_calibrated_cell_by_cell() {
     let learned = learned(&text, RECORDINGS);
     assert_eq!(learned.report.hidden, ["O"]);
     near(&default(&learned, "mu_tau"), &[0.0002, -0.0003, -0.00005], 1e-18);
-    // Of a cell that was never heard, the mean of all that were.
+    // For a cell without cases, the mean of all others.
     let all = (2.0 + 4.0 + 10.0 + 10.0 - 1.0 - 3.0 + 7.0 + 9.0) / 8.0;
     near(&default(&learned, "mu_l"), &[3.0, -2.0, 10.0, 8.0, all, all], 1e-14);
     // Residuals of all cells together: ±10⁻⁴ four times; ±1, ±1 and 0, ±1 over eight.
@@ -128,9 +128,9 @@ fn elements_of_a_family_pool_where_their_form_is_one() {
             format!("Hot,A[{one}],A[{two}],X[{one}],X[{two}]\n1,1,1,2,4\n1,1,0,6,1\n0,0,0,1,4\n0,1,,12,\n");
         let learned = learned(&text, &rows);
         let words = written(&text, &learned);
-        // Hot: three of four say 1. Not hot: one of three; the missing one says nothing.
+        // Hot: three of four are 1. Not hot: one of three; the missing one is uninformative.
         assert!(words.contains("false: 0.6, 0.4; true: 0.3333333333333333, 0.6666666666666666;"), "{words}");
-        // Of those that do not ring 1, 1, 4; of those that do 2, 4, 6, 12.
+        // Those that do not ring: 1, 1, 4; those that do: 2, 4, 6, 12.
         assert!(words.contains("normal(2, 1.4142135623730951)"), "{words}");
         assert!(words.contains("normal(6, 3.7416573867739413)"), "{words}");
         model_of(&words);
@@ -153,7 +153,7 @@ fn two_coins_of_ten_tosses_each_are_told_apart() {
     }
     let learned = learned(text, &rows);
     near(&default(&learned, "p"), &[0.80, 0.52], 0.005);
-    // At the maximum a step leaves it where it is.
+    // At the maximum a step changes nothing.
     let (mut a, mut b) = (default(&learned, "p")[0], default(&learned, "p")[1]);
     let (before, mut sums) = ([a, b], [[0.0; 2]; 2]);
     for heads in [5, 9, 8, 4, 7] {

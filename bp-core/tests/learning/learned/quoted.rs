@@ -36,7 +36,7 @@ proptest! {
     ) {
         let names: Vec<String> = names.into_iter().collect();
         let labels: Vec<String> = labels.into_iter().collect();
-        // A set that the language would take for another name of the same variable is not drawn here.
+        // A set is not drawn if the language would confuse one of its labels with another name of the same variable.
         let missing = |label: &String| bp_core::compiler::data::is_missing(label);
         prop_assume!(!labels.iter().any(missing));
         let own: Vec<_> = names.iter().map(|name| quoted(name)).collect();

@@ -13,7 +13,7 @@ use bp_core::compiler::model::Model;
 use bp_core::compiler::sample::Sampling;
 use std::collections::HashMap;
 
-/// What was observed at an instant: slots, then reals; NaN where nothing was.
+/// The observations of an instant: slots, then reals; NaN where there is none.
 pub(super) type Row = Vec<f64>;
 
 impl World {
@@ -23,7 +23,7 @@ impl World {
         (-0.5 * standard * standard).exp() / (deviation * std::f64::consts::TAU.sqrt())
     }
 
-    /// A history of this length that can be, if any is found.
+    /// A possible history of this length, if one is found.
     fn history(&self, dice: &mut Dice, length: usize) -> Option<Vec<Row>> {
         let draw = |dice: &mut Dice, factor: &Factor, row: usize| match &factor.form {
             Form::Table(cells) => {
@@ -66,8 +66,8 @@ impl World {
         Some(rows)
     }
 
-    /// Calls `visit(history, its weight)` for every history that is not impossible; the first of a history is what was
-    /// before the first instant.
+    /// Calls `visit(history, its weight)` for every possible history; the first state of a history is the one before
+    /// the first instant.
     fn each_history(&self, rows: &[Row], ahead: usize, visit: &mut dyn FnMut(&[Vec<usize>], f64)) {
         let mut history = vec![vec![0; self.slots.len()]];
         self.begin(rows, ahead, 0, 1.0, &mut history, visit);
@@ -143,7 +143,7 @@ impl World {
         }
     }
 
-    /// What is asked of some slots, searched by their variables' names.
+    /// A question for some slots, searched by their variables' names.
     pub(super) fn asked(&self, word: &str, searched: &[usize]) -> String {
         let mut names: Vec<&str> = Vec::new();
         for slot in searched {
@@ -207,7 +207,7 @@ fn figures(answer: &Answer) -> Vec<f64> {
     answer.answer.iter().map(|row| row.p().unwrap()).collect()
 }
 
-/// Holds one random program to the enumeration; gives whether its observations can be.
+/// Compares one random program with the enumeration; returns whether its observations are possible.
 fn hold(seed: u64) -> bool {
     let dice = &mut Dice(seed);
     let world = world(dice);
@@ -215,7 +215,7 @@ fn hold(seed: u64) -> bool {
     let length = (1 + dice.below(4)).min((12.0 / states.ln()).floor().max(1.0) as usize);
     let Some(mut rows) = world.history(dice, length) else { return false };
     if dice.chance(0.1) {
-        // Something that may be impossible.
+        // An observation that may be impossible.
         let (row, slot) = (dice.below(length), dice.below(world.slots.len()));
         if world.slots[slot].known {
             rows[row][slot] = dice.below(world.slots[slot].count) as f64;

@@ -45,7 +45,7 @@ enum Kind {
 
 const LABELS: [&str; 3] = ["low", "middle", "high"];
 
-/// Where a value is looked up: of this instant, or of the one before.
+/// The instant of a value: this one, or the previous one.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
     Now(usize),
@@ -61,11 +61,11 @@ struct Slot {
     known: bool,
 }
 
-/// What distributes a slot, or a real.
+/// The form of a slot, or of a real.
 enum Form {
     /// A row for each combination of the parents, the last one fastest.
     Table(Vec<f64>),
-    /// This ordinal; none where it falls outside.
+    /// This ordinal; `None` where it is outside the domain.
     Dirac(Vec<Option<usize>>),
 }
 
@@ -327,7 +327,7 @@ fn world(dice: &mut Dice) -> World {
             world.factors.push(Factor { slot: world.slots.len() - 1, parents: parents.clone(), form });
         }
         if !known {
-            // A hidden family matters through what depends on its elements.
+            // A hidden family matters through the variables that depend on its elements.
             let slot = world.slots.len();
             let rows: Vec<String> = (0..4).map(|_| row(dice, 2, zeros)[1].to_string()).collect();
             let elements = [Place::Now(slot - 2), Place::Now(slot - 1)];
@@ -349,7 +349,7 @@ fn world(dice: &mut Dice) -> World {
             world.factors.push(Factor { slot, parents: elements.to_vec(), form: Form::Table(cells) });
         }
     }
-    // Reals: one that is seen, perhaps through one that a Dirac says.
+    // Reals: an observed one, possibly through another that a Dirac determines.
     if dice.chance(0.5) {
         let from: Vec<Place> = (0..world.slots.len())
             .filter(|slot| !world.slots[*slot].name.contains('['))

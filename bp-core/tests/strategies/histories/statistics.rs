@@ -10,7 +10,7 @@ use bp_core::compiler::answer::{Answer, Figure};
 use bp_core::compiler::model::Model;
 use std::collections::HashMap;
 
-/// What is enumerated of a question.
+/// The enumerated distributions of a question.
 pub(super) struct Enumerated<'e> {
     pub(super) context: &'e str,
     pub(super) searched: &'e [usize],
@@ -44,7 +44,7 @@ fn largest(p: &[f64]) -> f64 {
 }
 
 impl World {
-    /// Holds the statistics of single instants.
+    /// Checks the statistics of single instants.
     pub(super) fn hold_statistics(&self, model: &Model, rows: &[Row], known: &Enumerated<'_>) {
         let (context, searched) = (known.context, known.searched);
         let last = known.filter.last().unwrap();
@@ -90,7 +90,7 @@ impl World {
         near(context, &found, &known.smooth.iter().zip(known.filter).map(divergence).collect::<Vec<_>>());
     }
 
-    /// The number that a value of a slot is; none for labels.
+    /// The number of a value of a slot; `None` for labels.
     fn value(&self, slot: usize) -> Option<impl Fn(usize) -> f64> {
         let kind = self.slots[slot].kind;
         (kind != Kind::Labels).then_some(move |ordinal: usize| match kind {
@@ -100,7 +100,7 @@ impl World {
         })
     }
 
-    /// Holds the best sequences and drawn ones; `key` reads a sequence of rows.
+    /// Checks the best sequences and drawn ones; `key` reads a sequence of rows.
     pub(super) fn hold_sequences(
         &self,
         model: &Model,
