@@ -21,7 +21,7 @@ pub(crate) fn expand(input: TokenStream, root: &Path) -> Result<TokenStream, Tok
     // The last program is asked; the earlier ones are its subroutines.
     let (program, model) =
         file.programs.pop().zip(models.pop()).expect("internal: the grammar promises a program");
-    // A question that cannot be compiled is omitted; the others stay.
+    // A question that cannot be compiled is omitted; the others are kept.
     let (model, unlinked) = match link(&model) {
         Ok(linked) => (linked, None),
         Err(error) => (Cow::Borrowed(&model), Some(error)),

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 /// Compiles a Bayesian Program into a module named after it, in snake case: `program WetGrass` becomes `wet_grass`.
 ///
-/// The program stands between the braces, or in a file whose path starts at the folder of the package's `Cargo.toml`:
+/// The program is between the braces, or in a file whose path starts at the folder of the package's `Cargo.toml`:
 ///
 /// ```
 /// use bp_macros::bayesian_program;

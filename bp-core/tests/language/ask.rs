@@ -72,7 +72,7 @@ fn a_table_names_its_sides_in_json() {
         json!([{ "name": "Wet", "values": values }, { "name": "Sprinkler", "values": values }])
     );
     assert_eq!(table["left"], json!([{ "name": "Rain", "values": values }]));
-    // Dry grass under a sprinkler cannot be.
+    // Dry grass under a sprinkler is impossible.
     assert_eq!(
         table["table"].as_array().unwrap()[..6],
         json!([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]).as_array().unwrap()[..]

@@ -130,7 +130,7 @@ fn predicates_over_time() {
     let answer = asked.over(&[evidence! { Z: 3.0 }]).unwrap();
     close(number_of(&answer), 0.110_335_680_959_923_4, "filter");
     close(answer.p(true).unwrap(), 0.110_335_680_959_923_4, "filter");
-    // Three values, each of which stays with 0.5 or goes to one of the others with 0.25; seen with 0.8, else 0.1.
+    // Three values, each of which stays with probability 0.5 or changes to one of the others with 0.25; observed with 0.8, else 0.1.
     // First instant: X = 2 with 8/10. Second: 0.8 · 0.5 + 0.2 · 0.25 = 0.45 before, 0.36 / (0.36 + 0.055) after seeing 2.
     let steps = Program::parse(
         "program Steps { variables { X, X^-1, Z : 0..=2; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }

@@ -88,7 +88,7 @@ fn a_question_is_compiled_once_and_given_values() {
     let grass = grass();
     let asked = grass.question("P(Rain | Wet = wet, Sprinkler = sprinkler)").unwrap();
     let dry = asked.given("wet", true).unwrap().given("sprinkler", false).unwrap();
-    // Wet without a sprinkler is rain, for sure.
+    // Wet without a sprinkler implies rain.
     near(dry.ask().unwrap().p(true).unwrap(), 1.0);
     // With a sprinkler it is wet anyway: 0.3 · 0.1 / (0.3 · 0.1 + 0.7 · 0.9).
     let wet = asked.given("wet", true).unwrap().given("sprinkler", true).unwrap();

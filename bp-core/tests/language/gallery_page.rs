@@ -1,8 +1,8 @@
 //! The commands of the gallery's page: `docs/gallery.md` shows the output of `bp`.
 //!
 //! In: the page. Out: pass or fail; with `BLESS=1` the page is rewritten, for review. Invariant: each block begins with
-//! a command, and what follows is its whole output. Commands run one after the other in a folder that holds only the
-//! examples: what one writes, a later one may read.
+//! a command, followed by its whole output. Commands run one after the other in a folder that holds only the
+//! examples: a later command may read the files of an earlier one.
 
 use std::path::Path;
 use std::process::Command;

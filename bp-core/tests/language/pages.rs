@@ -127,7 +127,7 @@ fn a_page_needs_nothing_else_and_is_well_formed() {
         let (questions, lines) = (count(&document, "section"), count(&document, "li"));
         assert!(questions > 0 && lines >= questions, "{file}");
         assert_eq!(count(&document, "svg"), questions + usize::from(questions > 1), "{file}");
-        // Each line, and what is computed.
+        // Each line, and the computed equation.
         assert!(count(&document, "math") >= lines + questions, "{file}");
     }
     golden("wet_grass.html", &bp(&["explain", "tests/programs/wet_grass.bp", "rain", "--html"]));

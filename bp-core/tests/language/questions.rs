@@ -81,7 +81,7 @@ fn jeffrey_replaces_what_pearl_multiplies() {
     let jeffrey = answer(UMBRELLA, "P(Rain | Umbrella soft [0.3, 0.7])");
     near(&[p(&jeffrey, "Rain", "true")], &[0.7 * 0.38 / 0.44 + 0.3 * 0.02 / 0.56]);
     assert_eq!(jeffrey.ln_evidence, None);
-    // 0.4 (0.05 · 0.3 + 0.95 · 0.7) = 0.272 beside 0.6 (0.9 · 0.3 + 0.1 · 0.7) = 0.204
+    // 0.4 (0.05 · 0.3 + 0.95 · 0.7) = 0.272 against 0.6 (0.9 · 0.3 + 0.1 · 0.7) = 0.204
     let pearl = answer(UMBRELLA, "P(Rain | Umbrella virtual [0.3, 0.7])");
     near(&[p(&pearl, "Rain", "true")], &[4.0 / 7.0]);
     // Soft evidence equal to the prior changes nothing; soft evidence of 0 and 1 is hard evidence.
@@ -219,7 +219,7 @@ fn tables_have_the_left_fastest_and_the_last_on_the_right_next() {
         }
     }
     assert_eq!(ba.numbers, expected);
-    // Impossible contexts are zeros: S = 3 with A = 0 cannot be.
+    // Impossible contexts are zeros: S = 3 with A = 0 is impossible.
     let b = table("P(B | A S)");
     assert_eq!(b.numbers[9..12], [0.0, 0.0, 0.0]);
     let joint = table("P(B A)");

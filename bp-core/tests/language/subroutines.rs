@@ -75,7 +75,7 @@ fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
             forms { P(K) = bernoulli(0.5); P(S | K) = ask(Sub.s); } }";
     near(&p(text, "P(S)"), &[0.45, 0.55]);
     near(&p(text, "P(K | S = true)"), &[0.1 / 0.55, 0.45 / 0.55]);
-    // So too as a transition and as an observation over time: shut for sure, then seen.
+    // The same as a transition and as an observation over time: shut with certainty, then observed.
     let text = "program Sub { variables { K, S : bool; } decomposition { P(K) P(S | K) }
             forms { P(K) = bernoulli(0); P(S | K) = bernoulli(if K { 0.9 } else { 0.2 }); } question s { P(S | K) } }
         program Main { variables { X, X^-1, Z : bool; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }

@@ -55,7 +55,7 @@ fn two_normal_laws_are_told_apart() {
     both(MIXTURE, &learned, "P(Light = true | Weight = 40)");
 }
 
-/// A tree of four variables, its root perhaps hidden.
+/// A tree of four variables, its root optionally hidden.
 const TREE: &str = "program Tree {
     variables { H : { A, B }; X, Y : bool; Z : 0..=2; R : real; }
     decomposition { P(H) P(X | H) P(Y | H) P(Z | H X) P(R | H) }

@@ -243,7 +243,7 @@ fn a_state_that_cannot_be_at_the_start_has_its_transition_all_the_same() {
     let answer = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0], vec![1.0]]).unwrap();
     near(&figures(&answer), &[0.1005 / 0.2725, 0.172 / 0.2725], 1e-14);
     assert!((answer.ln_evidence.unwrap() - 0.2725f64.ln()).abs() < 1e-14);
-    // It begins false for sure, and once true stays so.
+    // It begins false with certainty, and once true remains true.
     let model = model_of(
         "program S { variables { S, S^-1, Z : bool; } decomposition { P(S^-1) P(S | S^-1) P(Z | S) }
          forms { P(S^-1) = previous(S) else bernoulli(0); P(S | S^-1) = table { false: 0.5, 0.5; true: 0, 1; };
@@ -257,7 +257,7 @@ fn a_state_that_cannot_be_at_the_start_has_its_transition_all_the_same() {
 
 #[test]
 fn gestures_left_to_right_are_forward_backward_and_viterbi_over_twelve_states() {
-    // Three gestures of four states; the feature of each is normal. One begins in the first state for sure.
+    // Three gestures of four states; the feature of each is normal. One begins in the first state with certainty.
     let mean =
         |g: usize, s: usize| [[0.0, 1.5, 3.0, 1.0], [2.0, 0.5, -1.0, 0.0], [1.0, 2.5, 1.0, -2.0]][g][s];
     let means: Vec<String> = (0..12).map(|state| mean(state / 4, state % 4).to_string()).collect();

@@ -360,7 +360,7 @@ fn a_long_chain_with_a_vague_start() {
     near(ln, -2529.515600271813, 1e-7);
 }
 
-/// ln P is kept apart from P, and is finite where P is 0 in f64: X ~ N(0, 1), Z = X + N(0, 1), ln N(z; 0, 2) = −z²/4 − …
+/// ln P is computed separately from P, and is finite where P is 0 in f64: X ~ N(0, 1), Z = X + N(0, 1), ln N(z; 0, 2) = −z²/4 − …
 #[test]
 fn far_observations_have_a_density() {
     let model = model_of(

@@ -66,7 +66,7 @@ const CART: &str = "program Cart over t in Time { parameters { dt : real = 0.5; 
 const SEEN: [[f64; 2]; 6] =
     [[1.0, 0.4], [f64::NAN, 0.8], [3.5, f64::NAN], [f64::NAN, f64::NAN], [4.0, 0.2], [4.4, 0.1]];
 
-/// A joint law, the variables of each instant, and what is observed at each.
+/// A joint law, the variables of each instant, and the observations at each.
 type Cart = (Dense, Vec<[usize; 2]>, Vec<Vec<(usize, f64)>>);
 
 /// Rows X, W of each instant (0 is before the first), and all observations, instant by instant.
@@ -279,7 +279,7 @@ fn what_is_determined_over_time_agrees_or_is_impossible() {
     assert!(told.contains("instant 2") && told.contains("`Y = 2.001` is impossible"), "{told}");
 }
 
-/// Two states whose means are one deviation apart, seen z deviations away: ln odds are z − ½, ln P = −(z − 1)² / 2 + ….
+/// Two states whose means differ by one deviation, observed z deviations away: ln odds are z − ½, ln P = −(z − 1)² / 2 + ….
 #[test]
 fn far_observations_keep_their_odds_over_time() {
     let model = model_of(

@@ -1,7 +1,7 @@
 //! Every strategy, and the back ends that run kernels.
 //!
 //! In: programs, questions and evidence. Out: answers, compared with enumeration, other strategies, or published
-//! values. Invariant: an oracle shares no code with what it checks.
+//! values. Invariant: an oracle shares no code with the code that it checks.
 
 mod back_ends;
 mod cell;

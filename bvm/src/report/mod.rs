@@ -1,7 +1,7 @@
 //! The pictures of a run.
 //!
 //! In: numbers (entropies over time, values per direction, occupancies per cell) in the grid's storage order.
-//! Out: a [`Picture`], which can be put beside another and written as PNG. Nothing here computes a
+//! Out: a [`Picture`], which can be placed next to another and written as PNG. No code here computes a
 //! probability. Invariant: a file appears whole or not at all, and every error names the file or the
 //! quantity.
 

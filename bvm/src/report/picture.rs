@@ -1,7 +1,7 @@
 //! A picture in memory, and its PNG file.
 //!
 //! In: a drawing (plotters, at twice the size, averaged down for smooth lines) or two pictures. Out: pixels, or a PNG
-//! file written beside its place and moved into it. Invariant: `pixels.len() = 3 * width * height`; text needs no
+//! file written completely or not at all. Invariant: `pixels.len() = 3 * width * height`; text needs no
 //! installed font (DejaVu Sans is included).
 
 use super::ReportError;

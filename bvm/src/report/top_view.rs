@@ -1,4 +1,4 @@
-//! The map from above, beside the true room.
+//! The map from above, next to the true room.
 //!
 //! In: an occupancy per cell, `[cells_rho][elevation_cells][azimuth_cells]`, the heading, and the true occupancy. Out:
 //! two plans of the same slice around the horizon at the same scale, in metres, seen from above: x (ahead) upwards, y

@@ -74,7 +74,7 @@ fn a_range_is_heard_as_of_a_surface_anywhere_within_its_cell() {
         let question = range_code::reading().rays(1).n(N).rho_min(rho_min).sigma_min(0.01).ln_b(ln_b);
         let answer = question.lambda(&[0.01 / sigma_m]).rho(&[rho]).ask().unwrap();
         let (u, s) = ((rho / rho_min).ln() / ln_b, sigma_m / rho / ln_b);
-        // The density of the reading, of a surface at each place of its cell: what is nearer than the grid is in its first
+        // The density of the reading, of a surface at each place of its cell: surfaces nearer than the grid are in its first
         // cell, and where no cell is occupied the surface is beyond.
         let of_first = |k: usize| {
             let from = if k == 1 { u.min(1.0) - 12.0 * s } else { k as f64 - 1.0 };

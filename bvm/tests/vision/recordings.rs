@@ -1,6 +1,6 @@
 //! The matcher on recorded pairs with measured truth (Middlebury 2003 and 2014).
 //!
-//! In: `shared/data` beside the repository, or the folder named by `BP_DATA`. Out: density and share of wrong
+//! In: `shared/data` next to the repository, or the folder named by `BP_DATA`. Out: density and share of wrong
 //! estimates, compared with the limits below. If the folder is absent, each test reports it and passes. Invariant: the
 //! limit on wrong claims is the figure of OpenCV's SGBM on the same pair and pixels. Reference: Scharstein and
 //! Szeliski, CVPR 2003; Scharstein et al., GCPR 2014.

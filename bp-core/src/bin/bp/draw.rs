@@ -1,6 +1,6 @@
 //! `bp draw`: the network of a program.
 //!
-//! In: a program, perhaps a question. Out: SVG, or text for Graphviz. Invariant: the picture needs no other file.
+//! In: a program, optionally a question. Out: SVG, or text for Graphviz. Invariant: the picture needs no other file.
 
 use crate::failure::Failure;
 use crate::{output, program};

@@ -95,7 +95,7 @@ fn what_the_reader_decided_is_noted() {
     assert_eq!(message, "`d.csv`: row 2 has 2 cells, but there is 1 column");
     let one = super::read::read(Path::new("d.csv"), "R\n0,5\n".as_bytes(), Some(b';')).unwrap();
     assert_eq!(one.notes, ["its numbers have decimal commas, such as `0,5`"]);
-    // A point beside decimal commas may separate thousands.
+    // Next to decimal commas, a point may separate thousands.
     let message = read("R;S\n0,5;1\n1.234;2\n").unwrap_err();
     assert!(message.starts_with("`d.csv`, row 3, column `R`: `1.234` is written with a point"), "{message}");
 }

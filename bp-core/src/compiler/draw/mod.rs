@@ -6,7 +6,7 @@
 //!
 //! An ellipse is a variable; a diamond is a variable with a Dirac form; a dashed outline marks the previous instant; a
 //! shaded node is known, a double outline marks a searched variable. A rounded box is repeated for each value of its
-//! index. If a factor distributes several variables at once, each is drawn as a parent of those after it: P(X Y) = P(X)
+//! index. If a factor distributes several variables jointly, each is drawn as a parent of those after it: P(X Y) = P(X)
 //! P(Y | X).
 //!
 //! No available crate (layout-rs, rust-sugiyama) draws boxes around repeated nodes and routes long edges around others,

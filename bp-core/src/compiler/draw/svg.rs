@@ -54,7 +54,7 @@ impl Graph {
             let part = 1.0 / distance.max(1e-9);
             (centre.0 + dx * part, centre.1 + dy * part)
         };
-        // An edge passes a layer upright, as high as the nodes beside it.
+        // An edge passes through a layer vertically, over the height of the nodes.
         let above = |bend: &(f64, f64)| (bend.0, bend.1 - HALF_HEIGHT);
         let below = |bend: &(f64, f64)| (bend.0, bend.1 + HALF_HEIGHT);
         let start = border(from, bends.first().map_or(layout.centres[to], above));

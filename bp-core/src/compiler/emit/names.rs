@@ -70,7 +70,7 @@ pub fn snake(name: &str) -> String {
     }
 }
 
-/// Whether a name is an identifier of Rust as it stands.
+/// Whether a name is an identifier of Rust without changes.
 pub(super) fn is_identifier(name: &str) -> bool {
     let mut letters = name.chars();
     let first = letters.next().is_some_and(XID_START);

@@ -75,7 +75,7 @@ impl Exact {
         found
     }
 
-    /// Whether each table has as many numbers as are said: no size on which it depends is left open.
+    /// Whether the counts are exact: every size on which a table depends is known.
     pub fn sizes_are_known(&self, model: &Model) -> bool {
         let tables = self.eliminations.iter().flat_map(|sum| sum.cost.table.iter().chain([&sum.variable]));
         let known = |id: &VariableId| {

@@ -147,7 +147,7 @@ impl<'m> Draft<'m> {
         }
     }
 
-    /// Records the draft as it now stands.
+    /// Records the current state of the draft.
     pub(crate) fn record(&mut self, rule: &'static str, reason: String) {
         let term = self.snapshot();
         self.derivation.push(Step { rule, reason, term, bindings: self.bindings.clone() });

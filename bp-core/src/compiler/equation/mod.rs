@@ -127,7 +127,7 @@ pub struct Options {
     pub all_offers: bool,
     /// Whether each ask, and each element of a family, is a marginal of its own.
     pub alone: bool,
-    /// Whether elements of families are observed alone, beside what the question knows.
+    /// Whether single elements of families are observed, in addition to the question's known variables.
     pub elements: bool,
 }
 

@@ -43,7 +43,7 @@ fn weight(model: &Model, variable: VariableId) -> f64 {
 
 /// A product of factors in the making.
 struct Product {
-    /// The scope of each factor, emptied once it stands under a sum.
+    /// The scope of each factor, emptied once it is under a sum.
     scopes: Vec<Scope>,
     /// The factors that depend on each variable.
     users: HashMap<VariableId, BTreeSet<usize>>,

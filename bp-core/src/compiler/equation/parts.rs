@@ -3,7 +3,7 @@
 //! In: an ask. Out: asks to be planned, and lines for its derivation. Invariant: no part is a divergence or has soft
 //! evidence; a simple ask is its own only part.
 //!
-//! Soft evidence (Jeffrey 1965): P′(S) = Σ_X q(X) P(S | X); it is made of P(S X | the rest of what is known).
+//! Soft evidence (Jeffrey 1965): P′(S) = Σ_X q(X) P(S | X); it is made of P(S X | the other evidence).
 //! Divergence (Kullback and Leibler 1951): Σ_S P(S | K) ln (P(S | K) / P(S | K′)); it is made of the two.
 
 use super::Notation;

@@ -237,7 +237,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
 }
 
 /// Numbers in the type of the computation; no copy if that is f64.
-#[allow(clippy::ptr_arg)] // only what has a size can be asked for its type
+#[allow(clippy::ptr_arg)] // `Any` needs a sized type, which a slice is not
 fn in_precision<T: Scalar>(numbers: &Vec<f64>) -> Cow<'_, [T]> {
     match (numbers as &dyn Any).downcast_ref::<Vec<T>>() {
         Some(numbers) => Cow::Borrowed(numbers),

@@ -7,7 +7,7 @@
 //! numbers.
 //!
 //! A potential φ of a Markov network becomes a variable `potential i`, true with probability φ / max φ, that is always
-//! known to be true beside uniform variables: P(x | potentials) = Π φ(x) / Z, the distribution of the network (virtual
+//! known to be true, with uniform variables: P(x | potentials) = Π φ(x) / Z, the distribution of the network (virtual
 //! evidence: Pearl, *Probabilistic Reasoning in Intelligent Systems*, 1988, section 2.2.2). ln Z = ln P(potentials) + Σ
 //! ln max φ + Σ ln |X|.
 

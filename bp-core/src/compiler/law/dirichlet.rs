@@ -129,7 +129,7 @@ mod tests {
                 let expected = constant + powers;
                 assert!((law.ln_density(&x) - expected).abs() < 1e-9, "{parameters:?} {x:?} {expected}");
             }
-            // Each point of the simplex of three alike: its area is 1/2.
+            // Uniform on the simplex of three, whose area is 1/2.
             let flat = Dirichlet::new(vec![1.0; 3]).unwrap();
             assert!((flat.ln_density(&[0.2, 0.5, 0.3]) - 2f64.ln()).abs() < 1e-12);
             let mut beside = vec![0.6; parameters.len()];

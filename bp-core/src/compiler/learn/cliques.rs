@@ -171,7 +171,7 @@ pub(super) fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usiz
 mod tests {
     use super::Cliques;
 
-    /// A loop of four variables of 2, 3, 2 and 3 values, and one apart, by enumeration.
+    /// A loop of four variables of 2, 3, 2 and 3 values, and one unconnected, by enumeration.
     #[test]
     fn sums_and_shares_are_those_of_all_combinations() {
         let counts = [2, 3, 2, 3, 4];

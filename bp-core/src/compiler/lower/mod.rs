@@ -261,7 +261,7 @@ impl<'m> Lowering<'m> {
         let serial = axes.iter().copied().filter(|axis| !but.contains(axis) && !self.plate.contains(axis));
         let plate = self.plate.iter().copied().filter(|axis| axes.contains(axis) && !but.contains(axis));
         let mut ordered: Vec<AxisId> = serial.chain(plate.clone()).collect();
-        // A buffer with some of the plate's axes gets all of them, so that its blocks are alike.
+        // A buffer with some of the plate's axes gets all of them, so that its blocks have the same layout.
         if plate.count() > 0 {
             ordered.retain(|axis| !self.plate.contains(axis));
             ordered.extend(self.plate.iter().copied().filter(|axis| !but.contains(axis)));

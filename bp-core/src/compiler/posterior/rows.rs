@@ -1,6 +1,6 @@
 //! Statistics of a table: all of it, its maximum, draws, moments.
 //!
-//! In: a table, the ask, what the host gave. Out: rows. Invariant: a statistic is computed in each context separately;
+//! In: a table, the ask, the host's inputs. Out: rows. Invariant: a statistic is computed in each context separately;
 //! an impossible context has rows of zeros if probabilities are asked, and no row otherwise.
 
 use super::table::{Column, Table};
@@ -18,14 +18,14 @@ use rand::RngExt;
 /// Limit of the rows with names.
 const MOST_ROWS: f64 = 5e6;
 
-/// Limit of the values drawn at once.
+/// Limit of the values drawn for one question.
 const MOST_DRAWS: f64 = 1e7;
 
 /// Bytes of a row, and of a name and a value in it, as they are allocated.
 const ROW: f64 = 500.0;
 const NAMES: f64 = 112.0;
 
-/// Below this it is not looked up how much memory is free: that takes longer than most answers.
+/// Below this size the free memory is not queried: that takes longer than most answers.
 const SMALL_BYTES: f64 = 256e6;
 
 pub(crate) struct Reader<'r> {

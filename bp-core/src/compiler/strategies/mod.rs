@@ -1,6 +1,6 @@
 //! Strategies: one folder for each inference algorithm, with its offer, its engine, and its answers.
 //!
-//! In: a model, and asks with the same known variables. Out: what a strategy offers for them, and its answers.
+//! In: a model, and asks with the same known variables. Out: the offers of the strategies, and their answers.
 //! Invariant: the planner chooses strategies; they do not choose each other; an accepted offer answers.
 
 pub mod chain;

@@ -203,7 +203,7 @@ fn every_variable_of_a_network_has_its_posterior() {
     // P(CATECHOL = HIGH) ∝ 0.09 + 3 · 0.9, NORMAL ∝ 0.9 + 3 · 0.05.
     let catechol = alarm.marginals(&weighed).unwrap().of("CATECHOL").unwrap().p("HIGH").unwrap();
     near(catechol, 2.79 / (2.79 + 1.05));
-    // A question goes through the same door.
+    // A question gives the same answer.
     near(alarm.ask("P(CATECHOL | HR = HIGH)").unwrap().p("HIGH").unwrap(), 0.45 / 0.475);
     // Reals: each variable is planned.
     let line = Program::parse(LINE).unwrap().marginals(&evidence! { Z: 3.0 }).unwrap();

@@ -231,7 +231,7 @@ fn section() -> impl Strategy<Value = Section> {
         .prop_map(|(comments, head, form)| Definition { at: At::default(), comments, head, form });
     let source = prop::option::of((name(), prop::collection::vec(name(), 0..2)));
     let learnt = (comments(), names(), source).prop_map(|(comments, names, source)| {
-        // What is hidden has no source.
+        // A hidden variable has no source.
         let (from, by) = source.map_or((None, Vec::new()), |(from, by)| (Some(from), by));
         Learnt { at: At::default(), comments, names, from, by }
     });

@@ -1,7 +1,7 @@
 //! Answers and ln P far below the range of f64.
 //!
 //! In: programs whose probabilities and densities underflow. Out: answers, compared with logarithms computed by hand or
-//! by mpmath at 50 digits (each formula is beside its constant). Invariant: no expected value is output of this crate.
+//! by mpmath at 50 digits (each formula is next to its constant). Invariant: no expected value is output of this crate.
 
 mod laws;
 mod printed;
@@ -81,7 +81,7 @@ fn densities_that_fall_and_rise_again() {
         let mut ln = 0.0;
         for number in 0..count {
             let small = number < count / 2;
-            // At z deviations of s: exp(-z²/2) / (s √(2π)); s = 10⁻²⁰⁰ beside z = 0, s = 1 beside z = 30.
+            // At z deviations of s: exp(-z²/2) / (s √(2π)); s = 10⁻²⁰⁰ with z = 0, s = 1 with z = 30.
             let (s, z) = match small {
                 true => (1.0, 30.0 + random.random::<f64>()),
                 false => (10f64.powi(-random.random_range(150..250)), 0.0),
@@ -201,7 +201,7 @@ fn laws_over_a_domain_far_from_their_mean() {
     // mpmath: 20000**k / k! over their sum, k from 0 to 20.
     let counts = numbers(&answer(text, "P(K | H = false)", &Inputs::new()));
     near(&counts[19..], &[0.000_999_000_050_045_035_8, 0.999_000_050_045_035_8], 1e-10);
-    // P(K = 20 | H) is 0.999 against 20! 3^-20 …: what is normalised before it is multiplied does not vanish.
+    // P(K = 20 | H) is 0.999 against 20! 3^-20 …: a factor normalised before the product does not underflow.
     let below: f64 = (0..20)
         .map(|k: i32| {
             (f64::from(k) - 20.0) * 3f64.ln() + (k + 1..=20).map(|n| f64::from(n).ln()).sum::<f64>()

@@ -23,7 +23,7 @@ fn printed<T: Scalar>(text: &str, asked: &str, inputs: &Inputs<'_, T>) -> Vec<f6
 
 #[test]
 fn printed_code_has_no_second_run() {
-    // What is printed as Rust or WGSL sums logarithms: in f32 as in f64.
+    // Printed Rust and WGSL sum logarithms, in f32 and in f64.
     let text = "program Heard over C in Cells {
         parameters { mu[Cells, Channels] : real; }
         variables { S : bool; L[k in Channels] : real; }
@@ -52,7 +52,7 @@ fn printed_code_has_no_second_run() {
         // ln of each is about 300 in 2⁻²⁴: 1e-4 of the odds.
         assert!((found - expected).abs() < 1e-3, "{found} {expected}");
     }
-    // A hidden class between what is searched and a hundred reals: sums of logarithms all the way down.
+    // A hidden class between the searched variable and a hundred reals: sums of logarithms throughout.
     let text = "program Hidden {
         variables { C : bool; H : 0..=9; X[1..=100] : real; }
         decomposition { P(C) P(H | C) prod(j) { P(X[j] | H) } }

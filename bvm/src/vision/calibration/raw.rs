@@ -64,7 +64,7 @@ pub struct Rectified {
 
 impl RawPair {
     /// The pair at a path, if there is one: a folder that contains `cam0` and `cam1`, or the left camera's file, with
-    /// the right one's beside it.
+    /// the right one's in the same folder.
     ///
     /// # Errors
     /// A file that cannot be read, or with a key that is missing or impossible.
@@ -192,7 +192,7 @@ impl Camera {
             reason,
         };
         let list = |key: &str| -> Result<Vec<f64>, VisionError> {
-            // `key: [a, b, …]`, perhaps over several lines.
+            // `key: [a, b, …]`, possibly over several lines.
             let after = text.match_indices(key).map(|(at, _)| &text[at + key.len()..]);
             let list = after.filter_map(|after| after.trim_start().strip_prefix(':')).next();
             let list = list.ok_or_else(|| wrong(key, "missing".into()))?.trim_start();

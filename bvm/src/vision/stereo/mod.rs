@@ -20,7 +20,7 @@ use super::image::GreyImage;
 use super::population::Population;
 use serde::Serialize;
 
-/// Most candidates (pixels × disparities) that are searched at once.
+/// Limit of the candidates (pixels × disparities) of one search.
 pub const MAX_CANDIDATES: usize = 1 << 30;
 
 /// Least confidence of an estimate.

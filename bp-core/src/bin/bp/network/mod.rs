@@ -147,7 +147,7 @@ fn observed(network: &Network, known: &Known) -> Result<(String, usize), Failure
     Ok((name, ordinal))
 }
 
-/// What was read from an evidence file of UAI, case by case.
+/// The evidence of a UAI evidence file, case by case.
 pub(crate) fn uai_cases(source: &Source, network: &Network) -> Result<Vec<Vec<Known>>, Failure> {
     uai::evidence(source, &network.model).map_err(|wrong| Failure::Wrong(wrong, source.clone()))
 }

@@ -63,7 +63,7 @@ fn well_placed(graph: &Graph) {
 
 #[test]
 fn layers_are_longest_paths() {
-    // 0 → 1 → 2 → 3, 0 → 3, and 4 → 3: 4 has no parent and stands just above its child.
+    // 0 → 1 → 2 → 3, 0 → 3, and 4 → 3: 4 has no parent and is just above its child.
     let graph = graph(5, &[(0, 1), (1, 2), (2, 3), (0, 3), (4, 3)], &[]);
     assert_eq!(layers_of(&graph), [0, 1, 2, 3, 2]);
     // The edge 0 → 3 passes two layers; every piece of an edge leads to the next layer.

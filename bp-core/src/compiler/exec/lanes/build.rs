@@ -170,7 +170,7 @@ impl<'k> Builder<'k> {
         doing
     }
 
-    /// Goes through an axis: value by value where it is unrolled.
+    /// Iterates over an axis: value by value where it is unrolled.
     fn through(&mut self, axis: AxisId, backward: bool, body: &mut dyn FnMut(&mut Self)) {
         match self.running[axis.position()] {
             Running::Counts | Running::Lane => body(self),

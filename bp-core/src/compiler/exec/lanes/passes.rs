@@ -32,7 +32,7 @@ const ONE_BLOCK: usize = 512;
 const MANY_LANES: usize = 1024;
 const FEW_LANES: usize = 16;
 
-/// Limit of the lanes folded at once, by memory. The others are a loop.
+/// Limit of the lanes folded together, by memory. The others are a loop.
 const MOST_FOLDED: usize = 1 << 20;
 
 /// The passes of a kernel, with numbers of this many bytes.

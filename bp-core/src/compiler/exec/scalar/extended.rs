@@ -98,7 +98,7 @@ impl Add for Extended {
             return Self::scaled(self.mantissa + other.mantissa, 0);
         }
         match (self.mantissa == 0.0, other.mantissa == 0.0) {
-            // Of two zeros the sign matters: 0 − 0 is 0, and `atan2` tells it from −0.
+            // The sign of a zero matters: 0 − 0 is 0, which `atan2` distinguishes from −0.
             (true, true) => return Self::scaled(self.mantissa + other.mantissa, 0),
             (true, false) => return other,
             (false, true) => return self,

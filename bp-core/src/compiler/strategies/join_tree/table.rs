@@ -27,7 +27,7 @@ pub(super) struct Tables {
 /// The slicing of a table with one slice.
 pub(super) const CONSTANT: usize = 0;
 
-/// What a table is made from.
+/// The builder of tables.
 pub(super) struct Builder<'n> {
     network: &'n Network,
     pub(super) problem: &'n Problem,

@@ -67,7 +67,7 @@ pub struct Sequence {
 pub enum Scope {
     /// The last one.
     Last,
-    /// Each, given what was observed up to it.
+    /// Each, given the observations up to it.
     Each,
 }
 

@@ -1,7 +1,7 @@
 //! One spatial scale of the stack: layers of disparity units, and their largest coherent class.
 //!
 //! In: a pair in whole grey levels. Out: [`Classes`]: for each cyclopean direction the number of units that agree, and
-//! their disparity. Layer s sees the left picture shifted by ⌈s/2⌉ pixels and the right one by ⌊s/2⌋ the other way. Its
+//! their disparity. Layer s sees the left picture shifted by ⌈s/2⌉ pixels and the right one by ⌊s/2⌋ in the opposite direction. Its
 //! unit estimates by least squares over a small window w
 //!
 //! ```text
@@ -25,7 +25,7 @@ const RADIUS: usize = 3;
 const LEAST_SLOPE: f32 = 0.5;
 /// Largest distance of a unit's estimate from its layer, pixels.
 const RANGE: f32 = 2.5;
-/// Rows that a thread takes at once.
+/// Rows in one task of a thread.
 const BAND: usize = 96;
 
 /// The largest coherent class of each direction.

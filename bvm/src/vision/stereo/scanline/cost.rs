@@ -23,7 +23,7 @@ const HALF: usize = 2;
 const PER_BIT: u8 = 5;
 const MOST_DIFFERENCE: u8 = 20;
 const UNSEEN: u8 = 42;
-/// Rows that a thread takes at once.
+/// Rows in one task of a thread.
 const BAND: usize = 32;
 
 /// Costs of all candidates of a left view.

@@ -32,7 +32,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use read_out::{ReadOut, Row, Said};
 
-/// Pixels of a row that a thread takes at once.
+/// Pixels of a row in one task of a thread.
 const CHUNK: usize = 128;
 
 /// A picture to match.
@@ -124,7 +124,7 @@ fn up(
     let mut support = vec![Support::NONE; width * frame.height];
     let mut carried = Carried::new(frame);
     let arch = Arch::new();
-    // Rows wait for their columns, as many as can be processed at once.
+    // Rows are queued until there are enough for all threads.
     let together = rayon::current_num_threads();
     let mut evidence = vec![0f32; together * width * stride];
     let mut rows: Vec<ReadOut> = (0..together).map(|_| ReadOut::new(frame)).collect();

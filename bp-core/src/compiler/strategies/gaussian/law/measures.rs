@@ -165,7 +165,7 @@ mod tests {
         near(law.entropy(), (TAU * E).ln() + 1f64.ln());
         near(law.ln_largest_density(), -TAU.ln());
         near(law.information(1), 0.5 * (1.0 + 36.0 / 0.25f64).ln());
-        // A vague prior beside a precise sensor: 10⁸ beside 0.1.
+        // A vague prior and a precise sensor: deviations 10⁸ and 0.1.
         let vague = pair([0.0, 1e8], [1.0, 0.0, 0.1]);
         near(vague.entropy(), (TAU * E).ln() + 1e7f64.ln());
         near(vague.information(1), 0.5 * (1.0 + 1e18f64).ln());
