@@ -189,7 +189,7 @@ impl From<String> for Impossible {
 impl fmt::Display for Impossible {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self { question, reason } = self;
-        let reason = reason.as_deref().unwrap_or("the program says that this cannot be observed");
+        let reason = reason.as_deref().unwrap_or("the observations exclude each other");
         write!(f, "the evidence of `{question}` has probability zero: {reason}")
     }
 }

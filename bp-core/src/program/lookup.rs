@@ -28,7 +28,7 @@ pub(super) fn absent(name: &str, all: &[String]) -> String {
 /// The error for a name without a context.
 pub(super) fn not_given(name: &str, known: &[String]) -> String {
     match known.is_empty() {
-        true => format!("`{name}` is not open in it: nothing is"),
+        true => format!("`{name}` is not open in it: no variable is"),
         false => {
             let open = listed(known.iter().map(String::as_str), "and");
             format!("`{name}` is not open in it; the open variables are {open}")

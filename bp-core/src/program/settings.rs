@@ -69,7 +69,7 @@ pub fn names_of<'q, 'm: 'q>(
                 {
                     let (one, other) = (model.variable_name(variable), model.variable_name(other));
                     let message = format!(
-                        "it stands for values of `{other}` and `{one}`, which have different domains"
+                        "it names values of both `{other}` and `{one}`, which have different domains"
                     );
                     return Err(Error::input(name, message));
                 }

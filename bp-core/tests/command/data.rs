@@ -259,7 +259,7 @@ fn evidence_is_json_or_uai_and_names_nothing_twice() {
     assert!((row[1].parse::<f64>().unwrap() - expected).abs() < 1e-15, "{table}");
     assert_eq!(table.lines().count(), 3);
     for (evidence, expected) in [
-        (r#"{"1": 0, "1": 1}"#, "`1` stands twice"),
+        (r#"{"1": 0, "1": 1}"#, "`1` occurs twice"),
         (r#"{"1": 2}"#, "`2` is not a value of `1`, which is `0..=1`"),
         ("two.evid", "`two.evid` holds 2 cases"),
         ("x.uai", "`x.uai` is neither a JSON object"),

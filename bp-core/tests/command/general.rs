@@ -197,7 +197,7 @@ fn what_is_set_must_be_known_and_fit() {
         assert!(wrong(2, &[syntax]).contains("expected NAME=VALUE"), "{syntax}");
     }
     let two = ill(1, &["ask", path.to_str().unwrap(), "P(Z | O = v, C = v)", "--set", "v=1"]);
-    assert!(two.contains("input `v`: it stands for values of `O` and `C`"), "{two}");
+    assert!(two.contains("input `v`: it names values of both `O` and `C`"), "{two}");
     let cell = ill(1, &["ask", program("cell.bp").to_str().unwrap(), "--set", "epsilon=1.5"]);
     assert!(cell.contains("input `epsilon`: it is 1.5, but it must be a probability"), "{cell}");
 }

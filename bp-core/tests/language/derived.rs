@@ -207,7 +207,7 @@ fn what_cannot_be_asked() {
         (SENSORS, "P(Y > 2)", "`Y` is a family: one value has to be picked from it"),
         (SENSORS, "P(S[1])", "`S` is one variable, not a family: it takes no index"),
         (SENSORS, "P(S + 1)", "`+` cannot take a truth value and a number"),
-        (DICE, "P(2 > 1)", "`2 > 1` speaks of no variable"),
+        (DICE, "P(2 > 1)", "`2 > 1` contains no variable"),
         (DICE, "P(First > limit)", "unknown name `limit`"),
         (DICE, "P(First > mu[First])", "`mu` is neither a variable nor a parameter of the program"),
         (DICE, "P(First > 2 | First > 2)", "this question asks what it knows: `First > 2` is on both sides"),

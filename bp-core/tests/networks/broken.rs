@@ -143,7 +143,7 @@ fn broken_files_get_a_line_a_column_and_a_reason() {
         ),
         (Format::Bif, bif(whole), (2, 10), "variable `b` has no distribution"),
         (Format::Bif, bif("probability (c | a) { }"), (3, 14), "unknown variable `c`"),
-        (Format::Bif, bif("probability (a | a) { }"), (3, 13), "`a` stands twice here"),
+        (Format::Bif, bif("probability (a | a) { }"), (3, 13), "`a` occurs twice here"),
         (
             Format::Bif,
             bif("probability (a) { table 0.5; }"),

@@ -348,7 +348,7 @@ fn pictures(
             Line { name: one.matcher.clone(), points: points.collect() }
         })
         .collect();
-    reliability.push(Line { name: "as told".to_owned(), points: vec![(0.0, 0.0), (1.0, 1.0)] });
+    reliability.push(Line { name: "reported".to_owned(), points: vec![(0.0, 0.0), (1.0, 1.0)] });
     let sparsification: Vec<Line> = (curves.iter())
         .map(|(name, scored, counted)| {
             let point = |percent: usize| {

@@ -282,7 +282,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         let mut remarks = Vec::new();
         if form.empty > 0 {
             remarks.push(format!(
-                "no case says anything of {}: {}",
+                "no cases for {}: {}",
                 counted(form.empty, "context"),
                 empty(form)
             ));

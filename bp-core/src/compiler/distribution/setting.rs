@@ -235,7 +235,7 @@ impl<'m> Setting<'m> {
                     let head = self.model.head(factor);
                     Error::Unplanned {
                         question: self.model.name.clone(),
-                        reason: format!("`{head}` distributes a whole family at once, not one element"),
+                        reason: format!("`{head}` distributes a whole family as one value, not one element"),
                     }
                 })?;
                 instances.push(Instance { factor: id, indices: indices.clone(), component, left });

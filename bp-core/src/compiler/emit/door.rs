@@ -66,7 +66,7 @@ impl Interface<'_> {
                 _ => None,
             };
             let told_by = self.told_by(*key);
-            let by = if told_by.is_empty() { "" } else { " Without it, arrays over it tell it." };
+            let by = if told_by.is_empty() { "" } else { " If omitted, it is the length of the arrays over it." };
             let (kind, told) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
             Some(Setter { field, told, taken: kind.clone(), kind, default, is_number: false, told_by })
         });
@@ -185,7 +185,7 @@ impl Interface<'_> {
             text.line("self");
             text.close();
         }
-        text.line("/// Asks it.\n///\n/// # Errors\n/// An input that is missing, or is no value of its domain; numbers that a form cannot have; evidence of probability zero.\n#[inline]");
+        text.line("/// Asks it.\n///\n/// # Errors\n/// An input that is missing or outside its domain; numbers that a form refuses; evidence of probability zero.\n#[inline]");
         text.open("pub fn ask(self) -> Result<Answer<T>, ::bp_core::compiler::error::Error>");
         text.line("let mut answer = Answer::default();");
         text.line("self.run_into(&mut answer)?;");

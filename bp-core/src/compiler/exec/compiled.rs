@@ -179,7 +179,7 @@ pub fn check_broadcast(name: &str, found: usize, whole: usize, once: usize) -> R
         true => Ok(()),
         false => {
             let message =
-                format!("{found} numbers were given, but {whole} (or {once}, for all alike) are expected");
+                format!("{found} numbers were given, but {whole} (or {once} for the whole plate) are expected");
             Err(Error::input(name, message))
         }
     }

@@ -133,7 +133,7 @@ impl Draft {
     ) -> Result<(usize, usize), Diagnostic> {
         for (position, parent) in parents.iter().enumerate() {
             if *parent == node || parents[..position].contains(parent) {
-                let message = format!("`{}` stands twice here", shortened(&self.nodes[*parent].name));
+                let message = format!("`{}` occurs twice here", shortened(&self.nodes[*parent].name));
                 return Err(Diagnostic::new(span, message));
             }
         }

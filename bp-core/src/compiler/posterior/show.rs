@@ -49,7 +49,7 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
     if answer.when == When::Sequence && rows.iter().any(of_instants) {
         writeln!(
             out,
-            "\n  the most likely sequence; beside each value its probability at that instant alone"
+            "\n  the most likely sequence; each value with its probability at that instant alone"
         )?;
     }
     if shown < answer.answer.len() {

@@ -300,7 +300,7 @@ fn what_cannot_be_names_its_factor() {
     let message = told("P(A | C = true, N = 2)");
     assert!(message.contains("`P(N)` is 0 for `N = 2`"), "{message}");
     let message = told("P(B | C = false, A = true)");
-    assert!(message.contains("`A = true` is impossible beside `C = false`; see `P(A)`"), "{message}");
+    assert!(message.contains("`A = true` is impossible given `C = false`; see `P(A)`"), "{message}");
     // An improbable event is not an error.
     let given = answer(text, "P(A | B = true, C = true)", &Inputs::new());
     near(&numbers(&given), &[1e-300, 1.0], 1e-14);

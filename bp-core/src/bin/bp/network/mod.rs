@@ -226,7 +226,7 @@ impl<'de> Deserialize<'de> for Members {
                 let (mut members, mut names) = (Vec::new(), HashSet::new());
                 while let Some((name, value)) = map.next_entry::<String, Value>()? {
                     if !names.insert(name.clone()) {
-                        return Err(A::Error::custom(format!("`{name}` stands twice")));
+                        return Err(A::Error::custom(format!("`{name}` occurs twice")));
                     }
                     members.push((name, value));
                 }

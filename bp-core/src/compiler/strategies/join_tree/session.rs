@@ -94,7 +94,7 @@ impl Session<'_> {
             Ok(None) | Err(Error::Contradiction { .. }) => {
                 let memory = self.extended.get_or_insert_with(|| Memory::of(tree));
                 let found = answer(tree, known, memory, evidence, Doing::Marginals)?;
-                self.ln_evidence = found.expect("internal: exponents apart lose nothing");
+                self.ln_evidence = found.expect("internal: separate exponents do not underflow");
                 let marginals = self.memory.marginals.iter_mut().zip(&memory.marginals);
                 marginals.for_each(|(p, extended)| *p = extended.to_f64());
             }
@@ -114,7 +114,7 @@ impl Session<'_> {
             Ok(None) | Err(Error::Contradiction { .. }) => {
                 let mut memory = Memory::<Extended>::of(tree);
                 let found = answer(tree, known, &mut memory, evidence, Doing::Largest)?;
-                self.ln_evidence = found.expect("internal: exponents apart lose nothing");
+                self.ln_evidence = found.expect("internal: separate exponents do not underflow");
                 Ok(self.assignment(&memory.cells))
             }
             Err(error) => Err(error),

@@ -74,7 +74,7 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
     let head = model.head(&model.factors[model.factor_of(known.variable)?]);
     let given = match before.is_empty() {
         true => String::new(),
-        false => format!(" beside {}", names(model, before, inputs)),
+        false => format!(" given {}", names(model, before, inputs)),
     };
     Some(format!("`{}` is impossible{given}; see `{head}`", observed(model, known, inputs)))
 }

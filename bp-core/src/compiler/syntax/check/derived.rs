@@ -108,7 +108,7 @@ impl<'p> Checker<'p> {
             self.wrong.0.truncate(told);
             self.complain(
                 span,
-                format!("`{expr}` is of the previous instant, of which the program does not speak"),
+                format!("`{expr}` is of the previous instant, which the program does not use"),
             );
             return None;
         }
@@ -128,7 +128,7 @@ impl<'p> Checker<'p> {
         let root = ExpressionId::new(model.expressions.len() - 1);
         let right = parents(model, first, root);
         if right.is_empty() {
-            self.complain(span, format!("`{name}` speaks of no variable"));
+            self.complain(span, format!("`{name}` contains no variable"));
             return None;
         }
         let of_family = right.iter().all(|use_| model.variables[use_.variable].family.is_some());

@@ -120,7 +120,7 @@ impl Checker<'_> {
             }
         };
         for (told, wanted) in given.iter().zip(&wanted) {
-            if !self.same_values(&program, *wanted, *told, question, "is told") {
+            if !self.same_values(&program, *wanted, *told, question, "is given") {
                 return None;
             }
         }
