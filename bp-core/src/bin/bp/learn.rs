@@ -281,11 +281,7 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
     for form in &report.forms {
         let mut remarks = Vec::new();
         if form.empty > 0 {
-            remarks.push(format!(
-                "no cases for {}: {}",
-                counted(form.empty, "context"),
-                empty(form)
-            ));
+            remarks.push(format!("no cases for {}: {}", counted(form.empty, "context"), empty(form)));
         }
         if form.floored > 0 {
             let few = counted(form.floored, "context");

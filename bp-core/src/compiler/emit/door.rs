@@ -66,7 +66,8 @@ impl Interface<'_> {
                 _ => None,
             };
             let told_by = self.told_by(*key);
-            let by = if told_by.is_empty() { "" } else { " If omitted, it is the length of the arrays over it." };
+            let by =
+                if told_by.is_empty() { "" } else { " If omitted, it is the length of the arrays over it." };
             let (kind, told) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
             Some(Setter { field, told, taken: kind.clone(), kind, default, is_number: false, told_by })
         });

@@ -45,7 +45,9 @@ pub(super) fn emit(
         false => "None for evidence of probability zero: its elements are zeros, which the report counts.",
     };
     text.line("/// Computes the answer.\n///\n/// # Errors");
-    text.line(format!("/// A wrong length; a number outside its domain, or that a form refuses. {impossible}"));
+    text.line(format!(
+        "/// A wrong length; a number outside its domain, or that a form refuses. {impossible}"
+    ));
     // A few numbers that are computed once: a call would take as long.
     if kernel.parallel.is_empty() && kernel.nests.len() <= INLINED_NESTS {
         text.line("#[inline(always)]");

@@ -178,8 +178,9 @@ pub fn check_broadcast(name: &str, found: usize, whole: usize, once: usize) -> R
     match found == whole || found == once {
         true => Ok(()),
         false => {
-            let message =
-                format!("{found} numbers were given, but {whole} (or {once} for the whole plate) are expected");
+            let message = format!(
+                "{found} numbers were given, but {whole} (or {once} for the whole plate) are expected"
+            );
             Err(Error::input(name, message))
         }
     }

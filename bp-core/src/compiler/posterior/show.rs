@@ -47,10 +47,7 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
     let of_instants =
         |row: &Row| row.p().is_some() && row.values.first().is_some_and(|(name, _)| name != "sequence");
     if answer.when == When::Sequence && rows.iter().any(of_instants) {
-        writeln!(
-            out,
-            "\n  the most likely sequence; each value with its probability at that instant alone"
-        )?;
+        writeln!(out, "\n  the most likely sequence; each value with its probability at that instant alone")?;
     }
     if shown < answer.answer.len() {
         writeln!(out, "  … and {} more rows; {how}", answer.answer.len() - shown)?;
