@@ -102,7 +102,7 @@ pub fn check_name(path: &Path) -> Result<()> {
 /// Whether a folder can be written into.
 ///
 /// # Errors
-/// It cannot.
+/// The folder cannot be written.
 pub fn check_folder(folder: &Path) -> Result<()> {
     AtomicWriteFile::open(folder.join("probe"))?.discard()
 }

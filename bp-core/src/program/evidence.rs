@@ -50,7 +50,7 @@ impl Index<&str> for Evidence {
     type Output = Value;
 
     /// # Panics
-    /// There is no value of this variable; [`Evidence::get`] asks first.
+    /// There is no value of this variable; use [`Evidence::get`] to test.
     fn index(&self, name: &str) -> &Value {
         self.get(name).unwrap_or_else(|| panic!("`{name}` has no value here: {self}"))
     }

@@ -111,7 +111,7 @@ impl<'p> Filter<'p> {
         Ok(self.posterior(&told, String::new()))
     }
 
-    /// The posterior some instants later, without further observations. The filter does not advance.
+    /// The posterior `steps` instants later, without further observations. The filter does not advance.
     ///
     /// # Errors
     /// No steps, or a question that has no answer.

@@ -135,7 +135,7 @@ impl Program {
     /// extents, `[4, 3, 8]`.
     ///
     /// # Errors
-    /// The program has no parameter and no set of this name; a value that it cannot have.
+    /// The program has no parameter and no set of this name; a value outside its range.
     pub fn with(self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
         let meaning = meaning(name, &names(&self.opened.model))?;
         self.set(name, &value.into(), meaning)

@@ -48,7 +48,7 @@ impl Question {
     /// `P(Rain | Wet)`, which compiles the question anew), of a parameter, or of an input. Several values are a list.
     ///
     /// # Errors
-    /// The name is unknown to the program and the question; a value that it cannot have.
+    /// The name is unknown to the program and the question; a value outside its range.
     pub fn given(&self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
         let (model, value) = (self.program.model(), value.into());
         let mut question = self.clone();

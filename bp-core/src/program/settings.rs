@@ -143,7 +143,7 @@ impl Settings {
     /// Parses `name=value`.
     ///
     /// # Errors
-    /// An unknown name, or one that is set twice; a value that it cannot have.
+    /// An unknown name, or one that is set twice; a value outside its range.
     pub fn read(model: &Model, typed: &[String], names: &BTreeMap<String, Meaning>) -> Result<Self, Error> {
         let mut settings = Settings::new(model);
         let mut parts: Vec<(&str, &str, Meaning)> = Vec::new();
@@ -230,7 +230,7 @@ impl Settings {
     /// Sets the value of a name. A text is parsed: several values are separated by commas.
     ///
     /// # Errors
-    /// A value that it cannot have; displacements on a grid that was not given.
+    /// A value outside its range; displacements on a grid that was not given.
     pub fn set(&mut self, model: &Model, name: &str, value: &Value, meaning: Meaning) -> Result<(), Error> {
         match meaning {
             Meaning::Parameter(id) => {

@@ -91,7 +91,7 @@ struct Figures {
 struct MapFigures {
     evidence: EvidenceKind,
     hidden: HiddenCells,
-    /// How many times the head, at rest, used the pair.
+    /// The number of times that the head, at rest, used the pair.
     times: usize,
     directions: usize,
     /// Mean −ln P of the true occupancy of the cells up to the surface, nats; absent if no surface is in reach.

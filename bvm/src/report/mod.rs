@@ -42,7 +42,7 @@ pub enum ReportError {
     /// The number of values of a quantity does not match the grid or another quantity.
     #[error("`{what}` has {found} values, expected {expected}")]
     Length {
-        /// Which quantity.
+        /// The quantity.
         what: String,
         /// The expected number of values.
         expected: usize,
@@ -52,7 +52,7 @@ pub enum ReportError {
     /// A quantity cannot be drawn: nothing in it is finite, or it starts at zero and cannot be normalised.
     #[error("`{what}` cannot be drawn: {why}")]
     Values {
-        /// Which quantity.
+        /// The quantity.
         what: String,
         /// The reason.
         why: &'static str,

@@ -186,7 +186,7 @@ impl Layers {
         }
     }
 
-    /// How many pairs of edges cross.
+    /// The number of crossings of edges.
     pub(super) fn crossings(&self) -> usize {
         let mut place = vec![0; self.layer_of.len()];
         for layer in &self.layers {

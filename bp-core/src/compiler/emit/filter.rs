@@ -38,7 +38,7 @@ pub(super) fn emit_filter(
         text.line("self");
         text.close();
     }
-    text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value that it cannot have.");
+    text.line("/// The filter that answers, at rest.\n///\n/// # Errors\n/// A parameter that is missing, or has a value outside its range.");
     text.open(
         "pub fn filter(&self) -> Result<::bp_core::compiler::strategies::gaussian::Filter, ::bp_core::compiler::error::Error>",
     );

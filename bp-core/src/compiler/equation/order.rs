@@ -36,7 +36,7 @@ pub(super) fn sums(model: &Model, scopes: &[Scope], free: &BTreeSet<VariableId>)
     order.variables.iter().map(|one| product.sum_out(model, all[*one as usize])).collect()
 }
 
-/// How many values a variable has; the plate is gone through anyway.
+/// The number of values of a variable; 1 for the plate's index, since every answer iterates over the plate.
 fn weight(model: &Model, variable: VariableId) -> f64 {
     if Some(variable) == model.plate_index() { 1.0 } else { size(model, variable) }
 }

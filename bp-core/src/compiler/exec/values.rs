@@ -29,7 +29,7 @@ pub enum Numbers<'d> {
     Whole {
         /// The first.
         first: i64,
-        /// How many.
+        /// Their number.
         count: usize,
     },
     /// Numbers between edges, or on a circle.

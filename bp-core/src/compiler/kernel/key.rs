@@ -45,7 +45,7 @@ pub enum SizeKey {
 /// A size of a kernel.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Size {
-    /// Which.
+    /// Its key.
     pub key: SizeKey,
     /// The name for the host.
     pub name: String,

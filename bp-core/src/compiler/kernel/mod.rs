@@ -69,7 +69,7 @@ impl Axis {
     /// Its number of values for this size.
     ///
     /// # Errors
-    /// It would have none.
+    /// The axis would have no values.
     pub(crate) fn count(&self, size: usize) -> Result<usize, Error> {
         let extent = i64::try_from(size).unwrap_or(i64::MAX).saturating_add(self.extent.offset);
         let none =
@@ -83,7 +83,7 @@ impl Axis {
 pub enum Role {
     /// Given by the host.
     Input {
-        /// Which.
+        /// Its key.
         key: InputKey,
         /// The value if the host gives none.
         default: Option<f64>,
@@ -106,7 +106,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Which input it is, if the host may give it as numbers.
+    /// The key of an input that the host may give as numbers.
     pub fn input(&self) -> Option<&InputKey> {
         match self {
             Self::Input { key, .. } => Some(key),
@@ -115,7 +115,7 @@ impl Role {
         }
     }
 
-    /// Which output it is, if it is one.
+    /// The key of an output.
     pub fn output(&self) -> Option<OutputKey> {
         match self {
             Self::Output(key) => Some(*key),
@@ -159,7 +159,7 @@ pub enum Index {
     Turned {
         /// The axis.
         axis: AxisId,
-        /// How far.
+        /// The offset.
         by: ValueId,
         /// Whether the ends meet.
         wraps: ValueId,
@@ -175,7 +175,7 @@ pub enum Node {
     Axis(AxisId),
     /// An element of a buffer; `otherwise` if an index is out of range.
     Load {
-        /// Which.
+        /// The buffer.
         buffer: BufferId,
         /// The indices, one for each axis of the buffer.
         indices: Vec<Index>,

@@ -17,7 +17,7 @@ impl Kernel {
     /// The kernel, if it is valid.
     ///
     /// # Panics
-    /// It is invalid.
+    /// The kernel is invalid.
     pub(crate) fn validated(self) -> Self {
         if let Err(reason) = self.validate() {
             panic!("internal: the kernel `{}` is not valid: {reason}", self.name);

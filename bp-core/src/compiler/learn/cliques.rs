@@ -16,7 +16,7 @@ struct Clique {
     /// The clique that receives its message, the position in the message of each own cell, and of each of that
     /// clique's.
     parent: Option<(usize, Vec<u32>, Vec<u32>)>,
-    /// How many cells its message has.
+    /// The number of cells of its message.
     message: usize,
 }
 

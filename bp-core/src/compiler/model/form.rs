@@ -36,7 +36,7 @@ pub enum Form {
     /// A distribution of one number. For a real, its density. Over integers, its density at each, normalised over them.
     /// Over bins, its probability in each, normalised over the domain; on a circle it is periodic.
     Law {
-        /// Which.
+        /// The law.
         law: Law,
         /// Its parameters, in its order.
         arguments: Vec<ExpressionId>,
@@ -112,7 +112,7 @@ pub enum Fit {
     Beta(f64, f64),
     /// The parameters of a distribution, by maximum likelihood.
     Law {
-        /// Which.
+        /// The law.
         law: Law,
         /// Parameters that are known: the number of trials of a `binomial`.
         known: Vec<f64>,
@@ -121,7 +121,7 @@ pub enum Fit {
     UnbiasedNormal,
     /// A distribution with a conjugate prior; the estimate is the posterior mean.
     Conjugate {
-        /// Which.
+        /// The law.
         law: Law,
         /// Parameters that are known: the number of trials of a `binomial`, the deviation of a `normal`.
         known: Vec<f64>,

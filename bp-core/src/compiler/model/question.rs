@@ -148,7 +148,7 @@ impl Statistic {
 /// A searched variable.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Searched {
-    /// Which; a family means all of its elements.
+    /// The variable; a family means all of its elements.
     pub variable: VariableId,
     /// The value, if the probability of one value is asked.
     pub at: Option<Value>,
@@ -157,7 +157,7 @@ pub struct Searched {
 /// A known variable.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Known {
-    /// Which; a family means all of its elements.
+    /// The variable; a family means all of its elements.
     pub variable: VariableId,
     /// Its evidence.
     pub evidence: Finding,

@@ -85,7 +85,7 @@ pub enum Figure {
     },
     /// The density of reals at the values of the row.
     Density {
-        /// It; infinite where some of them are determined.
+        /// The density; infinite where some of them are determined.
         #[serde(serialize_with = "finite_or_word")]
         density: f64,
     },
@@ -109,7 +109,7 @@ pub enum Figure {
     },
     /// An expectation.
     Expectation {
-        /// It.
+        /// Σ s p.
         expectation: f64,
         /// Its standard error, where it is estimated.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -117,7 +117,7 @@ pub enum Figure {
     },
     /// A variance.
     Variance {
-        /// It.
+        /// Σ (s − expectation)² p.
         variance: f64,
         /// Its standard error, where it is estimated.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -157,7 +157,7 @@ pub enum Figure {
 }
 
 impl Row {
-    /// The probability; `None` for a row that is no probability.
+    /// The probability; `None` for a row of another kind.
     pub fn p(&self) -> Option<f64> {
         match self.figure {
             Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),

@@ -152,7 +152,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses rows for whose names there is no memory.
+    /// Refuses rows whose names do not fit in memory.
     fn hold(&self, rows: f64, help: &str) -> Result<(), Error> {
         let columns = (self.table.right.len() + self.table.left.len()) as f64;
         let bytes = rows * (ROW + NAMES * columns);

@@ -31,7 +31,7 @@ pub struct Table {
 /// One variable of a table, or one element of a family.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Column {
-    /// Which; none for the instants of a question over time.
+    /// The variable; `None` for the instants of a question over time.
     #[serde(skip)]
     pub variable: Option<VariableId>,
     /// The position of its element in a family; 0 of a variable alone.

@@ -229,7 +229,7 @@ pub(super) struct Pass {
     pub(super) made: Vec<(BufferId, usize)>,
     /// The buffers in memory that are read.
     pub(super) reads: BTreeSet<BufferId>,
-    /// How many planes of a block each of those has that live for a block.
+    /// For each buffer that lives for a block, its number of planes.
     pub(super) of_block: Vec<usize>,
     pub(super) constants: Vec<(usize, f64)>,
     pub(super) numbers: usize,
