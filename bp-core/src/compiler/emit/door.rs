@@ -18,29 +18,30 @@ pub(super) const METHODS: [&str; 3] = ["new", "ask", "run_into"];
 /// One input of a builder.
 struct Setter<'i> {
     field: &'i str,
-    told: String,
+    /// The first line of its documentation.
+    documentation: String,
     /// Its type in the builder, and the argument type of its method.
     kind: String,
     taken: String,
     default: Option<String>,
     /// Whether the kernel takes it as a number.
     is_number: bool,
-    /// For a size, the inputs from whose length it is inferred when it is not given.
-    told_by: String,
+    /// For a size, the expressions that infer it from the lengths of arrays when it is not given.
+    from_arrays: String,
 }
 
 impl<'i> Setter<'i> {
     /// The setter of an array without a default.
-    fn of_slice(field: &'i str, told: String) -> Self {
+    fn of_slice(field: &'i str, documentation: String) -> Self {
         let kind = "&'a [T]".to_owned();
         Self {
             field,
-            told,
+            documentation,
             taken: kind.clone(),
             kind,
             default: None,
             is_number: false,
-            told_by: String::new(),
+            from_arrays: String::new(),
         }
     }
 }
@@ -65,18 +66,29 @@ impl Interface<'_> {
                 SizeKey::Parameter(id) => parameter(model, *id).1,
                 _ => None,
             };
-            let told_by = self.told_by(*key);
-            let by =
-                if told_by.is_empty() { "" } else { " If omitted, it is the length of the arrays over it." };
-            let (kind, told) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
-            Some(Setter { field, told, taken: kind.clone(), kind, default, is_number: false, told_by })
+            let from_arrays = self.from_arrays(*key);
+            let by = if from_arrays.is_empty() {
+                ""
+            } else {
+                " If omitted, it is the length of the arrays over it."
+            };
+            let (kind, documentation) = ("usize".to_owned(), format!("The size `{name}`.{by}"));
+            Some(Setter {
+                field,
+                documentation,
+                taken: kind.clone(),
+                kind,
+                default,
+                is_number: false,
+                from_arrays,
+            })
         });
         let inputs = self.inputs.iter().filter_map(|(id, given)| {
             let buffer = &self.kernel.buffers[*id];
-            let told = format!("`{}`.", buffer.name);
+            let documentation = format!("`{}`.", buffer.name);
             match given {
                 Given::Derived(_) => None,
-                Given::Slice(field) => Some(Setter::of_slice(field, told)),
+                Given::Slice(field) => Some(Setter::of_slice(field, documentation)),
                 Given::Number(field) => {
                     let (kind, taken, default) = match buffer.role.input() {
                         Some(InputKey::Value(variable, _)) => {
@@ -95,12 +107,12 @@ impl Interface<'_> {
                     };
                     Some(Setter {
                         field,
-                        told,
+                        documentation,
                         kind,
                         taken,
                         default,
                         is_number: true,
-                        told_by: String::new(),
+                        from_arrays: String::new(),
                     })
                 }
             }
@@ -112,10 +124,10 @@ impl Interface<'_> {
         sizes.chain(inputs).chain(fields).collect()
     }
 
-    /// The inputs from whose length a size is inferred: arrays of one axis of that size. One number is ignored, since
-    /// it may be broadcast.
-    fn told_by(&self, key: SizeKey) -> String {
-        let told = |(id, given): &(BufferId, Given)| {
+    /// Expressions that infer a size from the arrays of one axis of that size. One number is ignored, since it may be
+    /// broadcast.
+    fn from_arrays(&self, key: SizeKey) -> String {
+        let length = |(id, given): &(BufferId, Given)| {
             let Given::Slice(field) = given else { return None };
             let [axis] = self.kernel.buffers[*id].axes.as_slice() else { return None };
             let extent = self.kernel.axes[*axis].extent;
@@ -127,7 +139,7 @@ impl Interface<'_> {
                 format!(".or(self.{field}.filter(|given| given.len() > 1).map(|given| given.len(){less}))")
             })
         };
-        self.inputs.iter().filter_map(told).collect()
+        self.inputs.iter().filter_map(length).collect()
     }
 
     /// Grids and displacements: name and type.
@@ -176,9 +188,9 @@ impl Interface<'_> {
         }));
         text.line(format!("Self {{ {}number: ::core::marker::PhantomData }}", started.collect::<String>()));
         text.close();
-        for Setter { field, told, kind, taken, default, .. } in &setters {
+        for Setter { field, documentation, kind, taken, default, .. } in &setters {
             let default = default.as_ref().map(|default| format!("By default `{default}`."));
-            text.documented(&std::iter::once(told.clone()).chain(default).collect::<Vec<_>>());
+            text.documented(&std::iter::once(documentation.clone()).chain(default).collect::<Vec<_>>());
             text.line("#[inline]");
             text.open(format!("pub fn {field}(mut self, value: {taken}) -> Self"));
             let value = if taken == kind { "value" } else { "value.into()" };
@@ -195,8 +207,8 @@ impl Interface<'_> {
         text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
         text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::compiler::error::Error>");
         let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
-        let given = setters.iter().map(|Setter { field, is_number, told_by, .. }| {
-            let value = format!("needed(self.{field}{told_by}, {field:?})?");
+        let given = setters.iter().map(|Setter { field, is_number, from_arrays, .. }| {
+            let value = format!("needed(self.{field}{from_arrays}, {field:?})?");
             match is_number {
                 true => format!("{field}: T::from_f64({value}.number()), "),
                 false => format!("{field}: {value}, "),

@@ -9,6 +9,7 @@ use super::lexer::shortened;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::{Id, VariableId};
 use crate::model::{Domain, Factor, Form, Model, ModelBuilder, Place, VariableUse};
+use crate::radix;
 use crate::source::Span;
 use crate::spelling::number as written;
 use std::collections::HashMap;
@@ -155,19 +156,12 @@ impl Draft {
 
     /// The values of the parents in a row, for messages.
     pub(super) fn row_name(&self, parents: &[usize], row: usize) -> String {
-        let mut rest = row;
-        let mut words = Vec::new();
-        for parent in parents.iter().rev() {
-            let node = &self.nodes[*parent];
-            words.push(format!(
-                "{} = {}",
-                shortened(&node.name),
-                shortened(&node.states[rest % node.states.len()])
-            ));
-            rest /= node.states.len();
-        }
-        words.reverse();
-        words.join(", ")
+        let nodes = || parents.iter().map(|parent| &self.nodes[*parent]);
+        let ordinals = radix::in_order(row, nodes().map(|node| node.states.len()));
+        let words = nodes()
+            .zip(ordinals)
+            .map(|(node, state)| format!("{} = {}", shortened(&node.name), shortened(&node.states[state])));
+        words.collect::<Vec<String>>().join(", ")
     }
 
     /// A flat table row by row. If the rows sum to one only in the other order than the format's, that order is used.

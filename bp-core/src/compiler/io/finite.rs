@@ -11,6 +11,7 @@ use crate::exec::Inputs;
 use crate::exec::scalar::Scalar;
 use crate::ids::{FactorId, Id};
 use crate::model::{Factor, Form, Model, VariableUse};
+use crate::radix;
 use std::borrow::Cow;
 
 /// A variable of a network.
@@ -89,13 +90,12 @@ impl Node<'_> {
 
 /// The first row of zeros: "`Y` at X = 1".
 pub(super) fn zero_row(nodes: &[Node<'_>]) -> Option<String> {
-    let (node, mut row) = nodes.iter().find_map(|node| Some((node, node.zero_row()?)))?;
-    let mut context = Vec::new();
-    for parent in node.parents.iter().rev().map(|parent| &nodes[*parent]) {
-        context.push(format!("{} = {}", parent.name, parent.states[row % parent.states.len()]));
-        row /= parent.states.len();
-    }
-    context.reverse();
+    let (node, row) = nodes.iter().find_map(|node| Some((node, node.zero_row()?)))?;
+    let parents = || node.parents.iter().map(|parent| &nodes[*parent]);
+    let ordinals = radix::in_order(row, parents().map(|parent| parent.states.len()));
+    let context: Vec<String> = (parents().zip(ordinals))
+        .map(|(parent, state)| format!("{} = {}", parent.name, parent.states[state]))
+        .collect();
     if context.is_empty() {
         return Some(format!("`{}`", node.name));
     }
@@ -140,10 +140,9 @@ fn worked_out(
     let counts: Vec<usize> = factor.right.iter().map(count).collect();
     let behind: usize = factor.left[position + 1..].iter().map(count).product();
     let (mut values, mut numbers) = (vec![0.0; setting.slots()], Vec::with_capacity(cells));
-    for mut row in 0..counts.iter().product::<usize>() {
-        for (slot, count) in slots.iter().zip(&counts).rev() {
-            values[*slot] = (row % count) as f64;
-            row /= count;
+    for row in 0..counts.iter().product::<usize>() {
+        for (slot, ordinal) in slots.iter().zip(radix::in_order(row, counts.iter().copied())) {
+            values[*slot] = ordinal as f64;
         }
         let distribution = match setting.distribution(instance, &values)? {
             Distribution::Wide(joint) => Distribution::Finite(joint.iter().map(|p| p.to_f64()).collect()),

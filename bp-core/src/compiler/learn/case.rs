@@ -13,26 +13,18 @@ use crate::model::Model;
 #[derive(Clone, PartialEq, Debug)]
 pub struct Case {
     numbers: Vec<Option<f64>>,
-    /// Elements of families, by their indices.
-    elements: Vec<(VariableId, i64, f64)>,
 }
 
 impl Case {
     /// An empty case.
     pub fn new(model: &Model) -> Self {
-        Self { numbers: vec![None; model.variables.len()], elements: Vec::new() }
+        Self { numbers: vec![None; model.variables.len()] }
     }
 
     /// With the number of a variable: an integer is itself, `true` is 1, the first label of an enumeration is 0.
     pub fn with(mut self, variable: VariableId, number: f64) -> Self {
         // −0 is 0.
         self.numbers[variable.position()] = Some(number + 0.0);
-        self
-    }
-
-    /// With the number of one element of a family of variables: `G[2]`.
-    pub fn with_element(mut self, family: VariableId, index: i64, number: f64) -> Self {
-        self.elements.push((family, index, number + 0.0));
         self
     }
 
@@ -57,11 +49,10 @@ impl Case {
         self.numbers.get(variable.position()).copied().flatten()
     }
 
-    /// Every known number, with its variable and element.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = (VariableId, Option<i64>, f64)> {
-        let plain = self.numbers.iter().enumerate();
-        let plain = plain.filter_map(|(id, number)| Some((VariableId::new(id), None, (*number)?)));
-        plain.chain(self.elements.iter().map(|(id, index, number)| (*id, Some(*index), *number)))
+    /// Every known number, with its variable.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (VariableId, f64)> {
+        let numbers = self.numbers.iter().enumerate();
+        numbers.filter_map(|(id, number)| Some((VariableId::new(id), (*number)?)))
     }
 }
 

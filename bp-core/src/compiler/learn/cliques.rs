@@ -170,6 +170,7 @@ pub(super) fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usiz
 #[cfg(test)]
 mod tests {
     use super::Cliques;
+    use crate::radix;
 
     /// A loop of four variables of 2, 3, 2 and 3 values, and one unconnected, by enumeration.
     #[test]
@@ -192,15 +193,7 @@ mod tests {
         let mut expected: Vec<Vec<f64>> = tables.iter().map(|table| vec![0.0; table.len()]).collect();
         let mut sum = 0.0;
         for joint in 0..counts.iter().product::<usize>() {
-            let mut rest = joint;
-            let values: Vec<usize> = counts
-                .iter()
-                .map(|count| {
-                    let value = rest % count;
-                    rest /= count;
-                    value
-                })
-                .collect();
+            let values: Vec<usize> = radix::ordinals(joint, counts.iter().copied()).collect();
             let cells: Vec<usize> = (families.iter())
                 .map(|family| family.iter().fold(0, |cell, slot| cell * counts[*slot] + values[*slot]))
                 .collect();

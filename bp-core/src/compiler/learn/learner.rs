@@ -70,20 +70,6 @@ impl Learner {
         Ok(())
     }
 
-    /// Observes a case with a weight.
-    ///
-    /// # Errors
-    /// As for [`Learner::observe`]; a weight that is neither 0 nor between 10⁻¹⁰⁰ and 10¹⁰⁰.
-    pub fn observe_weighted(&mut self, case: &Case, weight: f64) -> Result<(), Error> {
-        if !is_weight(weight) {
-            return Err(Error::input("weight", format!("`{weight}` is {NO_WEIGHT}")));
-        }
-        let key = self.key(case)?;
-        self.weighted = true;
-        self.take(key, weight);
-        Ok(())
-    }
-
     /// Over time: observes the instants of another sequence.
     ///
     /// # Errors
@@ -122,17 +108,13 @@ impl Learner {
     fn key(&self, case: &Case) -> Result<Vec<u64>, Error> {
         let program = &self.learnable.program;
         let mut key = vec![MISSING; program.slots.len()];
-        for (variable, index, number) in case.numbers() {
-            let name = || match index {
-                Some(index) => format!("{}[{index}]", program.model.variable_name(variable)),
-                None => program.model.variable_name(variable),
-            };
-            let slot = program.element(variable, index).ok_or_else(|| {
-                let message = match index {
-                    Some(_) => "the program has no such element",
-                    None => "it is a family of variables: each element has its own number",
-                };
-                Error::input(name(), message)
+        for (variable, number) in case.numbers() {
+            let name = || program.model.variable_name(variable);
+            let slot = program.only_slot(variable).ok_or_else(|| {
+                Error::input(
+                    name(),
+                    "it is a family of variables: give a table, with a column for each element",
+                )
             })?;
             if program.value(slot, number).is_none() {
                 let message = format!("{number} is {}", no_value(&program.model, variable));

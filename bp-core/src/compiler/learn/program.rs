@@ -165,13 +165,10 @@ impl Program {
         self.slots.iter().position(|slot| slot.name == name)
     }
 
-    /// The slot of the element with this index; for a single variable its only slot.
-    pub(super) fn element(&self, variable: VariableId, index: Option<i64>) -> Option<usize> {
+    /// The slot of a single variable; none for a family.
+    pub(super) fn only_slot(&self, variable: VariableId) -> Option<usize> {
         let own = self.slots.iter().position(|slot| slot.variable == variable)?;
-        match index {
-            None => (self.slots.get(own + 1).is_none_or(|next| next.variable != variable)).then_some(own),
-            Some(index) => self.slot(&format!("{}[{index}]", self.model.variable_name(variable))),
-        }
+        self.slots.get(own + 1).is_none_or(|next| next.variable != variable).then_some(own)
     }
 
     /// The ordinal of a number in a slot of a finite variable, the number itself for a real; `None` if it is not a

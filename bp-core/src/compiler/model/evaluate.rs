@@ -5,7 +5,7 @@
 //! learning, constants) and for the nodes of a kernel.
 
 use super::{Domain, Expression, Folded, IndexSpace, Model, VariableUse};
-use crate::ids::{ExpressionId, Id, ParameterId, QuestionId, VariableId};
+use crate::ids::{ExpressionId, ParameterId, VariableId};
 use crate::law::{Arithmetic, Numbers};
 
 /// The values of the parts of an expression.
@@ -137,12 +137,5 @@ impl Model {
             IndexSpace::Range(range) => Domain::Finite { labels: Vec::new(), range: Some(*range) }.count(),
             IndexSpace::Set(_) => None,
         }
-    }
-
-    /// The position of a question among the declared ones.
-    pub fn question_id(&self, name: &str) -> Option<QuestionId> {
-        self.questions
-            .ids()
-            .find(|id| self.questions[*id].name == name && id.position() < self.questions.len())
     }
 }

@@ -34,11 +34,6 @@ pub fn ln_gamma(x: f64) -> f64 {
     if x == 0.0 { f64::INFINITY } else { pxfm::f_lgamma(x) }
 }
 
-/// ψ(x), the derivative of ln Γ(x), for x > 0.
-pub fn digamma(x: f64) -> f64 {
-    pxfm::f_digamma(x)
-}
-
 /// ln I₀(x), the modified Bessel function of order 0: near 0 by I₀(x) − 1 = Σ (x/2)²ᵏ / (k!)² (Abramowitz and Stegun
 /// 9.6.12), which keeps its digits there.
 pub fn ln_bessel(x: f64) -> f64 {

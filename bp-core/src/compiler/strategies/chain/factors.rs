@@ -11,6 +11,7 @@ use crate::equation::is_proper;
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::potential::{MOST_CELLS, Orders, Potential, Product};
+use crate::radix;
 use crate::strategies::over_time::Instant;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -379,9 +380,8 @@ impl Described {
 
 /// Writes a joint ordinal into an assignment, the last slot fastest.
 fn put(ordinal: usize, slots: &[usize], counts: &[usize], values: &mut [f64]) {
-    let mut rest = ordinal;
-    for slot in slots.iter().rev() {
-        values[*slot] = (rest % counts[*slot]) as f64;
-        rest /= counts[*slot];
+    let counts = slots.iter().rev().map(|slot| counts[*slot]);
+    for (slot, ordinal) in slots.iter().rev().zip(radix::ordinals(ordinal, counts)) {
+        values[*slot] = ordinal as f64;
     }
 }

@@ -10,6 +10,7 @@
 
 use super::{Chain, Forward};
 use crate::error::Error;
+use crate::radix;
 use crate::random::seeded;
 use rand::RngExt;
 
@@ -49,11 +50,11 @@ impl Chain<'_> {
     }
 
     /// The values that the searched slots have in a cell of an instant's table.
-    fn values(&self, axes: &Axes, mut cell: usize) -> Vec<usize> {
+    fn values(&self, axes: &Axes, cell: usize) -> Vec<usize> {
         let mut values = vec![0; self.factors.counts.len()];
-        for slot in axes.slots.iter().rev() {
-            values[*slot] = cell % self.count(*slot);
-            cell /= self.count(*slot);
+        let counts = axes.slots.iter().map(|slot| self.count(*slot));
+        for (slot, ordinal) in axes.slots.iter().zip(radix::in_order(cell, counts)) {
+            values[*slot] = ordinal;
         }
         self.searched.iter().map(|slot| values[*slot]).collect()
     }

@@ -37,12 +37,6 @@ impl Belief {
     pub fn mean_of(&self, name: &str) -> Option<f64> {
         self.variables.iter().position(|variable| variable == name).map(|row| self.mean[row])
     }
-
-    /// Standard deviation of one variable.
-    pub fn deviation_of(&self, name: &str) -> Option<f64> {
-        let row = self.variables.iter().position(|variable| variable == name)?;
-        Some(self.covariance[(row, row)].max(0.0).sqrt())
-    }
 }
 
 /// One variable: its mean as a linear form of earlier rows, and the standard deviation of its own noise.

@@ -14,6 +14,7 @@ use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Model, Value};
 use crate::posterior::{Answer, Part, PartLaw, Slot, Table};
+use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::{Case, Found, Prepared};
 
@@ -176,15 +177,10 @@ fn summed(cells: &[f64], extents: &[usize], kept: &[bool]) -> (Vec<f64>, Vec<usi
         extents.iter().zip(kept).filter(|(_, kept)| **kept).map(|(extent, _)| *extent).collect();
     let mut sums = vec![0.0; left.iter().product()];
     for (position, cell) in cells.iter().enumerate() {
-        let (mut rest, mut place, mut stride) = (position, 0, 1);
-        for (extent, kept) in extents.iter().zip(kept).rev() {
-            if *kept {
-                place += rest % extent * stride;
-                stride *= extent;
-            }
-            rest /= extent;
-        }
-        sums[place] += cell;
+        let ordinals =
+            radix::in_order(position, extents.iter().copied()).into_iter().zip(extents.iter().copied());
+        let kept = ordinals.zip(kept).filter(|(_, kept)| **kept).map(|(digit, _)| digit);
+        sums[radix::position(kept)] += cell;
     }
     (sums, left)
 }

@@ -155,7 +155,7 @@ impl Contraction {
     ) {
         let (x, y) = if self.swapped { (y, x) } else { (x, y) };
         if self.cells < WORTH_SHARING || self.parts.1 < 2 {
-            return self.part::<T, MAXIMUM>(pool, x, y, z, mask, 0);
+            return self.part(Rows::<T, MAXIMUM> { contraction: self, pool, x, y, z, mask, base: 0 });
         }
         let size = z.len() / self.parts.1 as usize;
         z.par_chunks_mut(size).enumerate().for_each(|(part, z)| {
@@ -169,50 +169,56 @@ impl Contraction {
             let has = |start: u32| if start == 0 { 0 } else { start + skip };
             (kind.x, kind.y, kind.z) = (has(kind.x), has(kind.y), has(kind.z));
             let mask = mask.map(|mask| &mask[base..base + size]);
-            own.part::<T, MAXIMUM>(pool, x, y, z, mask, base as u32);
+            own.part(Rows::<T, MAXIMUM> { contraction: &own, pool, x, y, z, mask, base: base as u32 });
         });
     }
 
     /// The cells of Z from `base` on.
-    fn part<T: Scalar, const MAXIMUM: bool>(
-        &self,
-        pool: &Pool,
-        x: &[T],
-        y: &[T],
-        z: &mut [T],
-        mask: Option<&[T]>,
-        base: u32,
-    ) {
+    fn part<T: Scalar, const MAXIMUM: bool>(&self, rows: Rows<'_, T, MAXIMUM>) {
         match self.length {
-            1 => self.nest::<T, 1, MAXIMUM>(pool, x, y, z, mask, base),
-            2 => self.nest::<T, 2, MAXIMUM>(pool, x, y, z, mask, base),
-            3 => self.nest::<T, 3, MAXIMUM>(pool, x, y, z, mask, base),
-            4 => self.nest::<T, 4, MAXIMUM>(pool, x, y, z, mask, base),
+            1 => rows.nest::<1>(),
+            2 => rows.nest::<2>(),
+            3 => rows.nest::<3>(),
+            4 => rows.nest::<4>(),
             // Uses the widest SIMD instructions of the processor. All of them sum in the same order.
-            _ => {
-                let rows = Rows::<T, MAXIMUM> { contraction: self, pool, x, y, z, mask, base };
-                pulp::Arch::new().dispatch(rows);
-            }
+            _ => pulp::Arch::new().dispatch(rows),
         }
     }
+}
 
+/// A part of a product: the cells of Z from `base` on.
+struct Rows<'r, T, const MAXIMUM: bool> {
+    contraction: &'r Contraction,
+    pool: &'r Pool,
+    x: &'r [T],
+    y: &'r [T],
+    z: &'r mut [T],
+    mask: Option<&'r [T]>,
+    base: u32,
+}
+
+impl<T: Scalar, const MAXIMUM: bool> NullaryFnOnce for Rows<'_, T, MAXIMUM> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.nest::<0>();
+    }
+}
+
+impl<T: Scalar, const MAXIMUM: bool> Rows<'_, T, MAXIMUM> {
     /// The loops; `LENGTH` is the length of a row if known at compile time, else 0.
     #[inline(always)]
-    fn nest<T: Scalar, const LENGTH: usize, const MAXIMUM: bool>(
-        &self,
-        pool: &Pool,
-        x: &[T],
-        y: &[T],
-        z: &mut [T],
-        mask: Option<&[T]>,
-        base: u32,
-    ) {
-        let length = if LENGTH == 0 { self.length as usize } else { LENGTH };
+    fn nest<const LENGTH: usize>(self) {
+        let Self { contraction, pool, x, y, z, mask, base } = self;
+        let length = if LENGTH == 0 { contraction.length as usize } else { LENGTH };
         let of = |kind: &Loop| {
             [kind.x, kind.y, kind.z].map(|start| pool.at(start, if start == 0 { 1 } else { kind.count }))
         };
-        let ([batch_x, batch_y, batch_z], [left_x, _, left_z]) = (of(&self.batch), of(&self.left));
-        let ([_, right_y, right_z], [summed_x, summed_y, _]) = (of(&self.right), of(&self.summed));
+        let ([batch_x, batch_y, batch_z], [left_x, _, left_z]) =
+            (of(&contraction.batch), of(&contraction.left));
+        let ([_, right_y, right_z], [summed_x, summed_y, _]) =
+            (of(&contraction.right), of(&contraction.summed));
         for ((batch_x, batch_y), batch_z) in batch_x.iter().zip(batch_y).zip(batch_z) {
             for (left_x, left_z) in left_x.iter().zip(left_z) {
                 let x = &x[(batch_x + left_x) as usize..];
@@ -220,7 +226,7 @@ impl Contraction {
                     let y = &y[(batch_y + right_y) as usize..];
                     let place = (batch_z + left_z + right_z - base) as usize;
                     let summed = summed_x.iter().zip(summed_y);
-                    match self.row {
+                    match contraction.row {
                         Row::Dot => {
                             let mut total = T::ZERO;
                             if mask.is_none_or(|mask| mask[place] != T::ZERO) {
@@ -260,26 +266,6 @@ impl Contraction {
                 }
             }
         }
-    }
-}
-
-/// Long rows.
-struct Rows<'r, T, const MAXIMUM: bool> {
-    contraction: &'r Contraction,
-    pool: &'r Pool,
-    x: &'r [T],
-    y: &'r [T],
-    z: &'r mut [T],
-    mask: Option<&'r [T]>,
-    base: u32,
-}
-
-impl<T: Scalar, const MAXIMUM: bool> NullaryFnOnce for Rows<'_, T, MAXIMUM> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.contraction.nest::<T, 0, MAXIMUM>(self.pool, self.x, self.y, self.z, self.mask, self.base);
     }
 }
 

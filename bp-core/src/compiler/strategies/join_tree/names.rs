@@ -66,11 +66,6 @@ impl Named {
         &self.model
     }
 
-    /// The variable of the model with this number, or the family that it is an element of.
-    pub fn variable_id(&self, number: usize) -> VariableId {
-        self.names[number].1
-    }
-
     /// The variables that an answer shows: all except those known for every question.
     pub fn shown(&self) -> Vec<usize> {
         let hidden: HashSet<usize> = self.known.iter().map(|(variable, _)| *variable).collect();

@@ -12,6 +12,7 @@ use crate::memory;
 use crate::model::{Ask, Finding, Model, Statistic, Value};
 use crate::posterior::{Answer, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot};
 use crate::progress;
+use crate::radix;
 use crate::sample::{Draws, MOST_R_HAT, Moments, Observations, Sampling};
 use crate::strategies::gibbs::gibbs;
 use crate::strategies::{Case, Found, Prepared};
@@ -185,11 +186,7 @@ pub(crate) fn rows(
             return Err(Error::TooLarge { name, cells, most: MOST_ROWS as f64, help });
         };
         for cell in 0..cells {
-            let (mut rest, mut values) = (cell, vec![0; finite.len()]);
-            for (at, (slot, _)) in finite.iter().enumerate().rev() {
-                values[at] = rest % count(*slot);
-                rest /= count(*slot);
-            }
+            let values = radix::in_order(cell, finite.iter().map(|(slot, _)| count(*slot)));
             let wanted = |((slot, at), value): (&(usize, Option<Value>), &usize)| match at {
                 None => true,
                 Some(Value::Ordinal(ordinal)) => ordinal == value,

@@ -10,6 +10,7 @@ use crate::ids::{ExpressionId, Id, ParameterId, SetId, VariableId};
 use crate::model::{
     Derived, DerivedKind, Domain, Expression, Family, IndexSpace, Model, ModelBuilder, VariableUse,
 };
+use crate::radix;
 use crate::source::Span;
 use crate::syntax::ast::{
     Ask, At, Comments, Expr, ExprKind, Item, Name, Occurrence, Program, Range, Subject,
@@ -274,17 +275,13 @@ fn whole_numbers(model: &Model, root: ExpressionId, right: &[VariableUse]) -> Op
     }
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for combination in 0..total {
+        let ordinals = radix::in_order(combination, counts.iter().copied());
         let value = |use_: &VariableUse| {
-            let mut rest = combination;
-            for (other, count) in right.iter().zip(&counts) {
-                let elements =
-                    (use_.element.map(|id| model.constant(id)), other.element.map(|id| model.constant(id)));
-                if other.variable == use_.variable && elements.0 == elements.1 {
-                    return Some(model.variables[use_.variable].domain.number(rest % count));
-                }
-                rest /= count;
-            }
-            None
+            let element = |use_: &VariableUse| use_.element.map(|id| model.constant(id));
+            let is_same =
+                |other: &VariableUse| other.variable == use_.variable && element(other) == element(use_);
+            let position = right.iter().position(is_same)?;
+            Some(model.variables[use_.variable].domain.number(ordinals[position]))
         };
         let number = model.evaluate_uses(root, &value)?;
         if number.fract() != 0.0 {
