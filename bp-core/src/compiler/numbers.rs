@@ -18,6 +18,14 @@ pub fn six_digits(number: f64) -> String {
     }
 }
 
+/// How many there are: a whole number where it is not too long, else six significant digits.
+pub fn count(number: f64) -> String {
+    match number.abs() < 1e9 {
+        true => format!("{:.0}", number.round() + 0.0),
+        false => six_digits(number),
+    }
+}
+
 /// An error: two significant digits are enough.
 pub fn two_digits(number: f64) -> String {
     match format!("{number:.1e}").parse::<f64>() {

@@ -8,7 +8,7 @@ use super::{Evidence, Posterior, Program};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Question, Statistic, When};
-use crate::plan::{Options, Route, plan};
+use crate::plan::{Route, plan};
 use crate::strategies::over_time::of_instant;
 use crate::strategies::over_time::{Follower, Told};
 use std::collections::HashMap;
@@ -59,7 +59,7 @@ impl<'p> Filter<'p> {
                 ask.when = When::Filter;
             }
         }
-        let mut routes = plan(model, &asked, Options { by: program.by, ..Options::default() })?.routes;
+        let mut routes = plan(model, &asked, program.options)?.routes;
         let route = match (routes.pop(), routes.len()) {
             (Some(Route::OverTime(route)), 0) if is_filter(route.ask()) => route,
             _ => {

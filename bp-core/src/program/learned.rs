@@ -116,7 +116,7 @@ pub(super) fn learn(program: &Program, learning: &Learning) -> Result<Learned, E
     };
     let opened = super::Opened { source, ..super::Opened::from(learned.model().clone()) };
     let settings = program.given.learned(learned.model(), &given);
-    let learnt = Program::with_settings(Arc::new(opened), settings, (program.sampling, program.by));
+    let learnt = Program::with_settings(Arc::new(opened), settings, (program.sampling, program.options));
     Ok(Learned { program: learnt, report: learned.report })
 }
 

@@ -31,7 +31,7 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
     if !named.is_empty() {
         wanted.retain(|id| named.iter().any(|(named, _)| named == id));
     }
-    let by = (program.sampling, program.by);
+    let by = (program.sampling, program.options);
     let mut all = answer::marginals(model, &wanted, &knowledge, &inputs, by)?;
     if !named.is_empty() {
         all.parts.retain(|part| {
@@ -42,26 +42,29 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
         });
         all.answer = all.parts.iter().flat_map(|part| part.rows(model)).collect();
     }
-    // A Markov network has ln Z without any evidence.
-    let given = match (evidence.iter().next(), program.opened.known.is_empty()) {
-        (Some(_), _) => format!(" | {evidence}"),
-        (None, true) => String::new(),
-        (None, false) => " | potentials".to_owned(),
-    };
-    all.question = format!("marginals of {}{given}", program.name());
+    all.question = format!("marginals of {}{}", program.name(), given(program, evidence));
     all.ln_evidence = all.ln_evidence.map(|ln| ln + program.opened.ln_scale);
     Ok(Posterior::new(program, all))
 }
 
+/// The evidence in the heading of an answer. A Markov network has ln Z without any evidence.
+pub(super) fn given(program: &Program, evidence: &Evidence) -> String {
+    match (evidence.iter().next(), program.opened.known.is_empty()) {
+        (Some(_), _) => format!(" | {evidence}"),
+        (None, true) => String::new(),
+        (None, false) => " | potentials".to_owned(),
+    }
+}
+
 /// Names and their meanings.
-struct Names<'p> {
-    program: &'p Program,
-    setting: &'p Setting<'p>,
+pub(super) struct Names<'p> {
+    pub(super) program: &'p Program,
+    pub(super) setting: &'p Setting<'p>,
 }
 
 impl Names<'_> {
     /// A variable, or an element of one, from 0.
-    fn find(&self, name: &str) -> Result<(VariableId, Option<usize>), Error> {
+    pub(super) fn find(&self, name: &str) -> Result<(VariableId, Option<usize>), Error> {
         let model = self.program.model();
         if let Some(variable) = model.variable(name) {
             return Ok((variable, None));
@@ -81,7 +84,7 @@ impl Names<'_> {
     }
 
     /// Evidence on variables and on elements, together with the evidence that always holds.
-    fn knowledge(&self, evidence: &Evidence) -> Result<Knowledge, Error> {
+    pub(super) fn knowledge(&self, evidence: &Evidence) -> Result<Knowledge, Error> {
         let mut all = Knowledge { known: self.program.opened.known.clone(), ..Knowledge::default() };
         for (name, value) in evidence.iter() {
             let (variable, element) = self.find(name)?;

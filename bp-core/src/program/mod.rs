@@ -6,6 +6,7 @@
 
 mod evidence;
 mod filter;
+mod groups;
 mod learned;
 mod lookup;
 mod marginals;
@@ -17,6 +18,7 @@ mod value;
 
 pub use evidence::Evidence;
 pub use filter::Filter;
+pub use groups::Observation;
 pub use learned::{Learned, Learning};
 pub use posterior::Posterior;
 pub use question::Question;
@@ -28,7 +30,7 @@ use crate::exec::Inputs;
 use crate::guess::listed;
 use crate::io::{self, Network};
 use crate::model::{Known, Model};
-use crate::plan::Strategy;
+use crate::plan::{Options, Strategy};
 use crate::sample::Sampling;
 use crate::source::Source;
 use crate::syntax::{compile, parse_question};
@@ -63,8 +65,8 @@ pub struct Program {
     /// The settings in the form of kernels, computed when a filter first needs them.
     inputs: OnceLock<Inputs<'static, f64>>,
     sampling: Sampling,
-    /// The selected strategy.
-    by: Option<Strategy>,
+    /// How questions are planned.
+    options: Options,
 }
 
 /// The parts that do not depend on settings.
@@ -119,16 +121,12 @@ impl Program {
 
     fn of(opened: Opened) -> Self {
         let settings = Settings::new(&opened.model);
-        Self::with_settings(Arc::new(opened), settings, (Sampling::default(), None))
+        Self::with_settings(Arc::new(opened), settings, (Sampling::default(), Options::default()))
     }
 
-    fn with_settings(
-        opened: Arc<Opened>,
-        given: Settings,
-        (sampling, by): (Sampling, Option<Strategy>),
-    ) -> Self {
+    fn with_settings(opened: Arc<Opened>, given: Settings, (sampling, options): (Sampling, Options)) -> Self {
         let settings = Arc::new(given.clone().with_told(&opened.model));
-        Self { opened, given: Arc::new(given), settings, inputs: OnceLock::new(), sampling, by }
+        Self { opened, given: Arc::new(given), settings, inputs: OnceLock::new(), sampling, options }
     }
 
     /// The program with a value for a parameter (a number, or a list of them), or a size for a set. A grid takes its
@@ -144,7 +142,7 @@ impl Program {
     fn set(self, name: &str, value: &Value, meaning: Meaning) -> Result<Self, Error> {
         let mut given = Arc::unwrap_or_clone(self.given);
         given.set(&self.opened.model, name, value, meaning)?;
-        Ok(Self::with_settings(self.opened, given, (self.sampling, self.by)))
+        Ok(Self::with_settings(self.opened, given, (self.sampling, self.options)))
     }
 
     /// The program with this number of draws for estimates.
@@ -171,8 +169,23 @@ impl Program {
             let names = listed(Strategy::ALL.map(Strategy::name), "and");
             Error::input("by", format!("there is no strategy `{strategy}`; there are {names}"))
         })?;
-        self.by = Some(named);
+        self.options.by = Some(named);
         Ok(self)
+    }
+
+    /// The program with all options of the planner, for the stages of the compiler.
+    #[must_use]
+    pub fn planned(mut self, options: Options) -> Self {
+        self.options = options;
+        self
+    }
+
+    /// The program with a budget: an exact answer of more products is estimated instead, where it can be. By default an
+    /// exact answer is never replaced by an estimate.
+    #[must_use]
+    pub fn budget(mut self, products: u64) -> Self {
+        self.options.budget = Some(products);
+        self
     }
 
     /// The name of the program.
@@ -249,6 +262,37 @@ impl Program {
     /// As [`Program::marginals`].
     pub fn marginals_of(&self, names: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
         marginals::marginals(self, names, evidence)
+    }
+
+    /// The joint posterior of some variables, or of elements of families (`Z[2]`), given some evidence.
+    ///
+    /// # Errors
+    /// As [`Program::marginals`]; a name that stands twice, or is observed.
+    pub fn joint(&self, names: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
+        groups::joint(self, names, evidence)
+    }
+
+    /// The most probable value of all variables together, given some evidence: one row, whose number is ln of the joint
+    /// probability, or density, of these values and the evidence.
+    ///
+    /// # Errors
+    /// As [`Program::marginals`].
+    pub fn most_probable(&self, evidence: &Evidence) -> Result<Posterior, Error> {
+        groups::most_probable(self, evidence)
+    }
+
+    /// The entropy in nats of some targets together, given some evidence, and what the observation of each of some other
+    /// variables (of all, if none is named) tells about the targets, the most informative first.
+    ///
+    /// # Errors
+    /// As [`Program::joint`].
+    pub fn observations(
+        &self,
+        about: &[String],
+        among: &[String],
+        evidence: &Evidence,
+    ) -> Result<(f64, Vec<Observation>), Error> {
+        groups::observations(self, (about, among), evidence)
     }
 
     /// Learns the `unknown` forms of the program, and the parameters that `identification` names, from a table of cases

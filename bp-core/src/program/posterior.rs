@@ -276,7 +276,8 @@ impl Posterior {
         Self { program: self.program.clone(), answer }
     }
 
-    pub(super) fn model(&self) -> &Model {
+    /// The model that was asked.
+    pub fn model(&self) -> &Model {
         self.program.model()
     }
 

@@ -40,7 +40,7 @@ pub struct Question {
 impl Question {
     pub(super) fn new(program: &Program, asked: model::Question) -> Result<Self, Error> {
         let (program, asked) = &program.posed(asked);
-        let compiled = Arc::new(compile_by(program.model(), asked, program.by)?.into_owned());
+        let compiled = Arc::new(compile_by(program.model(), asked, program.options)?.into_owned());
         Ok(Self { program: program.clone(), asked: asked.clone(), compiled, given: Vec::new() })
     }
 
@@ -129,7 +129,7 @@ impl Question {
 
     fn over_observed(&self, instants: &[Vec<(String, f64)>]) -> Result<Posterior, Error> {
         let (model, sampling) = (self.program.model(), self.program.sampling);
-        let by = self.program.by;
+        let by = self.program.options;
         let answers = ask_over_time_by(model, &self.asked, instants, &self.inputs(), sampling, by)?;
         one(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
     }

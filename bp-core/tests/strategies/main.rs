@@ -13,6 +13,7 @@ mod join_trees;
 mod kalman;
 mod normal_laws;
 mod particles;
+mod planner;
 mod shared;
 mod sizes;
 #[path = "../support/mod.rs"]

@@ -6,14 +6,13 @@
 use crate::answered::{one_or_several, write_answers, write_cases, write_json, write_sequences};
 use crate::data::{self, Separator};
 use crate::failure::Failure;
+use crate::planning::Inference;
 use crate::{cases, over_time, program};
 use bp_core::compiler::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_by, filled, open};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::model::{Model, Question};
-use bp_core::compiler::plan::Strategy;
 use bp_core::compiler::progress;
-use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::{Settings, names_of};
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -57,15 +56,8 @@ pub(crate) struct Arguments {
     /// Set a parameter, a size, or a value that the question leaves open; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     settings: Vec<String>,
-    /// Number of draws, if the answer has to be estimated.
-    #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
-    particles: usize,
-    /// Inference strategy: sums, join_tree, gaussian, chain, weighting, gibbs or particles; by default the cheapest exact one, else an estimate.
-    #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
-    by: Option<Strategy>,
-    /// Random seed; the same seed gives the same answer.
-    #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
-    seed: u64,
+    #[command(flatten)]
+    inference: Inference,
     /// Answer for each row of a table (CSV); for a question over time the rows are instants.
     #[arg(long, value_name = "FILE", conflicts_with = "table")]
     data: Option<PathBuf>,
@@ -86,18 +78,6 @@ pub(crate) struct Arguments {
     /// Show all rows of large tables.
     #[arg(long)]
     all: bool,
-}
-
-/// A number of draws.
-pub(crate) fn particles(text: &str) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|count| (1..=100_000_000).contains(count));
-    count.ok_or_else(|| "expected a number of draws, from 1 to 100000000".to_owned())
-}
-
-/// A strategy by its name.
-pub(crate) fn strategy(text: &str) -> Result<Strategy, String> {
-    let names = Strategy::ALL.map(Strategy::name);
-    Strategy::of_name(text).ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
 fn setting(text: &str) -> Result<String, String> {
@@ -122,17 +102,18 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
         false => question.clone(),
     };
+    let options = arguments.inference.options();
     let compiled: Vec<CompiledQuestion<'_>> = questions
         .iter()
-        .map(|question| compile_by(&model, &by_columns(question), arguments.by))
+        .map(|question| compile_by(&model, &by_columns(question), options))
         .collect::<Result<_, _>>()?;
     let names = names_of(&model, &compiled)?;
     let settings = Settings::read(&model, &arguments.settings, &names)?.with_told(&model);
-    let sampling = Sampling { particles: arguments.particles, seed: arguments.seed };
+    let sampling = arguments.inference.sampling();
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
         let others = OtherColumns { sequence: arguments.sequence.clone(), ignore: arguments.ignore.clone() };
-        let by = (sampling, arguments.by);
+        let by = (sampling, options);
         let sequences = over_time::answers(&model, &questions, &table, &others, &settings, by)?;
         let how = (arguments.json, arguments.all);
         return write_sequences(&sequences, arguments.sequence.as_deref(), how, out);
@@ -146,7 +127,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     if let Some(path) = &arguments.data {
         let table = data::open(path, &arguments.separator)?;
-        let cases = cases::answers(&model, &questions, &table, &settings, (sampling, arguments.by))?;
+        let cases = cases::answers(&model, &questions, &table, &settings, (sampling, options))?;
         return write_cases(&cases, (arguments.json, arguments.all), out);
     }
     let inputs = settings.inputs();

@@ -14,7 +14,7 @@ use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::learn::sizes;
 use bp_core::compiler::model::{Model, Question};
-use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::plan::{Options, Strategy};
 use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -28,7 +28,7 @@ pub(crate) fn answers(
     questions: &[Question],
     table: &Records,
     settings: &Settings,
-    (sampling, by): (Sampling, Option<Strategy>),
+    (sampling, options): (Sampling, Options),
 ) -> Result<Vec<(usize, Answered)>, Failure> {
     let given = sizes(model, table, settings.inputs())?;
     let columns = columns(model, questions, table, settings, &given)?;
@@ -40,7 +40,7 @@ pub(crate) fn answers(
         let ready = match compiled.get(&pattern) {
             Some(ready) => ready,
             None => {
-                let ready = compile(model, questions, &columns, &pattern, by).map_err(in_row)?;
+                let ready = compile(model, questions, &columns, &pattern, options).map_err(in_row)?;
                 compiled.entry(pattern).or_insert(ready)
             }
         };
@@ -129,15 +129,15 @@ fn compile<'m>(
     questions: &[Question],
     columns: &Columns<'_>,
     pattern: &Pattern,
-    by: Option<Strategy>,
+    options: Options,
 ) -> Result<Vec<CompiledQuestion<'m>>, Error> {
     let given: BTreeSet<VariableId> = columns.keys().copied().collect();
     let compile = |question: &Question| {
         let question = filled(model, question, &given, &pattern.missing);
-        match (by, pattern.partly) {
-            (None, true) => compile_by(model, &question, Some(Strategy::JoinTree))
-                .or_else(|_| compile_by(model, &question, None)),
-            (by, _) => compile_by(model, &question, by),
+        match (options.by, pattern.partly) {
+            (None, true) => compile_by(model, &question, Options { by: Some(Strategy::JoinTree), ..options })
+                .or_else(|_| compile_by(model, &question, options)),
+            _ => compile_by(model, &question, options),
         }
     };
     questions.iter().map(compile).collect()

@@ -10,7 +10,7 @@ use bp_core::compiler::emit::{Emitted, emit_rust, wgsl::emit_wgsl_module};
 use bp_core::compiler::kernel::Kernel;
 use bp_core::compiler::lower::lower;
 use bp_core::compiler::model::Model;
-use bp_core::compiler::plan::{Options, plan};
+use bp_core::compiler::plan::plan_for_code;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
@@ -140,7 +140,7 @@ fn size(text: &str) -> Result<(String, usize), String> {
 /// The kernels of a question, if it is answered by kernels.
 fn kernels(model: &Model, question: &bp_core::compiler::model::Question) -> Result<Vec<Kernel>, Failure> {
     let mut kernels = Vec::new();
-    for route in plan(model, question, Options::default())?.routes {
+    for route in plan_for_code(model, question)?.routes {
         match route.exact() {
             Some(exact) => kernels.push(lower(model, exact, &question.name)?.kernel),
             None => {

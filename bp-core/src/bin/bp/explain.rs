@@ -3,17 +3,18 @@
 //! In: a program and a question. Out: the derivation and its cost, as text, LaTeX, JSON or a page of HTML. Invariant:
 //! every output shows the same steps of the same plan.
 
-use crate::ask::strategy;
 use crate::cost::{self, Table};
 use crate::failure::{Failure, colour};
+use crate::numbers::count;
 use crate::output::{self, questions_of};
+use crate::planning::Planning;
 use crate::{html, latex, parameters, program, wrap};
 use bp_core::compiler::answer::link;
 use bp_core::compiler::error::Error;
 use bp_core::compiler::kernel::in_words;
 use bp_core::compiler::lower::lower_printed;
 use bp_core::compiler::model::{Model, Question};
-use bp_core::compiler::plan::{Marked, Notation, Offer, Options, Plan, Strategy, plan};
+use bp_core::compiler::plan::{Marked, Notation, Offer, Options, Plan, plan};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -36,9 +37,8 @@ pub(crate) struct Arguments {
     /// Show the memory layout of the loops: passes, contiguous axes, buffers, bytes read and written.
     #[arg(long, conflicts_with_all = ["latex", "html"])]
     layout: bool,
-    /// Inference strategy: sums, join_tree, gaussian, chain, weighting, gibbs or particles.
-    #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
-    by: Option<Strategy>,
+    #[command(flatten)]
+    planning: Planning,
     /// Write an `align*` environment for LaTeX.
     #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         false => program::questions(&mut network, arguments.question.as_deref())?,
     };
     let model = network.model;
-    let options = Options { by: arguments.by, all_offers: true, ..Options::default() };
+    let options = Options { all_offers: true, ..arguments.planning.options() };
     let plans: Vec<Plan> =
         questions.iter().map(|one| plan(&model, one, options)).collect::<Result<_, Error>>()?;
     let mut page = Vec::new();
@@ -152,8 +152,8 @@ fn offered(offer: &Offer) -> String {
         (Some(reason), _) => format!("{name}, refused: {reason}"),
         (None, products) => {
             let kind = if offer.exact { "exact" } else { "estimate" };
-            let cost = products.map_or(String::new(), |products| format!(", {products} products"));
-            let taken = if offer.taken { ": taken" } else { "" };
+            let cost = products.map_or(String::new(), |products| format!(", {} products", count(products)));
+            let taken = offer.choice.as_ref().map_or(String::new(), |choice| format!(": taken, {choice}"));
             format!("{name}, {kind}{cost}{taken}")
         }
     }

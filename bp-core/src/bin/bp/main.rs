@@ -25,6 +25,7 @@ mod network;
 mod output;
 mod over_time;
 mod parameters;
+mod planning;
 mod program;
 mod signals;
 

@@ -10,7 +10,7 @@ use bp_core::compiler::answer::{OtherColumns, ask_over_time_by, read_sequences};
 use bp_core::compiler::data::Records;
 use bp_core::compiler::error::Error;
 use bp_core::compiler::model::{Finding, Model, Question, Value};
-use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::plan::Options;
 use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
 
@@ -20,7 +20,7 @@ pub(crate) fn answers(
     table: &Records,
     others: &OtherColumns,
     settings: &Settings,
-    (sampling, by): (Sampling, Option<Strategy>),
+    (sampling, options): (Sampling, Options),
 ) -> Result<Vec<(String, Answered)>, Failure> {
     questions.iter().try_for_each(|question| refuse_set(model, question, settings))?;
     let inputs = settings.inputs();
@@ -31,7 +31,7 @@ pub(crate) fn answers(
             // Each sequence has its own draws; multiplying by an odd constant gives each a different seed.
             let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let answers =
-                ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, by);
+                ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, options);
             let answers = match (answers, &others.sequence) {
                 (Err(error), None) => return Err(error.into()),
                 (Err(error), Some(column)) if !error.is_of_one_case() => {
@@ -48,7 +48,7 @@ pub(crate) fn answers(
         }
         if others.sequence.is_none() && all.is_empty() {
             // An empty table has no instants, which the question refuses.
-            ask_over_time_by(model, question, &[], &inputs, sampling, by)?;
+            ask_over_time_by(model, question, &[], &inputs, sampling, options)?;
         }
     }
     Ok(all)

@@ -15,7 +15,7 @@ use crate::exec::{Inputs, Lanes, Outputs};
 use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::{Model, Question};
-use crate::plan::{Mark, Options, plan};
+use crate::plan::{Mark, plan_for_code};
 use crate::posterior::check;
 use crate::strategies::sums;
 use std::borrow::Cow;
@@ -96,6 +96,6 @@ fn posed<'m>(model: &'m Model, asked: Asked<'_>) -> Result<(Cow<'m, Model>, Ques
 }
 
 fn exact(model: &Model, question: &Question, route: usize) -> Result<Exact, Error> {
-    let routes = plan(model, question, Options::default())?.routes;
+    let routes = plan_for_code(model, question)?.routes;
     Ok(routes[route].exact().expect("internal: the route has been compiled").clone())
 }

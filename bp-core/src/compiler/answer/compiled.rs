@@ -28,8 +28,8 @@ pub struct CompiledQuestion<'m> {
     places: Vec<Vec<Place>>,
     /// Whether families are expanded into single variables.
     pub(super) elements: Elements,
-    /// The strategy that must answer, if any.
-    by: Option<Strategy>,
+    /// The options of its plan.
+    options: Options,
 }
 
 /// Compiles a question of a model.
@@ -37,27 +37,27 @@ pub struct CompiledQuestion<'m> {
 /// # Errors
 /// No route answers it; a subroutine that cannot be answered.
 pub fn compile<'m>(model: &'m Model, question: &Question) -> Result<CompiledQuestion<'m>, Error> {
-    compile_by(model, question, None)
+    compile_by(model, question, Options::default())
 }
 
-/// Compiles a question for one strategy.
+/// Compiles a question with options of the planner, such as the strategy that must answer.
 ///
 /// # Errors
 /// As [`compile`]; the strategy does not answer it.
 pub fn compile_by<'m>(
     model: &'m Model,
     question: &Question,
-    by: Option<Strategy>,
+    options: impl Into<Options>,
 ) -> Result<CompiledQuestion<'m>, Error> {
+    let options = options.into();
     let (model, question) = posed(link(model)?, question);
-    let elements = Elements::of(&model, &question, by);
-    let options = Options { by, ..Options::default() };
+    let elements = Elements::of(&model, &question, options.by);
     match elements {
-        Elements::Apart => Ok(later(model, question, elements, by)),
+        Elements::Apart => Ok(later(model, question, elements, options)),
         Elements::Together => together(model, question, options),
         Elements::Perhaps => Ok(match together(model.clone(), question.clone(), options) {
             Ok(compiled) => CompiledQuestion { elements, ..compiled },
-            Err(_) => later(model, question, elements, by),
+            Err(_) => later(model, question, elements, options),
         }),
     }
 }
@@ -77,10 +77,10 @@ fn later(
     model: Cow<'_, Model>,
     question: Question,
     elements: Elements,
-    by: Option<Strategy>,
+    options: Options,
 ) -> CompiledQuestion<'_> {
     let (routes, strategies, places) = (Arc::default(), Vec::new(), Vec::new());
-    CompiledQuestion { model, question, routes, strategies, places, elements, by }
+    CompiledQuestion { model, question, routes, strategies, places, elements, options }
 }
 
 /// Plans and prepares a question.
@@ -93,8 +93,8 @@ pub(super) fn together(
     let routes = Arc::new(prepare(&model, &plan)?);
     let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
     let (question, places) = (plan.question, plan.places);
-    let (elements, by) = (Elements::Together, options.by);
-    Ok(CompiledQuestion { model, question, routes, strategies, places, elements, by })
+    let elements = Elements::Together;
+    Ok(CompiledQuestion { model, question, routes, strategies, places, elements, options })
 }
 
 /// The program, extended by what the question derives from it.
@@ -146,7 +146,7 @@ impl CompiledQuestion<'_> {
 
     /// The options of its plan.
     pub(super) fn options(&self) -> Options {
-        Options { by: self.by, ..Options::default() }
+        self.options
     }
 
     /// The question.

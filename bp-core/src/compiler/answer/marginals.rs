@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Known, Model, Question, Searched, Statistic, Value, When};
-use crate::plan::{Options, Strategy};
+use crate::plan::{Group, Options, Strategy};
 use crate::sample::Sampling;
 use crate::strategies::{Case, Findings};
 
@@ -33,7 +33,7 @@ pub fn marginals(
     wanted: &[VariableId],
     knowledge: &Knowledge,
     inputs: &Inputs<'_, f64>,
-    (sampling, by): (Sampling, Option<Strategy>),
+    (sampling, options): (Sampling, Options),
 ) -> Result<Answer, Error> {
     let mut known = knowledge.known.clone();
     let observed = |id: &VariableId| {
@@ -60,13 +60,8 @@ pub fn marginals(
         asks: searched.iter().map(|id| ask(*id)).collect(),
         derived: Vec::new(),
     };
-    check(model, &question)?;
-    let elements = !knowledge.elements.is_empty();
-    let options = Options { by, alone: true, elements, ..Options::default() };
-    let compiled = compile_with(model, &question, options)?;
-    let findings = Some(&knowledge.elements);
-    let mut answers =
-        compiled.answers(&Case { question: &question, inputs, instants: &[], sampling, findings })?;
+    let options = Options { group: Group::Marginals, ..options };
+    let mut answers = together(model, &question, &knowledge.elements, inputs, (sampling, options))?;
     let first = answers.first();
     let mut all = Answer {
         question: String::new(),
@@ -115,9 +110,28 @@ pub fn marginals(
     Ok(all)
 }
 
+/// The answers of asks with the same evidence, which may include single elements of families.
+///
+/// # Errors
+/// As [`ask`](super::ask).
+pub fn together(
+    model: &Model,
+    question: &Question,
+    findings: &Findings,
+    inputs: &Inputs<'_, f64>,
+    (sampling, options): (Sampling, Options),
+) -> Result<Vec<Answer>, Error> {
+    check(model, question)?;
+    let options = Options { elements: findings.are_elements(model), ..options };
+    let compiled = compile_with(model, question, options)?;
+    compiled.answers(&Case { question, inputs, instants: &[], sampling, findings: Some(findings) })
+}
+
 /// Refuses evidence that no question may have. A variable with a likelihood remains a variable to be answered.
 fn check(model: &Model, question: &Question) -> Result<(), Error> {
-    let weighed = |ask: &Ask| ask.known.iter().any(|known| known.variable == ask.searched[0].variable);
+    let weighed = |ask: &Ask| {
+        ask.known.iter().any(|known| ask.searched.iter().any(|item| item.variable == known.variable))
+    };
     let asks: Vec<Ask> = question.asks.iter().filter(|ask| !weighed(ask)).take(1).cloned().collect();
     if asks.is_empty() {
         return Ok(());
@@ -194,7 +208,7 @@ mod tests {
         let last = Known { variable: all[13], evidence: Finding::Hard(Value::Ordinal(1)) };
         let knowledge = Knowledge { known: vec![last], ..Knowledge::default() };
         let before = propagations();
-        let by = (Sampling::default(), None);
+        let by = (Sampling::default(), Options::default());
         let found = marginals(&model, &all, &knowledge, &Inputs::new(), by).unwrap();
         assert_eq!((found.strategy, propagations() - before), (Strategy::JoinTree, 1));
         assert_eq!(found.parts.len(), 14);
@@ -219,7 +233,14 @@ mod tests {
         };
         for by in [Strategy::Sums, Strategy::JoinTree] {
             let ask = |knowledge: &Knowledge| {
-                marginals(&model, &all, knowledge, &Inputs::new(), (Sampling::default(), Some(by))).unwrap()
+                marginals(
+                    &model,
+                    &all,
+                    knowledge,
+                    &Inputs::new(),
+                    (Sampling::default(), Options::from(Some(by))),
+                )
+                .unwrap()
             };
             let one = ask(&known(&[1]));
             // (1 + 1/4) / 2 and (1 + 1/2) / 2.

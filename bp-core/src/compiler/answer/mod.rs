@@ -20,13 +20,13 @@ pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, compile_by};
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
-pub use marginals::{Knowledge, marginals};
+pub use marginals::{Knowledge, marginals, together};
 pub use open::{filled, open};
 
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Model, Question};
-use crate::plan::Strategy;
+use crate::plan::Options;
 use crate::sample::Sampling;
 
 /// Answers a question of a model.
@@ -61,7 +61,7 @@ pub fn ask_over_time(
     inputs: &Inputs<'_, f64>,
     sampling: Sampling,
 ) -> Result<Vec<Answer>, Error> {
-    ask_over_time_by(model, question, observations, inputs, sampling, None)
+    ask_over_time_by(model, question, observations, inputs, sampling, Options::default())
 }
 
 /// Answers a question over time by one strategy.
@@ -74,7 +74,7 @@ pub fn ask_over_time_by(
     observations: &[Vec<(String, f64)>],
     inputs: &Inputs<'_, f64>,
     sampling: Sampling,
-    by: Option<Strategy>,
+    by: impl Into<Options>,
 ) -> Result<Vec<Answer>, Error> {
     compile_by(model, question, by)?.ask_over(observations, inputs, sampling)
 }

@@ -29,7 +29,7 @@ mod write;
 use crate::error::Error;
 use crate::lower::lower_printed;
 use crate::model::{Ask, Model, Question, Statistic};
-use crate::plan::{self, Options};
+use crate::plan;
 use crate::source::Source;
 use names::Names;
 use text::Text;
@@ -108,7 +108,7 @@ fn emit_question(
     (modules, enums): (&mut Names, &Enums),
     text: &mut Text,
 ) -> Result<(), Error> {
-    let plan = plan::plan(model, asked, Options::default())?;
+    let plan = plan::plan_for_code(model, asked)?;
     let made_by_the_host = |ask: &&Ask| {
         let emitted = matches!(
             ask.statistic,

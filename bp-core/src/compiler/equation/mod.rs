@@ -34,6 +34,7 @@ pub use parts::parts;
 pub(crate) use print::Line;
 pub use range::{Mark, Marked};
 pub(crate) use scope::{Scope, of_form};
+pub(crate) use size::MOST_PRODUCTS;
 pub use strategy::Strategy;
 
 use crate::error::Error;
@@ -114,6 +115,22 @@ impl Default for Rewrites {
     }
 }
 
+/// The kind of a group of asks with the same known variables; a join tree answers each kind with its own propagations.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Group {
+    /// No special kind: each ask has its table.
+    #[default]
+    Tables,
+    /// The marginal of each variable, and of each element of a family.
+    Marginals,
+    /// The joint distribution of some variables and elements.
+    Joint,
+    /// The most probable assignment of all variables; one of several equally probable ones.
+    Mode,
+    /// The information that observing each of some variables and elements gives about others.
+    Information,
+}
+
 /// Options of the planner.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Options {
@@ -123,12 +140,21 @@ pub struct Options {
     pub ln_evidence: bool,
     /// The selected strategy, if any; otherwise the planner chooses.
     pub by: Option<Strategy>,
+    /// The largest number of products of an exact answer, if an estimate can replace it.
+    pub budget: Option<u64>,
     /// Whether to collect the offers of all strategies.
     pub all_offers: bool,
-    /// Whether each ask, and each element of a family, is a marginal of its own.
-    pub alone: bool,
-    /// Whether single elements of families are observed, in addition to the question's known variables.
+    /// The kind of the group.
+    pub group: Group,
+    /// Whether single elements of families are observed or asked, in addition to the question's variables.
     pub elements: bool,
+}
+
+/// The options of a strategy that is asked for by name.
+impl From<Option<Strategy>> for Options {
+    fn from(by: Option<Strategy>) -> Self {
+        Options { by, ..Options::default() }
+    }
 }
 
 /// One line of a derivation.

@@ -11,7 +11,7 @@ use crate::model::Model;
 const MOST_CELLS: f64 = 1e9;
 
 /// Limit of the summed products: some ten seconds of one core.
-const MOST_PRODUCTS: f64 = 1e10;
+pub(crate) const MOST_PRODUCTS: f64 = 1e10;
 
 /// Refuses a plan with a larger table, or more products.
 pub(super) fn check(model: &Model, exact: &Exact) -> Result<(), Error> {

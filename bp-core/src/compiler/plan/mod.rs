@@ -8,7 +8,7 @@ mod print;
 mod strategy;
 
 pub use crate::equation::{
-    Cost, Elimination, Exact, Mark, Marked, Notation, Options, Rewrites, Strategy, parts,
+    Cost, Elimination, Exact, Group, Mark, Marked, Notation, Options, Rewrites, Strategy, parts,
 };
 pub use crate::strategies::Route;
 pub use strategy::Offer;
@@ -18,6 +18,9 @@ use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Model, Question};
 use crate::strategies::gaussian;
 use std::collections::HashMap;
+
+/// The largest number of factors for which code is emitted, with a loop for each.
+const MOST_LOOPS: usize = 2000;
 
 /// The place of an ask's answer: a route and an ask of it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -48,6 +51,19 @@ pub struct Plan {
 pub fn plan(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let (model, question) = model.posed(question);
     planned(&model, &question, options, |_| options.ln_evidence)
+}
+
+/// Plans a question for emitted code: by loops, even if a join tree is cheaper, unless there are too many factors.
+///
+/// # Errors
+/// See [`plan`].
+pub fn plan_for_code(model: &Model, question: &Question) -> Result<Plan, Error> {
+    let cheapest = plan(model, question, Options::default())?;
+    let is_tree = |route: &Route| matches!(route, Route::Tree(tree) if tree.factors.len() <= MOST_LOOPS);
+    match cheapest.routes.iter().any(is_tree) {
+        true => plan(model, question, Options::from(Some(Strategy::Sums))).or(Ok(cheapest)),
+        false => Ok(cheapest),
+    }
 }
 
 /// Whether all asks of a question have a closed form because they are linear and Gaussian.

@@ -1,12 +1,13 @@
 //! The choice of a strategy: the offers of all for some asks, and the accepted one.
 //!
 //! In: asks with the same known variables. Out: an [`Offer`] of each strategy, and the route of the accepted one.
-//! Invariant: offers depend on the program and the question alone, never on the machine; an exact offer is preferred to
-//! an estimate, and exact ones have a fixed order; `explain` and `ask` read the same offers.
+//! Invariant: offers depend on the program and the question alone, never on the machine; the cheapest exact offer is
+//! accepted, or an estimate if there is none or it exceeds the user's budget; `explain` and `ask` read the same offers.
 
 use super::{Options, Route, Strategy};
 use crate::error::Error;
 use crate::model::{Ask, Model};
+use crate::numbers::count;
 use crate::strategies::{Turn, engine, refused};
 use serde::Serialize;
 
@@ -25,6 +26,9 @@ pub struct Offer {
     pub refusal: Option<String>,
     /// Whether this offer is accepted.
     pub taken: bool,
+    /// The reason why it is accepted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub choice: Option<String>,
 }
 
 /// The route of the accepted strategy for asks with the same known variables, and the offers of all.
@@ -33,27 +37,67 @@ pub struct Offer {
 /// No strategy answers, or not the one that the user chose.
 pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(Route, Vec<Offer>), Error> {
     let over_time = asks[0].when.is_over_time();
-    let mut offers: Vec<Offer> = Vec::new();
-    let mut taken: Option<Route> = None;
-    let mut refusals: Vec<(Strategy, Error)> = Vec::new();
-    for strategy in Strategy::ALL {
-        if !(if over_time { strategy.is_over_time() } else { strategy.is_of_one_instant() }) {
-            continue;
+    let mut market = Market { model, asks, options, made: Vec::new(), refusals: Vec::new(), excess: None };
+    let of_this_time = |one: &Strategy| if over_time { one.is_over_time() } else { one.is_of_one_instant() };
+    let (exact, estimates): (Vec<Strategy>, Vec<Strategy>) =
+        Strategy::ALL.into_iter().filter(of_this_time).partition(|one| one.is_exact());
+    let named = |one: Strategy| options.by.is_none_or(|by| by == one);
+    // The refusals of exact strategies are also the reason given with an estimate that the user chooses.
+    for strategy in exact {
+        if options.all_offers || named(strategy) || options.by.is_some_and(|by| !by.is_exact()) {
+            market.offer(strategy);
         }
-        let wanted = options.by.is_none_or(|by| by == strategy);
+    }
+    let cheapest = market.cheapest();
+    let too_large = market.refusal(Strategy::Sums).is_some_and(is_of_size);
+    market.excess = cheapest.and_then(|at| market.exceeds(at));
+    // A finite question that is too large is an error to mend; it is estimated only if the user sets a budget.
+    let estimate = match options.by {
+        Some(by) => !by.is_exact(),
+        None => market.excess.is_some() || cheapest.is_none() && (!too_large || options.budget.is_some()),
+    };
+    let mut drawn = None;
+    for strategy in estimates {
         // Gibbs sampling is used only where the user chooses it: no rule predicts whether it beats likelihood
         // weighting.
-        let wanted = wanted && (strategy != Strategy::Gibbs || options.by.is_some());
-        if taken.is_some() && !options.all_offers {
-            break;
+        let wanted = estimate && named(strategy) && (strategy != Strategy::Gibbs || options.by.is_some());
+        if options.all_offers || wanted && drawn.is_none() {
+            market.offer(strategy);
+            let is_offered = market.made.last().is_some_and(|(_, route)| route.is_some());
+            drawn = drawn.or((wanted && is_offered).then(|| market.made.len() - 1));
         }
-        let reason = refusals.iter().find(|(own, _)| matches!(own, Strategy::Sums | Strategy::Chain));
-        let tree = offers.iter().any(|it| it.strategy == Strategy::JoinTree && it.refusal.is_none());
+    }
+    match drawn.or(cheapest) {
+        Some(at) => Ok(market.take(at)),
+        None => Err(market.refused(over_time)),
+    }
+}
+
+/// The offers for some asks.
+struct Market<'m> {
+    model: &'m Model,
+    asks: &'m [Ask],
+    options: Options,
+    made: Vec<(Offer, Option<Route>)>,
+    refusals: Vec<(Strategy, Error)>,
+    /// The error that the cheapest exact offer exceeds the budget.
+    excess: Option<Error>,
+}
+
+impl Market<'_> {
+    /// Asks a strategy for its offer.
+    fn offer(&mut self, strategy: Strategy) {
+        let (model, asks, options) = (self.model, self.asks, self.options);
+        let mut refusals = self.refusals.iter();
+        let not_exact = refusals.find(|(own, _)| matches!(own, Strategy::Sums | Strategy::Chain));
+        let too_large = not_exact.is_some_and(|(_, error)| is_of_size(error)) && options.budget.is_some();
+        let outruns = |(_, route): &(Offer, Option<Route>)| matches!(route, Some(Route::Tree(tree)) if tree.outruns_loops);
         let turn = Turn {
             options,
             forced: options.by == Some(strategy),
-            by_tree: tree,
-            not_exact: reason.map(|(_, error)| error),
+            by_tree: self.made.iter().any(outruns),
+            not_exact: self.excess.as_ref().or(not_exact.map(|(_, error)| error)),
+            over_budget: self.excess.is_some() || too_large,
         };
         let route = match options.elements && strategy != Strategy::JoinTree {
             true => Err(refused(
@@ -64,46 +108,95 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
             false => engine(strategy).offer(model, asks, &turn),
         };
         let (products, refusal) = match &route {
-            Ok(route) => (route.offered().cost(), None),
+            Ok(route) => (route.offered().cost(model), None),
             Err(error) => (None, Some(reason_of(error))),
         };
-        // A finite question that is too large is an error to mend; it is not estimated.
-        let stop = refusals.iter().any(|(own, error)| {
-            *own == Strategy::Sums && !matches!(error, Error::Unplanned { .. }) && options.by.is_none()
-        });
-        let take = wanted && taken.is_none() && !stop && route.is_ok();
-        offers.push(Offer { strategy, exact: strategy.is_exact(), products, refusal, taken: take });
-        match route {
-            Ok(route) if take => taken = Some(route),
-            Ok(_) => {}
-            Err(error) => refusals.push((strategy, error)),
-        }
+        let exact = strategy.is_exact();
+        let offer = Offer { strategy, exact, products, refusal, taken: false, choice: None };
+        let route = route.map_err(|error| self.refusals.push((strategy, error))).ok();
+        self.made.push((offer, route));
     }
-    if let Some(route) = taken {
-        return Ok((route, offers));
+
+    fn refusal(&self, strategy: Strategy) -> Option<&Error> {
+        self.refusals.iter().find(|(own, _)| *own == strategy).map(|(_, error)| error)
     }
-    let refused = |strategy: Strategy| refusals.iter().position(|(own, _)| *own == strategy);
-    let told = match options.by {
-        Some(by) => refused(by),
-        // The error of the last strategy also gives the reasons of the others.
-        None => {
-            let sums =
-                refused(Strategy::Sums).filter(|at| !matches!(refusals[*at].1, Error::Unplanned { .. }));
-            let last = if over_time { Strategy::Particles } else { Strategy::Weighting };
-            sums.or(refused(last)).or(refused(Strategy::Sums))
-        }
-    };
-    match told {
-        Some(position) => Err(refusals.swap_remove(position).1),
-        None => {
-            let by = options.by.map_or("no strategy", Strategy::name);
-            let reason = match over_time {
-                true => format!("`{by}` does not answer questions over time"),
-                false => format!("`{by}` answers questions over time only"),
-            };
-            Err(Error::Unplanned { question: model.ask_text(&asks[0]), reason })
-        }
+
+    /// The exact offer with the fewest products; the first of several. A closed form is preferred to sums at any cost: it
+    /// gives the whole law of a real, whereas sums give densities at single values.
+    fn cheapest(&self) -> Option<usize> {
+        let wanted = |(offer, route): &(Offer, Option<Route>)| {
+            offer.exact && route.is_some() && self.options.by.is_none_or(|by| by == offer.strategy)
+        };
+        let cost = |at: &usize| match &self.made[*at].0 {
+            Offer { strategy: Strategy::Gaussian, .. } => f64::NEG_INFINITY,
+            offer => offer.products.unwrap_or(f64::INFINITY),
+        };
+        let places = (0..self.made.len()).filter(|at| wanted(&self.made[*at]));
+        places.min_by(|one, other| cost(one).total_cmp(&cost(other)))
     }
+
+    /// The error that an exact offer exceeds the budget, if it does.
+    fn exceeds(&self, at: usize) -> Option<Error> {
+        let (offer, budget) = (&self.made[at].0, self.options.budget? as f64);
+        let products = offer.products.filter(|products| *products > budget && self.options.by.is_none())?;
+        let (products, budget) = (count(products), count(budget));
+        let name = offer.strategy.name();
+        let reason = format!("`{name}` takes {products} products, more than the budget of {budget}");
+        Some(refused(self.model, self.asks, &reason))
+    }
+
+    /// Accepts an offer.
+    fn take(mut self, at: usize) -> (Route, Vec<Offer>) {
+        let choice = self.choice(&self.made[at].0);
+        let (offer, route) = &mut self.made[at];
+        (offer.taken, offer.choice) = (true, Some(choice));
+        let route = route.take().expect("internal: the offer can be taken");
+        (route, self.made.into_iter().map(|(offer, _)| offer).collect())
+    }
+
+    /// The reason why an offer is accepted.
+    fn choice(&self, taken: &Offer) -> String {
+        let excess = self.excess.as_ref().map(reason_of);
+        let exact = self.made.iter().filter(|(offer, route)| offer.exact && route.is_some()).count();
+        let choice = match (taken.exact, excess) {
+            _ if self.options.by.is_some() => "the user chose it",
+            (false, Some(excess)) => return excess,
+            (false, None) => "no exact strategy answers within the limits",
+            (true, Some(excess)) => return format!("{excess}, but no estimate is possible"),
+            (true, None) if taken.strategy == Strategy::Gaussian => "the whole law has a closed form",
+            (true, None) if exact == 1 => "no other exact strategy answers",
+            (true, None) => "of the exact strategies it takes the fewest products",
+        };
+        choice.to_owned()
+    }
+
+    /// The error if no offer is accepted.
+    fn refused(mut self, over_time: bool) -> Error {
+        let place = |strategy: Strategy| self.refusals.iter().position(|(own, _)| *own == strategy);
+        let told = match self.options.by {
+            Some(by) => place(by),
+            // The error of the last strategy also gives the reasons of the others.
+            None => {
+                let sums = place(Strategy::Sums).filter(|at| is_of_size(&self.refusals[*at].1));
+                let last = if over_time { Strategy::Particles } else { Strategy::Weighting };
+                sums.or(place(last)).or(place(Strategy::Sums))
+            }
+        };
+        if let Some(position) = told {
+            return self.refusals.swap_remove(position).1;
+        }
+        let by = self.options.by.map_or("no strategy", Strategy::name);
+        let reason = match over_time {
+            true => format!("`{by}` does not answer questions over time"),
+            false => format!("`{by}` answers questions over time only"),
+        };
+        refused(self.model, self.asks, &reason)
+    }
+}
+
+/// Whether an exact answer is refused for its size alone.
+fn is_of_size(error: &Error) -> bool {
+    !matches!(error, Error::Unplanned { .. })
 }
 
 fn reason_of(error: &Error) -> String {

@@ -159,7 +159,7 @@ pub(crate) fn answers(mut answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
 
 fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
     match figure {
-        Figure::Probability { p } => look(p),
+        Figure::Probability { p } | Figure::LnProbability { ln_p: p } => look(p),
         Figure::Estimated { p, error } => [p, error].into_iter().for_each(look),
         Figure::Entropy { entropy: number }
         | Figure::Information { information: number }

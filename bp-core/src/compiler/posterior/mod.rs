@@ -83,6 +83,11 @@ pub enum Figure {
         /// The probability.
         p: f64,
     },
+    /// ln of the probability of the values of the row together with the evidence.
+    LnProbability {
+        /// It, in nats.
+        ln_p: f64,
+    },
     /// The density of reals at the values of the row.
     Density {
         /// The density; infinite where some of them are determined.
@@ -171,7 +176,8 @@ impl Figure {
     pub fn number(&self) -> Option<f64> {
         match *self {
             Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
-            Figure::Density { density: number }
+            Figure::LnProbability { ln_p: number }
+            | Figure::Density { density: number }
             | Figure::Entropy { entropy: number }
             | Figure::Information { information: number }
             | Figure::Divergence { divergence: number, .. }

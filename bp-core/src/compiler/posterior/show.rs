@@ -82,6 +82,7 @@ fn headings(row: &Row) -> Vec<String> {
     let valued = row.values.iter().filter(|(_, value)| !value.is_empty()).map(|(name, _)| name.clone());
     let figures: &[&str] = match row.figure {
         Figure::Probability { .. } => &["probability"],
+        Figure::LnProbability { .. } => &["ln probability"],
         Figure::Density { .. } => &["density"],
         Figure::Entropy { .. } => &["entropy"],
         Figure::Normal { .. } => &["mean ± deviation"],
@@ -145,6 +146,7 @@ fn cells_of(row: &Row) -> Vec<String> {
     let estimated = |value: f64, error: f64| format!("{} ± {}", six_digits(value), two_digits(error));
     match row.figure {
         Figure::Probability { p } => cells.push(six_digits(p)),
+        Figure::LnProbability { ln_p } => cells.push(six_digits(ln_p)),
         Figure::Density { density } => cells.push(or_infinite(density, "")),
         Figure::Entropy { entropy } => cells.push(or_infinite(entropy, " nats")),
         Figure::Normal { mean, deviation } => {

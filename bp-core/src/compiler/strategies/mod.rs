@@ -48,6 +48,8 @@ pub(crate) struct Turn<'t> {
     pub(crate) by_tree: bool,
     /// The error of the exact strategies, where none answers.
     pub(crate) not_exact: Option<&'t Error>,
+    /// Whether an exact answer exceeds the budget of the user.
+    pub(crate) over_budget: bool,
 }
 
 /// An offer: how some asks are answered.
@@ -56,8 +58,8 @@ pub(crate) trait Offered {
     fn strategy(&self) -> Strategy;
     /// The asks; answers have this order.
     fn asks(&self) -> &[Ask];
-    /// The number of products that are summed, where it is known in advance.
-    fn cost(&self) -> Option<f64> {
+    /// The number of products that are summed, where it is known in advance; unknown sizes count 16.
+    fn cost(&self, _model: &Model) -> Option<f64> {
         None
     }
     /// How the answer is found, and why that is possible.
@@ -113,19 +115,25 @@ pub(crate) trait Prepared: Debug + Send + Sync {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error>;
 }
 
-/// Observations of single elements of families.
+/// Single elements of families that are observed or asked.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Findings {
     /// (variable, element from 0, ordinal of its value)
     pub hard: Vec<(VariableId, usize, usize)>,
     /// (variable, element from 0, a likelihood for each value)
     pub weighed: Vec<(VariableId, usize, Vec<f64>)>,
+    /// The elements of a joint posterior, or the targets of observations: (variable, element from 0)
+    pub about: Vec<(VariableId, usize)>,
+    /// The candidates for observation: (variable, element from 0)
+    pub among: Vec<(VariableId, usize)>,
 }
 
 impl Findings {
-    /// Whether there are no such observations.
-    pub fn is_empty(&self) -> bool {
-        self.hard.is_empty() && self.weighed.is_empty()
+    /// Whether a single element is observed or asked.
+    pub fn are_elements(&self, model: &Model) -> bool {
+        let asked = || self.about.iter().chain(&self.among);
+        let is_element = |(id, _): &(VariableId, usize)| model.variables[*id].family.is_some();
+        !self.hard.is_empty() || !self.weighed.is_empty() || asked().any(is_element)
     }
 }
 

@@ -4,11 +4,16 @@
 //! Invariant: a row for each combination of values, the last variable fastest.
 
 use super::Asked;
+use crate::answered::write_json;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
+use crate::planning::Inference;
 use crate::wrap::{columns, filled};
-use bp_core::compiler::strategies::join_tree::{Named, entropy, joint};
+use bp_core::compiler::answer::{Part, PartLaw, ordinals};
+use bp_core::compiler::operators;
+use bp_core::program::Posterior;
 use serde_json::{Map, Value, json};
+use std::f64::consts::LN_2;
 use std::io::Write;
 
 /// Compute the joint posterior of some variables, with entropies and mutual information in bits.
@@ -20,6 +25,8 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
+    #[command(flatten)]
+    inference: Inference,
     /// The variables.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     of: Vec<String>,
@@ -28,37 +35,34 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Limit of rows.
-const MOST_CELLS: f64 = 1e6;
-
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (named, evidence) = arguments.asked.read()?;
-    let variables: Vec<usize> = super::free(&named, &evidence, &arguments.of)?;
-    let extents: Vec<usize> = variables.iter().map(|one| named.network.cardinalities[*one]).collect();
-    let cells: f64 = extents.iter().map(|extent| *extent as f64).product();
-    if cells > MOST_CELLS {
-        return Err(Failure::Words(format!(
-            "these variables have {} values together, more than {MOST_CELLS}; name fewer of them",
-            six_digits(cells)
-        )));
-    }
-    let found = joint(&named.network, &evidence, &variables).map_err(|error| named.tell(error))?;
-    let ln_evidence = found.ln_evidence + named.ln_scale;
-    let all = entropy(&found.probabilities);
+    let (program, evidence) = arguments.asked.program()?;
+    super::free(&evidence, &arguments.of)?;
+    let found = arguments.inference.of(program).joint(&arguments.of, &evidence)?;
+    let model = found.model();
+    let Some(part) = found.answer().parts.first() else { return Ok(write!(out, "{}", found.answer())?) };
+    let Some(probabilities) = part.probabilities() else { return reals(arguments, &found, part, out) };
+    let variables: Vec<String> = part.of.iter().map(|slot| slot.name(model)).collect();
+    let extents: Vec<usize> = part.of.iter().map(|slot| slot.count).collect();
+    let ln_evidence = found.ln_evidence();
+    let all = entropy(&probabilities);
     let alone: Vec<f64> =
-        (0..variables.len()).map(|place| entropy(&marginal(&found.probabilities, &extents, place))).collect();
+        (0..variables.len()).map(|place| entropy(&marginal(&probabilities, &extents, place))).collect();
     // Σ H(X) − H(all): the mutual information of two, the total correlation of more.
     let shared = (alone.iter().sum::<f64>() - all).max(0.0) + 0.0;
-    let rows: Vec<(Vec<String>, f64)> = (found.probabilities.iter().enumerate())
-        .map(|(row, p)| (values(&named, &variables, &extents, row), *p))
-        .collect();
+    let names = |row: usize| {
+        let ordinals = part.of.iter().zip(ordinals(&part.of, row));
+        ordinals.map(|(slot, at)| model.value_name(slot.variable, at)).collect::<Vec<String>>()
+    };
+    let rows: Vec<(Vec<String>, f64)> =
+        probabilities.iter().enumerate().map(|(row, p)| (names(row), *p)).collect();
     if arguments.json {
         let object = |names: &[String]| {
             let pairs = variables.iter().zip(names);
-            pairs.map(|(one, value)| (named.variable(*one), json!(value))).collect::<Map<String, Value>>()
+            pairs.map(|(one, value)| (one.clone(), json!(value))).collect::<Map<String, Value>>()
         };
         let entropies: Map<String, Value> =
-            variables.iter().zip(&alone).map(|(one, bits)| (named.variable(*one), json!(bits))).collect();
+            variables.iter().zip(&alone).map(|(one, bits)| (one.clone(), json!(bits))).collect();
         let cells: Vec<Value> =
             rows.iter().map(|(names, p)| json!({ "values": object(names), "p": p })).collect();
         let answer = json!({
@@ -71,7 +75,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
         return Ok(writeln!(out)?);
     }
-    let heads: Vec<String> = variables.iter().map(|one| named.variable(*one)).collect();
+    let heads = variables;
     let width = |place: usize| {
         let names = rows.iter().map(|(names, _)| columns(&names[place]));
         names.chain([columns(&heads[place])]).max().unwrap_or(0)
@@ -91,24 +95,50 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     for (name, bits) in heads.iter().zip(&alone) {
         writeln!(out, "  H({name}) = {} bits", six_digits(*bits))?;
     }
-    if variables.len() > 1 {
+    if heads.len() > 1 {
         writeln!(out, "  H of all together = {} bits", six_digits(all))?;
-        let what = if variables.len() == 2 { "mutual information" } else { "total correlation" };
+        let what = if heads.len() == 2 { "mutual information" } else { "total correlation" };
         writeln!(out, "  {what} = {} bits", six_digits(shared))?;
     }
-    writeln!(out, "  ln P(evidence) = {}", six_digits(ln_evidence))?;
+    if let Some(ln_evidence) = ln_evidence {
+        writeln!(out, "  ln P(evidence) = {}", six_digits(ln_evidence))?;
+    }
     Ok(())
 }
 
-/// The names of the values of a row.
-fn values(named: &Named, variables: &[usize], extents: &[usize], mut row: usize) -> Vec<String> {
-    let mut names = Vec::with_capacity(variables.len());
-    for (variable, extent) in variables.iter().zip(extents).rev() {
-        names.push(named.value(*variable, row % extent));
-        row /= extent;
+/// Reals together: the means and deviations, and of a normal law the covariances.
+fn reals(arguments: &Arguments, found: &Posterior, part: &Part, out: &mut impl Write) -> Result<(), Failure> {
+    let PartLaw::Normal { mean, covariance } = &part.law else {
+        return match arguments.json {
+            true => write_json(found.answer(), out),
+            false => Ok(write!(out, "{}", found.answer())?),
+        };
+    };
+    let names: Vec<String> = part.of.iter().map(|slot| slot.name(found.model())).collect();
+    if arguments.json {
+        let rows: Vec<&[f64]> = covariance.chunks(names.len()).collect();
+        let answer = json!({
+            "ln_p_evidence": found.ln_evidence(),
+            "variables": names,
+            "mean": mean,
+            "covariance": rows,
+            "entropy_nats": found.entropy()?,
+        });
+        return write_json(&answer, out);
     }
-    names.reverse();
-    names
+    write!(out, "{}", found.answer())?;
+    writeln!(out, "\n  covariance")?;
+    let width = names.iter().map(|name| columns(name)).max().unwrap_or(0);
+    for (name, row) in names.iter().zip(covariance.chunks(names.len())) {
+        let cells: Vec<String> = row.iter().map(|cell| filled(&six_digits(*cell), 11)).collect();
+        writeln!(out, "{}", format!("  {}  {}", filled(name, width), cells.join("  ")).trim_end())?;
+    }
+    Ok(writeln!(out, "\n  entropy of all together = {} nats", six_digits(found.entropy()?))?)
+}
+
+/// H = −Σ p log₂ p, in bits.
+fn entropy(probabilities: &[f64]) -> f64 {
+    operators::entropy(probabilities.iter().copied()) / LN_2
 }
 
 /// The marginal of one variable of a joint posterior.

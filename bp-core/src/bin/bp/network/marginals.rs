@@ -4,11 +4,9 @@
 //! at its value.
 
 use super::Asked;
-use crate::ask::{particles, strategy};
 use crate::failure::Failure;
+use crate::planning::Inference;
 use bp_core::compiler::answer::{Answer, Figure};
-use bp_core::compiler::plan::Strategy;
-use bp_core::compiler::sample::Sampling;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -26,15 +24,8 @@ pub(crate) struct Arguments {
     /// Only these variables: irrelevant parts of the network are left out of the work.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
-    /// Inference strategy: join_tree, sums, gaussian, weighting or gibbs; by default an exact one, else an estimate.
-    #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
-    by: Option<Strategy>,
-    /// Number of draws, if the answer has to be estimated.
-    #[arg(long, value_name = "N", default_value_t = Sampling::default().particles, value_parser = particles)]
-    particles: usize,
-    /// Random seed; the same seed gives the same answer.
-    #[arg(long, value_name = "N", default_value_t = Sampling::default().seed)]
-    seed: u64,
+    #[command(flatten)]
+    inference: Inference,
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
@@ -42,11 +33,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let (program, evidence) = arguments.asked.program()?;
-    let mut program = program.draws(arguments.particles).seed(arguments.seed);
-    if let Some(by) = arguments.by {
-        program = program.by(by.name())?;
-    }
-    let found = program.marginals_of(&arguments.only, &evidence)?;
+    let found = arguments.inference.of(program).marginals_of(&arguments.only, &evidence)?;
     match arguments.json {
         true => {
             serde_json::to_writer(&mut *out, &object(found.answer())).map_err(std::io::Error::from)?;

@@ -178,24 +178,18 @@ pub(crate) fn network(path: &Path, table: Option<&Records>) -> Result<(Named, Ne
     Ok((named, read))
 }
 
-/// Variables by name, each once, none of them observed.
-pub(crate) fn free(
-    named: &Named,
-    evidence: &NetworkEvidence,
-    names: &[String],
-) -> Result<Vec<usize>, Failure> {
-    let mut found = Vec::with_capacity(names.len());
-    for name in names {
-        let variable = named.number_of(name)?;
-        if found.contains(&variable) {
+/// Refuses a name that stands twice, or is observed.
+pub(crate) fn free(evidence: &program_door::Evidence, names: &[String]) -> Result<(), Failure> {
+    for (place, name) in names.iter().enumerate() {
+        if names[..place].contains(name) {
             return Err(Failure::Words(format!("`{name}` is named twice")));
         }
-        if evidence.hard.iter().any(|(known, _)| *known == variable) {
+        let value = evidence.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
+        if value.is_some_and(|value| !matches!(value, program_door::Value::Likelihood(_))) {
             return Err(Failure::Words(format!("`{name}` is observed: nothing about it is uncertain")));
         }
-        found.push(variable);
     }
-    Ok(found)
+    Ok(())
 }
 
 /// The name of an option's text in messages.

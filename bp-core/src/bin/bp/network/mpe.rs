@@ -5,8 +5,8 @@
 use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::six_digits;
+use crate::planning::Inference;
 use crate::wrap::{columns, filled};
-use bp_core::compiler::strategies::join_tree::most_probable;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -19,17 +19,18 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
+    #[command(flatten)]
+    inference: Inference,
     /// Print the answer as JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (named, evidence) = arguments.asked.read()?;
-    let (values, ln_joint) = most_probable(&named.network, &evidence).map_err(|error| named.tell(error))?;
-    let ln_joint = ln_joint + named.ln_scale;
-    let shown = named.shown();
-    let pairs = || shown.iter().map(|one| (named.variable(*one), named.value(*one, values[*one])));
+    let (program, evidence) = arguments.asked.program()?;
+    let found = arguments.inference.of(program).most_probable(&evidence)?;
+    let ln_joint = found.number()?;
+    let pairs = || found.answer().answer.iter().flat_map(|row| row.values.clone());
     if arguments.json {
         let assignment: Map<String, Value> =
             pairs().map(|(name, value)| (name, Value::String(value))).collect();

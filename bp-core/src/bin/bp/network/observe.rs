@@ -6,9 +6,11 @@
 use super::Asked;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
+use crate::planning::Inference;
 use crate::wrap::{columns, filled};
-use bp_core::compiler::strategies::join_tree::{Observation, entropy, joint, observations};
+use bp_core::program::Observation;
 use serde_json::{Value, json};
+use std::f64::consts::LN_2;
 use std::io::Write;
 
 /// Rank what to observe next by its mutual information with some targets.
@@ -22,6 +24,8 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
+    #[command(flatten)]
+    inference: Inference,
     /// Targets: one variable, or several together.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     about: Vec<String>,
@@ -34,20 +38,19 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (named, evidence) = arguments.asked.read()?;
-    let targets = super::free(&named, &evidence, &arguments.about)?;
-    let candidates = match arguments.among.is_empty() {
-        true => named.shown(),
-        false => super::free(&named, &evidence, &arguments.among)?,
-    };
-    let told = |error| named.tell(error);
-    let network = &named.network;
-    let now = entropy(&joint(network, &evidence, &targets).map_err(told)?.probabilities);
-    let found = observations(network, &evidence, &targets, &candidates).map_err(told)?;
+    let (program, evidence) = arguments.asked.program()?;
+    super::free(&evidence, &arguments.about)?;
+    super::free(&evidence, &arguments.among)?;
+    let program = arguments.inference.of(program);
+    let (now, mut found) = program.observations(&arguments.about, &arguments.among, &evidence)?;
+    let now = now / LN_2;
+    for one in &mut found {
+        (one.information, one.entropy) = (one.information / LN_2, one.entropy / LN_2);
+    }
     if arguments.json {
         let one = |one: &Observation| {
             json!({
-                "variable": named.variable(one.variable),
+                "variable": one.variable,
                 "information_bits": one.information,
                 "entropy_bits": one.entropy,
             })
@@ -63,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         arguments.about.join(", "),
         six_digits(now)
     )?;
-    let names: Vec<String> = found.iter().map(|one| named.variable(one.variable)).collect();
+    let names: Vec<String> = found.iter().map(|one| one.variable.clone()).collect();
     let width = names.iter().map(|name| columns(name)).max().unwrap_or(0).min(40);
     let left = 76usize.saturating_sub(width + 16).clamp(4, 30);
     for (one, name) in found.iter().zip(&names) {

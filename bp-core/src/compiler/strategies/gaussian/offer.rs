@@ -294,6 +294,14 @@ impl Offered for Gaussian {
         &self.asks
     }
 
+    /// A law of n numbers is conditioned with n³ products at most.
+    fn cost(&self, model: &Model) -> Option<f64> {
+        let before = self.carried.iter().map(|(_, before)| *before);
+        let all = self.sources.iter().map(|source| source.variable).chain(before);
+        let numbers: usize = all.map(|variable| model.components(variable)).sum();
+        Some((numbers as f64).powi(3))
+    }
+
     fn reason(&self) -> &'static str {
         "exact, in closed form: all variables are real, linear and Gaussian"
     }

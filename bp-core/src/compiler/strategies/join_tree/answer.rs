@@ -4,16 +4,14 @@
 //! tables equal those that loops would compute: P(S
 //! K) of each context sums to one, or is all zero where the context is impossible.
 
-use super::{
-    self as join_tree, Absorbed, JoinTree, Marginals, Named, Network, NetworkEvidence, absorb, joint,
-};
+use super::{self as join_tree, Absorbed, JoinTree, Network, NetworkEvidence, absorb, groups, joint};
 use crate::distribution::Setting;
-use crate::equation::{Binding, Strategy};
+use crate::equation::{Binding, Group};
 use crate::error::{Error, Impossible};
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Ask, Model, Value};
-use crate::posterior::{Answer, Part, PartLaw, Slot, Table};
+use crate::model::{Model, Value};
+use crate::posterior::Table;
 use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::{Case, Found, Prepared};
@@ -23,51 +21,12 @@ const MOST_CELLS: f64 = 1e9;
 
 impl Prepared for JoinTree {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
-        if self.alone {
-            return alone(model, self, case);
+        if self.group != Group::Tables {
+            return groups::answers(model, self, case);
         }
         let tables = tables(model, self, case.inputs)?;
         Ok(tables.into_iter().map(|(table, ln_evidence)| Found::Table(table, ln_evidence)).collect())
     }
-}
-
-/// The marginal of each variable, by a single propagation.
-fn alone(model: &Model, route: &JoinTree, case: &Case<'_>) -> Result<Vec<Found>, Error> {
-    let setting = Setting::new(model, case.inputs)?;
-    let named = Named::with(model.clone(), &[], case.inputs)?;
-    let numbers: Vec<usize> = (0..setting.slots()).collect();
-    let (mut evidence, _) = evidence(&setting, route, &numbers)?;
-    let slot = |variable: VariableId, element: usize| setting.slots_of(variable).start + element;
-    let findings = case.findings.cloned().unwrap_or_default();
-    evidence.hard.extend(findings.hard.iter().map(|(id, element, value)| (slot(*id, *element), *value)));
-    let weighed = findings.weighed.into_iter().map(|(id, element, weights)| (slot(id, element), weights));
-    evidence.likelihoods.extend(weighed);
-    let searched = |ask: &Ask| setting.slots_of(ask.searched[0].variable);
-    let wanted: Vec<usize> = route.exact.asks.iter().flat_map(searched).collect();
-    let given: Vec<usize> = evidence.hard.iter().map(|(one, _)| *one).collect();
-    let weighed: Vec<usize> = evidence.likelihoods.iter().map(|(one, _)| *one).collect();
-    let plan = Marginals::new(&named.network, &given, &weighed, &wanted)?;
-    let mut session = plan.session();
-    session.ask(&evidence).map_err(|error| named.tell(error))?;
-    let answer = |ask: &Ask| {
-        let part = |place: usize| Part {
-            instant: None,
-            given: Vec::new(),
-            of: vec![Slot::of(&setting, place)],
-            law: PartLaw::Finite(session.posterior(place, &evidence)),
-        };
-        let parts: Vec<Part> = searched(ask).map(part).collect();
-        Found::Answer(Answer {
-            question: model.ask_text(ask),
-            ln_evidence: route.exact.ln_evidence.then(|| session.ln_evidence()),
-            estimate: None,
-            answer: parts.iter().flat_map(|part| part.rows(model)).collect(),
-            strategy: Strategy::JoinTree,
-            when: ask.when,
-            parts,
-        })
-    };
-    Ok(route.exact.asks.iter().map(answer).collect())
 }
 
 /// The table of each ask, in their order.
@@ -139,7 +98,7 @@ fn tables(
 }
 
 /// The evidence by the network's numbers, and the values of the observed slots.
-fn evidence(
+pub(super) fn evidence(
     setting: &Setting<'_>,
     route: &JoinTree,
     numbers: &[usize],

@@ -40,7 +40,7 @@ pub struct Observation {
 }
 
 /// H = −Σ p log₂ p, in bits.
-pub fn entropy(probabilities: &[f64]) -> f64 {
+pub(super) fn entropy(probabilities: &[f64]) -> f64 {
     operators::entropy(probabilities.iter().copied()) / LN_2
 }
 

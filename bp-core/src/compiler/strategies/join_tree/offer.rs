@@ -1,18 +1,26 @@
-//! The offer of the join tree: one tree for thousands of factors, where loops would be as many.
+//! The offer of the join tree, and its cost.
 //!
-//! In: asks of a program of many factors, all finite, without a plate. Out: a [`JoinTree`]: the sum of products to
-//! compute, without an order of the sums, which the tree finds. Invariant: barren factors are already removed, by the
-//! rule that keeps improper ones; the remaining sum equals the one that loops would compute.
+//! In: asks of a program whose factors are tables of finite variables, without a plate. Out: a [`JoinTree`]: the sum of
+//! products to compute, without an order of the sums, which the tree finds. Invariant: barren factors are already
+//! removed, by the rule that keeps improper ones; the remaining sum equals the one that loops would compute.
 
-use crate::equation::{Draft, Exact, Line, Notation, Options, Strategy, Term, remove_barren};
+use crate::elimination::{Effort, triangulate};
+use crate::equation::{
+    Draft, Exact, Group, Line, MOST_PRODUCTS, Notation, Options, Strategy, Term, remove_barren,
+};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
 use crate::model::{Ask, Finding, IndexSpace, Model, Question, Searched, Statistic};
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
+use std::collections::HashMap;
 
 /// Above this number of factors, finding a tree takes less time than writing loops.
-pub const MANY_FACTORS: usize = 2000;
+const MANY_FACTORS: usize = 500;
+
+/// The cost of building a tree for each factor, in products: filling its table, finding an order, pairing nodes. A tree is
+/// built for each case, whereas loops are compiled once; as measured, a factor takes about ten microseconds.
+const MAKING: f64 = 1e4;
 
 /// From this number of joint values of the searched variables on, marginals are computed by one propagation.
 const MANY_TOGETHER: f64 = 4096.0;
@@ -26,8 +34,10 @@ pub struct JoinTree {
     pub factors: Vec<FactorId>,
     /// Virtual evidence: variables with a likelihood for each value.
     pub likelihoods: Vec<(VariableId, Vec<f64>)>,
-    /// Whether each variable is asked alone, so that one propagation answers all.
-    pub alone: bool,
+    /// The kind of the group of asks.
+    pub group: Group,
+    /// Whether building it takes less time than writing loops.
+    pub(crate) outruns_loops: bool,
 }
 
 /// A join tree, where many factors remain and all have tables; where the user asks for one, of few factors too.
@@ -35,18 +45,26 @@ pub struct JoinTree {
 /// # Errors
 /// The reason why there is none.
 fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Result<JoinTree, String> {
-    let few = |count: usize| format!("{count} factors: loops are compiled faster than a tree");
     if model.plate.is_some() {
         return Err("the program is repeated over a plate".to_owned());
     }
-    let alone = (asks.len() > 1 || options.alone) && are_alone(model, asks, options.alone);
-    if options.elements && !alone {
-        return Err("an element of a family is observed alone, and not all is finite".to_owned());
-    }
+    let group = match options.group {
+        Group::Tables if asks.len() > 1 && are_alone(model, asks) => Group::Marginals,
+        Group::Tables => Group::Tables,
+        group if is_finite(model, asks) => group,
+        _ if options.elements => {
+            return Err("an element of a family is observed or asked alone, and not all is finite".to_owned());
+        }
+        _ => return Err("not all is finite".to_owned()),
+    };
     // Loops would build the joint distribution of all searched variables.
-    let asked_for = asked_for || alone && (options.alone || together(model, asks) > MANY_TOGETHER);
-    if model.factors.len() <= MANY_FACTORS && !asked_for {
-        return Err(few(model.factors.len()));
+    let is_group =
+        options.group != Group::Tables || group == Group::Marginals && together(model, asks) > MANY_TOGETHER;
+    let of_elements = || "its families have as many tables as elements: loops answer few factors".to_owned();
+    let has_families = model.variables.values().any(|variable| variable.family.is_some());
+    let any_number = asked_for || is_group || !has_families;
+    if model.factors.len() <= MANY_FACTORS && !any_number {
+        return Err(of_elements());
     }
     let mut draft = Draft::define(model, asks.to_vec(), options);
     draft.marginalise();
@@ -64,13 +82,14 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
             _ => return Err("a factor is not a table of numbers".to_owned()),
         }
     }
-    let is_finite = |variable: &VariableId| model.variables[*variable].domain.is_finite();
-    let asked = draft.searched.iter().chain(&draft.each).all(is_finite);
+    let finite = |variable: &VariableId| model.variables[*variable].domain.is_finite();
+    let asked = draft.searched.iter().chain(&draft.each).all(finite);
     if !asked {
         return Err("a variable that is asked or known is not finite".to_owned());
     }
-    if factors.len() <= MANY_FACTORS && !asked_for {
-        return Err(few(factors.len()));
+    let outruns_loops = is_group || factors.len() > MANY_FACTORS;
+    if !(any_number || outruns_loops) {
+        return Err(of_elements());
     }
     // The rows of an answer are laid out when the question is planned, so the sizes must be known by then.
     let grows = |variable: &&VariableId| match model.variables[**variable].family.map(|family| family.over) {
@@ -78,13 +97,64 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
         Some(IndexSpace::Set(_)) => true,
         None => false,
     };
-    if let Some(variable) = draft.searched.iter().chain(&draft.each).find(grows).filter(|_| !alone) {
+    if let Some(variable) =
+        draft.searched.iter().chain(&draft.each).find(grows).filter(|_| group == Group::Tables)
+    {
         let name = model.variable_name(*variable);
         return Err(format!(
             "the length of the family `{name}` is given when it is asked: ask for its elements"
         ));
     }
-    Ok(JoinTree { exact: draft.unordered(), factors, likelihoods, alone })
+    Ok(JoinTree { exact: draft.unordered(), factors, likelihoods, group, outruns_loops })
+}
+
+impl JoinTree {
+    /// The products of all propagations, one for each value of the variables that are conditioned on, and of building the
+    /// tree; `None` for families, whose elements are not counted.
+    fn products(&self, model: &Model) -> Option<f64> {
+        let Exact { bindings, each, searched, .. } = &self.exact;
+        let count = |id: VariableId| model.variables[id].domain.count().unwrap_or(16) as f64;
+        let mut numbers: HashMap<VariableId, u32> = HashMap::new();
+        let mut counts = Vec::new();
+        let mut scopes = Vec::with_capacity(self.factors.len());
+        for factor in &self.factors {
+            let factor = &model.factors[*factor];
+            let mut scope = Vec::new();
+            for id in factor.left.iter().chain(&factor.right).map(|use_| use_.variable) {
+                if model.variables[id].family.is_some() {
+                    return None;
+                }
+                if !bindings.contains_key(&id) {
+                    scope.push(*numbers.entry(id).or_insert_with(|| {
+                        counts.push(count(id));
+                        counts.len() as u32 - 1
+                    }));
+                }
+            }
+            scope.sort_unstable();
+            scope.dedup();
+            scopes.push(scope);
+        }
+        let cells = triangulate(counts, &scopes, Effort::Glance).cells;
+        let values = |ids: &[VariableId]| ids.iter().map(|id| count(*id)).product::<f64>();
+        let propagations = match self.group {
+            // Sums on the way up, and two derivatives of each product on the way down.
+            Group::Marginals => 3.0,
+            // Largest values on the way up.
+            Group::Mode => 1.0,
+            // The marginals for each value of the targets.
+            Group::Information => {
+                3.0 * self.exact.asks.first().map_or(1.0, |ask| {
+                    values(&ask.searched.iter().map(|item| item.variable).collect::<Vec<_>>())
+                })
+            }
+            // A joint posterior takes a propagation for each value of all its variables but one.
+            Group::Tables | Group::Joint => {
+                values(each) * values(searched) / searched.last().map_or(1.0, |last| count(*last))
+            }
+        };
+        Some(propagations * cells + MAKING * self.factors.len() as f64)
+    }
 }
 
 /// The strategy.
@@ -93,6 +163,13 @@ pub(crate) struct Engine;
 impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         let tree = offer(model, asks, turn.options, turn.forced).map_err(|why| refused(model, asks, &why))?;
+        let products = tree.products(model).unwrap_or(0.0);
+        // The same limit as that of sums; the commands for networks have that of memory alone.
+        if products > MOST_PRODUCTS && tree.group == Group::Tables && !turn.forced {
+            let question = model.ask_text(&asks[0]);
+            let help = "observe more variables, or name it: `--by join_tree`".to_owned();
+            return Err(Error::TooLong { question, products, most: MOST_PRODUCTS, help });
+        }
         Ok(Route::Tree(tree))
     }
 }
@@ -106,8 +183,12 @@ impl Offered for JoinTree {
         &self.exact.asks
     }
 
+    fn cost(&self, model: &Model) -> Option<f64> {
+        self.products(model)
+    }
+
     fn reason(&self) -> &'static str {
-        "exact, by a join tree: sums and products of finite variables, too many for a loop each"
+        "exact, by a join tree: sums and products of finite variables"
     }
 
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
@@ -116,7 +197,7 @@ impl Offered for JoinTree {
 
     fn not_printed(&self) -> Option<String> {
         Some(format!(
-            "it takes {} factors; emitted code holds a loop for each, and at most {MANY_FACTORS} are written: \
+            "it takes {} factors, and a join tree is cheaper than a loop for each; emitted code holds loops: \
              `answer::ask` answers it by a join tree",
             self.factors.len()
         ))
@@ -128,15 +209,17 @@ impl Offered for JoinTree {
 }
 
 /// Whether each ask is for the distribution of one variable, in a program that is finite throughout.
-fn are_alone(model: &Model, asks: &[Ask], families: bool) -> bool {
+fn are_alone(model: &Model, asks: &[Ask]) -> bool {
     let alone = |ask: &Ask| {
-        let one = |item: &Searched| {
-            item.at.is_none() && (families || model.variables[item.variable].family.is_none())
-        };
+        let one = |item: &Searched| item.at.is_none() && model.variables[item.variable].family.is_none();
         ask.statistic == Statistic::Distribution && matches!(ask.searched.as_slice(), [item] if one(item))
     };
-    asks.iter().all(alone)
-        && asks[0].known.iter().all(|known| !matches!(known.evidence, Finding::Each))
+    asks.iter().all(alone) && is_finite(model, asks)
+}
+
+/// Whether a program is finite throughout, and all that is known has a value.
+fn is_finite(model: &Model, asks: &[Ask]) -> bool {
+    asks[0].known.iter().all(|known| !matches!(known.evidence, Finding::Each))
         && model.variables.values().all(|variable| variable.domain.is_finite())
 }
 

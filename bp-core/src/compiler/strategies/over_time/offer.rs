@@ -150,6 +150,13 @@ impl Offered for OverTime {
         &self.asks
     }
 
+    fn cost(&self, model: &Model) -> Option<f64> {
+        match &self.by {
+            By::Gaussian(gaussian) => gaussian.cost(model),
+            By::Chain | By::Particles { .. } => None,
+        }
+    }
+
     fn reason(&self) -> &'static str {
         match self.by {
             By::Chain => "exact, instant by instant: the carried variables are finite",

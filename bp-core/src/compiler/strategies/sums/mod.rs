@@ -19,11 +19,7 @@ pub(crate) struct Engine;
 impl super::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         match turn.by_tree && !turn.forced {
-            true => Err(refused(
-                model,
-                asks,
-                "for so many factors a join tree is made faster than loops are written",
-            )),
+            true => Err(refused(model, asks, "a join tree is made faster than loops are written")),
             false => Ok(Route::Exact(equation::exact(model, asks.to_vec(), turn.options)?)),
         }
     }
@@ -38,8 +34,8 @@ impl Offered for Exact {
         &self.asks
     }
 
-    fn cost(&self) -> Option<f64> {
-        Some(self.cost)
+    fn cost(&self, model: &Model) -> Option<f64> {
+        Some(self.cost + self.answer_cost(model).entries)
     }
 
     fn reason(&self) -> &'static str {

@@ -63,7 +63,15 @@ fn answers(
         .known
         .iter()
         .any(|known| !matches!(known.evidence, Finding::Each) || known_real(model, known.variable));
-    route.asks.iter().map(|ask| answer(&setting, ask, &draws, &kept, (sampling, route.by), known)).collect()
+    let one = |ask: &Ask| {
+        let mut answer = answer(&setting, ask, &draws, &kept, (sampling, route.by), known)?;
+        if let (Some(estimate), true) = (&mut answer.estimate, route.over_budget) {
+            let others = estimate.warning.take().map_or_else(String::new, |other| format!("; {other}"));
+            estimate.warning = Some(format!("{}, so the answer is estimated{others}", route.reason));
+        }
+        Ok(answer)
+    };
+    route.asks.iter().map(one).collect()
 }
 
 /// Refuses more draws than memory holds.

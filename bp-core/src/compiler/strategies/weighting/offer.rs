@@ -38,6 +38,8 @@ pub struct Sampled {
     pub steps: Vec<(FactorId, Treatment)>,
     /// The reason why no exact route answers.
     pub reason: String,
+    /// Whether an exact answer exists, but exceeds the user's budget.
+    pub over_budget: bool,
     /// Likelihood weighting or Gibbs sampling.
     pub by: Strategy,
 }
@@ -51,7 +53,7 @@ fn offer(
     asks: Vec<Ask>,
     reason: String,
     by: Strategy,
-    asked_for: bool,
+    turn: &Turn<'_>,
 ) -> Result<Sampled, Error> {
     let question = model.ask_text(&asks[0]);
     let refused =
@@ -69,14 +71,14 @@ fn offer(
         })
     };
     // A finite program is refused for its size or its form: that should be mended, not replaced by an estimate.
-    if !asked_for && !factors.iter().any(hidden_real) {
+    if !(turn.forced || turn.over_budget) && !factors.iter().any(hidden_real) {
         return Err(Error::Unplanned { question, reason });
     }
     if let Some(why) = factors.iter().find_map(|id| refused_factor(model, &model.factors[*id])) {
         return Err(refused(why));
     }
     let steps = steps(model, &factors, &observed).map_err(refused)?;
-    Ok(Sampled { asks, steps, reason, by })
+    Ok(Sampled { asks, steps, reason, over_budget: turn.over_budget, by })
 }
 
 /// The strategy.
@@ -93,9 +95,9 @@ pub(crate) fn drawn(model: &Model, asks: &[Ask], turn: &Turn<'_>, by: Strategy) 
     let reason = match turn.not_exact {
         Some(Error::Unplanned { reason, .. }) => reason.clone(),
         Some(other) => other.to_string(),
-        None => "it is answered exactly by sums".to_owned(),
+        None => "it has an exact answer".to_owned(),
     };
-    Ok(Route::Sampled(offer(model, asks.to_vec(), reason, by, turn.forced)?))
+    Ok(Route::Sampled(offer(model, asks.to_vec(), reason, by, turn)?))
 }
 
 impl Offered for Sampled {
@@ -108,7 +110,10 @@ impl Offered for Sampled {
     }
 
     fn reason(&self) -> &'static str {
-        "estimated, by draws: a summed variable is neither finite nor linear and Gaussian"
+        match self.over_budget {
+            true => "estimated, by draws: an exact answer takes more products than the budget",
+            false => "estimated, by draws: a summed variable is neither finite nor linear and Gaussian",
+        }
     }
 
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
@@ -368,7 +373,8 @@ impl Sampled {
         };
         let weight = if weighed.is_empty() { "1".to_owned() } else { weighed.join(&space) };
         lines.push(("weights".to_owned(), reason, format!("{}{weight}", notation.said("wₙ = ", "w_n = "))));
-        let reason = format!("no exact strategy applies: {}; the answer is estimated by draws", self.reason);
+        let none = if self.over_budget { "" } else { "no exact strategy applies: " };
+        let reason = format!("{none}{}; the answer is estimated by draws", self.reason);
         lines.push(("likelihood weighting".to_owned(), reason, estimator));
         lines
     }

@@ -1,0 +1,222 @@
+//! Questions about many variables at once, by names: their joint posterior, the most probable value of all, what to observe.
+//!
+//! In: a program, names and evidence. Out: a [`Posterior`], or [`Observation`]s. Invariant: each is a group of asks that know the
+//! same, which the planner gives to one strategy.
+
+use super::marginals::{Names, given};
+use super::{Evidence, Posterior, Program};
+use crate::answer::{Answer, Figure, Knowledge, Row, Slot, together};
+use crate::distribution::Setting;
+use crate::error::Error;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::{Ask, Finding, Question, Searched, Statistic, Value, When};
+use crate::plan::{Group, Options};
+use crate::spelling::exact;
+use std::collections::HashMap;
+
+/// What the observation of a variable, or of an element of a family, tells.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Observation {
+    /// Its name.
+    pub variable: String,
+    /// How uncertain it is: its entropy in nats, given the evidence.
+    pub entropy: f64,
+    /// How much less uncertain its observation is expected to make the targets: mutual information in nats.
+    pub information: f64,
+}
+
+/// A program that is asked about several variables together.
+pub(super) struct Several<'p> {
+    names: Names<'p>,
+    knowledge: Knowledge,
+    inputs: &'p Inputs<'p, f64>,
+}
+
+/// The joint posterior of some variables, or of elements of families.
+pub(super) fn joint(program: &Program, of: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
+    let inputs = program.settings.inputs();
+    let setting = Setting::new(program.model(), &inputs)?;
+    let mut all = Several::new(program, &setting, &inputs, evidence)?;
+    let about = all.elements(of)?;
+    let ask = all.ask(Statistic::Distribution, &variables(&about));
+    all.knowledge.elements.about = about;
+    let answers = all.answers(vec![ask], Group::Joint)?;
+    let mut answer = answers.into_iter().next().expect("internal: an answer to each ask");
+    answer.ln_evidence = answer.ln_evidence.map(|ln| ln + program.opened.ln_scale);
+    answer.question = format!("{}{}", of.join(" "), given(program, evidence));
+    Ok(Posterior::new(program, answer))
+}
+
+/// The most probable value of all variables together: one row, with ln of its probability and that of the evidence.
+pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
+    let inputs = program.settings.inputs();
+    let setting = Setting::new(program.model(), &inputs)?;
+    let mut all = Several::new(program, &setting, &inputs, evidence)?;
+    let mut free: Vec<VariableId> = all.shown().filter(|id| !all.is_observed(*id)).collect();
+    if free.is_empty() {
+        // A tree takes the observation of an element beside what is searched.
+        let hard = |known: &crate::model::Known| match known.evidence {
+            Finding::Hard(Value::Ordinal(ordinal)) => Some((known.variable, 0, ordinal)),
+            _ => None,
+        };
+        let last = all.knowledge.known.pop().as_ref().and_then(hard);
+        let last = last.ok_or_else(|| Error::input(program.name(), "every variable is observed"))?;
+        all.knowledge.elements.hard.push(last);
+        free.push(last.0);
+    }
+    let ask = all.ask(Statistic::Argmax { nearest: None }, &free);
+    let answers = all.answers(vec![ask], Group::Mode)?;
+    let mut answer = answers.into_iter().next().expect("internal: an answer to each ask");
+    answer.answer.truncate(1);
+    for row in &mut answer.answer {
+        let ln_evidence = answer.ln_evidence.unwrap_or(0.0);
+        let ln_p = match row.figure {
+            Figure::Probability { p } | Figure::Density { density: p } => p.ln() + ln_evidence,
+            figure => figure.number().unwrap_or(f64::NAN),
+        };
+        *row = all.assignment(row, ln_p + program.opened.ln_scale);
+    }
+    answer.question = format!("argmax {}{}", program.name(), given(program, evidence));
+    Ok(Posterior::new(program, answer))
+}
+
+/// How uncertain some targets are together, in nats, and what the observation of each candidate tells about them, the most
+/// first. Where no candidate is named, all variables are.
+pub(super) fn observations(
+    program: &Program,
+    (about, among): (&[String], &[String]),
+    evidence: &Evidence,
+) -> Result<(f64, Vec<Observation>), Error> {
+    let inputs = program.settings.inputs();
+    let setting = Setting::new(program.model(), &inputs)?;
+    let mut all = Several::new(program, &setting, &inputs, evidence)?;
+    let about = all.elements(about)?;
+    let mut among = match among.is_empty() {
+        false => all.elements(among)?,
+        true => {
+            let slots = all.shown().flat_map(|id| (0..setting.slots_of(id).len()).map(move |at| (id, at)));
+            slots.collect()
+        }
+    };
+    let is_hard = |id: VariableId, at: usize| {
+        all.knowledge.elements.hard.iter().any(|(known, element, _)| (*known, *element) == (id, at))
+    };
+    among.retain(|one| !about.contains(one) && !all.is_observed(one.0) && !is_hard(one.0, one.1));
+    let targets = variables(&about);
+    let mut asks = vec![all.ask(Statistic::Entropy, &targets)];
+    for candidate in variables(&among) {
+        let others = targets.iter().copied().filter(|target| *target != candidate);
+        let both: Vec<VariableId> = [candidate].into_iter().chain(others).collect();
+        asks.push(all.ask(Statistic::Information, &both));
+        asks.push(all.ask(Statistic::Entropy, &[candidate]));
+    }
+    (all.knowledge.elements.about, all.knowledge.elements.among) = (about, among);
+    let answers = all.answers(asks, Group::Information)?;
+    let number = |row: &Row| row.figure.number().unwrap_or(f64::NAN);
+    let entropy = answers[0].answer.first().map_or(0.0, number);
+    let mut found = Vec::new();
+    for (pair, candidate) in answers[1..].chunks(2).zip(variables(&all.knowledge.elements.among)) {
+        // A row of an element has its name; that of all targets together, which may be of the same family, has none.
+        let is_named = pair[0].answer.first().is_some_and(|row| !row.values.is_empty());
+        let entropies = pair[1].answer.iter().filter(|row| row.values.is_empty() != is_named);
+        for (information, entropy) in pair[0].answer.iter().zip(entropies) {
+            let named = information.values.first().map(|(name, _)| name.clone());
+            let variable = named.unwrap_or_else(|| program.model().variable_name(candidate));
+            found.push(Observation { variable, entropy: number(entropy), information: number(information) });
+        }
+    }
+    found.sort_by(|one, other| other.information.total_cmp(&one.information));
+    Ok((entropy, found))
+}
+
+/// The variables of some elements, each once.
+fn variables(elements: &[(VariableId, usize)]) -> Vec<VariableId> {
+    let mut all: Vec<VariableId> = Vec::new();
+    for (variable, _) in elements {
+        if !all.contains(variable) {
+            all.push(*variable);
+        }
+    }
+    all
+}
+
+impl<'p> Several<'p> {
+    fn new(
+        program: &'p Program,
+        setting: &'p Setting<'p>,
+        inputs: &'p Inputs<'p, f64>,
+        evidence: &Evidence,
+    ) -> Result<Self, Error> {
+        let names = Names { program, setting };
+        let knowledge = names.knowledge(evidence)?;
+        Ok(Self { names, knowledge, inputs })
+    }
+
+    /// The variables that an answer shows.
+    fn shown(&self) -> impl Iterator<Item = VariableId> + use<'p> {
+        let program = self.names.program;
+        let model = program.model();
+        let is_shown = move |id: &VariableId| {
+            Some(*id) != model.plate_index()
+                && !program.opened.known.iter().any(|known| known.variable == *id)
+        };
+        model.variables.ids().filter(is_shown)
+    }
+
+    /// Elements by name; a variable that is no family has one.
+    fn elements(&self, names: &[String]) -> Result<Vec<(VariableId, usize)>, Error> {
+        let one = |name: &String| {
+            let (variable, element) = self.names.find(name)?;
+            let slots = self.names.setting.slots_of(variable);
+            if element.is_none() && slots.len() > 1 {
+                let first = self.names.setting.slot_name(slots.start);
+                return Err(Error::input(
+                    name,
+                    format!("it is a family: name its elements, such as `{first}`"),
+                ));
+            }
+            Ok((variable, element.unwrap_or(0)))
+        };
+        names.iter().map(one).collect()
+    }
+
+    fn is_observed(&self, id: VariableId) -> bool {
+        let mut known = self.knowledge.known.iter();
+        known.any(|it| it.variable == id && matches!(it.evidence, Finding::Hard(_)))
+    }
+
+    fn ask(&self, statistic: Statistic, of: &[VariableId]) -> Ask {
+        let searched = of.iter().map(|id| Searched { variable: *id, at: None }).collect();
+        Ask { statistic, when: When::Now, searched, known: self.knowledge.known.clone() }
+    }
+
+    fn answers(&self, asks: Vec<Ask>, group: Group) -> Result<Vec<Answer>, Error> {
+        let program = self.names.program;
+        let question = Question { name: "group".to_owned(), asks, derived: Vec::new() };
+        let options = (program.sampling, Options { group, ..program.options });
+        together(program.model(), &question, &self.knowledge.elements, self.inputs, options)
+    }
+
+    /// A value for each variable that is shown: that of a row, or the one that was observed.
+    fn assignment(&self, row: &Row, ln_p: f64) -> Row {
+        let (model, setting) = (self.names.program.model(), self.names.setting);
+        let found: HashMap<&str, &str> =
+            row.values.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
+        let mut values = Vec::new();
+        for id in self.shown() {
+            let known = self.knowledge.known.iter().find(|known| known.variable == id);
+            for slot in setting.slots_of(id) {
+                let name = Slot::of(setting, slot).name(model);
+                let value = match (found.get(name.as_str()), known.map(|known| &known.evidence)) {
+                    (Some(value), _) => (*value).to_owned(),
+                    (None, Some(Finding::Hard(Value::Ordinal(ordinal)))) => model.value_name(id, *ordinal),
+                    (None, Some(Finding::Hard(Value::Real(number)))) => exact(*number),
+                    _ => continue,
+                };
+                values.push((name, value));
+            }
+        }
+        Row { values, figure: Figure::LnProbability { ln_p } }
+    }
+}
