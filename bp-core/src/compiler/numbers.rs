@@ -18,7 +18,7 @@ pub fn six_digits(number: f64) -> String {
     }
 }
 
-/// How many there are: a whole number where it is not too long, else six significant digits.
+/// A count: a whole number below 10⁹, otherwise six significant digits.
 pub fn count(number: f64) -> String {
     match number.abs() < 1e9 {
         true => format!("{:.0}", number.round() + 0.0),

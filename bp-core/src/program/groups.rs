@@ -1,7 +1,7 @@
-//! Questions about many variables at once, by names: their joint posterior, the most probable value of all, what to observe.
+//! Questions about several variables: their joint posterior, the most probable assignment, the best observation.
 //!
-//! In: a program, names and evidence. Out: a [`Posterior`], or [`Observation`]s. Invariant: each is a group of asks that know the
-//! same, which the planner gives to one strategy.
+//! In: a program, names and evidence. Out: a [`Posterior`], or [`Observation`]s. Invariant: each question is a group of asks
+//! with the same known variables, which the planner gives to one strategy.
 
 use super::marginals::{Names, given};
 use super::{Evidence, Posterior, Program};
@@ -15,18 +15,18 @@ use crate::plan::{Group, Options};
 use crate::spelling::exact;
 use std::collections::HashMap;
 
-/// What the observation of a variable, or of an element of a family, tells.
+/// The information gained by observing a variable, or an element of a family.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Observation {
     /// Its name.
     pub variable: String,
-    /// How uncertain it is: its entropy in nats, given the evidence.
+    /// Its entropy given the evidence, in nats.
     pub entropy: f64,
-    /// How much less uncertain its observation is expected to make the targets: mutual information in nats.
+    /// Its mutual information with the targets given the evidence, in nats: the expected decrease of their entropy.
     pub information: f64,
 }
 
-/// A program that is asked about several variables together.
+/// A program, names, and the evidence of a group of asks.
 pub(super) struct Several<'p> {
     names: Names<'p>,
     knowledge: Knowledge,
@@ -48,14 +48,14 @@ pub(super) fn joint(program: &Program, of: &[String], evidence: &Evidence) -> Re
     Ok(Posterior::new(program, answer))
 }
 
-/// The most probable value of all variables together: one row, with ln of its probability and that of the evidence.
+/// The most probable assignment of all variables: one row, with ln of its joint probability with the evidence.
 pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
     let inputs = program.settings.inputs();
     let setting = Setting::new(program.model(), &inputs)?;
     let mut all = Several::new(program, &setting, &inputs, evidence)?;
     let mut free: Vec<VariableId> = all.shown().filter(|id| !all.is_observed(*id)).collect();
     if free.is_empty() {
-        // A tree takes the observation of an element beside what is searched.
+        // The last observation is searched too; the join tree accepts its value as that of an element.
         let hard = |known: &crate::model::Known| match known.evidence {
             Finding::Hard(Value::Ordinal(ordinal)) => Some((known.variable, 0, ordinal)),
             _ => None,
@@ -81,8 +81,8 @@ pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Po
     Ok(Posterior::new(program, answer))
 }
 
-/// How uncertain some targets are together, in nats, and what the observation of each candidate tells about them, the most
-/// first. Where no candidate is named, all variables are.
+/// The joint entropy of some targets, in nats, and the information that each candidate gives about them, the most informative
+/// first. If no candidate is named, all variables are candidates.
 pub(super) fn observations(
     program: &Program,
     (about, among): (&[String], &[String]),
@@ -117,7 +117,7 @@ pub(super) fn observations(
     let entropy = answers[0].answer.first().map_or(0.0, number);
     let mut found = Vec::new();
     for (pair, candidate) in answers[1..].chunks(2).zip(variables(&all.knowledge.elements.among)) {
-        // A row of an element has its name; that of all targets together, which may be of the same family, has none.
+        // The row of an element has its name; the row of the targets, which may be of the same family, has none.
         let is_named = pair[0].answer.first().is_some_and(|row| !row.values.is_empty());
         let entropies = pair[1].answer.iter().filter(|row| row.values.is_empty() != is_named);
         for (information, entropy) in pair[0].answer.iter().zip(entropies) {
@@ -164,7 +164,7 @@ impl<'p> Several<'p> {
         model.variables.ids().filter(is_shown)
     }
 
-    /// Elements by name; a variable that is no family has one.
+    /// Elements by name; a variable without a family has one element.
     fn elements(&self, names: &[String]) -> Result<Vec<(VariableId, usize)>, Error> {
         let one = |name: &String| {
             let (variable, element) = self.names.find(name)?;
@@ -198,7 +198,7 @@ impl<'p> Several<'p> {
         together(program.model(), &question, &self.knowledge.elements, self.inputs, options)
     }
 
-    /// A value for each variable that is shown: that of a row, or the one that was observed.
+    /// A value for each shown variable: from the row, or the observed one.
     fn assignment(&self, row: &Row, ln_p: f64) -> Row {
         let (model, setting) = (self.names.program.model(), self.names.setting);
         let found: HashMap<&str, &str> =

@@ -1,7 +1,7 @@
-//! Which strategy the planner takes, and what a group of questions is answered.
+//! The planner's choice of a strategy, and its answers to groups of questions.
 //!
-//! In: programs whose answers follow by hand. Out: offers, answers. Invariant: of the exact offers the cheapest is taken; an answer
-//! that exceeds the budget is estimated, and says so.
+//! In: programs whose answers follow by hand. Out: offers, answers. Invariant: the cheapest exact offer is accepted; an
+//! answer that exceeds the budget is estimated, and says so.
 
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;

@@ -1,19 +1,19 @@
 //! The options of inference that the commands share.
 //!
-//! In: the command line. Out: options of the planner, and what estimates are made with. Invariant: every command that asks takes
-//! the same options.
+//! In: the command line. Out: options of the planner and of sampling. Invariant: every command that asks questions has the
+//! same options.
 
 use bp_core::compiler::plan::{Options, Strategy};
 use bp_core::compiler::sample::Sampling;
 use bp_core::program::Program;
 
-/// Which strategy answers.
+/// The choice of a strategy.
 #[derive(clap::Args)]
 pub(crate) struct Planning {
     /// Inference strategy: sums, join_tree, gaussian, chain, weighting, gibbs or particles; by default the cheapest exact one, else an estimate.
     #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
     by: Option<Strategy>,
-    /// Estimate an answer that takes more products than this, where it can be estimated.
+    /// Estimate an exact answer of more products than this, if possible.
     #[arg(long, value_name = "PRODUCTS", value_parser = products)]
     budget: Option<u64>,
 }
@@ -25,7 +25,7 @@ impl Planning {
     }
 }
 
-/// Which strategy answers, and the draws of an estimate.
+/// The choice of a strategy, and the draws of an estimate.
 #[derive(clap::Args)]
 pub(crate) struct Inference {
     #[command(flatten)]
@@ -44,12 +44,12 @@ impl Inference {
         self.planning.options()
     }
 
-    /// What estimates are made with.
+    /// The options of sampling.
     pub(crate) fn sampling(&self) -> Sampling {
         Sampling { particles: self.particles, seed: self.seed }
     }
 
-    /// The program that is asked so.
+    /// The program with these options.
     pub(crate) fn of(&self, program: Program) -> Program {
         program.planned(self.options()).draws(self.particles).seed(self.seed)
     }

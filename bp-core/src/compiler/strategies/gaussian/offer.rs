@@ -294,7 +294,7 @@ impl Offered for Gaussian {
         &self.asks
     }
 
-    /// A law of n numbers is conditioned with n³ products at most.
+    /// Conditioning a law of n numbers takes at most n³ products.
     fn cost(&self, model: &Model) -> Option<f64> {
         let before = self.carried.iter().map(|(_, before)| *before);
         let all = self.sources.iter().map(|source| source.variable).chain(before);

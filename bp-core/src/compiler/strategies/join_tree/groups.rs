@@ -1,7 +1,7 @@
-//! Groups of asks that know the same: the propagations of a tree that answer them together.
+//! Answers of a group of asks with the same known variables, by shared propagations of a join tree.
 //!
-//! In: a [`JoinTree`] route whose asks are a group, and the host's inputs. Out: an answer for each ask. Invariant: all variables of
-//! the program are in the network, under the numbers of their slots; an error names them.
+//! In: a [`JoinTree`] route whose asks are a group, and the host's inputs. Out: an answer for each ask. Invariant: all
+//! variables of the program are in the network, numbered as their slots; errors contain their names.
 
 use super::answer::evidence;
 use super::{
@@ -16,7 +16,7 @@ use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot};
 use crate::strategies::{Case, Findings, Found};
 use std::f64::consts::LN_2;
 
-/// The most values of variables together.
+/// The largest number of cells of a joint posterior.
 const MOST_CELLS: f64 = 1e6;
 
 /// The answer of each ask.
@@ -40,7 +40,7 @@ pub(super) fn answers(model: &Model, route: &JoinTree, case: &Case<'_>) -> Resul
     found.map_err(|error| named.tell(error))
 }
 
-/// Asks that know the same.
+/// A group of asks, and its evidence.
 struct Asked<'a> {
     setting: &'a Setting<'a>,
     route: &'a JoinTree,
@@ -71,7 +71,7 @@ impl Asked<'_> {
         Part { instant: None, given: Vec::new(), of, law: PartLaw::Finite(law) }
     }
 
-    /// Each variable alone: all of one propagation.
+    /// The marginal of each variable, by a single propagation.
     fn marginals(&self) -> Result<Vec<Found>, Error> {
         let model = self.setting.model;
         let searched = |ask: &Ask| self.setting.slots_of(ask.searched[0].variable);
@@ -90,7 +90,7 @@ impl Asked<'_> {
         Ok(self.route.exact.asks.iter().map(answer).collect())
     }
 
-    /// Some variables together.
+    /// The joint posterior of some variables.
     fn joint(&self) -> Result<Vec<Found>, Error> {
         let slots = self.numbers(&self.findings.about);
         let cells: f64 = slots.iter().map(|one| self.named.network.cardinalities[*one] as f64).product();
@@ -105,7 +105,7 @@ impl Asked<'_> {
         Ok(vec![self.answer(ask, Some(found.ln_evidence), vec![part], rows)])
     }
 
-    /// All variables together at their most probable value.
+    /// The most probable assignment of all variables.
     fn mode(&self) -> Result<Vec<Found>, Error> {
         let (values, ln_p) = most_probable(&self.named.network, &self.evidence)?;
         let named = values.iter().enumerate();
@@ -115,8 +115,8 @@ impl Asked<'_> {
         Ok(vec![self.answer(ask, None, Vec::new(), vec![row])])
     }
 
-    /// What an observation tells: the marginals of all candidates for each value of what it tells about. An ask has a row for
-    /// each of its candidates.
+    /// The information of each candidate about the targets, from the marginals of all candidates for each value of the
+    /// targets. An ask has a row for each of its candidates.
     fn information(&self) -> Result<Vec<Found>, Error> {
         let (about, among) = (self.numbers(&self.findings.about), self.numbers(&self.findings.among));
         let network = &self.named.network;

@@ -60,7 +60,7 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     // Loops would build the joint distribution of all searched variables.
     let is_group =
         options.group != Group::Tables || group == Group::Marginals && together(model, asks) > MANY_TOGETHER;
-    let of_elements = || "its families have as many tables as elements: loops answer few factors".to_owned();
+    let of_elements = || "it has families, and few factors: loops need no table for each element".to_owned();
     let has_families = model.variables.values().any(|variable| variable.family.is_some());
     let any_number = asked_for || is_group || !has_families;
     if model.factors.len() <= MANY_FACTORS && !any_number {
@@ -164,7 +164,7 @@ impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         let tree = offer(model, asks, turn.options, turn.forced).map_err(|why| refused(model, asks, &why))?;
         let products = tree.products(model).unwrap_or(0.0);
-        // The same limit as that of sums; the commands for networks have that of memory alone.
+        // The limit of sums; groups are limited by memory alone.
         if products > MOST_PRODUCTS && tree.group == Group::Tables && !turn.forced {
             let question = model.ask_text(&asks[0]);
             let help = "observe more variables, or name it: `--by join_tree`".to_owned();

@@ -19,7 +19,7 @@ pub(crate) struct Engine;
 impl super::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         match turn.by_tree && !turn.forced {
-            true => Err(refused(model, asks, "a join tree is made faster than loops are written")),
+            true => Err(refused(model, asks, "building a join tree takes less time than writing loops")),
             false => Ok(Route::Exact(equation::exact(model, asks.to_vec(), turn.options)?)),
         }
     }
