@@ -9,9 +9,9 @@ use crate::answer::{Drawn, Part, PartLaw, Slot};
 use crate::error::Error;
 use crate::model::Domain;
 use crate::sample::{Draws, Moments};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 impl Posterior {
     /// The mean of its variable; `true` counts as 1.
@@ -30,6 +30,7 @@ impl Posterior {
         let (part, slot) = self.single()?;
         Ok(match &part.law {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
+            PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
             PartLaw::Finite(numbers) => [weighted(numbers, &self.numbers_of(slot)?), 0.0],
             PartLaw::Draws(draws, drawn) => match drawn[0] {
                 Drawn::Moments(moments) => moments.mean,
@@ -50,6 +51,7 @@ impl Posterior {
         let mean = self.mean()?;
         Ok(match &part.law {
             PartLaw::Normal { covariance, .. } => covariance[0],
+            PartLaw::Mixture(mixture) => mixture.covariance(0, 0),
             PartLaw::Finite(numbers) => {
                 let squares: Vec<f64> =
                     self.numbers_of(slot)?.iter().map(|number| (number - mean).powi(2)).collect();
@@ -87,6 +89,7 @@ impl Posterior {
         let numbers = [self.numbers_of(&part.of[one])?, self.numbers_of(&part.of[other])?];
         match &part.law {
             PartLaw::Normal { mean, covariance } => Ok(covariance[one * mean.len() + other]),
+            PartLaw::Mixture(mixture) => Ok(mixture.covariance(one, other)),
             PartLaw::Finite(_) => {
                 let at = |place: usize| self.joint(part, [one, other], &numbers, place);
                 let mean = [at(0), at(1)];
@@ -145,6 +148,7 @@ impl Posterior {
                 let standard = Normal::standard().inverse_cdf(level);
                 return Ok(mean[0] + covariance[0].max(0.0).sqrt() * standard);
             }
+            PartLaw::Mixture(mixture) => return Ok(mixture.quantile(0, level)),
             PartLaw::Finite(numbers) => {
                 self.numbers_of(slot)?.into_iter().zip(numbers.iter().copied()).collect()
             }
@@ -220,20 +224,6 @@ fn quantile(mut pairs: Vec<(f64, f64)>, level: f64) -> f64 {
         sum >= level * total
     });
     reached.or(pairs.last()).map_or(f64::NAN, |(value, _)| *value)
-}
-
-/// The density of a normal distribution at a point: infinite, or 0, if the distribution has no density.
-pub(super) fn density(mean: &[f64], covariance: &[f64], at: &[f64]) -> f64 {
-    let size = mean.len();
-    let away = DVector::from_iterator(size, at.iter().zip(mean).map(|(at, mean)| at - mean));
-    match DMatrix::from_row_slice(size, size, covariance).cholesky() {
-        Some(root) => {
-            let ln_determinant: f64 = 2.0 * root.l().diagonal().map(f64::ln).sum();
-            (-0.5 * (away.dot(&root.solve(&away)) + ln_determinant + size as f64 * TAU.ln())).exp()
-        }
-        None if away.amax() == 0.0 => f64::INFINITY,
-        None => 0.0,
-    }
 }
 
 /// The differential entropy of a normal distribution: ½ ln det(2πe Σ); −∞ if it has no density.

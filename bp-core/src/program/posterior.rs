@@ -103,10 +103,10 @@ impl Posterior {
             };
             return Err(self.lookup(format!("found {found} values, but {expected}")));
         }
-        if let PartLaw::Normal { mean, covariance } = &part.law {
+        if let PartLaw::Normal { .. } | PartLaw::Mixture(_) = &part.law {
             let at: Option<Vec<f64>> = values.iter().map(|value| value.as_f64()).collect();
             let at = at.ok_or_else(|| self.lookup(format!("`{value}` is not a number; look up a real")))?;
-            return Ok([super::numbers::density(mean, covariance, &at), 0.0]);
+            return Ok([part.law.density(&at), 0.0]);
         }
         if let Some(real) = part.of.iter().find(|slot| slot.count == 0) {
             let name = real.name(self.model());
@@ -127,7 +127,7 @@ impl Posterior {
                 let place = radix::position(found.iter().zip(&part.of).map(|(at, slot)| (*at, slot.count)));
                 [numbers[place], 0.0]
             }
-            PartLaw::Normal { .. } => unreachable!("internal: a normal law has been read above"),
+            PartLaw::Normal { .. } | PartLaw::Mixture(_) => [part.law.density(&[]), 0.0],
         })
     }
 

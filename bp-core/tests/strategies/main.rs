@@ -11,6 +11,7 @@ mod gibbs;
 mod histories;
 mod join_trees;
 mod kalman;
+mod mixtures;
 mod normal_laws;
 mod particles;
 mod planner;

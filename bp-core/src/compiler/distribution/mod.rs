@@ -7,6 +7,7 @@
 //! A value is the ordinal of a finite domain's value, or a real. An assignment is one number for each slot: a variable
 //! has a slot, a family one for each element, a vector one for each component.
 
+mod affine;
 mod check;
 mod form;
 mod invalid;
@@ -17,6 +18,7 @@ mod setting;
 mod written_out;
 mod zero;
 
+pub(crate) use affine::LinearMean;
 pub use setting::{Instance, Setting};
 pub(crate) use written_out::{WrittenOut, may_be_linear, speaks_of_elements};
 

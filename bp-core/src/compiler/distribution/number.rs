@@ -114,16 +114,23 @@ impl Scope<'_> {
 
     /// The value of a variable, or of the element of a family at an index.
     fn element_value(&self, use_: &VariableUse, index: Option<f64>) -> f64 {
-        let setting = self.setting;
-        let components = setting.components(use_.variable);
-        let element = index.map_or(Some(0), |index| setting.element(use_.variable, index));
-        let component = if components == 1 { 0 } else { self.component };
-        element.map_or(f64::NAN, |element| {
-            self.at(setting.slots_of(use_.variable).start + element * components + component)
-        })
+        self.slot_at(use_.variable, index).map_or(f64::NAN, |slot| self.at(slot))
     }
 
-    fn with_component(&self, component: usize) -> Self {
+    /// The slot of a variable, or of one element of a family; `None` where the family has no such element.
+    pub(super) fn slot(&self, use_: &VariableUse) -> Option<usize> {
+        self.slot_at(use_.variable, use_.element.map(|element| self.with_component(0).number(element)))
+    }
+
+    fn slot_at(&self, variable: VariableId, index: Option<f64>) -> Option<usize> {
+        let setting = self.setting;
+        let components = setting.components(variable);
+        let element = index.map_or(Some(0), |index| setting.element(variable, index))?;
+        let component = if components == 1 { 0 } else { self.component };
+        Some(setting.slots_of(variable).start + element * components + component)
+    }
+
+    pub(super) fn with_component(&self, component: usize) -> Self {
         Self { component, ..*self }
     }
 
@@ -147,7 +154,7 @@ impl Scope<'_> {
     }
 
     /// The components of a node, given those of its operands.
-    fn components<A: Known>(&self, expression: &Expression, below: &Below<A>) -> Vec<A::Number> {
+    pub(super) fn components<A: Known>(&self, expression: &Expression, below: &Below<A>) -> Vec<A::Number> {
         let first = |id: &ExpressionId| component(below.of(*id), 0);
         let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at).rounded());
         let known = |number: f64| A::default().constant(number);
@@ -318,14 +325,14 @@ impl<A: Known> Environment for Reading<'_, A> {
 }
 
 /// A component of a vector; a scalar is the same at every component.
-fn component<N: Number>(all: &[N], at: usize) -> N {
+pub(super) fn component<N: Number>(all: &[N], at: usize) -> N {
     match all {
         [number] => *number,
         several => several.get(at).copied().unwrap_or(N::known(f64::NAN)),
     }
 }
 
-fn rotated(v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
+pub(super) fn rotated(v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
     let angle = w.iter().map(|part| part * part).sum::<f64>().sqrt();
     if angle == 0.0 {
         return v;

@@ -14,6 +14,8 @@ pub enum Strategy {
     JoinTree,
     /// Sums and products of finite variables as a kernel.
     Sums,
+    /// Finite variables and reals that are linear and Gaussian given them: a mixture of normal distributions.
+    Mixture,
     /// Over time, finite: forward and backward messages.
     Chain,
     /// Draws from the prior, weighted by the evidence.
@@ -26,10 +28,11 @@ pub enum Strategy {
 
 impl Strategy {
     /// All, in the order in which they are tried.
-    pub const ALL: [Strategy; 7] = [
+    pub const ALL: [Strategy; 8] = [
         Strategy::Gaussian,
         Strategy::JoinTree,
         Strategy::Sums,
+        Strategy::Mixture,
         Strategy::Chain,
         Strategy::Weighting,
         Strategy::Gibbs,
@@ -42,6 +45,7 @@ impl Strategy {
             Strategy::Gaussian => "gaussian",
             Strategy::JoinTree => "join_tree",
             Strategy::Sums => "sums",
+            Strategy::Mixture => "mixture",
             Strategy::Chain => "chain",
             Strategy::Weighting => "weighting",
             Strategy::Gibbs => "gibbs",

@@ -19,6 +19,7 @@ impl Part {
                     .flat_map(|row| places.iter().map(|column| covariance[*row * mean.len() + *column]))
                     .collect(),
             },
+            PartLaw::Mixture(mixture) => PartLaw::Mixture(mixture.marginal(places)),
             PartLaw::Draws(draws, drawn) => {
                 PartLaw::Draws(Arc::clone(draws), places.iter().map(|place| drawn[*place]).collect())
             }
@@ -90,6 +91,10 @@ impl Part {
                     alone(slot, Figure::Normal { mean: mean[place], deviation })
                 };
                 self.of.iter().enumerate().map(law).collect()
+            }
+            PartLaw::Mixture(mixture) => {
+                let row = |(place, slot): (usize, &Slot)| alone(slot, Figure::of_mixture(mixture, place));
+                self.of.iter().enumerate().map(row).collect()
             }
             PartLaw::Draws(draws, drawn) => {
                 let finite = |place: &usize| self.of[*place].count > 0;

@@ -6,12 +6,14 @@
 pub(crate) mod check;
 pub(crate) mod compare;
 mod marginal;
+pub(crate) mod mixture;
 mod moments;
 mod part;
 mod rows;
 mod show;
 mod table;
 
+pub(crate) use mixture::{Component, Mixture};
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use rows::{Reader, named};
 pub use table::{Column, Table};
@@ -19,6 +21,7 @@ pub use table::{Column, Table};
 use crate::equation::Strategy;
 use crate::exec::{compiled::least_tied, scalar::Scalar};
 use crate::model::When;
+use crate::sample::Moments;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
@@ -152,6 +155,15 @@ pub enum Figure {
         /// The quantiles at 5 %, 50 % and 95 %.
         quantiles: [[f64; 2]; 3],
     },
+    /// A mixture of normal laws.
+    Mixture {
+        /// Mean.
+        mean: f64,
+        /// Standard deviation.
+        deviation: f64,
+        /// The quantiles at 5 %, 50 % and 95 %.
+        quantiles: [f64; 3],
+    },
     /// A normal law.
     Normal {
         /// Mean.
@@ -172,6 +184,12 @@ impl Row {
 }
 
 impl Figure {
+    /// The moments and quantiles of one slot of a mixture.
+    pub(crate) fn of_mixture(mixture: &Mixture, place: usize) -> Self {
+        let quantiles = Moments::LEVELS.map(|level| mixture.quantile(place, level));
+        Figure::Mixture { mean: mixture.mean(place), deviation: mixture.deviation(place), quantiles }
+    }
+
     /// The number of a figure that has one.
     pub fn number(&self) -> Option<f64> {
         match *self {
@@ -183,7 +201,9 @@ impl Figure {
             | Figure::Divergence { divergence: number, .. }
             | Figure::Expectation { expectation: number, .. }
             | Figure::Variance { variance: number, .. } => Some(number),
-            Figure::Draw { .. } | Figure::Real { .. } | Figure::Normal { .. } => None,
+            Figure::Draw { .. } | Figure::Real { .. } | Figure::Mixture { .. } | Figure::Normal { .. } => {
+                None
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 //! the slots of a part are in the order of the question; in a finite part the last slot is the fastest, and contexts
 //! come before slots.
 
+use super::mixture::{Mixture, density};
 use super::table::{Column, Table};
 use crate::distribution::Setting;
 use crate::ids::VariableId;
@@ -48,8 +49,21 @@ pub enum PartLaw {
         /// Covariances, row by row.
         covariance: Vec<f64>,
     },
+    /// A mixture of normal laws.
+    Mixture(Mixture),
     /// Weighted draws.
     Draws(Arc<Draws>, Vec<Drawn>),
+}
+
+impl PartLaw {
+    /// The density of reals at a point; 0 where the part is not of a normal law or a mixture of them.
+    pub(crate) fn density(&self, at: &[f64]) -> f64 {
+        match self {
+            PartLaw::Normal { mean, covariance } => density(mean, covariance, at),
+            PartLaw::Mixture(mixture) => mixture.density(at),
+            PartLaw::Finite(_) | PartLaw::Draws(..) => 0.0,
+        }
+    }
 }
 
 /// The position of a slot's numbers among draws.

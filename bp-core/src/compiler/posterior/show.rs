@@ -94,6 +94,7 @@ fn headings(row: &Row) -> Vec<String> {
         Figure::Variance { .. } => &["variance ± error"],
         Figure::Information { .. } => &["information"],
         Figure::Divergence { .. } => &["divergence"],
+        Figure::Mixture { .. } => &["mean", "deviation", "5 %", "50 %", "95 %"],
         Figure::Real { .. } => &["mean ± error", "deviation", "5 %", "50 %", "95 %"],
     };
     let figures = figures.iter().map(|figure| (*figure).to_owned());
@@ -159,6 +160,9 @@ fn cells_of(row: &Row) -> Vec<String> {
         }
         Figure::Information { information } => cells.push(or_infinite(information, " nats")),
         Figure::Divergence { divergence, .. } => cells.push(or_infinite(divergence, " nats")),
+        Figure::Mixture { mean, deviation, quantiles } => {
+            cells.extend([mean, deviation].into_iter().chain(quantiles).map(six_digits));
+        }
         Figure::Real { mean, deviation, quantiles } => {
             cells.push(estimated(mean[0], mean[1]));
             cells.push(six_digits(deviation[0]));

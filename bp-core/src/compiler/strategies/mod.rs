@@ -7,6 +7,7 @@ pub mod chain;
 pub mod gaussian;
 pub mod gibbs;
 pub mod join_tree;
+pub mod mixture;
 pub mod over_time;
 pub mod particles;
 mod route;
@@ -164,6 +165,7 @@ pub(crate) fn engine(strategy: Strategy) -> &'static dyn Engine {
         Strategy::Gaussian => &gaussian::Engine,
         Strategy::JoinTree => &join_tree::Engine,
         Strategy::Sums => &sums::Engine,
+        Strategy::Mixture => &mixture::Engine,
         Strategy::Chain => &chain::Engine,
         Strategy::Weighting => &weighting::Engine,
         Strategy::Gibbs => &gibbs::Engine,

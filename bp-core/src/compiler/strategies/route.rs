@@ -5,6 +5,7 @@
 
 use super::gaussian::Gaussian;
 use super::join_tree::JoinTree;
+use super::mixture::Mixture;
 use super::over_time::OverTime;
 use super::weighting::Sampled;
 use super::{Offered, Strategy};
@@ -19,6 +20,8 @@ pub enum Route {
     Tree(JoinTree),
     /// Closed form: all variables are linear and Gaussian.
     Gaussian(Gaussian),
+    /// A mixture of normal distributions.
+    Mixture(Mixture),
     /// Estimates from draws, where there is no exact route.
     Sampled(Sampled),
     /// Over time, from instant to instant.
@@ -32,6 +35,7 @@ impl Route {
             Route::Exact(exact) => exact,
             Route::Tree(tree) => tree,
             Route::Gaussian(gaussian) => gaussian,
+            Route::Mixture(mixture) => mixture,
             Route::Sampled(sampled) => sampled,
             Route::OverTime(over_time) => over_time,
         }

@@ -9,6 +9,7 @@ mod frontier;
 mod law;
 mod offer;
 mod predicate;
+mod slots;
 mod smooth;
 
 pub(crate) use answer::{Named, divergences, part, rows, whether};
@@ -19,3 +20,4 @@ pub(crate) use offer::Engine;
 pub(crate) use offer::applies;
 pub use offer::{Gaussian, LinearEquation};
 pub(crate) use predicate::{of_normal, probabilities};
+pub(crate) use slots::SlotLaw;

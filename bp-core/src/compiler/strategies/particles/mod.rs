@@ -9,23 +9,21 @@
 //! the linear variables, and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
 
 mod linear;
-mod normal;
 mod offer;
 
 pub(crate) use linear::{is_linear_in, linear};
 pub(crate) use offer::Engine;
 
-use crate::distribution::{Distribution, Instance, Setting, ln_sum};
+use crate::distribution::{Instance, LinearMean, Setting, ln_sum};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::law::Law;
 use crate::operators::normal_cumulative;
 use crate::progress::{self, Work};
 use crate::random::Random;
 use crate::sample::{Draws, Moments, Observations, Sampling, Streams};
+use crate::strategies::gaussian::SlotLaw;
 use crate::strategies::over_time::Instant;
 use crate::strategies::weighting::draw_or_weigh;
-use normal::Normal;
 use rand::RngExt;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -36,7 +34,7 @@ pub(crate) struct Particle {
     /// The values of the drawn or observed slots.
     pub(crate) values: Vec<f64>,
     /// The law of the slots that are not drawn.
-    pub(crate) law: Normal,
+    pub(crate) law: SlotLaw,
 }
 
 /// The particles of an instant.
@@ -60,8 +58,8 @@ pub(crate) struct Moves<'s> {
     /// Whether a linear slot may have no noise of its own.
     dirac: bool,
     /// The instances of X^-1 before the first instant, and those of an instant.
-    before: Vec<(Instance, Vec<usize>)>,
-    now: Vec<(Instance, Vec<usize>)>,
+    before: Vec<Instance>,
+    now: Vec<Instance>,
     /// (slot of X, slot of X^-1)
     carried: Vec<(usize, usize)>,
 }
@@ -81,13 +79,7 @@ impl<'s> Moves<'s> {
             model.variables[*variable].previous_of.is_none()
                 && form.is_none_or(|form| form.as_normal().is_none())
         };
-        let with = |instance: Instance| {
-            let right =
-                model.factors[instance.factor].right.iter().flat_map(|use_| setting.slots_of(use_.variable));
-            let parents = right.filter(|slot| is_linear[*slot]).collect();
-            (instance, parents)
-        };
-        let (before, now) = (setting.ordered()?.into_iter().map(with)).partition(|(instance, _)| {
+        let (before, now) = setting.ordered()?.into_iter().partition(|instance| {
             model.variables[setting.variable_of(instance.left[0])].previous_of.is_some()
         });
         let slots = |(now, before): &(VariableId, VariableId)| {
@@ -134,7 +126,7 @@ impl<'s> Moves<'s> {
         let streams = Streams::new(self.sampling.seed, "particles");
         let begin = |number: usize| {
             let values = Observations::none(&self.setting).values;
-            let mut particle = Particle { values, law: Normal::new(self.dirac) };
+            let mut particle = Particle { values, law: SlotLaw::new(self.dirac) };
             // A carried variable without an initial form is at rest.
             for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
                 if particle.values[*before] == 0.0 {
@@ -206,15 +198,15 @@ impl<'s> Moves<'s> {
     /// Runs the forms, parents first; returns the ln weight of the observations.
     fn run(
         &self,
-        instances: &[(Instance, Vec<usize>)],
+        instances: &[Instance],
         observations: &Observations,
         random: &mut Random,
         particle: &mut Particle,
     ) -> Result<f64, Error> {
         let mut ln_weight = 0.0;
-        for (instance, parents) in instances {
+        for instance in instances {
             ln_weight += match self.linear[instance.left[0]] {
-                true => self.extend(instance, parents, observations.values[instance.left[0]], particle)?,
+                true => self.extend(instance, observations.values[instance.left[0]], particle)?,
                 false => draw_or_weigh(&self.setting, instance, observations, random, &mut particle.values)?,
             };
             if ln_weight == f64::NEG_INFINITY {
@@ -225,30 +217,11 @@ impl<'s> Moves<'s> {
     }
 
     /// Adds a linear variable to the law of a particle; if it is observed, weighs and conditions.
-    fn extend(
-        &self,
-        instance: &Instance,
-        parents: &[usize],
-        observed: f64,
-        particle: &mut Particle,
-    ) -> Result<f64, Error> {
+    fn extend(&self, instance: &Instance, observed: f64, particle: &mut Particle) -> Result<f64, Error> {
         let slot = instance.left[0];
-        // The coefficient of a parent is the gain of the mean when this parent is 1 and the others are 0.
-        let mut at = particle.values.clone();
-        parents.iter().for_each(|parent| at[*parent] = 0.0);
-        let mean = |at: &[f64]| match self.setting.distribution(instance, at)? {
-            Distribution::Law(Law::Normal, [mean, deviation]) => Ok((mean, deviation)),
-            Distribution::Point(point) => Ok((point, 0.0)),
-            _ => unreachable!("internal: a linear variable is normal or a Dirac"),
-        };
-        let (constant, deviation) = mean(&at)?;
-        let mut coefficients = Vec::with_capacity(parents.len());
-        for parent in parents {
-            at[*parent] = 1.0;
-            coefficients.push((*parent, mean(&at)?.0 - constant));
-            at[*parent] = 0.0;
-        }
-        particle.law.extend(slot, &coefficients, constant, deviation);
+        let LinearMean { terms, constant, deviation } =
+            self.setting.linear_mean(instance, &particle.values, &self.linear)?;
+        particle.law.extend(slot, &terms, constant, deviation);
         particle.values[slot] = f64::NAN;
         Ok(if observed.is_nan() { 0.0 } else { particle.law.observe(slot, observed) })
     }

@@ -10,5 +10,5 @@ mod offer;
 pub(crate) use answer::{FEW, part, rows};
 pub use draw::weigh;
 pub(crate) use draw::{Step, draw_one, draw_or_weigh, instances, solve};
-pub(crate) use offer::{Engine, drawn, has_point, refused_factor};
+pub(crate) use offer::{Engine, drawn, has_point, refused_factor, relevant};
 pub use offer::{Sampled, Treatment};

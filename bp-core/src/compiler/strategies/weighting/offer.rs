@@ -166,7 +166,7 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
 }
 
 /// The factors of the ancestors of the searched and known variables, parents first.
-fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
+pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
     let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
     let mut rest: Vec<VariableId> =
         searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();

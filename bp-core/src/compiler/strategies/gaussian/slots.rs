@@ -1,25 +1,24 @@
-//! The normal law that a particle carries over the slots that are not drawn.
+//! A normal distribution of slots: of the reals that a particle or a component of a mixture does not fix.
 //!
-//! In: a linear form and a deviation, or an observation. Out: the law, by slots. Invariant: a slot is one row of the
-//! law.
+//! In: a linear mean and a deviation, or an observation. Out: the distribution, by slots. Invariant: a slot is one row.
 
-use crate::strategies::gaussian::NormalLaw;
+use super::NormalLaw;
 
 /// A normal law.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Normal {
+pub(crate) struct SlotLaw {
     slots: Vec<usize>,
     law: NormalLaw,
 }
 
-impl Normal {
+impl SlotLaw {
     /// A law without slots; `dirac`: whether slots without noise of their own will be observed.
-    pub(super) fn new(dirac: bool) -> Self {
+    pub(crate) fn new(dirac: bool) -> Self {
         Self { slots: Vec::new(), law: NormalLaw::new(dirac) }
     }
 
     /// Adds a slot; terms of slots that the law does not have are ignored.
-    pub(super) fn extend(&mut self, slot: usize, terms: &[(usize, f64)], constant: f64, deviation: f64) {
+    pub(crate) fn extend(&mut self, slot: usize, terms: &[(usize, f64)], constant: f64, deviation: f64) {
         let terms = terms.iter().filter_map(|(parent, weight)| Some((self.row(*parent)?, *weight)));
         let terms: Vec<(usize, f64)> = terms.collect();
         self.law.extend(&terms, constant, deviation);
@@ -27,20 +26,38 @@ impl Normal {
     }
 
     /// Conditions on the value of a slot; returns ln of its density before, −∞ where the value is impossible.
-    pub(super) fn observe(&mut self, slot: usize, value: f64) -> f64 {
+    pub(crate) fn observe(&mut self, slot: usize, value: f64) -> f64 {
         let row = self.row(slot).expect("internal: the law has the slot that was added");
         self.law.observe(row, value).unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// How many independent noises are left.
+    pub(crate) fn noises(&self) -> usize {
+        self.law.noises()
+    }
+
+    /// The distribution of some slots, in this order.
+    pub(crate) fn select(&self, slots: &[usize]) -> NormalLaw {
+        let row = |slot: &usize| self.row(*slot).expect("internal: what is asked is among the factors");
+        self.law.select(slots.iter().map(row))
+    }
+
+    /// Mean and standard deviation of a linear form of slots.
+    pub(crate) fn of_form(&self, terms: &[(usize, f64)], constant: f64) -> [f64; 2] {
+        let mut with = self.clone();
+        with.extend(usize::MAX, terms, constant, 0.0);
+        with.of(usize::MAX).expect("internal: it was added")
+    }
+
     /// The law of the slots with a new name, under that name; the others are summed out.
-    pub(super) fn renamed(&self, slots: impl Iterator<Item = (usize, usize)>) -> Self {
+    pub(crate) fn renamed(&self, slots: impl Iterator<Item = (usize, usize)>) -> Self {
         let (rows, slots): (Vec<usize>, Vec<usize>) =
             slots.filter_map(|(from, to)| Some((self.row(from)?, to))).unzip();
         Self { law: self.law.select(rows).reduced(), slots }
     }
 
     /// Mean and standard deviation of a slot.
-    pub(super) fn of(&self, slot: usize) -> Option<[f64; 2]> {
+    pub(crate) fn of(&self, slot: usize) -> Option<[f64; 2]> {
         let row = self.row(slot)?;
         Some([self.law.mean(row), self.law.deviation(row)])
     }

@@ -1,0 +1,155 @@
+//! The mean of a normal or Dirac form as a linear function of some slots.
+//!
+//! In: an instance of a factor, the values of the slots that are known, and which slots are linear. Out: a
+//! [`LinearMean`]: the coefficient of each linear slot, the constant and the deviation. Invariant: coefficients are
+//! computed from the expression, never as differences of values of the mean, so a large constant costs no digits.
+
+use super::number::{Scope, component, rotated};
+use super::{Distribution, Instance, Setting};
+use crate::error::Error;
+use crate::ids::ExpressionId;
+use crate::law::{Law, Numbers};
+use crate::model::{Expression, Folded, Form};
+use crate::operators::{Binary, Unary};
+
+/// X = Σ coefficient · parent + constant + noise.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct LinearMean {
+    /// (slot, coefficient)
+    pub(crate) terms: Vec<(usize, f64)>,
+    /// The mean where all linear parents are 0.
+    pub(crate) constant: f64,
+    /// The standard deviation of the noise; 0 for a Dirac.
+    pub(crate) deviation: f64,
+}
+
+/// The coefficients of one component of a node, by slot.
+type Coefficients = Vec<(usize, f64)>;
+
+impl Setting<'_> {
+    /// The mean of an instance that is linear in some slots, and its deviation.
+    ///
+    /// # Errors
+    /// As [`Setting::distribution`].
+    pub(crate) fn linear_mean(
+        &self,
+        instance: &Instance,
+        values: &[f64],
+        linear: &[bool],
+    ) -> Result<LinearMean, Error> {
+        let at_zero: Vec<f64> =
+            values.iter().zip(linear).map(|(value, linear)| if *linear { 0.0 } else { *value }).collect();
+        let (constant, deviation) = match self.distribution(instance, &at_zero)? {
+            Distribution::Law(Law::Normal, [mean, deviation]) => (mean, deviation),
+            Distribution::Point(point) => (point, 0.0),
+            _ => unreachable!("internal: a linear variable is normal or a Dirac"),
+        };
+        let scope = Scope {
+            setting: self,
+            values: &at_zero,
+            indices: &instance.indices,
+            component: instance.component,
+            instead: None,
+        };
+        let mean = scope.mean(&self.model.factors[instance.factor].form);
+        Ok(LinearMean { terms: scope.coefficients(mean, linear), constant, deviation })
+    }
+}
+
+impl Scope<'_> {
+    /// The expression of the mean that a form has here.
+    fn mean(&self, form: &Form) -> ExpressionId {
+        match form {
+            Form::Law { law: Law::Normal, arguments } => arguments[0],
+            Form::Dirac(value) => *value,
+            Form::If { condition, then, otherwise } => {
+                self.mean(if self.number(*condition) != 0.0 { then } else { otherwise })
+            }
+            Form::Previous { otherwise, .. } => self.mean(otherwise),
+            _ => unreachable!("internal: a linear variable is normal or a Dirac"),
+        }
+    }
+
+    /// The coefficients of an expression in the linear slots, whose values are 0 in this scope.
+    fn coefficients(&self, id: ExpressionId, linear: &[bool]) -> Coefficients {
+        let model = self.setting.model;
+        let is_linear =
+            |variable| self.setting.slots_of(variable).any(|slot| linear.get(slot).is_some_and(|it| *it));
+        let degrees = model.degrees(id, &is_linear);
+        let numbers = model.fold(id, |expression, below| self.components::<Numbers>(expression, below));
+        let of = |id: ExpressionId, below: &Folded<Vec<Coefficients>>| match degrees.of(id) {
+            Some(0) => Vec::new(),
+            _ => below.of(id).clone(),
+        };
+        let number = |id: ExpressionId, at: usize| component(numbers.of(id), at);
+        let node = |expression: &Expression, below: &Folded<Vec<Coefficients>>| match expression {
+            Expression::Variable(use_) if is_linear(use_.variable) => {
+                let count = self.setting.components(use_.variable);
+                let slot = |at: usize| Some(vec![(self.with_component(at).slot(use_)?, 1.0)]);
+                (0..count).map(|at| slot(at).unwrap_or_default()).collect()
+            }
+            Expression::Unary(Unary::Negate, operand) => times(of(*operand, below), &|_| -1.0),
+            Expression::Binary(Binary::Add, left, right) => plus(of(*left, below), of(*right, below)),
+            Expression::Binary(Binary::Subtract, left, right) => {
+                plus(of(*left, below), times(of(*right, below), &|_| -1.0))
+            }
+            Expression::Binary(Binary::Multiply, left, right) if *degrees.of(*left) == Some(0) => {
+                times(of(*right, below), &|at| number(*left, at))
+            }
+            Expression::Binary(Binary::Multiply, left, right) => {
+                times(of(*left, below), &|at| number(*right, at))
+            }
+            Expression::Binary(Binary::Divide, left, right) => {
+                times(of(*left, below), &|at| 1.0 / number(*right, at))
+            }
+            Expression::If { condition, then, otherwise } => {
+                of(if number(*condition, 0) != 0.0 { *then } else { *otherwise }, below)
+            }
+            Expression::Vector(name, parts) if name == "vector" => {
+                parts.iter().map(|part| of(*part, below).into_iter().next().unwrap_or_default()).collect()
+            }
+            Expression::Vector(name, parts) if name == "rotate" => {
+                let by = [0, 1, 2].map(|at| number(parts[1], at));
+                let columns =
+                    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotated(axis, by));
+                let of = of(parts[0], below);
+                let row = |row: usize| {
+                    let scaled = of.iter().zip(columns);
+                    scaled.fold(Vec::new(), |sum, (own, column)| add(sum, scale(own.clone(), column[row])))
+                };
+                (0..3).map(row).collect()
+            }
+            _ => Vec::new(),
+        };
+        let all = model.fold(id, node).root();
+        let at = if all.len() == 1 { 0 } else { self.component };
+        let own = all.into_iter().nth(at).unwrap_or_default();
+        own.into_iter().filter(|(_, coefficient)| *coefficient != 0.0).collect()
+    }
+}
+
+fn scale(mut of: Coefficients, factor: f64) -> Coefficients {
+    of.iter_mut().for_each(|(_, coefficient)| *coefficient *= factor);
+    of
+}
+
+fn add(mut one: Coefficients, other: Coefficients) -> Coefficients {
+    for (slot, coefficient) in other {
+        match one.iter_mut().find(|(own, _)| *own == slot) {
+            Some((_, sum)) => *sum += coefficient,
+            None => one.push((slot, coefficient)),
+        }
+    }
+    one
+}
+
+fn times(of: Vec<Coefficients>, factor: &dyn Fn(usize) -> f64) -> Vec<Coefficients> {
+    of.into_iter().enumerate().map(|(at, own)| scale(own, factor(at))).collect()
+}
+
+/// A number beside a vector is added to none of its components: only vectors of one length are added.
+fn plus(one: Vec<Coefficients>, other: Vec<Coefficients>) -> Vec<Coefficients> {
+    let count = one.len().max(other.len());
+    let at = |all: &[Coefficients], at: usize| all.get(at).cloned().unwrap_or_default();
+    (0..count).map(|place| add(at(&one, place), at(&other, place))).collect()
+}

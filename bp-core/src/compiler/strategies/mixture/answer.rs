@@ -1,0 +1,137 @@
+//! Answers of a mixture.
+//!
+//! In: its components. Out: a table of the finite variables that are asked, or the moments and quantiles of reals.
+//! Invariant: weights are normalised once; an impossible observation is an error that names its factor.
+
+use super::Mixture;
+use super::components::{Component, components};
+use crate::distribution::{Setting, ln_sum};
+use crate::equation::Strategy;
+use crate::error::{Error, Impossible};
+use crate::ids::{ExpressionId, VariableId};
+use crate::model::{Ask, Finding, LinearForm, Model, Statistic};
+use crate::posterior::{self, Answer, Figure, Part, PartLaw, Row, Slot, Table};
+use crate::radix;
+use crate::sample::Observations;
+use crate::strategies::gaussian::{of_normal, probabilities};
+use crate::strategies::{Case, Found, Prepared};
+
+impl Prepared for Mixture {
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        let setting = Setting::new(model, case.inputs)?;
+        let ask = &self.asks[0];
+        let observations = Observations::of(&setting, ask)?;
+        let components = components(&setting, self, &observations)?;
+        let ln: Vec<f64> = components.iter().map(|component| component.ln_weight).collect();
+        let ln_total = ln_sum(&ln);
+        if ln_total.is_nan() || ln_total == f64::INFINITY {
+            return Err(setting.not_a_number(&model.ask_text(ask), &observations.values));
+        }
+        if ln_total == f64::NEG_INFINITY {
+            let reason = setting.zero_factor(&observations.values);
+            return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
+        }
+        let weights = ln.iter().map(|ln| (ln - ln_total).exp());
+        let weighted = Weighted { setting: &setting, all: weights.zip(&components).collect() };
+        let event =
+            ask.known.iter().any(|known| matches!(known.evidence, Finding::Hard(_) | Finding::Virtual(_)));
+        let event = event
+            || observations
+                .values
+                .iter()
+                .zip(Observations::none(&setting).values)
+                .any(|(observed, none)| !observed.is_nan() && none.is_nan());
+        let ln_evidence = event.then_some(ln_total);
+        let found = |ask: &Ask| match model.variables[ask.searched[0].variable].domain.is_finite() {
+            true => Found::Table(weighted.table(ask), ln_evidence),
+            false => Found::Answer(weighted.reals(ask, ln_evidence)),
+        };
+        Ok(self.asks.iter().map(found).collect())
+    }
+}
+
+/// Components with weights that sum to one.
+struct Weighted<'w> {
+    setting: &'w Setting<'w>,
+    all: Vec<(f64, &'w Component)>,
+}
+
+impl Weighted<'_> {
+    /// The joint distribution of finite variables.
+    fn table(&self, ask: &Ask) -> Table {
+        let setting = self.setting;
+        let variables: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
+        if let [only] = variables.as_slice()
+            && let Some(root) = of_normal(setting.model, *only)
+        {
+            return self.truth(ask, *only, root);
+        }
+        let slots: Vec<usize> = variables.iter().flat_map(|id| setting.slots_of(*id)).collect();
+        let extents: Vec<usize> =
+            slots.iter().map(|slot| setting.count(setting.variable_of(*slot))).collect();
+        let mut cells = vec![0.0; extents.iter().product()];
+        for (weight, component) in &self.all {
+            let digits = slots.iter().zip(&extents);
+            let digits = digits.map(|(slot, extent)| (component.values[*slot] as usize, *extent));
+            cells[radix::position(digits)] += weight;
+        }
+        Table::read(setting.model, ask, &variables, cells, None, &extents)
+    }
+
+    /// The probabilities that a predicate of reals does not hold and that it does.
+    fn truth(&self, ask: &Ask, variable: VariableId, root: ExpressionId) -> Table {
+        let setting = self.setting;
+        let parameter = |name: &str| setting.number(name).unwrap_or(f64::NAN);
+        let form = LinearForm::of(setting.model, root, 0, &parameter);
+        let terms = form.coefficients.iter();
+        let terms: Vec<(usize, f64)> = terms
+            .map(|((id, component), weight)| (setting.slots_of(*id).start + component, *weight))
+            .collect();
+        let mut cells = vec![0.0; 2];
+        for (weight, component) in &self.all {
+            let [mean, deviation] = component.law.of_form(&terms, form.constant);
+            let own = probabilities(setting.model, root, (mean, deviation), &parameter);
+            cells.iter_mut().zip(own).for_each(|(cell, p)| *cell += weight * p);
+        }
+        Table::read(setting.model, ask, &[variable], cells, None, &[2])
+    }
+
+    /// The mixture of normal distributions of reals.
+    fn reals(&self, ask: &Ask, ln_evidence: Option<f64>) -> Answer {
+        let setting = self.setting;
+        let slots: Vec<usize> =
+            ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+        let normal = |(weight, component): &(f64, &Component)| {
+            let law = component.law.select(&slots);
+            let (mean, covariance) = (law.means(), law.covariance());
+            posterior::Component {
+                weight: *weight,
+                mean: mean.iter().copied().collect(),
+                covariance: covariance.iter().copied().collect(),
+            }
+        };
+        let mixture = posterior::Mixture(self.all.iter().map(normal).collect());
+        let of = slots.iter().map(|slot| Slot::of(setting, *slot)).collect();
+        let row = |(place, slot): (usize, &usize)| {
+            let figure = match ask.statistic {
+                Statistic::Expectation => {
+                    Figure::Expectation { expectation: mixture.mean(place), error: None }
+                }
+                Statistic::Variance => {
+                    Figure::Variance { variance: mixture.covariance(place, place), error: None }
+                }
+                _ => Figure::of_mixture(&mixture, place),
+            };
+            Row { values: vec![(setting.slot_name(*slot), String::new())], figure }
+        };
+        Answer {
+            question: setting.model.ask_text(ask),
+            strategy: Strategy::Mixture,
+            when: ask.when,
+            ln_evidence,
+            estimate: None,
+            answer: slots.iter().enumerate().map(row).collect(),
+            parts: vec![Part { instant: None, given: Vec::new(), of, law: PartLaw::Mixture(mixture) }],
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! The components of a mixture: one for each combination of values of the finite variables.
+//!
+//! In: a [`Mixture`], the setting and what is observed. Out: [`Component`]s. Invariant: their order is that of the values
+//! of the finite variables, parents first; weights are relative, as logarithms; components of weight zero are left out.
+
+use super::Mixture;
+use crate::distribution::{Distribution, Instance, LinearMean, Setting};
+use crate::error::Error;
+use crate::exec::scalar::Scalar;
+use crate::sample::Observations;
+use crate::strategies::gaussian::SlotLaw;
+use rayon::prelude::*;
+
+/// One combination of values of the finite variables.
+#[derive(Clone, Debug)]
+pub(super) struct Component {
+    /// ln P(values, observations)
+    pub(super) ln_weight: f64,
+    /// The values of the finite slots.
+    pub(super) values: Vec<f64>,
+    /// How many observations a Dirac determined: they have a probability, not a density.
+    points: usize,
+    /// The normal distribution of the reals.
+    pub(super) law: SlotLaw,
+}
+
+/// The components of positive weight.
+///
+/// # Errors
+/// A number that a form cannot have.
+pub(super) fn components(
+    setting: &Setting<'_>,
+    route: &Mixture,
+    observations: &Observations,
+) -> Result<Vec<Component>, Error> {
+    let mut linear = vec![false; setting.slots()];
+    route.linear.iter().for_each(|variable| linear[setting.slots_of(*variable)].fill(true));
+    let values = (observations.values.iter().zip(&linear))
+        .map(|(value, linear)| if *linear { f64::NAN } else { *value })
+        .collect();
+    let mut all = vec![Component { ln_weight: 0.0, values, points: 0, law: SlotLaw::new(true) }];
+    for factor in &route.factors {
+        for instance in setting.instances(*factor)? {
+            let real = linear[instance.left[0]];
+            let step = |component: Component| match real {
+                true => extended(setting, &instance, &linear, observations, component),
+                false => branched(setting, &instance, observations, component),
+            };
+            let branches: Vec<Vec<Component>> =
+                all.into_par_iter().map(step).collect::<Result<_, Error>>()?;
+            all = branches.into_iter().flatten().collect();
+        }
+    }
+    // A value that has a probability in some components has the density 0 beside it in the others.
+    let points = all.iter().map(|component| component.points).max();
+    all.retain(|component| Some(component.points) == points);
+    Ok(all)
+}
+
+/// A component with one real more.
+fn extended(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    linear: &[bool],
+    observations: &Observations,
+    mut component: Component,
+) -> Result<Vec<Component>, Error> {
+    let slot = instance.left[0];
+    let LinearMean { terms, constant, deviation } =
+        setting.linear_mean(instance, &component.values, linear)?;
+    component.law.extend(slot, &terms, constant, deviation);
+    let observed = observations.values[slot];
+    if !observed.is_nan() {
+        let noises = component.law.noises();
+        component.ln_weight += component.law.observe(slot, observed);
+        component.points += usize::from(component.law.noises() == noises);
+    }
+    Ok(if component.ln_weight == f64::NEG_INFINITY { Vec::new() } else { vec![component] })
+}
+
+/// A component for each value that a finite left-hand side may have.
+fn branched(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    observations: &Observations,
+    component: Component,
+) -> Result<Vec<Component>, Error> {
+    let ln: Vec<f64> = match setting.distribution(instance, &component.values)? {
+        Distribution::Finite(probabilities) => probabilities.iter().map(|p| p.ln()).collect(),
+        Distribution::Wide(probabilities) => {
+            probabilities.iter().map(|p| p.natural_logarithm().to_f64()).collect()
+        }
+        _ => unreachable!("internal: a finite variable has one probability for each value"),
+    };
+    let mut branches = Vec::new();
+    for (ordinal, ln) in ln.into_iter().enumerate().filter(|(_, ln)| *ln > f64::NEG_INFINITY) {
+        let mut values = component.values.clone();
+        setting.put(instance, ordinal as f64, &mut values);
+        let observed = |slot: &usize| {
+            let observed = observations.values[*slot];
+            observed.is_nan() || observed == values[*slot]
+        };
+        if !instance.left.iter().all(observed) {
+            continue;
+        }
+        let weighted = observations.likelihoods.iter().filter(|(slot, _)| instance.left.contains(slot));
+        let virtual_: f64 = weighted.map(|(slot, weights)| weights[values[*slot] as usize].ln()).sum();
+        let ln_weight = component.ln_weight + ln + virtual_;
+        if ln_weight > f64::NEG_INFINITY {
+            branches.push(Component { ln_weight, values, law: component.law.clone(), ..component });
+        }
+    }
+    Ok(branches)
+}

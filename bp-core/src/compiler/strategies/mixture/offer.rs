@@ -1,0 +1,198 @@
+//! What the mixture strategy offers.
+//!
+//! In: asks that know the same. Out: a [`Mixture`], or why not. Invariant: a real never is a parent of a finite variable,
+//! except of a predicate that is asked alone.
+
+use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
+use crate::error::Error;
+use crate::ids::{FactorId, VariableId};
+use crate::model::{Ask, Finding, IndexSpace, Model, Question, Statistic};
+use crate::strategies::gaussian::of_normal;
+use crate::strategies::particles::is_linear_in;
+use crate::strategies::weighting::{refused_factor, relevant};
+use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
+
+/// The most components of a mixture.
+pub(super) const MOST_COMPONENTS: f64 = 131_072.0;
+
+/// An answer as a mixture of normal distributions.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Mixture {
+    /// What is asked.
+    pub asks: Vec<Ask>,
+    /// The factors that matter, parents first, without those of predicates.
+    pub factors: Vec<FactorId>,
+    /// The reals.
+    pub linear: Vec<VariableId>,
+    /// The finite variables that are not observed.
+    pub finite: Vec<VariableId>,
+    /// The number of combinations of their values.
+    pub components: f64,
+}
+
+/// The strategy.
+pub(crate) struct Engine;
+
+impl strategies::Engine for Engine {
+    fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
+        offer(model, asks).map(Route::Mixture).map_err(|why| refused(model, asks, &why))
+    }
+}
+
+fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
+    if let Some(why) = asks.iter().find_map(|ask| refused_ask(model, ask)) {
+        return Err(why);
+    }
+    let is_finite = |id: &VariableId| model.variables[*id].domain.is_finite();
+    let factors = relevant(model, asks);
+    let predicate = |id: &FactorId| {
+        let left = model.factors[*id].left[0].variable;
+        of_normal(model, left).is_some() && asks.iter().any(|ask| ask.searched[0].variable == left)
+    };
+    let factors: Vec<FactorId> =
+        model.parents_first(&factors).into_iter().filter(|id| !predicate(id)).collect();
+    let left = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable);
+    let (mut finite, mut linear): (Vec<VariableId>, Vec<VariableId>) =
+        factors.iter().flat_map(left).partition(is_finite);
+    (finite.sort_unstable(), linear.sort_unstable());
+    (finite.dedup(), linear.dedup());
+    if finite.is_empty() || linear.is_empty() {
+        return Err("it takes finite variables and reals together".to_owned());
+    }
+    let scope = linear.iter().copied().collect();
+    for id in &factors {
+        let factor = &model.factors[*id];
+        let head = model.head(factor);
+        if let Some(why) = refused_factor(model, factor) {
+            return Err(why);
+        }
+        if is_finite(&factor.left[0].variable) {
+            if let Some(real) = of_form(model, *id).into_iter().find(|parent| !is_finite(parent)) {
+                let real = model.variable_name(real);
+                return Err(format!("`{head}` is a finite variable that depends on the real `{real}`"));
+            }
+        } else if factor.left.len() > 1 || !is_linear_in(model, &factor.form, &scope) {
+            return Err(format!("`{head}` is not normal with a mean that is linear in reals"));
+        }
+    }
+    let known = |id: &VariableId| {
+        asks[0]
+            .known
+            .iter()
+            .any(|known| known.variable == *id && matches!(known.evidence, Finding::Hard(_) | Finding::Each))
+    };
+    finite.retain(|id| !known(id) && Some(*id) != model.plate_index());
+    let mut components = 1.0;
+    for id in &finite {
+        let variable = &model.variables[*id];
+        let length = match variable.family.map(|family| family.over) {
+            None => Some(1),
+            Some(IndexSpace::Range(range)) if range.high.size.is_none() => {
+                model.index_count(&IndexSpace::Range(range))
+            }
+            Some(_) => None,
+        };
+        let (Some(length), Some(count)) = (length, variable.domain.count()) else {
+            let name = model.variable_name(*id);
+            return Err(format!("the number of values of `{name}` is known only when it is asked"));
+        };
+        components *= (count as f64).powf(length as f64);
+    }
+    if components > MOST_COMPONENTS {
+        return Err(format!(
+            "the finite variables have {components} combinations, more than {MOST_COMPONENTS}"
+        ));
+    }
+    Ok(Mixture { asks: asks.to_vec(), factors, linear, finite, components })
+}
+
+/// Why an ask is not answered by a mixture.
+fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
+    let is_finite = |variable: VariableId| model.variables[variable].domain.is_finite();
+    if ask.when.is_over_time() {
+        return Some("over time the components multiply".to_owned());
+    }
+    let finite = ask.searched.iter().filter(|item| is_finite(item.variable)).count();
+    if finite == 0 {
+        let moments =
+            matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance);
+        if !moments || ask.searched.iter().any(|item| item.at.is_some()) {
+            let word = ask.statistic.word();
+            return Some(format!("`{word}` of a mixture of normal distributions has no closed form"));
+        }
+    } else if finite < ask.searched.len() {
+        return Some("finite variables and reals are asked together: ask for each".to_owned());
+    }
+    ask.known.iter().find_map(|known| {
+        let name = model.variable_name(known.variable);
+        match &known.evidence {
+            Finding::Soft(_) => {
+                Some(format!("soft evidence on `{name}` is taken by sums and join trees only"))
+            }
+            Finding::Each if is_finite(known.variable) && Some(known.variable) != model.plate_index() => {
+                Some(format!("a table over `{name}` is not made by a mixture: give its value, `{name} = …`"))
+            }
+            _ => None,
+        }
+    })
+}
+
+impl Offered for Mixture {
+    fn strategy(&self) -> Strategy {
+        Strategy::Mixture
+    }
+
+    fn asks(&self) -> &[Ask] {
+        &self.asks
+    }
+
+    fn cost(&self) -> Option<f64> {
+        let reals = self.linear.len() as f64;
+        Some(self.components * reals.powi(3))
+    }
+
+    fn reason(&self) -> &'static str {
+        "exact, as a mixture: given the finite variables all reals are linear and Gaussian"
+    }
+
+    fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
+        let names =
+            |ids: &mut dyn Iterator<Item = VariableId>| notation.names(model, &ids.collect::<Vec<_>>());
+        let searched = names(&mut self.asks[0].searched.iter().map(|item| item.variable));
+        let known = names(&mut self.asks[0].known.iter().map(|known| known.variable));
+        let left = notation.distribution(&searched, &known);
+        let finite = names(&mut self.finite.iter().copied()).join(" ");
+        let line = |rule: &str, reason: String, [unicode, latex, mathml]: [&str; 3]| {
+            let right = notation.choose(unicode, latex, mathml);
+            (rule.to_owned(), reason, notation.equation(&left, "=", right))
+        };
+        let normal =
+            |of: &str, mean: &str| format!("<mi>𝒩</mi>{OPEN}{of}<mo separator=\"true\">;</mo>{mean}{CLOSE}");
+        let (sum, weight) = ("<msub><mo>Σ</mo><mi>d</mi></msub>", "<msub><mi>w</mi><mi>d</mi></msub>");
+        let mathml = format!(
+            "{sum}{weight}{}",
+            normal(
+                "<mi>x</mi>",
+                "<msub><mi>m</mi><mi>d</mi></msub><mo separator=\"true\">,</mo><msub><mi>Σ</mi><mi>d</mi></msub>"
+            )
+        );
+        let lines = vec![line(
+            "mixture",
+            format!(
+                "given `{finite}` all reals are linear and Gaussian: each of the {} combinations d has a weight \
+                 w_d ∝ P(d) p(observations | d) and a normal distribution",
+                self.components
+            ),
+            ["Σ_d w_d N(x; m_d, Σ_d)", "\\sum_d w_d\\, \\mathcal{N}(x; m_d, \\Sigma_d)", &mathml],
+        )];
+        (lines, Vec::new())
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        Some("a mixture of normal distributions is computed by `answer::ask`, not by emitted code".to_owned())
+    }
+
+    fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {
+        Ok(Box::new(self.clone()))
+    }
+}

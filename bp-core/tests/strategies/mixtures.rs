@@ -1,0 +1,114 @@
+//! Mixtures of normal distributions, compared with closed forms worked out by hand.
+//!
+//! In: programs of finite variables and of reals that are linear and Gaussian given them. Out: exact answers. Invariant:
+//! expected values come from products of normal densities of one or two dimensions, by a script that shares no code
+//! with the crate, or from hand arithmetic.
+
+use crate::support::{model_of, question};
+use bp_core::compiler::answer::{Answer, Figure, ask};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::Strategy;
+
+fn answer_with(model: &Model, text: &str, inputs: &Inputs<'_, f64>) -> Result<Answer, Error> {
+    Ok(ask(model, &question(model, text), inputs)?.remove(0))
+}
+
+fn answer(model: &Model, text: &str) -> Answer {
+    let answer = answer_with(model, text, &Inputs::new()).unwrap();
+    assert_eq!(answer.strategy, Strategy::Mixture, "{text}");
+    answer
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
+}
+
+/// Körding et al., *Causal inference in multisensory perception*, PLoS ONE 2(9):e943, 2007.
+const CAUSAL: &str = "program Causal {
+    variables { Common : bool; SA, T, SV, XA, XV : real; }
+    decomposition { P(Common) P(SA) P(T) P(SV | Common SA T) P(XA | SA) P(XV | SV) }
+    forms { P(Common) = bernoulli(0.28); P(SA) = normal(0, 12); P(T) = normal(0, 12);
+            P(SV | Common SA T) = dirac(if Common { SA } else { T });
+            P(XA | SA) = normal(SA, 9); P(XV | SV) = normal(SV, 2); } }";
+
+#[test]
+fn one_cause_or_two() {
+    let model = model_of(CAUSAL);
+    let cause = answer(&model, "P(Common | XA = 10, XV = 0)");
+    near(cause.answer[1].p().unwrap(), 0.304_944_293_731_071_2, 1e-12);
+    near(cause.ln_evidence.unwrap(), -7.231_496_409_863_388, 1e-12);
+    let source = answer(&model, "P(SA | XA = 10, XV = 0)");
+    let Figure::Mixture { mean, deviation, quantiles } = source.answer[0].figure else {
+        panic!("{source:?}")
+    };
+    near(mean, 4.588_159_061_659_745, 1e-12);
+    near(deviation, 6.681_800_611_276_015_5, 1e-12);
+    let expected = [-4.284_954_424_509_877, 3.038_029_215_007_900_2, 16.922_929_054_687_156];
+    quantiles.iter().zip(expected).for_each(|(found, expected)| near(*found, expected, 1e-9));
+    let beyond = answer(&model, "P(SA > 5 | XA = 10, XV = 0)");
+    near(beyond.answer[1].p().unwrap(), 0.403_917_856_376_738_27, 1e-12);
+}
+
+#[test]
+fn unknown_means_of_two_groups() {
+    let model = model_of(
+        "program Means { variables { M[1..=2] : real; K[1..=8] : bool; X[i in 1..=8] : real; }
+         decomposition { prod(j) { P(M[j]) } prod(i) { P(K[i]) } prod(i) { P(X[i] | K M) } }
+         forms { P(M[j]) = normal(0, 10); P(K[i]) = bernoulli(0.5);
+                 P(X[i] | K M) = normal(if K[i] { M[2] } else { M[1] }, 1); } }",
+    );
+    let inputs = Inputs::new().array("x", &[1.0, 2.0, 3.0, 4.0, 10.0, 11.0, 12.0, 13.0]);
+    let means = answer_with(&model, "P(M | X = x)", &inputs).unwrap();
+    assert_eq!(means.strategy, Strategy::Mixture);
+    // Both labellings are as probable: 256 groupings, each two conjugate normals.
+    for row in &means.answer {
+        let Figure::Mixture { mean, deviation, .. } = row.figure else { panic!("{row:?}") };
+        near(mean, 6.982_543_640_670_951, 1e-9);
+        near(deviation, 4.516_470_411_631_706, 1e-9);
+    }
+    near(means.ln_evidence.unwrap(), -23.888_273_022_560_945, 1e-9);
+}
+
+#[test]
+fn a_value_with_a_probability_outweighs_densities() {
+    let model = model_of(
+        "program Stuck { variables { Stuck : bool; X, Z : real; } decomposition { P(Stuck) P(X) P(Z | Stuck X) }
+         forms { P(Stuck) = bernoulli(0.001); P(X) = normal(0, 1);
+                 P(Z | Stuck X) = if Stuck { dirac(3) } else { normal(X, 1) }; } }",
+    );
+    // Z = 3 has the probability 0.001 if the sensor is stuck, and only a density else.
+    near(answer(&model, "P(Stuck | Z = 3)").answer[1].p().unwrap(), 1.0, 0.0);
+    near(answer(&model, "P(Stuck | Z = 2)").answer[1].p().unwrap(), 0.0, 0.0);
+}
+
+#[test]
+fn a_large_constant_costs_no_digits() {
+    // K is certain, and Z − 10⁹ = 1 = 0.1 X + noise: the gain is 100 · 0.1 / (0.01 · 100 + 1) = 5.
+    let model = model_of(
+        "program Far { variables { K : bool; X, Z : real; } decomposition { P(K) P(X) P(Z | K X) }
+         forms { P(K) = bernoulli(0.5); P(X) = normal(0, 10);
+                 P(Z | K X) = normal(0.1 * X + (if K { 1000000000 } else { -1000000000 }), 1); } }",
+    );
+    let found = answer(&model, "expectation P(X | Z = 1000000001)").answer[0].figure.number().unwrap();
+    near(found, 5.0, 1e-12);
+}
+
+#[test]
+fn reasons_of_refusal() {
+    let model = model_of(
+        "program Many { variables { K[1..=20] : bool; X, Z : real; } decomposition { prod(i) { P(K[i]) } P(X | K) P(Z | X) }
+         forms { P(K[i]) = bernoulli(0.5); P(X | K) = normal(if K[1] { K[20] } else { K[2] }, 1); P(Z | X) = normal(X, 1); } }",
+    );
+    let by = bp_core::compiler::plan::Options {
+        by: Some(Strategy::Mixture),
+        ..bp_core::compiler::plan::Options::default()
+    };
+    let error = bp_core::compiler::plan::plan(&model, &question(&model, "P(X | Z = 1)"), by).unwrap_err();
+    assert!(error.to_string().contains("1048576 combinations"), "{error}");
+    let error =
+        bp_core::compiler::plan::plan(&model, &question(&model, "entropy P(X | Z = 1)"), by).unwrap_err();
+    assert!(error.to_string().contains("no closed form"), "{error}");
+}
