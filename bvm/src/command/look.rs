@@ -82,14 +82,14 @@ pub(crate) struct StereoOptions {
         help = "Stereo matching: Bayesian inference along scan lines\n(scanline), or coherence detection\n(coherence)"
     )]
     pub(crate) matcher: MatcherName,
-    /// EvidenceKind of a direction for the map.
+    /// Evidence of a direction for the map.
     #[arg(
         long,
         value_name = "NAME",
         value_enum,
         default_value_t,
         hide_possible_values = true,
-        help = "EvidenceKind for the map: the most probable range with\nits deviation (hard), or the whole posterior over\nrange (virtual)"
+        help = "Evidence for the map: the most probable range with\nits deviation (hard), or the whole posterior over\nrange (virtual)"
     )]
     pub(crate) evidence: EvidenceName,
 }

@@ -22,6 +22,8 @@ use std::sync::Arc;
 pub struct CompiledQuestion<'m> {
     model: Cow<'m, Model>,
     question: Question,
+    /// Each ask, as a user would type it.
+    texts: Vec<String>,
     routes: Arc<Vec<Box<dyn Prepared>>>,
     strategies: Vec<Strategy>,
     /// The parts of each ask.
@@ -79,8 +81,8 @@ fn later(
     elements: Elements,
     options: Options,
 ) -> CompiledQuestion<'_> {
-    let (routes, strategies, places) = (Arc::default(), Vec::new(), Vec::new());
-    CompiledQuestion { model, question, routes, strategies, places, elements, options }
+    let (texts, routes, strategies, places) = (Vec::new(), Arc::default(), Vec::new(), Vec::new());
+    CompiledQuestion { model, question, texts, routes, strategies, places, elements, options }
 }
 
 /// Plans and prepares a question.
@@ -93,8 +95,9 @@ pub(super) fn together(
     let routes = Arc::new(prepare(&model, &plan)?);
     let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
     let (question, places) = (plan.question, plan.places);
+    let texts = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
     let elements = Elements::Together;
-    Ok(CompiledQuestion { model, question, routes, strategies, places, elements, options })
+    Ok(CompiledQuestion { model, question, texts, routes, strategies, places, elements, options })
 }
 
 /// The program, extended by what the question derives from it.
@@ -203,8 +206,8 @@ impl CompiledQuestion<'_> {
 
     pub(super) fn answers(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {
         let found = self.run(case)?;
-        let asks = self.question.asks.iter().zip(&self.places);
-        let answers = asks.map(|(ask, places)| self.answer(ask, places, &found, case));
+        let asks = self.question.asks.iter().zip(&self.texts).zip(&self.places);
+        let answers = asks.map(|(asked, places)| self.answer(asked, places, &found, case));
         check::answers(answers.collect::<Result<_, _>>()?)
     }
 
@@ -288,7 +291,7 @@ impl CompiledQuestion<'_> {
 
     fn answer(
         &self,
-        ask: &Ask,
+        (ask, text): (&Ask, &String),
         places: &[Place],
         all: &[Vec<Found>],
         case: &Case<'_>,
@@ -300,7 +303,7 @@ impl CompiledQuestion<'_> {
         {
             return Ok(answer.clone());
         }
-        let (question, when) = (self.model.ask_text(ask), ask.when);
+        let (question, when) = (text.clone(), ask.when);
         let strategy = self.strategies[places[0].route];
         let second = places.get(1).map(|second| self.found(*second, all));
         if let (Found::Normal(laws, _), Some(Found::Normal(from, _))) = (found, second) {

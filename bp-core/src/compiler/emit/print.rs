@@ -86,6 +86,7 @@ pub(super) fn expression(it: &Expression) -> String {
         (Operation::Select(of), [condition, then, otherwise]) => {
             format!("if {condition} != {} {{ {then} }} else {{ {otherwise} }}", kind(*of).1)
         }
+        (Operation::OnlyIf, [condition, number]) => format!("only_if({condition} != 0.0, {number})"),
         (Operation::IsBelowInfinity, [x]) => format!("<T as Scalar>::truth(Scalar::is_below_infinity({x}))"),
         (Operation::Number, [x]) => format!("{x} as f64"),
         (Operation::RunningLane, []) => "T::from_f64((start + l) as f64)".to_owned(),

@@ -29,6 +29,15 @@ impl Nests<'_> {
         matches!(self.kernel.nodes[value], Node::Constant(bits) if f64::from_bits(bits) == f64::INFINITY)
     }
 
+    fn is_nan(&self, value: ValueId) -> bool {
+        matches!(self.kernel.nodes[value], Node::Constant(bits) if f64::from_bits(bits).is_nan())
+    }
+
+    /// Whether a value is computed once for the question, before the loops of its nest.
+    fn is_outside_loops(&self, value: ValueId) -> bool {
+        !self.group.parallel && self.group.nests.iter().any(|nest| nest.levels[0].contains(&value))
+    }
+
     /// The type of the elements of an array.
     pub(super) fn element(&self, buffer: BufferId) -> Element {
         match self.kernel.buffers[buffer].role {
@@ -69,6 +78,11 @@ impl Nests<'_> {
             Node::Unary(operator, operand) => Operation::Unary(Kind::Once, *operator).of([u(operand)]),
             Node::Binary(operator, left, right) => {
                 Operation::Binary(Kind::Once, *operator).of([u(left), u(right)])
+            }
+            Node::Select(condition, then, otherwise)
+                if self.is_nan(*otherwise) && self.is_outside_loops(value) =>
+            {
+                Operation::OnlyIf.of([u(condition), u(then)])
             }
             Node::Select(condition, then, otherwise) => {
                 Operation::Select(Kind::Once).of([u(condition), u(then), u(otherwise)])

@@ -14,7 +14,7 @@ pub use best::{Distributions, least_tied};
 pub use door::{Value, bin, cell, cells, needed, place, whole};
 pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
 pub use report::{
-    Compiled, Report, has_nan, put, suspect_numbers, suspect_planes, suspect_tile, suspect_totals,
+    Compiled, Report, has_nan, only_if, put, suspect_numbers, suspect_planes, suspect_tile, suspect_totals,
     without_nan,
 };
 pub use tile::{Aligned, Doubt, LINE, TILE, Tile, doubt_numbers, on_a_line, write_numbers, write_tile};

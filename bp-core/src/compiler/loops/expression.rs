@@ -50,6 +50,8 @@ pub(crate) enum Operation {
     Binary(Kind, Binary),
     /// The second operand if the first is not 0, else the third.
     Select(Kind),
+    /// The second operand if the first is not 0, else NaN: a branch, because the first is rarely 0.
+    OnlyIf,
     /// 1 if the operand is below infinity, else 0.
     IsBelowInfinity,
     /// An integer as a number.

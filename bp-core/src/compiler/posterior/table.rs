@@ -44,10 +44,11 @@ pub struct Column {
 }
 
 impl Table {
-    /// From the cells of an output, whose axes are those of its variables and then the plate's.
+    /// From the cells of an output, whose axes are those of its variables and then the plate's; the ask comes with its
+    /// text.
     pub(crate) fn read(
         model: &Model,
-        ask: &Ask,
+        (ask, question): (&Ask, String),
         variables: &[VariableId],
         cells: Vec<f64>,
         extended: Option<Vec<Extended>>,
@@ -77,7 +78,7 @@ impl Table {
             axes.iter().flat_map(|(id, axes)| columns(model, *id, &extents[axes.clone()])).collect()
         };
         Self {
-            question: model.ask_text(ask),
+            question,
             right: columns(&right),
             left: columns(&left),
             numbers: transposed(cells, extents, &order),

@@ -25,6 +25,19 @@ pub struct Report {
 )]
 pub trait Compiled {}
 
+/// The number if it is one that its form can have, else NaN. What is computed from the number does not wait for the
+/// condition, which a selection of one of two values would do.
+#[inline(always)]
+pub fn only_if(holds: bool, number: f64) -> f64 {
+    // A call that the compiler does not look through remains a branch.
+    #[cold]
+    #[inline(never)]
+    fn refused() -> f64 {
+        std::hint::black_box(f64::NAN)
+    }
+    if holds { number } else { refused() }
+}
+
 /// The number of totals that are not above the least safe one, or not finite.
 #[inline(always)]
 pub fn suspect_totals<T: Scalar>(totals: &[T], least: T) -> usize {
@@ -87,6 +100,12 @@ pub fn put<T: Scalar>(found: &Outputs<f64>, key: OutputKey, cells: &mut [T]) {
 mod tests {
     use super::super::tile::{Aligned, doubt_numbers, write_numbers};
     use super::*;
+
+    #[test]
+    fn a_number_that_its_form_cannot_have_is_nan() {
+        assert_eq!(only_if(true, 0.5), 0.5);
+        assert!(only_if(false, 1.5).is_nan());
+    }
 
     #[test]
     fn suspects_are_counted_once() {

@@ -46,14 +46,16 @@ pub(super) fn run<'l, T: Scalar>(
         Work::Choose(operator, a, b, c, d) => {
             let operands = [lanes(a), lanes(b), lanes(c), lanes(d)];
             match operator {
-                Binary::Greater => choose(out, operands, |x, y| x > y),
-                Binary::NotEqual => choose(out, operands, |x, y| x != y),
+                Binary::Greater => four(out, operands, |x, y, a, b| either(x > y, a, b)),
+                Binary::NotEqual => four(out, operands, |x, y, a, b| either(x != y, a, b)),
                 _ => unreachable!("internal: nothing is chosen by {operator:?}"),
             }
         }
         Work::Product(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| (a * b) * c),
         Work::AddProduct(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| a + b * c),
-        Work::Mixture(a, b, c, d) => mixture(out, [lanes(a), lanes(b), lanes(c), lanes(d)]),
+        Work::Mixture(a, b, c, d) => {
+            four(out, [lanes(a), lanes(b), lanes(c), lanes(d)], |a, b, c, d| a * b + c * d);
+        }
         Work::Pattern(_) | Work::Fetch(..) | Work::Gather(..) | Work::Kept(_) => {
             unreachable!("internal: this is no arithmetic")
         }
@@ -70,7 +72,8 @@ pub(super) fn folded<T: Scalar>(fold: Fold, start: T, lanes: Lane<'_, T>, width:
     }
 }
 
-// Explicit loops: functions called by iterators would be compiled separately, without these instructions.
+// Explicit loops: functions called by iterators would be compiled separately, without these instructions. Operands are read
+// before a function chooses between them: reads that depend on a condition are not SIMD.
 #[inline(always)]
 fn map<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T) -> T) {
     match operand {
@@ -85,29 +88,17 @@ fn map<T: Scalar>(out: &mut [T], operand: Lane<'_, T>, f: impl Fn(T) -> T) {
 
 #[inline(always)]
 fn select<T: Scalar>(out: &mut [T], condition: Lane<'_, T>, then: Lane<'_, T>, otherwise: Lane<'_, T>) {
-    let Lane::Many(condition) = condition else {
-        let chosen = if condition.at(0) != T::ZERO { then } else { otherwise };
-        return map(out, chosen, |x| x);
-    };
-    match (then, otherwise) {
-        (Lane::One(then), Lane::One(otherwise)) => {
-            map(out, Lane::Many(condition), |c| if c != T::ZERO { then } else { otherwise });
-        }
-        (Lane::Many(then), Lane::One(otherwise)) => {
-            let both = Lane::Many(then);
-            zip(out, Lane::Many(condition), both, |c, then| if c != T::ZERO { then } else { otherwise });
-        }
-        (Lane::One(then), Lane::Many(otherwise)) => {
-            let both = Lane::Many(otherwise);
-            zip(out, Lane::Many(condition), both, |c, otherwise| if c != T::ZERO { then } else { otherwise });
-        }
-        (Lane::Many(then), Lane::Many(otherwise)) => {
-            let both = condition.iter().zip(then.iter().zip(otherwise));
-            for (out, (condition, (then, otherwise))) in out.iter_mut().zip(both) {
-                *out = if *condition != T::ZERO { *then } else { *otherwise };
-            }
+    match condition {
+        Lane::One(condition) => map(out, either(condition != T::ZERO, then, otherwise), |x| x),
+        _ => {
+            three(out, condition, then, otherwise, |c, then, otherwise| either(c != T::ZERO, then, otherwise))
         }
     }
+}
+
+#[inline(always)]
+fn either<A>(condition: bool, then: A, otherwise: A) -> A {
+    if condition { then } else { otherwise }
 }
 
 #[inline(always)]
@@ -176,43 +167,25 @@ fn three<T: Scalar>(out: &mut [T], a: Lane<'_, T>, b: Lane<'_, T>, c: Lane<'_, T
 }
 
 #[inline(always)]
-fn choose<T: Scalar>(out: &mut [T], operands: [Lane<'_, T>; 4], holds: impl Fn(T, T) -> bool) {
-    match operands {
-        [Lane::Many(a), Lane::One(b), Lane::Many(then), Lane::Many(otherwise)] => {
-            let both = a.iter().zip(then.iter().zip(otherwise));
-            for (out, (a, (then, otherwise))) in out.iter_mut().zip(both) {
-                *out = if holds(*a, b) { *then } else { *otherwise };
-            }
-        }
-        [Lane::Many(a), Lane::Many(b), Lane::Many(then), Lane::Many(otherwise)] => {
-            let both = a.iter().zip(b).zip(then.iter().zip(otherwise));
-            for (out, ((a, b), (then, otherwise))) in out.iter_mut().zip(both) {
-                *out = if holds(*a, *b) { *then } else { *otherwise };
-            }
-        }
-        [a, b, then, otherwise] => {
-            for (lane, out) in out.iter_mut().enumerate() {
-                *out = if holds(a.at(lane), b.at(lane)) { then.at(lane) } else { otherwise.at(lane) };
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn mixture<T: Scalar>(out: &mut [T], operands: [Lane<'_, T>; 4]) {
+fn four<T: Scalar>(out: &mut [T], operands: [Lane<'_, T>; 4], f: impl Fn(T, T, T, T) -> T) {
     match operands {
         [Lane::Many(a), Lane::One(b), Lane::Many(c), Lane::One(d)] => {
-            zip(out, Lane::Many(a), Lane::Many(c), |a, c| a * b + c * d);
+            zip(out, Lane::Many(a), Lane::Many(c), |a, c| f(a, b, c, d));
+        }
+        [Lane::Many(a), Lane::One(b), Lane::Many(c), Lane::Many(d)] => {
+            for (out, (a, (c, d))) in out.iter_mut().zip(a.iter().zip(c.iter().zip(d))) {
+                *out = f(*a, b, *c, *d);
+            }
         }
         [Lane::Many(a), Lane::Many(b), Lane::Many(c), Lane::Many(d)] => {
             let (left, right) = (a.iter().zip(b), c.iter().zip(d));
             for (out, ((a, b), (c, d))) in out.iter_mut().zip(left.zip(right)) {
-                *out = *a * *b + *c * *d;
+                *out = f(*a, *b, *c, *d);
             }
         }
         [a, b, c, d] => {
             for (lane, out) in out.iter_mut().enumerate() {
-                *out = a.at(lane) * b.at(lane) + c.at(lane) * d.at(lane);
+                *out = f(a.at(lane), b.at(lane), c.at(lane), d.at(lane));
             }
         }
     }

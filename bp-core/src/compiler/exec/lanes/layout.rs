@@ -84,6 +84,7 @@ impl Layout {
                 && count[condition] == 1
                 && all[condition].1 == level
                 && let Work::Binary(operator @ (Binary::Greater | Binary::NotEqual), x, y) = all[condition].0
+                && ![x, then, otherwise].iter().any(|operand| matches!(operand, Value::Number(_)))
             {
                 all[at].0 = Work::Choose(operator, x, y, then, otherwise);
                 continue;

@@ -91,7 +91,7 @@ fn tables(
         let variables: Vec<VariableId> = open.iter().copied().filter(own).collect();
         let kept: Vec<bool> = open.iter().flat_map(|id| setting.slots_of(*id).map(|_| own(id))).collect();
         let (numbers, extents) = summed(&cells, &extents, &kept);
-        let table = Table::read(model, ask, &variables, numbers, None, &extents);
+        let table = Table::read(model, (ask, model.ask_text(ask)), &variables, numbers, None, &extents);
         tables.push((table, exact.ln_evidence.then_some(ln_evidence)));
     }
     Ok(tables)

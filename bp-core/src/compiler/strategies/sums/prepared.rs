@@ -21,6 +21,8 @@ pub(super) struct Kernels {
     log: bool,
     lanes: Lanes,
     outputs: Vec<Output>,
+    /// The ask of each output, as a user would type it.
+    texts: Vec<String>,
     /// For each ask of the route, the index of its table.
     places: Vec<usize>,
 }
@@ -45,7 +47,9 @@ impl Kernels {
         let exact = Exact { asks, ..exact.clone() };
         let lowered = lower_guarded(model, &exact, &question.name)?;
         let outputs: Vec<Output> = lowered.outputs.into_iter().filter(|it| it.ask.is_some()).collect();
-        Ok(Self { ln_evidence: exact.ln_evidence, log, lanes: Lanes::new(lowered.kernel), outputs, places })
+        let texts = outputs.iter().flat_map(|output| &output.ask).map(|ask| model.ask_text(ask)).collect();
+        let (ln_evidence, lanes) = (exact.ln_evidence, Lanes::new(lowered.kernel));
+        Ok(Self { ln_evidence, log, lanes, outputs, texts, places })
     }
 }
 
@@ -70,7 +74,7 @@ impl Prepared for Kernels {
         let Guarded { mut outputs, mut extended, extents } = self.lanes.run_guarded(inputs, self.log)?;
         let ln_evidence = self.ln_evidence.then(|| outputs.get(OutputKey::LnEvidence)[0]);
         let mut found = Vec::new();
-        for output in &self.outputs {
+        for (output, text) in self.outputs.iter().zip(&self.texts) {
             let Some(ask) = &output.ask else { continue };
             let own = outputs.arrays.iter().position(|(key, _)| *key == output.key);
             let own = own.expect("internal: the output exists");
@@ -83,7 +87,8 @@ impl Prepared for Kernels {
                 return Err(impossible(model, ask, inputs));
             }
             let extended = extended.as_mut().map(|all| std::mem::take(&mut all.arrays[own].1));
-            let table = Table::read(model, ask, &output.variables, cells, extended, &extents[own]);
+            let asked = (ask, text.clone());
+            let table = Table::read(model, asked, &output.variables, cells, extended, &extents[own]);
             found.push(Found::Table(table, ln_evidence));
         }
         Ok(found)
