@@ -5,18 +5,19 @@
 //! matter.
 
 use crate::support::{model_of, question};
-use bp_core::compiler::answer::{Answer, Figure, ask, ask_with};
+use bp_core::compiler::answer::{Answer, Figure, ask, ask_with, compile_by};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
-use bp_core::compiler::plan::{Notation, Options, Route, plan};
+use bp_core::compiler::plan::{Notation, Options, Route, Strategy, plan};
 use bp_core::compiler::sample::Sampling;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 use statrs::function::beta::ln_beta;
 
 fn asked(model: &Model, text: &str, particles: usize, seed: u64) -> Answer {
     let sampling = Sampling { particles, seed };
-    ask_with(model, &question(model, text), &Inputs::new(), sampling).unwrap().remove(0)
+    let compiled = compile_by(model, &question(model, text), Some(Strategy::Weighting)).unwrap();
+    compiled.ask_with(&Inputs::new(), sampling).unwrap().remove(0)
 }
 
 #[track_caller]
@@ -197,7 +198,8 @@ fn families_and_what_is_given_when_asked() {
 #[test]
 fn the_route_says_why_and_how() {
     let model = model_of(SWITCH);
-    let made = plan(&model, &question(&model, "P(S | Y = 1)"), Options::default()).unwrap();
+    let by = Options { by: Some(Strategy::Weighting), ..Options::default() };
+    let made = plan(&model, &question(&model, "P(S | Y = 1)"), by).unwrap();
     assert!(matches!(made.routes[0], Route::Sampled(_)));
     let lines = made.derivation(&model, Notation::Unicode);
     let text: Vec<String> =

@@ -75,7 +75,7 @@ impl Weighted<'_> {
             let digits = digits.map(|(slot, extent)| (component.values[*slot] as usize, *extent));
             cells[radix::position(digits)] += weight;
         }
-        Table::read(setting.model, ask, &variables, cells, None, &extents)
+        Table::read(setting.model, (ask, setting.model.ask_text(ask)), &variables, cells, None, &extents)
     }
 
     /// The probabilities that a predicate of reals does not hold and that it does.
@@ -93,7 +93,7 @@ impl Weighted<'_> {
             let own = probabilities(setting.model, root, (mean, deviation), &parameter);
             cells.iter_mut().zip(own).for_each(|(cell, p)| *cell += weight * p);
         }
-        Table::read(setting.model, ask, &[variable], cells, None, &[2])
+        Table::read(setting.model, (ask, setting.model.ask_text(ask)), &[variable], cells, None, &[2])
     }
 
     /// The mixture of normal distributions of reals.
