@@ -81,6 +81,9 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
             .iter()
             .any(|known| known.variable == *id && matches!(known.evidence, Finding::Hard(_) | Finding::Each))
     };
+    if linear.iter().all(known) {
+        return Err("all reals are observed: densities at single values are factors of sums".to_owned());
+    }
     finite.retain(|id| !known(id) && Some(*id) != model.plate_index());
     let mut components = 1.0;
     for id in &finite {
@@ -146,7 +149,7 @@ impl Offered for Mixture {
         &self.asks
     }
 
-    fn cost(&self) -> Option<f64> {
+    fn cost(&self, _: &Model) -> Option<f64> {
         let reals = self.linear.len() as f64;
         Some(self.components * reals.powi(3))
     }
