@@ -5,7 +5,7 @@
 //! matter.
 
 use crate::support::{model_of, question};
-use bp_core::compiler::answer::{Answer, Figure, ask, ask_with, compile_by};
+use bp_core::compiler::answer::{Answer, Figure, ask, compile_by};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
