@@ -46,6 +46,14 @@ pub enum Error {
         /// What was found, and what was expected.
         message: String,
     },
+    /// Evidence that a variable of a network cannot have; the variable by its number, before its name is known.
+    #[error("variable {variable}: {message}")]
+    Evidence {
+        /// Its number, from 0.
+        variable: usize,
+        /// What was found, and what was expected.
+        message: String,
+    },
     /// An invalid number in a form.
     #[error("`{form}`{}: {message}", in_context(context))]
     Number {

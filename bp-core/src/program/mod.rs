@@ -139,6 +139,12 @@ impl Program {
         self.set(name, &value.into(), meaning)
     }
 
+    /// The program with these settings, in place of those it has.
+    #[must_use]
+    pub fn with_all(self, settings: Settings) -> Self {
+        Self::with_settings(self.opened, settings, (self.sampling, self.options))
+    }
+
     fn set(self, name: &str, value: &Value, meaning: Meaning) -> Result<Self, Error> {
         let mut given = Arc::unwrap_or_clone(self.given);
         given.set(&self.opened.model, name, value, meaning)?;

@@ -323,3 +323,24 @@ fn a_full_disk_is_told() {
     assert_eq!(output.status.code(), Some(1));
     assert!(said(&output).contains("stdout cannot be written"), "{}", said(&output));
 }
+
+#[test]
+fn a_row_without_an_element_of_a_slice_is_answered_without_it() {
+    let program = "program Line { variables { T : real; W[1..=2] : real; } decomposition { P(T) prod(i) { P(W[i] | T) } }
+        forms { P(T) = normal(0, 1); P(W[i] | T) = normal(T, 1); } }";
+    let rows = "\"W[1]\",\"W[2]\"\n1,0.5\n2,NA\n1,1\n";
+    let folder = Folder::with(&[("line.bp", program.as_bytes()), ("rows.csv", rows.as_bytes())]);
+    for question in ["expectation P(T | W[1..=2])", "expectation P(T | W[1], W[2])"] {
+        let output = folder.bp(&["ask", "line.bp", question, "--data", "rows.csv"]);
+        let text = String::from_utf8(output.stdout.clone()).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{question}: {}", String::from_utf8_lossy(&output.stderr));
+        // The sum of what is observed, divided by one more than how many: 1.5 / 3, 2 / 2, 2 / 3.
+        for expected in ["0.5", "1", "0.666667"] {
+            assert!(
+                text.split_whitespace()
+                    .any(|word| word.trim_end_matches('0').trim_end_matches('.') == expected),
+                "{question}: {text}"
+            );
+        }
+    }
+}

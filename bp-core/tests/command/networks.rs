@@ -213,3 +213,33 @@ fn a_markov_network_has_its_ln_z() {
     let explained = folder.bp(&["explain", "clinic.bif", "P(lung | dysp = yes)"]);
     assert!(String::from_utf8(explained.stdout).unwrap().contains("multiplications"));
 }
+
+const COIN: &str = "program Coin {
+    parameters { bias : probability = 0.5; N : size = 2; }
+    variables { Heads : bool; G[1..=N] : bool; }
+    decomposition { P(Heads) prod(i) { P(G[i] | Heads) } }
+    forms { P(Heads) = bernoulli(bias); P(G[i] | Heads) = bernoulli(if Heads { 0.75 } else { 0.25 }); }
+}
+";
+
+#[test]
+fn parameters_and_sizes_are_set() {
+    let folder = Folder::new();
+    std::fs::write(folder.0.path().join("coin.bp"), COIN).unwrap();
+    let seen = ["--set", "bias=0.2", "--set", "N=3", "--evidence", r#"{"G[3]": true}"#];
+    let found = folder.json(&[&["marginals", "coin.bp"], &seen[..]].concat());
+    // 0.2 · 0.75 against 0.8 · 0.25.
+    near(&found["posteriors"]["Heads"]["true"], 0.15 / 0.35, 1e-14);
+    near(&found["ln_p_evidence"], 0.35f64.ln(), 1e-14);
+    let best = folder.json(&[&["mpe", "coin.bp"], &seen[..]].concat());
+    assert_eq!(best["assignment"]["Heads"], "false", "{best}");
+    std::fs::write(folder.0.path().join("cases.csv"), "\"G[1]\"\ntrue\n").unwrap();
+    let batch =
+        folder.bp(&["batch", "coin.bp", "--cases", "cases.csv", "--only", "Heads", "--set", "bias=0.2"]);
+    let page = String::from_utf8(batch.stdout).unwrap();
+    assert!(page.contains("Heads=true") && page.contains("0.42857142857142"), "{page}");
+    let wrong = folder.bp(&["marginals", "coin.bp", "--set", "bais=0.2"]);
+    assert!(said(&wrong).contains("did you mean `bias`?"), "{}", said(&wrong));
+    let help = String::from_utf8(folder.bp(&["marginals", "--help"]).stdout).unwrap();
+    assert!(help.contains("--set <NAME=VALUE>") && !help.contains("all finite"), "{help}");
+}

@@ -336,9 +336,9 @@ fn values_and_families_of_sizes_given_when_asked() {
     assert!(error.contains("the length of the family `G` is given when it is asked"), "{error}");
 }
 
-/// Regression: an element that is not read from a column was silently dropped.
+/// An element over time is read from its own column, beside columns of other elements.
 #[test]
-fn an_element_over_time_is_written_as_a_slice() {
+fn an_element_over_time_is_read_from_its_column() {
     let program = Program::parse(
         "program Steps { variables { X, X^-1, Z, G[1..=2] : bool; }
          decomposition { P(X^-1) P(X | X^-1) P(Z | X) prod(i) { P(G[i] | X) } }
@@ -346,6 +346,22 @@ fn an_element_over_time_is_written_as_a_slice() {
             P(Z | X) = bernoulli(0.5); P(G[i] | X) = bernoulli(if X { 0.75 } else { 0.25 }); } }",
     )
     .unwrap();
-    let error = program.question("filter P(X | Z, G[1])").map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("write it as a slice"), "{error}");
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("steps.csv");
+    std::fs::write(&table, "Z,G[1],G[2]\ntrue,true,false\nfalse,true,false\ntrue,NA,false\n").unwrap();
+    // X does not change. Twice G[1]: (3/4)² : (1/4)²; G[2] three times false as well: 9 · 1 : 1 · 27.
+    for (known, expected) in [
+        ("G[1]", 0.9),
+        ("Z, G[1]", 0.9),
+        ("G[1..=1]", 0.9),
+        ("G[1..=1], G[2]", 0.25),
+        ("G[1], G[2..=2]", 0.25),
+    ] {
+        let question = program.question(&format!("filter P(X | {known})")).unwrap();
+        let found = question.over_table(&table).unwrap();
+        close(found.p(true).unwrap(), expected, known);
+    }
+    let error =
+        program.question("filter P(X | G[1] = true)").unwrap().over_table(&table).unwrap_err().to_string();
+    assert!(error.contains("the question gives `G[1]` a value, and so does a column"), "{error}");
 }

@@ -150,3 +150,25 @@ fn files_are_recognised_by_their_names() {
     let refused = bp(folder.path(), &["convert", "a.bif", "d.bif.gz"]);
     assert!(words(&refused.stderr).contains("`.gz` is read, not written"), "{}", words(&refused.stderr));
 }
+
+#[test]
+fn a_probability_that_no_number_of_a_file_holds_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = "program Narrow { variables { X : 0..=1; Y : 0..=60; } decomposition { P(X) P(Y | X) }
+        forms { P(X) = uniform; P(Y | X) = normal(30 * X, 1); } }";
+    std::fs::write(folder.path().join("narrow.bp"), program).unwrap();
+    for to in ["narrow.bif", "narrow.net", "narrow.xmlbif", "narrow.uai"] {
+        let done = bp(folder.path(), &["convert", "narrow.bp", to]);
+        let said = words(&done.stderr);
+        assert!(done.status.success(), "{to}: {said}");
+        // At X = 0 the first value below 10^-307.65 is 38: −38²/2 − ln Σ exp(−k²/2) = −722 − 0.5618.
+        assert!(said.contains("`Y = 38` at X = 0 is e^-722.56") && said.contains("rounded"), "{to}: {said}");
+    }
+    // P(B | A) = P(A B) / P(A): 1/8 and 3/8 of 1/2.
+    let pair = "program Pair { variables { X : 0..=1; A, B : bool; } decomposition { P(X) P(A B | X) }
+        forms { P(X) = uniform; P(A B | X) = table { 0: 0.25, 0.25, 0.125, 0.375; 1: 0.25, 0.25, 0.125, 0.375; }; } }";
+    std::fs::write(folder.path().join("pair.bp"), pair).unwrap();
+    let done = bp(folder.path(), &["convert", "pair.bp", "-", "--to", "bif"]);
+    assert!(words(&done.stdout).contains("0.25, 0.75"), "{}", words(&done.stdout));
+    assert!(words(&done.stderr).is_empty(), "{}", words(&done.stderr));
+}

@@ -6,6 +6,7 @@
 mod back_ends;
 mod cell;
 mod chains;
+mod choices;
 mod gaussian;
 mod gibbs;
 mod histories;

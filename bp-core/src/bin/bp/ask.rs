@@ -80,7 +80,8 @@ pub(crate) struct Arguments {
     all: bool,
 }
 
-fn setting(text: &str) -> Result<String, String> {
+/// A setting, `NAME=VALUE`.
+pub(crate) fn setting(text: &str) -> Result<String, String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => Ok(text.to_owned()),
         _ => Err("expected NAME=VALUE, such as `N=10` or `sigma=0.5,0.6`".to_owned()),

@@ -13,7 +13,7 @@ use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::learn::sizes;
-use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::model::{DerivedKind, Model, Question};
 use bp_core::compiler::plan::{Options, Strategy};
 use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
@@ -123,7 +123,7 @@ fn read<'g>(
 }
 
 /// The questions with these variables given. Loops need all elements of a family: where some are missing, a join tree
-/// is used if possible.
+/// is used if possible. Where a question names elements, families are written out, and every strategy can omit some.
 fn compile<'m>(
     model: &'m Model,
     questions: &[Question],
@@ -132,9 +132,10 @@ fn compile<'m>(
     options: Options,
 ) -> Result<Vec<CompiledQuestion<'m>>, Error> {
     let given: BTreeSet<VariableId> = columns.keys().copied().collect();
+    let is_apart = model.variables.values().any(|it| it.derived == Some(DerivedKind::Element));
     let compile = |question: &Question| {
         let question = filled(model, question, &given, &pattern.missing);
-        match (options.by, pattern.partly) {
+        match (options.by, pattern.partly && !is_apart) {
             (None, true) => compile_by(model, &question, Options { by: Some(Strategy::JoinTree), ..options })
                 .or_else(|_| compile_by(model, &question, options)),
             _ => compile_by(model, &question, options),

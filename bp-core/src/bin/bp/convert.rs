@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
                     "{name}: warning: UAI has no names; variables and values are their indices"
                 ));
             }
-            if let Some(warning) = io::lost(&network, to)? {
+            for warning in io::lost(&network, to)? {
                 program::warn(&format!("{}: warning: {warning}", arguments.to_file.display()));
             }
             io::write(&network, to)?

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::{listed, near};
 use crate::ids::VariableId;
-use crate::model::{Finding, Known, Model, Question, Value};
+use crate::model::{DerivedKind, Finding, Known, Model, Question, Value};
 use crate::strategies::Observed;
 use std::collections::HashMap;
 use std::io::{Error as Wrong, ErrorKind};
@@ -96,15 +96,16 @@ fn columns<'m, 't>(
     let fixed: Vec<VariableId> =
         known.iter().filter(|known| is_fixed(known)).map(|known| known.variable).collect();
     let known: Vec<VariableId> = known.iter().map(|known| known.variable).collect();
-    let by_name: HashMap<String, VariableId> =
-        model.variables.ids().map(|id| (model.variable_name(id), id)).collect();
+    // A slice is called as its family is.
+    let mut by_name: HashMap<String, Vec<VariableId>> = HashMap::new();
+    model.variables.ids().for_each(|id| by_name.entry(model.variable_name(id)).or_default().push(id));
     let mut columns = Vec::new();
     for (position, column) in table.columns.iter().enumerate() {
         if others.ignore.contains(column) || others.sequence.as_ref() == Some(column) {
             continue;
         }
         let name = column.split('[').next().unwrap_or(column).trim();
-        let Some(variable) = by_name.get(name) else {
+        let Some(named) = by_name.get(name) else {
             let guess = near(name, by_name.keys().map(String::as_str));
             let guess = guess.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
             return Err(wrong(format!(
@@ -112,12 +113,14 @@ fn columns<'m, 't>(
                 model.name
             )));
         };
-        if fixed.contains(variable) {
+        let elements = by_name.get(column.trim()).into_iter().flatten();
+        if named.iter().chain(elements).any(|variable| fixed.contains(variable)) {
             let message =
                 format!("the question gives `{column}` a value, and so does a column: remove one of the two");
             return Err(wrong(message));
         }
-        if known.contains(variable) {
+        let has = |variable: &&VariableId| known.contains(variable) && has_column(model, **variable, column);
+        if let Some(variable) = named.iter().find(has) {
             columns.push((position, column, Values::new(model, *variable, &|name| inputs.find_size(name))));
         }
     }
@@ -131,4 +134,13 @@ fn columns<'m, 't>(
         return Err(wrong(message));
     }
     Ok(columns)
+}
+
+/// Whether a column is of a variable that the question knows: of a slice it has the columns of its elements only.
+fn has_column(model: &Model, variable: VariableId, column: &str) -> bool {
+    let declared = &model.variables[variable];
+    let (Some(DerivedKind::Element), Some(family)) = (declared.derived, declared.family) else { return true };
+    let first = family.over.first();
+    let count = model.index_count(&family.over).unwrap_or(0) as i64;
+    (first..first + count).any(|index| format!("{}[{index}]", declared.name) == column.trim())
 }

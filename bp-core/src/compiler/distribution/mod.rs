@@ -106,7 +106,7 @@ impl Distribution {
     }
 
     /// The probabilities of a finite left-hand side, with separate exponents.
-    fn extended(self) -> Option<Vec<Extended>> {
+    pub(crate) fn extended(self) -> Option<Vec<Extended>> {
         match self {
             Distribution::Finite(probabilities) => {
                 Some(probabilities.into_iter().map(Extended::from_f64).collect())

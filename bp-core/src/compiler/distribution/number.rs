@@ -142,8 +142,10 @@ impl Scope<'_> {
 
     /// As [`Scope::number`], by another arithmetic.
     pub(super) fn number_by<A: Known>(&self, id: ExpressionId) -> A::Number {
-        let mut reading = Reading { scope: *self, steps: MOST_STEPS, below: None, by: A::default() };
-        reading.operand(id).unwrap_or_else(|TooLong| self.in_order::<A>(id))
+        let walk = || Reading { scope: *self, steps: MOST_STEPS, below: None, by: A::default() }.operand(id);
+        walk()
+            .or_else(|TooLong| if self.setting.find_arms() { walk() } else { Err(TooLong) })
+            .unwrap_or_else(|TooLong| self.in_order::<A>(id))
     }
 
     /// The number of an expression, each node evaluated once, all components of a vector together.
@@ -268,7 +270,14 @@ impl<A: Known> Environment for Reading<'_, A> {
         }
         self.steps = self.steps.checked_sub(1).ok_or(TooLong)?;
         let setting = self.scope.setting;
-        self.value(&setting.model.expressions[id])
+        let expression = &setting.model.expressions[id];
+        if let Expression::If { .. } = expression
+            && let Some(arms) = setting.arms(id)
+        {
+            let value = self.scope.with_component(0).value(&arms.variable.into());
+            return self.operand(arms.selected(value));
+        }
+        self.value(expression)
     }
 
     fn scalar(&mut self, id: ExpressionId) -> Read<Self> {

@@ -6,10 +6,12 @@
 
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::ids::{FactorId, Id, ParameterId, SetId, VariableId};
-use crate::model::{Bound, Domain, IndexSpace, Model, VariableUse};
+use crate::ids::{ExpressionId, FactorId, Id, ParameterId, SetId, VariableId};
+use crate::model::{Arms, Bound, Domain, IndexSpace, Model, VariableUse};
 use crate::spelling::number as written;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Upper limit on the slots: variables, elements of families and components of vectors together.
 const MOST_SLOTS: usize = 1 << 25;
@@ -25,6 +27,8 @@ pub struct Setting<'m> {
     /// The first slot of each variable; last, the number of slots.
     offsets: Vec<usize>,
     counts: Vec<usize>,
+    /// The arms of long `match`es, once an expression was too long to be walked.
+    matches: OnceLock<HashMap<ExpressionId, Arms>>,
 }
 
 /// One factor, for one value of the surrounding indices and one component of a vector.
@@ -54,8 +58,15 @@ impl<'m> Setting<'m> {
                 })
             })
             .collect();
-        let mut setting =
-            Self { model, inputs, parameters: Vec::new(), sets, offsets: vec![0], counts: Vec::new() };
+        let mut setting = Self {
+            model,
+            inputs,
+            parameters: Vec::new(),
+            sets,
+            offsets: vec![0],
+            counts: Vec::new(),
+            matches: OnceLock::new(),
+        };
         for parameter in model.parameters.values() {
             let name = &parameter.name;
             let size = inputs.find_size(name).map(|size| vec![size as f64]);
@@ -175,6 +186,31 @@ impl<'m> Setting<'m> {
     /// The number of components of a variable's value.
     pub(super) fn components(&self, variable: VariableId) -> usize {
         self.model.components(variable)
+    }
+
+    /// The arms of a long `match` that begins here, if they have been found.
+    pub(super) fn arms(&self, id: ExpressionId) -> Option<&Arms> {
+        self.matches.get()?.get(&id)
+    }
+
+    /// Finds the arms of all long `match`es; returns whether there are any.
+    pub(super) fn find_arms(&self) -> bool {
+        let found = self.matches.get_or_init(|| {
+            let (mut found, mut inside) = (HashMap::new(), HashSet::new());
+            let ids: Vec<ExpressionId> = self.model.expressions.ids().collect();
+            for id in ids.into_iter().rev() {
+                if inside.contains(&id) {
+                    continue;
+                }
+                let mut rest = id;
+                while let Some(next) = self.model.after_arm(rest).filter(|next| inside.insert(*next)) {
+                    rest = next;
+                }
+                found.extend(self.model.arms(id, |_| true).map(|arms| (id, arms)));
+            }
+            found
+        });
+        !found.is_empty()
     }
 
     fn bound(&self, bound: Bound) -> i64 {

@@ -10,6 +10,7 @@ use super::printer::Printer;
 use super::{Exact, Notation, Term};
 use crate::ids::{ExpressionId, FactorId, TermId};
 use crate::model::{Expression, Factor, Form, IndexSpace, Model};
+use std::collections::HashSet;
 
 /// The method of computing a product.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -240,8 +241,11 @@ fn smallest_of(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
 
 /// The possible values of expressions that select among constants.
 fn numbers(model: &Model, expressions: &[ExpressionId]) -> Option<Vec<f64>> {
-    let (mut open, mut found) = (expressions.to_vec(), Vec::new());
+    let (mut open, mut found, mut seen) = (expressions.to_vec(), Vec::new(), HashSet::new());
     while let Some(id) = open.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
         match &model.expressions[id] {
             Expression::Number(number) => found.push(*number),
             Expression::If { then, otherwise, .. } => open.extend([*then, *otherwise]),

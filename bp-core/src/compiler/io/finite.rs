@@ -5,13 +5,14 @@
 //! variables become P(A | R) P(B | A R).
 
 use crate::answer::link;
-use crate::distribution::{Distribution, Setting};
+use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::exec::scalar::Scalar;
+use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::{FactorId, Id};
 use crate::model::{Factor, Form, Model, VariableUse};
 use crate::radix;
+use crate::spelling::number;
 use std::borrow::Cow;
 
 /// A variable of a network.
@@ -20,6 +21,8 @@ pub(super) struct Node<'m> {
     pub(super) states: Vec<String>,
     pub(super) parents: Vec<usize>,
     pub(super) numbers: Cow<'m, [f64]>,
+    /// The first cell whose probability f64 rounds to 0 or to fewer digits, and that probability.
+    lost: Option<(usize, Extended)>,
 }
 
 /// Limit of the numbers of an evaluated table.
@@ -42,7 +45,13 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
             )));
         };
         let states = (0..count).map(|ordinal| variable.domain.value_name(ordinal)).collect();
-        nodes.push(Node { name: &variable.name, states, parents: Vec::new(), numbers: Cow::Borrowed(&[]) });
+        nodes.push(Node {
+            name: &variable.name,
+            states,
+            parents: Vec::new(),
+            numbers: Cow::Borrowed(&[]),
+            lost: None,
+        });
     }
     let linked = link(model)?;
     let inputs = Inputs::new();
@@ -63,18 +72,21 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
                 .try_fold(entries, |cells, parent| cells.checked_mul(nodes[*parent].states.len()))
                 .filter(|cells| *cells <= MOST_NUMBERS)
                 .ok_or_else(|| refuse(format!("the table of `{}` is too large", model.head(factor))))?;
-            let numbers = match known(model, factor) {
-                Some(numbers) => numbers,
+            let (numbers, lost) = match known(model, factor) {
+                Some(numbers) => (numbers, None),
                 None => {
                     let setting = match &mut setting {
                         Some(setting) => setting,
                         none => none.insert(Setting::new(&linked, &inputs)?),
                     };
-                    Cow::Owned(worked_out(setting, id, position, (cells, entries))?)
+                    let exact = worked_out(setting, id, position, (cells, entries))?;
+                    let is_lost = |p: &Extended| *p > Extended::ZERO && p.to_f64() < f64::MIN_POSITIVE;
+                    let lost = exact.iter().position(is_lost).map(|cell| (cell, exact[cell]));
+                    (exact.iter().map(|p| p.to_f64()).collect(), lost)
                 }
             };
             let node = &mut nodes[left.variable.position()];
-            (node.parents, node.numbers) = (parents, numbers);
+            (node.parents, node.numbers, node.lost) = (parents, numbers, lost);
         }
     }
     Ok(nodes)
@@ -91,15 +103,25 @@ impl Node<'_> {
 /// The first row of zeros: "`Y` at X = 1".
 pub(super) fn zero_row(nodes: &[Node<'_>]) -> Option<String> {
     let (node, row) = nodes.iter().find_map(|node| Some((node, node.zero_row()?)))?;
+    Some(format!("`{}`{}", node.name, context(nodes, node, row)))
+}
+
+/// The first probability that f64 does not hold: "`Y = 40` at X = 1 is e^-812.5".
+pub(super) fn lost(nodes: &[Node<'_>]) -> Option<String> {
+    let (node, (cell, probability)) = nodes.iter().find_map(|node| Some((node, node.lost?)))?;
+    let (row, value) = (cell / node.states.len(), &node.states[cell % node.states.len()]);
+    let ln = number(probability.natural_logarithm().to_f64());
+    Some(format!("`{} = {value}`{} is e^{ln}", node.name, context(nodes, node, row)))
+}
+
+/// The values of the parents in a row, " at X = 1, Z = true"; nothing without parents.
+fn context(nodes: &[Node<'_>], node: &Node<'_>, row: usize) -> String {
     let parents = || node.parents.iter().map(|parent| &nodes[*parent]);
     let ordinals = radix::in_order(row, parents().map(|parent| parent.states.len()));
     let context: Vec<String> = (parents().zip(ordinals))
         .map(|(parent, state)| format!("{} = {}", parent.name, parent.states[state]))
         .collect();
-    if context.is_empty() {
-        return Some(format!("`{}`", node.name));
-    }
-    Some(format!("`{}` at {}", node.name, context.join(", ")))
+    if context.is_empty() { String::new() } else { format!(" at {}", context.join(", ")) }
 }
 
 /// The table of a factor that consists of numbers.
@@ -131,7 +153,7 @@ fn worked_out(
     id: FactorId,
     position: usize,
     (cells, entries): (usize, usize),
-) -> Result<Vec<f64>, Error> {
+) -> Result<Vec<Extended>, Error> {
     let factor = &setting.model.factors[id];
     let instances = setting.instances(id)?;
     let [instance] = instances.as_slice() else { unreachable!("internal: the factor is not indexed") };
@@ -139,28 +161,23 @@ fn worked_out(
     let slots: Vec<usize> = factor.right.iter().map(|use_| setting.slots_of(use_.variable).start).collect();
     let counts: Vec<usize> = factor.right.iter().map(count).collect();
     let behind: usize = factor.left[position + 1..].iter().map(count).product();
-    let (mut values, mut numbers) = (vec![0.0; setting.slots()], Vec::with_capacity(cells));
+    let (mut values, mut numbers) = (vec![0.0; setting.slots()], Vec::<Extended>::with_capacity(cells));
     for row in 0..counts.iter().product::<usize>() {
         for (slot, ordinal) in slots.iter().zip(radix::in_order(row, counts.iter().copied())) {
             values[*slot] = ordinal as f64;
         }
-        let distribution = match setting.distribution(instance, &values)? {
-            Distribution::Wide(joint) => Distribution::Finite(joint.iter().map(|p| p.to_f64()).collect()),
-            other => other,
-        };
-        let Distribution::Finite(joint) = distribution else {
-            unreachable!("internal: a finite variable's form")
-        };
-        numbers.extend(joint.chunks(behind).map(|run| run.iter().sum::<f64>()));
+        let joint = setting.distribution(instance, &values)?.extended();
+        let joint = joint.expect("internal: a finite variable's form");
+        numbers.extend(joint.chunks(behind).map(|run| run.iter().copied().sum::<Extended>()));
     }
     for row in numbers.chunks_exact_mut(entries) {
-        let total: f64 = row.iter().sum();
-        if total > 0.0 {
-            row.iter_mut().for_each(|number| *number /= total);
+        let total: Extended = row.iter().copied().sum();
+        if total > Extended::ZERO {
+            row.iter_mut().for_each(|number| *number = *number / total);
         } else if position > 0 {
             // After an impossible value any distribution will do. But a row of the first variable is a whole context,
             // which is then impossible.
-            row.fill(1.0 / entries as f64);
+            row.fill(Extended::from_f64(1.0 / entries as f64));
         }
     }
     Ok(numbers)

@@ -91,14 +91,19 @@ pub fn shown(model: &Model) -> Result<String, Error> {
 ///
 /// # Errors
 /// See [`write()`].
-pub fn lost(network: &Network, format: Format) -> Result<Option<String>, Error> {
-    if format != Format::Uai {
-        return Ok(None);
-    }
-    let row = finite::zero_row(&finite::nodes(&network.model)?);
-    Ok(row.map(|row| {
+pub fn lost(network: &Network, format: Format) -> Result<Vec<String>, Error> {
+    let nodes = finite::nodes(&network.model)?;
+    let row = finite::zero_row(&nodes).filter(|_| format == Format::Uai);
+    let row = row.map(|row| {
         format!(
             "the probabilities of {row} are all 0: a tool that expects distributions may divide by their sum"
         )
-    }))
+    });
+    let rounded = finite::lost(&nodes).map(|lost| {
+        format!(
+            "the probability of {lost}; numbers below 2.2e-308, as this one, are rounded, most of them to 0: the file is \
+             impossible where the program is only improbable"
+        )
+    });
+    Ok(row.into_iter().chain(rounded).collect())
 }

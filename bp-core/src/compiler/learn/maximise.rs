@@ -51,7 +51,7 @@ struct Iteration<'i> {
     spreads: Vec<f64>,
     settings: &'i Settings,
     /// Whether distributions over integers and bins are fitted with their normalising constants: set once a step without
-    /// them was too long.
+    /// them was too long, or the steps without them have converged.
     climbs: bool,
 }
 
@@ -114,6 +114,11 @@ pub(super) fn maximise(
         rests = if rest { rests + 1 } else { 0 };
         course.converged = rests > 1;
         at = next;
+        // Without normalising constants the iteration may rest beside the maximum of ln L: those steps are not M steps.
+        if course.converged && !iteration.climbs && iteration.has_climbed() {
+            (iteration.climbs, course.converged, rests) = (true, false, 0);
+            history = History::default();
+        }
     }
     iteration.put(&at.numbers);
     course.ln_likelihood = at.expected.ln_likelihood;
@@ -129,6 +134,11 @@ impl Iteration<'_> {
         for (cell, number) in self.cells.iter().zip(numbers) {
             self.learnable.set(*cell, *number);
         }
+    }
+
+    /// Whether there is a distribution over integers or bins, which has a normalising constant of its own.
+    fn has_climbed(&self) -> bool {
+        self.learnable.distributions().iter().any(|it| is_climbed(self.learnable, it))
     }
 
     /// The M step.

@@ -1,47 +1,34 @@
 //! Long `match`es on a finite variable, as arrays.
 //!
-//! In: a chain of choices `if X == 3 { 0.2 } else { … }`. Out: the number read at the value of X. Invariant: the array
-//! holds the values of the chain; a chain of n numbers takes n steps to lower and one to run, not n for each value of
-//! X.
+//! In: the arms of a `match` that are numbers. Out: the number read at the value of the variable. Invariant: the array holds
+//! the values of the chain of choices; a chain of n numbers takes n steps to lower and one to run, not n for each value.
 
 use super::{Lowering, Meaning};
 use crate::error::Error;
-use crate::ids::{ExpressionId, ValueId, VariableId};
+use crate::ids::{ExpressionId, ValueId};
 use crate::kernel::{Extent, Role};
-use crate::model::{Domain, Expression};
-use crate::operators::Binary;
-
-/// Chains with fewer numbers remain choices.
-const MANY: usize = 64;
-
-/// Upper limit on the values of a variable.
-const MOST: usize = 1 << 24;
-
-/// A chain of choices on the value of one variable.
-struct Arms {
-    variable: VariableId,
-    /// A value of the variable, and the number that the chain gives for it.
-    numbers: Vec<(f64, f64)>,
-    /// The expression for all other values.
-    rest: ExpressionId,
-}
+use crate::model::{Arms, Expression};
 
 impl Lowering<'_> {
-    /// The value of an expression that begins with such a chain.
-    pub(super) fn chain(&mut self, id: ExpressionId) -> Result<Option<ValueId>, Error> {
-        let Some(Arms { variable, numbers: arms, rest }) = self.arms(id) else { return Ok(None) };
-        let domain = &self.model.variables[variable].domain;
-        let (base, count) = (domain.base(), domain.count().unwrap_or(0));
-        let mut numbers: Vec<Option<f64>> = vec![None; count];
-        // Of several arms for a value the first applies.
-        for (value, number) in arms.into_iter().rev() {
-            let ordinal = value - base as f64;
-            if ordinal.fract() == 0.0 && ordinal >= 0.0 && ordinal < count as f64 {
-                numbers[ordinal as usize] = Some(number);
-            }
-        }
-        let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else { return Ok(None) };
-        let otherwise = self.expression(rest)?;
+    /// A chain of choices between numbers that begins here.
+    pub(super) fn arms(&self, id: ExpressionId) -> Option<Arms> {
+        self.model.arms(id, |arm| matches!(arm, Expression::Number(_)))
+    }
+
+    /// The value of a chain of choices between numbers, with the value for all other values of its variable; `refused`
+    /// numbers become NaN.
+    pub(super) fn chain(
+        &mut self,
+        arms: &Arms,
+        otherwise: ValueId,
+        refused: impl Fn(f64) -> bool,
+    ) -> Result<Option<ValueId>, Error> {
+        let Meaning::Ordinal(ordinal) = self.meaning(arms.variable, None)? else { return Ok(None) };
+        let number = |arm: &ExpressionId| match self.model.expressions[*arm] {
+            Expression::Number(number) if !refused(number) => number,
+            _ => f64::NAN,
+        };
+        let numbers = arms.at.iter().map(|arm| arm.as_ref().map(number)).collect::<Vec<Option<f64>>>();
         if let Some(known) = self.builder.as_constant(ordinal) {
             let number = numbers.get(known as usize).filter(|_| known >= 0.0 && known.fract() == 0.0);
             return Ok(Some(match number.copied().flatten() {
@@ -49,7 +36,7 @@ impl Lowering<'_> {
                 None => otherwise,
             }));
         }
-        let what = format!("match {}", self.model.variable_name(variable));
+        let what = format!("match {}", self.model.variable_name(arms.variable));
         if let Some(rest) = self.builder.as_constant(otherwise) {
             let numbers = numbers.into_iter().map(|number| number.unwrap_or(rest)).collect();
             return Ok(Some(self.looked_up(&what, numbers, ordinal, otherwise)));
@@ -69,34 +56,5 @@ impl Lowering<'_> {
         let buffer = self.builder.buffer(&name, Role::Table { key: None, numbers }, &[axis]);
         let place = self.builder.at(ordinal);
         self.builder.load_or(buffer, vec![place], otherwise)
-    }
-
-    /// The variable that a chain tests, its numbers by value, and the remaining expression.
-    fn arms(&self, id: ExpressionId) -> Option<Arms> {
-        let expressions = &self.model.expressions;
-        let number = |id: &ExpressionId| match expressions[*id] {
-            Expression::Number(number) => Some(number),
-            _ => None,
-        };
-        let arm = |id: ExpressionId| {
-            let Expression::If { condition, then, otherwise } = &expressions[id] else { return None };
-            let Expression::Binary(Binary::Equal, left, right) = &expressions[*condition] else {
-                return None;
-            };
-            let Expression::Variable(use_) = &expressions[*left] else { return None };
-            (use_.element.is_none()).then_some(())?;
-            Some((use_.variable, (number(right)?, number(then)?), *otherwise))
-        };
-        let (variable, _, _) = arm(id)?;
-        let (mut arms, mut rest) = (Vec::new(), id);
-        while let Some((_, values, otherwise)) = arm(rest).filter(|(other, ..)| *other == variable) {
-            arms.push(values);
-            rest = otherwise;
-        }
-        let declared = &self.model.variables[variable];
-        let fits = matches!(declared.domain, Domain::Finite { .. })
-            && declared.family.is_none()
-            && declared.domain.count().is_some_and(|count| count <= MOST);
-        (fits && arms.len() >= MANY).then_some(Arms { variable, numbers: arms, rest })
     }
 }

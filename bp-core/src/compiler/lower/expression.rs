@@ -93,13 +93,18 @@ impl Lowering<'_> {
     /// The value of an expression. A shared `let` is lowered once; a work list lowers operands first, so that depth
     /// does not use the stack.
     pub(super) fn expression(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
+        self.sharing(|lowering| lowering.shared(id))
+    }
+
+    /// Does work in which each expression is lowered once.
+    pub(super) fn sharing<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
         let outer = self.lowered.is_none();
         self.lowered.get_or_insert_default();
-        let value = self.shared(id);
+        let done = work(self);
         if outer {
             self.lowered = None;
         }
-        value
+        done
     }
 
     fn shared(&mut self, root: ExpressionId) -> Result<ValueId, Error> {
@@ -132,7 +137,12 @@ impl Lowering<'_> {
     /// Lowers a long `match` to a lookup in an array.
     fn look_up(&mut self, id: ExpressionId) -> Result<(), Error> {
         let known = self.lowered.as_ref().is_some_and(|known| known.contains_key(&id));
-        if !known && let Some(value) = self.chain(id)? {
+        if known {
+            return Ok(());
+        }
+        let Some(arms) = self.arms(id) else { return Ok(()) };
+        let otherwise = self.expression(arms.rest)?;
+        if let Some(value) = self.chain(&arms, otherwise, |_| false)? {
             self.lowered.get_or_insert_default().insert(id, value);
         }
         Ok(())

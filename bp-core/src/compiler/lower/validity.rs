@@ -13,6 +13,7 @@ use crate::forms::{bernoulli, row, surely, truncated, weights};
 use crate::ids::{ExpressionId, ValueId};
 use crate::law::{Constraint, Law};
 use crate::model::{Expression, row_tolerance};
+use std::collections::{BTreeSet, HashMap};
 
 impl Lowering<'_> {
     /// The value where the condition holds, else NaN.
@@ -28,12 +29,45 @@ impl Lowering<'_> {
 
     /// A probability; rounding errors beyond [0, 1] are clamped.
     pub(super) fn probability(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
-        // Each branch separately, so that a branch that is constant in all loops is checked once.
-        if let Expression::If { condition, then, otherwise } = self.model.expressions[id] {
-            let condition = self.expression(condition)?;
-            let (then, otherwise) = (self.probability(then)?, self.probability(otherwise)?);
-            return Ok(self.builder.select(condition, then, otherwise));
+        self.sharing(|lowering| lowering.chosen_probability(id))
+    }
+
+    /// Each branch of the choices separately, so that a branch that is constant in all loops is checked once. Shared branches
+    /// are lowered once, and depth takes no stack: branches come before the choice between them.
+    fn chosen_probability(&mut self, root: ExpressionId) -> Result<ValueId, Error> {
+        let (mut waiting, mut arms) = (vec![root], HashMap::new());
+        let mut found = BTreeSet::from([root]);
+        while let Some(id) = waiting.pop() {
+            let Expression::If { then, otherwise, .. } = self.model.expressions[id] else { continue };
+            let below = match self.arms(id) {
+                Some(chain) => [arms.entry(id).or_insert(chain).rest].to_vec(),
+                None => vec![then, otherwise],
+            };
+            waiting.extend(below.into_iter().filter(|branch| found.insert(*branch)));
         }
+        let mut values: HashMap<ExpressionId, ValueId> = HashMap::new();
+        for id in found {
+            let chain = match arms.get(&id) {
+                Some(arms) => {
+                    self.chain(arms, values[&arms.rest], |number| !(0.0..=1.0).contains(&number))?
+                }
+                None => None,
+            };
+            let value = match (chain, &self.model.expressions[id]) {
+                (Some(value), _) => value,
+                (None, Expression::If { condition, then, otherwise }) if !arms.contains_key(&id) => {
+                    let condition = self.expression(*condition)?;
+                    self.builder.select(condition, values[then], values[otherwise])
+                }
+                (None, _) => self.checked_probability(id)?,
+            };
+            values.insert(id, value);
+        }
+        Ok(values[&root])
+    }
+
+    /// A probability that is not a choice, or a choice that is checked as a whole.
+    fn checked_probability(&mut self, id: ExpressionId) -> Result<ValueId, Error> {
         let value = self.expression(id)?;
         if surely::is_probability(self.model, id) {
             return Ok(value);

@@ -7,6 +7,7 @@
 //! Bessière, Mazer, Ahuactzin and Mekhnacha, *Bayesian Programming*, CRC 2013:
 //! Program = { Description = { Specification = { Variables, Decomposition, Forms }, Identification }, Question }.
 
+mod arms;
 mod builder;
 mod derived;
 mod domain;
@@ -21,6 +22,7 @@ mod validate;
 mod walk;
 
 pub use crate::bins::{Bins, MOST_BINS};
+pub(crate) use arms::Arms;
 pub use builder::ModelBuilder;
 pub use derived::{Derived, DerivedKind};
 pub use domain::{Bound, Domain, Range};

@@ -54,7 +54,9 @@ impl Model {
         let variable = &self.variables[id];
         match (variable.derived, variable.family.map(|family| family.over)) {
             (Some(_), Some(IndexSpace::Range(range))) => {
-                return format!("{}[{}..={}]", quoted(&variable.name), range.low, range.high.offset);
+                let (low, high) = (range.low, range.high.offset);
+                let elements = if low == high { low.to_string() } else { format!("{low}..={high}") };
+                return format!("{}[{elements}]", quoted(&variable.name));
             }
             (Some(_), _) => return variable.name.clone(),
             (None, _) => {}

@@ -254,6 +254,25 @@ pub fn argmax<T: Scalar>(scores: &[T], nearest: Option<&[T]>) -> Vec<usize> {
     }
 }
 
+/// Orders items by their scores, the largest first; those that are tied with the first of them by their places, as the table
+/// has them, so that rounding does not decide.
+pub(crate) fn rank<I>(
+    items: &mut [I],
+    score: impl Fn(&I) -> f64,
+    least_tied: impl Fn(f64) -> f64,
+    place: impl Fn(&I) -> [usize; 2],
+) {
+    items.sort_by(|one, other| score(other).total_cmp(&score(one)));
+    let mut rest = items;
+    while let Some(first) = rest.first() {
+        let least = least_tied(score(first));
+        let tied = rest.iter().take_while(|item| score(item) >= least).count().max(1);
+        let (run, after) = rest.split_at_mut(tied);
+        run.sort_by_key(&place);
+        rest = after;
+    }
+}
+
 /// The greatest of some numbers, 0 at least. Sixty-four at a time, since maxima one after another wait for each other.
 fn greatest<T: Scalar>(scores: &[T]) -> T {
     let mut best = [T::ZERO; 64];

@@ -4,9 +4,10 @@
 //! an impossible context has rows of zeros if probabilities are asked, and no row otherwise.
 
 use super::table::{Column, Table};
-use super::{Figure, Row, argmax, moments};
+use super::{Figure, Row, argmax, moments, rank};
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::exec::compiled::least_tied;
 use crate::ids::VariableId;
 use crate::memory;
 use crate::model::{Ask, Model, Statistic, Value};
@@ -79,7 +80,7 @@ impl Reader<'_> {
                 Statistic::Best(count) => {
                     let mut best = wanted;
                     best.retain(|at| numbers[*at] > 0.0);
-                    best.sort_by(|one, other| numbers[*other].total_cmp(&numbers[*one]));
+                    rank(&mut best, |at| numbers[*at], least_tied, |at| [*at, 0]);
                     best.into_iter().take(*count).map(figure).collect()
                 }
                 Statistic::Draw(count) => {

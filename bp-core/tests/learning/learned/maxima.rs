@@ -114,7 +114,7 @@ fn hidden_states_with_laws_over_integers_are_told_apart_from_every_start() {
     // Laws over integers have no closed M step: without their normaliser the step is too long where both are nearly equal.
     // The largest ln L over two rows of transitions, two means and two deviations by the simplex method of Nelder and Mead,
     // apart from this program, with the forward recursion: −13.743 358 8; with the moments of the values as means and
-    // deviations, as without the normaliser, −13.743 519 3.
+    // deviations, as without the normaliser, −13.743 519 3, where EM must not stop.
     let text = program(
         "S, S^-1 : bool; Y : 0..=20;",
         "P(S^-1) P(S | S^-1) P(Y | S)",
@@ -127,6 +127,6 @@ fn hidden_states_with_laws_over_integers_are_told_apart_from_every_start() {
         let course = learned.report.expectation.as_ref().unwrap();
         assert!(course.converged && course.steps < 10_000, "seed {seed}: {} steps", course.steps);
         let found = learned.report.ln_likelihood;
-        assert!((-13.743_520..=-13.743_358).contains(&found), "seed {seed}: {found}");
+        assert!((-13.743_359_5..=-13.743_358).contains(&found), "seed {seed}: {found}");
     }
 }

@@ -4,6 +4,7 @@
 //! Invariant: the file is complete or absent; an impossible case has a row with only the reason in it.
 
 use super::{network, numbered, uai_cases};
+use crate::ask::setting;
 use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::{output, program};
@@ -36,6 +37,9 @@ pub(crate) struct Arguments {
     cases: PathBuf,
     #[command(flatten)]
     separator: Separator,
+    /// Set a parameter, or the size of a set, of a program; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
+    settings: Vec<String>,
     /// Write to this file instead of stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -47,7 +51,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let is_uai = arguments.cases.extension().is_some_and(|end| end.eq_ignore_ascii_case("evid"));
     let table = if is_uai { None } else { Some(data::open(&arguments.cases, &arguments.separator)?) };
-    let (named, network) = network(&arguments.file, table.as_ref())?;
+    let (named, network) = network(&arguments.file, table.as_ref(), &arguments.settings)?;
     let cases = match &table {
         None => uai(&named, &network, &arguments.cases)?,
         Some(table) => cases(&named, table)?,
@@ -60,7 +64,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     // Hidden if stderr is not a terminal.
     let bar = ProgressBar::new(cases.len() as u64);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let answers = answer_cases(&named.network, &cases, &wanted, || bar.inc(1))?;
+    let answers =
+        answer_cases(&named.network, &cases, &wanted, || bar.inc(1)).map_err(|error| named.tell(error))?;
     bar.finish_and_clear();
     let mut page = csv::Writer::from_writer(Vec::new());
     let told = |error: csv::Error| Failure::Output(std::io::Error::other(error));

@@ -17,7 +17,10 @@ Examples:
   bp marginals asia.bif
   bp marginals asia.bif --evidence '{\"smoke\": \"yes\"}' --json
   bp marginals asia.bif --likelihood '{\"xray\": [0.8, 0.2]}'
-  bp marginals alarm.bif --only HISTORY,CVP")]
+  bp marginals alarm.bif --only HISTORY,CVP
+  bp marginals coin.bp --set bias=0.3
+
+Of the reals of a program, means and deviations are printed.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,

@@ -10,6 +10,7 @@ pub(crate) mod mpe;
 pub(crate) mod observe;
 pub(crate) mod size;
 
+use crate::ask::setting;
 use crate::failure::Failure;
 use crate::program;
 use bp_core::compiler::data::{Records, Values};
@@ -18,7 +19,7 @@ use bp_core::compiler::learn::sizes;
 use bp_core::compiler::model::{self, Known};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::strategies::join_tree::{Named, NetworkEvidence};
-use bp_core::program::settings::Settings;
+use bp_core::program::settings::{Settings, names};
 use bp_core::program::{self as program_door, Program};
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use serde_json::Value;
@@ -28,7 +29,7 @@ use std::path::{Path, PathBuf};
 /// A network and its evidence.
 #[derive(clap::Args)]
 pub(crate) struct Asked {
-    /// A network (.bif, .xml, .uai, .net) or a program (.bp) whose variables are all finite.
+    /// A network (.bif, .xml, .uai, .net) or a program (.bp).
     #[arg(value_name = "NETWORK")]
     file: PathBuf,
     /// Evidence: a JSON or UAI (.evid) file.
@@ -40,6 +41,9 @@ pub(crate) struct Asked {
     /// Virtual evidence, one likelihood for each value in order: '{"xray": [0.8, 0.2]}'.
     #[arg(long, value_name = "JSON")]
     likelihood: Option<String>,
+    /// Set a parameter, or the size of a set, of a program; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
+    settings: Vec<String>,
 }
 
 /// Evidence by names, as written.
@@ -51,7 +55,7 @@ pub(crate) struct Written {
 impl Asked {
     /// A network and its evidence, by number.
     pub(crate) fn read(&self) -> Result<(Named, NetworkEvidence), Failure> {
-        let (named, network) = network(&self.file, None)?;
+        let (named, network) = network(&self.file, None, &self.settings)?;
         let written = self.written(&network)?;
         let evidence = named.evidence(
             written.values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
@@ -77,7 +81,8 @@ impl Asked {
         written.likelihoods.into_iter().for_each(|(name, weights)| {
             evidence.set(name, program_door::Value::Likelihood(weights));
         });
-        Ok((Program::of_network(network)?, evidence))
+        let settings = Settings::read(&network.model, &self.settings, &names(&network.model))?;
+        Ok((Program::of_network(network)?.with_all(settings), evidence))
     }
 
     fn written(&self, network: &Network) -> Result<Written, Failure> {
@@ -165,10 +170,15 @@ pub(crate) fn numbered(
     case.iter().map(one).collect()
 }
 
-/// Reads a network, by names and as a network. Its fields and the columns of the table determine the sizes of its sets.
-pub(crate) fn network(path: &Path, table: Option<&Records>) -> Result<(Named, Network), Failure> {
+/// Reads a network, by names and as a network. Its settings, its fields and the columns of the table determine the sizes
+/// of its sets.
+pub(crate) fn network(
+    path: &Path,
+    table: Option<&Records>,
+    settings: &[String],
+) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
-    let told = Settings::new(&read.model).with_told(&read.model);
+    let told = Settings::read(&read.model, settings, &names(&read.model))?.with_told(&read.model);
     let given = match table {
         Some(table) => sizes(&read.model, table, told.inputs())?,
         None => told.inputs(),

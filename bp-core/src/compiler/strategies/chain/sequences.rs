@@ -10,6 +10,7 @@
 
 use super::{Chain, Forward};
 use crate::error::Error;
+use crate::posterior::rank;
 use crate::radix;
 use crate::random::seeded;
 use rand::RngExt;
@@ -153,8 +154,9 @@ impl Chain<'_> {
     }
 }
 
-/// Keeps the entries with the largest logarithms, in order; ties keep the earlier entry.
+/// Keeps the entries with the largest logarithms, in order; among ties (up to rounding) the earlier entry first.
 fn keep_best(entries: &mut Vec<Entry>, count: usize) {
-    entries.sort_by(|one, other| other.ln.total_cmp(&one.ln));
+    const ROUNDING: f64 = 1e-9;
+    rank(entries, |entry| entry.ln, |ln| ln - ROUNDING, |entry| [entry.cell, entry.rank]);
     entries.truncate(count);
 }

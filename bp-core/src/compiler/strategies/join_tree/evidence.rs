@@ -67,17 +67,20 @@ impl Known {
         for (variable, value) in &evidence.hard {
             let count = tree.cardinalities[*variable];
             if *value >= count {
-                return Err(Error::input(
-                    format!("variable {variable}"),
-                    format!("{value} is not one of its {count} values"),
-                ));
+                return Err(Error::Evidence {
+                    variable: *variable,
+                    message: format!("{value} is not one of its {count} values"),
+                });
             }
             if !tree.given[*variable] {
                 self.weigh(tree, *variable, cells, |other| f64::from(u8::from(other == *value)))?;
             }
         }
         if let Some(variable) = tree.told.iter().find(|one| self.values[**one] == usize::MAX) {
-            return Err(Error::input(format!("variable {variable}"), "its value was not given"));
+            return Err(Error::Evidence {
+                variable: *variable,
+                message: "its value was not given".to_owned(),
+            });
         }
         for (variable, weights) in &evidence.likelihoods {
             let count = tree.cardinalities[*variable];
@@ -87,7 +90,7 @@ impl Known {
                 let message = format!(
                     "its likelihood must be {count} finite numbers, none negative, but it is {weights:?}"
                 );
-                return Err(Error::input(format!("variable {variable}"), message));
+                return Err(Error::Evidence { variable: *variable, message });
             }
             match tree.given[*variable] {
                 true => {
@@ -126,7 +129,7 @@ impl Known {
     ) -> Result<(), Error> {
         if tree.likelihoods[variable] == usize::MAX {
             let message = "there is evidence for it, but it is neither an observed nor a weighted variable of this plan";
-            return Err(Error::input(format!("variable {variable}"), message));
+            return Err(Error::Evidence { variable, message: message.to_owned() });
         }
         self.weighed[variable] = true;
         let own = &mut cells[tree.likelihood(variable)];

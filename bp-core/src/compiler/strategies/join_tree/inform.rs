@@ -124,10 +124,11 @@ fn condition(
     let mut given: Vec<usize> = evidence.hard.iter().map(|(variable, _)| *variable).collect();
     for (place, variable) in variables.iter().chain(wanted).enumerate() {
         if given.contains(variable) || variables.iter().chain(wanted).take(place).any(|one| one == variable) {
-            return Err(Error::input(
-                format!("variable {variable}"),
-                "it is observed, or named twice: its joint posterior with the others is redundant",
-            ));
+            return Err(Error::Evidence {
+                variable: *variable,
+                message: "it is observed, or named twice: its joint posterior with the others is redundant"
+                    .to_owned(),
+            });
         }
     }
     let weighed: Vec<usize> = evidence.likelihoods.iter().map(|(variable, _)| *variable).collect();

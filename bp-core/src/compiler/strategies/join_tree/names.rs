@@ -161,6 +161,7 @@ impl Named {
                 let names = guess::listed(names.iter().map(String::as_str), "and");
                 Error::Contradiction { variables, names }
             }
+            Error::Evidence { variable, message } => Error::input(self.variable(variable), message),
             other => other,
         }
     }

@@ -63,8 +63,8 @@ pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
     if let Some(known) = ask.known.iter().find(is_element) {
         let name = model.variable_name(known.variable);
         let reason = format!(
-            "over time `{name}` is not read from a column by itself: write it as a slice (`[1..=1]` for `[1]`), or \
-             name the whole family, whose other elements may have no column"
+            "over time `{name}` is read from a column only if its index is a number, and is not given by another name: \
+             write `{name}` alone, with a number as its index"
         );
         return Err(Error::Unplanned { question: model.ask_text(ask), reason });
     }

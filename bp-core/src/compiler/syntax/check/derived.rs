@@ -5,10 +5,12 @@
 
 use super::expressions::Scope;
 use super::types::Type;
-use super::{Checker, Meaning};
+use super::{Checker, Meaning, words};
+use crate::diagnostic::Diagnostics;
 use crate::ids::{ExpressionId, Id, ParameterId, SetId, VariableId};
 use crate::model::{
-    Derived, DerivedKind, Domain, Expression, Family, IndexSpace, Model, ModelBuilder, VariableUse,
+    self, Bound, Derived, DerivedKind, Domain, Expression, Family, IndexSpace, Model, ModelBuilder,
+    VariableUse,
 };
 use crate::radix;
 use crate::source::Span;
@@ -62,11 +64,19 @@ impl<'p> Checker<'p> {
     /// Adds the derived variables of an ask to those of its question.
     pub(super) fn derive(&mut self, ask: &Ask, derived: &mut Vec<Derived>) -> Found {
         let mut found = Vec::new();
+        let over_time = words::read(ask, &mut Diagnostics::default()).1.is_over_time();
+        let from = ask.from.iter().map(|it| &it.distribution);
+        let columns: Vec<Span> = std::iter::once(&ask.distribution)
+            .chain(from)
+            .flat_map(|it| &it.known)
+            .filter(|item| over_time && item.evidence.is_none())
+            .map(|item| item.at.0)
+            .collect();
         for item in items(ask) {
             let Some(name) = self.derived_name(item) else { continue };
             let known = derived.iter().position(|other| other.name == name);
             let place = known.or_else(|| {
-                derived.push(self.derived(item, name)?);
+                derived.push(self.derived(item, name, columns.contains(&item.at.0))?);
                 Some(derived.len() - 1)
             });
             found.push((item.at.0, place));
@@ -91,7 +101,8 @@ impl<'p> Checker<'p> {
         }
     }
 
-    fn derived(&mut self, item: &Item, name: String) -> Option<Derived> {
+    /// What an item derives; `has_column` of an element that is read from the data at each instant.
+    fn derived(&mut self, item: &Item, name: String, has_column: bool) -> Option<Derived> {
         let model = self.model.so_far();
         let first = model.expressions.len();
         let (parameters, variables) = (model.parameters.len(), model.variables.len());
@@ -133,6 +144,16 @@ impl<'p> Checker<'p> {
             return None;
         }
         let of_family = right.iter().all(|use_| model.variables[use_.variable].family.is_some());
+        if let ([use_], true, true) = (right.as_slice(), has_column && !is_term, of_family)
+            && let Some(place) = use_.element.and_then(|element| model.constant(element))
+        {
+            // A slice of one element: its values are read by the name of the element.
+            let (variable, place) = (use_.variable, place as i64);
+            let range = model::Range { low: place, high: Bound { size: None, offset: place } };
+            let domain = model.variables[variable].domain.clone();
+            self.model.take_nodes(first);
+            return Some(sliced(name, variable, domain, range));
+        }
         let (kind, domain) = match (&kind, is_term) {
             (_, false) if of_family => {
                 (DerivedKind::Element, model.variables[right[0].variable].domain.clone())
@@ -167,13 +188,7 @@ impl<'p> Checker<'p> {
         for number in [range.low, range.high.offset] {
             self.element_inside(variable, family, number as f64, written.at.0)?;
         }
-        let nodes = vec![
-            Expression::Index(0),
-            Expression::Variable(VariableUse { variable, element: Some(ExpressionId::new(0)) }),
-        ];
-        let right = vec![VariableUse { variable, element: Some(ExpressionId::new(0)) }];
-        let (kind, name) = (DerivedKind::Element, format!("{name}[{written}]"));
-        Some(Derived { name, kind, domain, over: Some(range), right, nodes })
+        Some(sliced(format!("{name}[{written}]"), variable, domain, range))
     }
 
     /// Refuses elements, written as numbers, that are outside their family.
@@ -224,6 +239,13 @@ impl Scope {
         let head = "the question".to_owned();
         Self { head, visible, products: Vec::new(), bound: Vec::new(), numbered: true }
     }
+}
+
+/// Some elements of a family, each the element of its index.
+fn sliced(name: String, variable: VariableId, domain: Domain, range: model::Range) -> Derived {
+    let element = VariableUse { variable, element: Some(ExpressionId::new(0)) };
+    let nodes = vec![Expression::Index(0), Expression::Variable(element.clone())];
+    Derived { name, kind: DerivedKind::Element, domain, over: Some(range), right: vec![element], nodes }
 }
 
 /// `Y[3]` as an expression.
