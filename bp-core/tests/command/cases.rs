@@ -350,3 +350,34 @@ fn messages_say_what_was_asked_and_why_not() {
     let (_, told) = folder.ends(1, &["ask", "f.bp", "P(Fire | Alarm = a)", "--set", "a=0,1"]);
     assert!(told.contains("has probability zero"), "{told}");
 }
+
+#[test]
+fn batches_of_programs_with_reals() {
+    let normal = "program Sum { variables { X, Y : real; } decomposition { P(X) P(Y | X) }
+        forms { P(X) = normal(0, 1); P(Y | X) = normal(X, 1); } }";
+    let switch = "program Switch { variables { S : bool; X : real; } decomposition { P(S) P(X | S) }
+        forms { P(S) = bernoulli(0.25); P(X | S) = normal(if S { 2 } else { 0 }, 1); } }";
+    let folder = Folder::with(&[
+        ("n.bp", normal),
+        ("s.bp", switch),
+        ("y.csv", "Y\n2\nNA\n"),
+        ("s.csv", "S\ntrue\nNA\n"),
+    ]);
+    // X | Y = 2 is N(1, √½); ln p(Y = 2) = −1 − ½ ln 4π.
+    let page = folder.ends(0, &["batch", "n.bp", "--cases", "y.csv", "--only", "X"]).0;
+    let lines: Vec<&str> = page.lines().collect();
+    assert_eq!(lines[0], "ln_p_evidence,X.mean,X.deviation,error");
+    let numbers =
+        |line: &str| -> Vec<f64> { line.split(',').take(3).map(|cell| cell.parse().unwrap()).collect() };
+    let found = numbers(lines[1]);
+    near(found[0], -1.0 - 0.5 * (4.0 * std::f64::consts::PI).ln());
+    near(found[1], 1.0);
+    near(found[2], 0.5f64.sqrt());
+    assert_eq!(numbers(lines[2]), [0.0, 0.0, 1.0]);
+    // X | S = true is N(2, 1); without S the mean is ½ and the variance 1 + 4 · ¼ · ¾.
+    let page = folder.ends(0, &["batch", "s.bp", "--cases", "s.csv", "--only", "X"]).0;
+    let lines: Vec<&str> = page.lines().collect();
+    near(numbers(lines[1])[1], 2.0);
+    near(numbers(lines[2])[1], 0.5);
+    near(numbers(lines[2])[2], 1.75f64.sqrt());
+}

@@ -53,9 +53,7 @@ fn kernels(text: &str, question: &str, options: Options) -> Vec<Kernel> {
     let lowered = plan.routes.iter().map(|route| match route {
         Route::Exact(exact) => lower(&model, exact, question).unwrap().kernel,
         Route::Gaussian(_) => panic!("`{question}` has a closed form"),
-        Route::Tree(_) | Route::Mixture(_) | Route::Sampled(_) | Route::OverTime(_) => {
-            panic!("`{question}` is not one kernel")
-        }
+        _ => panic!("`{question}` is not one kernel"),
     });
     lowered.collect()
 }

@@ -10,7 +10,7 @@ use bp_core::program::Program;
 /// The choice of a strategy.
 #[derive(clap::Args)]
 pub(crate) struct Planning {
-    /// Inference strategy: sums, join_tree, gaussian, chain, weighting, gibbs or particles; by default the cheapest exact one, else an estimate.
+    /// Inference strategy: sums, join_tree, gaussian, mixture, chain, weighting, gibbs or particles; by default the cheapest exact one, else an estimate.
     #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
     by: Option<Strategy>,
     /// Estimate an exact answer of more products than this, if possible.
@@ -42,6 +42,11 @@ impl Inference {
     /// The options of the planner.
     pub(crate) fn options(&self) -> Options {
         self.planning.options()
+    }
+
+    /// Whether the user chose a strategy or a budget.
+    pub(crate) fn is_chosen(&self) -> bool {
+        self.planning.by.is_some() || self.planning.budget.is_some()
     }
 
     /// The options of sampling.
