@@ -12,6 +12,9 @@ pub struct Bins {
     edges: Vec<f64>,
     even: bool,
     circle: bool,
+    /// Where the values are numbers and not intervals: the number within each bin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    points: Option<Vec<f64>>,
 }
 
 /// Limit of the number of bins of a domain.
@@ -23,14 +26,29 @@ impl Bins {
         let width = (high - low) / count as f64;
         let valid = (1..=MOST_BINS).contains(&count) && width > 0.0 && width.is_finite();
         let edge = |position: usize| if position == count { high } else { low + width * position as f64 };
-        valid.then(|| Self { edges: (0..=count).map(edge).collect(), even: true, circle })
+        valid.then(|| Self { edges: (0..=count).map(edge).collect(), even: true, circle, points: None })
     }
 
     /// Bins between these edges. `None` unless there are two or more and they ascend.
     pub fn between(edges: Vec<f64>) -> Option<Self> {
         let ascend = edges.len() > 1 && edges.windows(2).all(|pair| pair[0] < pair[1]);
         let valid = ascend && edges.len() <= MOST_BINS && edges.iter().all(|edge| edge.is_finite());
-        valid.then_some(Self { edges, even: false, circle: false })
+        valid.then_some(Self { edges, even: false, circle: false, points: None })
+    }
+
+    /// These numbers, ascending, as values: each has the bin of what is nearest to it. `None` if there are none, or too many.
+    pub fn of_values(values: Vec<f64>) -> Option<Self> {
+        let (low, high) = (*values.first()?, *values.last()?);
+        let beyond = |value: f64| value.abs().max(1.0);
+        let mut edges = vec![low - beyond(low)];
+        edges.extend(values.windows(2).map(|pair| 0.5 * pair[0] + 0.5 * pair[1]));
+        edges.push(high + beyond(high));
+        Some(Self { points: Some(values), ..Self::between(edges)? })
+    }
+
+    /// The values, where they are numbers and not intervals.
+    pub fn points(&self) -> Option<&[f64]> {
+        self.points.as_deref()
     }
 
     /// The number of bins.
@@ -61,9 +79,10 @@ impl Bins {
 
     /// The centre of a bin.
     pub fn centre(&self, bin: usize) -> f64 {
-        match self.width() {
-            Some(width) => self.edges[0] + width * (bin as f64 + 0.5),
-            None => 0.5 * (self.edges[bin] + self.edges[bin + 1]),
+        match (self.width(), &self.points) {
+            (_, Some(points)) => points[bin],
+            (Some(width), _) => self.edges[0] + width * (bin as f64 + 0.5),
+            (None, _) => 0.5 * (self.edges[bin] + self.edges[bin + 1]),
         }
     }
 
@@ -74,6 +93,9 @@ impl Bins {
 
     /// The centre of a bin, with the digits that distinguish it from its neighbours by a billionth.
     pub fn name(&self, bin: usize) -> String {
+        if let Some(points) = &self.points {
+            return points[bin].to_string();
+        }
         let digits = 10f64.powi(9 - (self.edges[bin + 1] - self.edges[bin]).log10().floor() as i32);
         let rounded = (self.centre(bin) * digits).round() / digits;
         // −0 is 0; numbers too large for such digits are written in full.

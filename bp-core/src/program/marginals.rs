@@ -85,6 +85,7 @@ impl Names<'_> {
 
     /// Evidence on variables and on elements, together with the evidence that always holds.
     pub(super) fn knowledge(&self, evidence: &Evidence) -> Result<Knowledge, Error> {
+        let model = self.program.model();
         let mut all = Knowledge { known: self.program.opened.known.clone(), ..Knowledge::default() };
         for (name, value) in evidence.iter() {
             let (variable, element) = self.find(name)?;
@@ -108,6 +109,10 @@ impl Names<'_> {
                     evidence: model::Finding::Hard(self.value(variable, name, value)?),
                 });
                 continue;
+            }
+            if !model.variables[variable].domain.is_finite() {
+                let message = "marginals given elements of a family of reals are not computed: ask `P(X | Z[2] = 3)` instead";
+                return Err(Error::input(name, message));
             }
             let values = value.flat();
             let places: Vec<usize> = element.map_or_else(|| (0..slots.len()).collect(), |one| vec![one]);
@@ -143,6 +148,7 @@ fn check(name: &str, weights: &[f64], count: usize, is_one: bool) -> Result<(), 
     let found = weights.len();
     let wrong = match () {
         () if !is_one => "a likelihood is given to one element, such as `Z[2]`".to_owned(),
+        () if count == 0 => "it is real: a likelihood has a number for each value of a finite variable".to_owned(),
         () if found != count => format!("its likelihood must have {count} numbers, but has {found}"),
         () if !weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite()) => {
             format!("a likelihood is made of finite numbers, none negative, but this is {weights:?}")

@@ -229,7 +229,7 @@ impl Program {
         self.question(question)?.ask()
     }
 
-    /// Asks a declared question with several answers.
+    /// Asks a question with several answers: `P(Rain); entropy P(Rain)`.
     ///
     /// # Errors
     /// As [`Program::ask`].

@@ -8,9 +8,8 @@ use super::lookup::slots_named;
 use crate::answer::{Drawn, Part, PartLaw, Slot};
 use crate::error::Error;
 use crate::model::Domain;
-use crate::sample::{Draws, Moments};
+use crate::sample::Draws;
 use nalgebra::DMatrix;
-use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
 impl Posterior {
@@ -32,11 +31,11 @@ impl Posterior {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
             PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
             PartLaw::Finite(numbers) => [weighted(numbers, &self.numbers_of(slot)?), 0.0],
-            PartLaw::Draws(draws, drawn) => match drawn[0] {
-                Drawn::Moments(moments) => moments.mean,
+            PartLaw::Draws(draws, drawn) => match &drawn[0] {
+                Drawn::Normals(normals) => normals.moments.mean,
                 Drawn::At(position) => {
                     let numbers = self.numbers_of(slot)?;
-                    draws.mean(|draw| number(&numbers, draws.value(draw, position)))
+                    draws.mean(|draw| number(&numbers, draws.value(draw, *position)))
                 }
             },
         })
@@ -57,11 +56,11 @@ impl Posterior {
                     self.numbers_of(slot)?.iter().map(|number| (number - mean).powi(2)).collect();
                 weighted(numbers, &squares)
             }
-            PartLaw::Draws(draws, drawn) => match drawn[0] {
-                Drawn::Moments(moments) => moments.variance[0],
+            PartLaw::Draws(draws, drawn) => match &drawn[0] {
+                Drawn::Normals(normals) => normals.moments.variance[0],
                 Drawn::At(position) => {
                     let numbers = self.numbers_of(slot)?;
-                    draws.mean(|draw| (number(&numbers, draws.value(draw, position)) - mean).powi(2))[0]
+                    draws.mean(|draw| (number(&numbers, draws.value(draw, *position)) - mean).powi(2))[0]
                 }
             },
         })
@@ -96,12 +95,12 @@ impl Posterior {
                 Ok(at(2) - mean[0] * mean[1])
             }
             PartLaw::Draws(draws, drawn) => {
-                let (Drawn::At(one), Drawn::At(other)) = (drawn[one], drawn[other]) else {
+                let (Drawn::At(one), Drawn::At(other)) = (&drawn[one], &drawn[other]) else {
                     let message = "a variable that was not sampled has no covariance here".to_owned();
                     return Err(self.lookup(message));
                 };
-                let x = |draw: usize| number(&numbers[0], draws.value(draw, one));
-                let y = |draw: usize| number(&numbers[1], draws.value(draw, other));
+                let x = |draw: usize| number(&numbers[0], draws.value(draw, *one));
+                let y = |draw: usize| number(&numbers[1], draws.value(draw, *other));
                 let ([x_mean, _], [y_mean, _]) = (draws.mean(x), draws.mean(y));
                 Ok(draws.mean(|draw| (x(draw) - x_mean) * (y(draw) - y_mean))[0])
             }
@@ -133,38 +132,31 @@ impl Posterior {
         Ok([self.quantile(0.5 - 0.5 * level)?, self.quantile(0.5 + 0.5 * level)?])
     }
 
-    /// The smallest value that its variable does not exceed with this probability.
+    /// The smallest value whose cumulative probability reaches this level; within a bin the probability is spread evenly.
     ///
     /// # Errors
-    /// As [`Posterior::mean`]; a probability that is not between 0 and 1; for a variable that was not sampled, other
-    /// levels than 0.05, 0.5 and 0.95.
+    /// As [`Posterior::mean`]; a level that is not between 0 and 1; a circle, which has no first value.
     pub fn quantile(&self, level: f64) -> Result<f64, Error> {
+        self.quantile_and_error(level).map(|[quantile, _]| quantile)
+    }
+
+    /// The quantile at a level, and its standard error: 0 if the answer is exact.
+    ///
+    /// # Errors
+    /// As [`Posterior::quantile`].
+    pub fn quantile_and_error(&self, level: f64) -> Result<[f64; 2], Error> {
         let (part, slot) = self.single()?;
         if !(level > 0.0 && level < 1.0) {
             return Err(self.lookup(format!("a quantile needs a probability between 0 and 1, not {level}")));
         }
-        let pairs: Vec<(f64, f64)> = match &part.law {
-            PartLaw::Normal { mean, covariance } => {
-                let standard = Normal::standard().inverse_cdf(level);
-                return Ok(mean[0] + covariance[0].max(0.0).sqrt() * standard);
-            }
-            PartLaw::Mixture(mixture) => return Ok(mixture.quantile(0, level)),
-            PartLaw::Finite(numbers) => {
-                self.numbers_of(slot)?.into_iter().zip(numbers.iter().copied()).collect()
-            }
-            PartLaw::Draws(draws, drawn) => match drawn[0] {
-                Drawn::Moments(moments) => {
-                    let known = Moments::LEVELS.iter().position(|own| (own - level).abs() < 1e-12);
-                    let place = known.ok_or_else(|| {
-                        let name = slot.name(self.model());
-                        self.lookup(format!("the quantiles of `{name}` are known at 0.05, 0.5 and 0.95 only"))
-                    })?;
-                    return Ok(moments.quantiles[place][0]);
-                }
-                Drawn::At(position) => pairs(draws, position, &self.numbers_of(slot)?),
-            },
-        };
-        Ok(quantile(pairs, level))
+        self.numbers_of(slot)?;
+        let domain = &self.model().variables[slot.variable].domain;
+        if domain.bins().is_some_and(|bins| bins.is_circle()) {
+            let name = slot.name(self.model());
+            return Err(self.lookup(format!("the values of `{name}` lie on a circle, which has no first one")));
+        }
+        let (quantile, error) = part.quantiles(self.model(), 0, &[level])[0];
+        Ok([quantile, error.unwrap_or(0.0)])
     }
 
     /// The draws of its variable with their weights, which sum to 1, if it was estimated by draws.
@@ -174,9 +166,9 @@ impl Posterior {
     pub fn draws(&self) -> Result<Vec<(f64, f64)>, Error> {
         let (part, slot) = self.single()?;
         match &part.law {
-            PartLaw::Draws(draws, drawn) => match drawn[0] {
-                Drawn::At(position) => Ok(pairs(draws, position, &self.numbers_of(slot)?)),
-                Drawn::Moments(_) => Err(self.lookup(format!(
+            PartLaw::Draws(draws, drawn) => match &drawn[0] {
+                Drawn::At(position) => Ok(pairs(draws, *position, &self.numbers_of(slot)?)),
+                Drawn::Normals(_) => Err(self.lookup(format!(
                     "`{}` was not sampled: each draw has its distribution",
                     slot.name(self.model())
                 ))),
@@ -211,19 +203,6 @@ fn pairs(draws: &Draws, position: usize, numbers: &[f64]) -> Vec<(f64, f64)> {
 
 fn weighted(probabilities: &[f64], values: &[f64]) -> f64 {
     probabilities.iter().zip(values).map(|(p, value)| p * value).sum()
-}
-
-/// The smallest value with this cumulative weight.
-fn quantile(mut pairs: Vec<(f64, f64)>, level: f64) -> f64 {
-    pairs.retain(|(_, weight)| *weight > 0.0);
-    pairs.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let total: f64 = pairs.iter().map(|(_, weight)| weight).sum();
-    let mut sum = 0.0;
-    let reached = pairs.iter().find(|(_, weight)| {
-        sum += weight;
-        sum >= level * total
-    });
-    reached.or(pairs.last()).map_or(f64::NAN, |(value, _)| *value)
 }
 
 /// The differential entropy of a normal distribution: ½ ln det(2πe Σ); −∞ if it has no density.

@@ -119,7 +119,7 @@ impl Posterior {
             PartLaw::Draws(draws, drawn) => draws.mean(|draw| {
                 let agrees = |(drawn, ordinal): (&Drawn, &usize)| match drawn {
                     Drawn::At(position) => draws.value(draw, *position) == *ordinal as f64,
-                    Drawn::Moments(_) => false,
+                    Drawn::Normals(_) => false,
                 };
                 f64::from(u8::from(drawn.iter().zip(&found).all(agrees)))
             }),
@@ -143,7 +143,7 @@ impl Posterior {
     }
 
     /// The most probable values of all its variables together, the first of several; for a normal distribution its
-    /// mean.
+    /// mean; for draws of one real their half-sample mode.
     ///
     /// # Errors
     /// As [`Posterior::p`]; nothing is possible in this context.
@@ -156,6 +156,11 @@ impl Posterior {
                 .zip(mean)
                 .map(|(slot, mean)| (slot.name(self.model()), *mean))
                 .collect());
+        }
+        if let (PartLaw::Draws(draws, drawn), [slot]) = (&part.law, part.of.as_slice())
+            && let (Drawn::At(position), 0) = (&drawn[0], slot.count)
+        {
+            return Ok([(slot.name(self.model()), draws.mode(*position))].into_iter().collect());
         }
         let numbers = self.finite(part)?;
         let best = numbers.iter().enumerate().fold(

@@ -7,4 +7,5 @@ mod data;
 mod emit;
 mod general;
 mod learn;
+mod mistakes;
 mod networks;

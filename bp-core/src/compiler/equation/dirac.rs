@@ -9,7 +9,7 @@
 use super::draft::Draft;
 use super::{Binding, Term, barren, elision, scope};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
-use crate::model::{Domain, Expression, Form, Model, SetKind};
+use crate::model::{DerivedKind, Domain, Expression, Form, Model, SetKind};
 use crate::operators::Binary;
 use std::collections::HashSet;
 
@@ -84,7 +84,9 @@ fn solve(draft: &Draft<'_>, term: TermId) -> Option<(VariableId, Binding)> {
     let Term::Factor(factor) = draft.terms[term] else { return None };
     let Form::Dirac(value) = draft.model.factors[factor].form else { return None };
     let [left] = draft.model.factors[factor].left.as_slice() else { return None };
-    if draft.model.variables[left.variable].family.is_some() {
+    let variable = &draft.model.variables[left.variable];
+    // A part stays a variable: it has fewer values than what it is made of has combinations.
+    if variable.family.is_some() || variable.derived == Some(DerivedKind::Part) {
         return None;
     }
     let cells = matches!(draft.model.variables[left.variable].domain, Domain::Set(_));

@@ -11,7 +11,7 @@ use super::draft::Draft;
 use super::{Cost, Elimination, Term, draft::are, order, scope};
 use crate::error::Error;
 use crate::ids::{TermId, VariableId};
-use crate::model::{Domain, IndexSpace, Model};
+use crate::model::{Domain, IndexSpace, Model, VariableUse};
 
 /// The count for an unknown size.
 pub(super) const UNKNOWN_SIZE: f64 = 16.0;
@@ -94,6 +94,17 @@ pub(super) fn summable(draft: &Draft<'_>, variable: VariableId) -> Result<(), Er
                     },
                 }),
             };
+            let of = |use_: &VariableUse| use_.variable == variable;
+            let element = draft.model.variables.iter().find(|(id, other)| {
+                let factor = draft.model.factor_of(*id).map(|id| &draft.model.factors[id]);
+                other.derived.is_some() && factor.is_some_and(|factor| factor.right.iter().any(of))
+            });
+            if let (Some((_, element)), Some(_)) = (element, draft.model.plate) {
+                return Err(draft.unplanned(format!(
+                    "over a plate the elements of `{name}` are known together, not `{}` alone: know `{name}`",
+                    element.name
+                )));
+            }
             Err(draft.unplanned(format!(
                 "the family `{name}` would have to be enumerated, but its length ({over}) is not known; \
                  only a chain whose first true element matters is summed at any length"

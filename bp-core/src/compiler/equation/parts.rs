@@ -111,7 +111,7 @@ pub(super) fn read_out(
     };
     let sum = notation.sum(names);
     let with = [notation.relation(&p, "=", distribution)];
-    Some(match ask.statistic {
+    Some(match &ask.statistic {
         Statistic::Best(count) => {
             let many = notation
                 .said(&format!("the {count} largest of "), &format!("\\text{{the {count} largest of }}"));
@@ -135,6 +135,12 @@ pub(super) fn read_out(
             };
             let body = format!("{sum}{square} {distribution}");
             ("variance", notation.equation(&notation.label("Var"), "=", &body))
+        }
+        Statistic::Quantile(_) | Statistic::Interval(_) => {
+            let levels: Vec<String> = ask.statistic.levels()?.iter().map(f64::to_string).collect();
+            let words = format!("the quantiles at {} of ", levels.join(", "));
+            let many = notation.said(&words, &format!("\\text{{{words}}}"));
+            ("quantile", format!("{many}{distribution}"))
         }
         Statistic::Information => {
             let alone: String = names.iter().map(|name| format!("{p}{}", notation.group(name))).collect();

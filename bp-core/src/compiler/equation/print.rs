@@ -110,6 +110,8 @@ impl Exact {
             | Statistic::Draw(_)
             | Statistic::Expectation
             | Statistic::Variance
+            | Statistic::Quantile(_)
+            | Statistic::Interval(_)
             | Statistic::Information => parts::read_out(ask, &names, &left, notation)?,
             Statistic::Divergence { .. } => return None,
         };

@@ -6,7 +6,7 @@
 
 use super::{Ask, Domain, Expression, Factor, Family, Form, IndexSpace, Model, Question, Range};
 use super::{Statistic, Variable, VariableUse};
-use crate::ids::{ExpressionId, Id, VariableId};
+use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -34,6 +34,10 @@ pub enum DerivedKind {
     Predicate,
     /// Any other expression.
     Function,
+    /// The difference of two reals that are known to be equal.
+    Equation,
+    /// A part of the expression of another one.
+    Part,
     /// One element of a family, or a slice.
     Element,
 }
@@ -69,6 +73,17 @@ impl Model {
         if question.derived.is_empty() {
             return question.clone();
         }
+        let first = self.factors.len();
+        let question = self.named(question);
+        for place in first..self.factors.len() {
+            self.split(FactorId::new(place));
+        }
+        question
+    }
+
+    /// Adds the variables that a question derives, each with the factor that says what it is; gives the question in the ids of
+    /// this program.
+    pub(crate) fn named(&mut self, question: &Question) -> Question {
         let ids: Vec<VariableId> = question.derived.iter().map(|derived| self.add_derived(derived)).collect();
         let place = |id: VariableId| (u32::MAX as usize).checked_sub(id.position());
         let name = |id: VariableId| place(id).and_then(|place| ids.get(place).copied()).unwrap_or(id);
@@ -117,6 +132,11 @@ impl Model {
             products: family.iter().map(|family| ("i".to_owned(), family.over)).collect(),
         });
         variable
+    }
+
+    /// Whether a variable is the difference of what a question knows to be equal.
+    pub fn is_equation(&self, variable: VariableId) -> bool {
+        self.variables[variable].derived == Some(DerivedKind::Equation)
     }
 
     /// Whether a variable is a predicate of a question.

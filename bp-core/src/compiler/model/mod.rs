@@ -18,7 +18,9 @@ mod linear;
 mod notation;
 mod order;
 mod question;
+mod split;
 mod validate;
+mod values;
 mod walk;
 
 pub use crate::bins::{Bins, MOST_BINS};

@@ -93,7 +93,10 @@ impl Model {
             let text = words.join(", ");
             if text.chars().count() > LONGEST { "…".to_owned() } else { text }
         };
+        let derived = self.variables[factor.left[0].variable].derived.is_some();
         let arguments = match form {
+            // As the question has it, without what was added to it.
+            Form::Dirac(_) if derived => self.variable_name(factor.left[0].variable),
             Form::Uniform => return format!("{} = uniform", self.head(factor)),
             Form::Table(_) | Form::Constants(_) => {
                 return format!("{} = table {{ … }}", self.head(factor));
@@ -120,8 +123,9 @@ impl Model {
             Value::Given(name) => name.clone(),
         };
         let item = |variable: VariableId, at: Option<&Value>| match at {
-            // A predicate that is true.
+            // A predicate or an equation that is true.
             Some(Value::Ordinal(1)) if self.is_predicate(variable) => self.spelled(variable),
+            Some(Value::Real(_)) if self.is_equation(variable) => self.spelled(variable),
             Some(at) => format!("{} = {}", self.spelled(variable), value(variable, at)),
             None => self.spelled(variable),
         };
@@ -261,6 +265,10 @@ impl Model {
             Domain::Boolean => "bool".to_owned(),
             Domain::Real => "real".to_owned(),
             Domain::Vector(length) => format!("real[{length}]"),
+            Domain::Bins(bins) if bins.points().is_some() => {
+                let points: Vec<_> = bins.points().into_iter().flatten().map(f64::to_string).collect();
+                format!("{{ {} }}", points.join(", "))
+            }
             Domain::Bins(bins) => {
                 let (low, high) = bins.ends();
                 match (bins.width(), bins.is_circle()) {

@@ -72,6 +72,11 @@ pub enum Statistic {
     Expectation,
     /// Σ (s − expectation)² p, of each searched variable: `variance P(S | K)`.
     Variance,
+    /// The smallest value of each searched variable that it does not exceed with these probabilities:
+    /// `quantile(0.1, 0.9) P(S | K)`.
+    Quantile(Vec<f64>),
+    /// Of each searched variable the quantiles at (1 − level) / 2 and (1 + level) / 2: `interval(0.9) P(S | K)`.
+    Interval(f64),
     /// Σ p(x, y) ln (p(x, y) / (p(x) p(y))), in nats: `information P(X, Y | K)` (Shannon 1948).
     Information,
     /// Σ p ln (p / q), in nats: `divergence P(S | K) from P(S | K′)` (Kullback and Leibler 1951).
@@ -134,8 +139,22 @@ impl Statistic {
             Statistic::Entropy => "entropy".to_owned(),
             Statistic::Expectation => "expectation".to_owned(),
             Statistic::Variance => "variance".to_owned(),
+            Statistic::Quantile(levels) => {
+                let levels: Vec<String> = levels.iter().map(f64::to_string).collect();
+                format!("quantile({})", levels.join(", "))
+            }
+            Statistic::Interval(level) => format!("interval({level})"),
             Statistic::Information => "information".to_owned(),
             Statistic::Divergence { .. } => "divergence".to_owned(),
+        }
+    }
+
+    /// The levels of the quantiles that it consists of; none of another statistic.
+    pub fn levels(&self) -> Option<Vec<f64>> {
+        match self {
+            Statistic::Quantile(levels) => Some(levels.clone()),
+            Statistic::Interval(level) => Some(vec![0.5 - 0.5 * level, 0.5 + 0.5 * level]),
+            _ => None,
         }
     }
 

@@ -6,9 +6,10 @@
 
 use super::{Options, Route, Strategy};
 use crate::error::Error;
-use crate::model::{Ask, Model};
+use crate::ids::FactorId;
+use crate::model::{Ask, Form, Model};
 use crate::numbers::count;
-use crate::strategies::{Turn, engine, refused};
+use crate::strategies::{Turn, engine, gaussian, refused, weighting};
 use serde::Serialize;
 
 /// The offer of a strategy for some asks.
@@ -172,6 +173,12 @@ impl Market<'_> {
 
     /// The error if no offer is accepted.
     fn refused(mut self, over_time: bool) -> Error {
+        let unlearned = |id: &FactorId| matches!(self.model.factors[*id].form, Form::Unknown(_));
+        if let Some(id) = weighting::relevant(self.model, self.asks).into_iter().find(unlearned) {
+            let head = self.model.head(&self.model.factors[id]);
+            let reason = format!("`{head}` is `unknown`: learn it from data first, with `bp learn`");
+            return refused(self.model, self.asks, &reason);
+        }
         let place = |strategy: Strategy| self.refusals.iter().position(|(own, _)| *own == strategy);
         let told = match self.options.by {
             Some(by) => place(by),
@@ -179,7 +186,10 @@ impl Market<'_> {
             None => {
                 let sums = place(Strategy::Sums).filter(|at| is_of_size(&self.refusals[*at].1));
                 let last = if over_time { Strategy::Particles } else { Strategy::Weighting };
-                sums.or(place(last)).or(place(Strategy::Sums))
+                // What is linear and Gaussian lacks a statistic, not a closed form.
+                let linear = self.asks.iter().all(|ask| gaussian::is_linear(self.model, ask));
+                let closed = place(Strategy::Gaussian).filter(|_| linear);
+                sums.or(closed).or(place(last)).or(place(Strategy::Sums))
             }
         };
         if let Some(position) = told {

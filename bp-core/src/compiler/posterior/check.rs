@@ -171,6 +171,10 @@ fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
         Figure::Expectation { expectation: number, error } | Figure::Variance { variance: number, error } => {
             std::iter::once(number).chain(error).for_each(look);
         }
+        Figure::Quantile { quantile, error, .. } => std::iter::once(quantile).chain(error).for_each(look),
+        Figure::Interval { interval, errors, .. } => {
+            interval.iter_mut().chain(errors.iter_mut().flatten()).for_each(look);
+        }
         Figure::Real { mean, deviation, quantiles } => {
             [mean, deviation].into_iter().chain(quantiles).flatten().for_each(look);
         }
@@ -178,7 +182,7 @@ fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
             [mean, deviation].into_iter().chain(quantiles).for_each(look);
         }
         Figure::Normal { mean, deviation } => [mean, deviation].into_iter().for_each(look),
-        Figure::Draw { .. } | Figure::Divergence { .. } => {}
+        Figure::Draw { .. } | Figure::Mode { .. } | Figure::Divergence { .. } => {}
     }
 }
 

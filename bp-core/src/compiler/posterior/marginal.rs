@@ -21,7 +21,7 @@ impl Part {
             },
             PartLaw::Mixture(mixture) => PartLaw::Mixture(mixture.marginal(places)),
             PartLaw::Draws(draws, drawn) => {
-                PartLaw::Draws(Arc::clone(draws), places.iter().map(|place| drawn[*place]).collect())
+                PartLaw::Draws(Arc::clone(draws), places.iter().map(|place| drawn[*place].clone()).collect())
             }
             PartLaw::Finite(numbers) => {
                 let kept: Vec<Slot> = places.iter().map(|place| self.of[*place].clone()).collect();
@@ -53,7 +53,7 @@ impl Part {
                 for draw in 0..draws.count() {
                     let at = drawn.iter().zip(&self.of).fold(0, |sum, (drawn, slot)| match drawn {
                         Drawn::At(position) => sum * slot.count + draws.value(draw, *position) as usize,
-                        Drawn::Moments(_) => sum,
+                        Drawn::Normals(_) => sum,
                     });
                     sums[at] += draws.weight(draw);
                 }
@@ -110,13 +110,11 @@ impl Part {
                     }));
                 }
                 rows.extend(reals.iter().map(|place| {
-                    let of = match drawn[*place] {
-                        Drawn::At(position) => draws.moments(position),
-                        Drawn::Moments(moments) => moments,
+                    let of = match &drawn[*place] {
+                        Drawn::At(position) => draws.moments(*position),
+                        Drawn::Normals(normals) => normals.moments,
                     };
-                    let figure =
-                        Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles };
-                    alone(&self.of[*place], figure)
+                    alone(&self.of[*place], Figure::real(&of))
                 }));
                 rows
             }

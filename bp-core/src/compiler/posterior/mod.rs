@@ -9,12 +9,14 @@ mod marginal;
 pub(crate) mod mixture;
 mod moments;
 mod part;
+mod quantile;
 mod rows;
 mod show;
 mod table;
 
 pub(crate) use mixture::{Component, Mixture};
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
+pub(crate) use quantile::{figures, of_normal};
 pub(crate) use rows::{Reader, named};
 pub use table::{Column, Table};
 
@@ -110,6 +112,11 @@ pub enum Figure {
         /// Its standard error.
         error: f64,
     },
+    /// The most probable value of a real, from draws.
+    Mode {
+        /// The estimator.
+        by: &'static str,
+    },
     /// A value that was drawn.
     Draw {
         /// Its number, from 1.
@@ -130,6 +137,26 @@ pub enum Figure {
         /// Its standard error, where it is estimated.
         #[serde(skip_serializing_if = "Option::is_none")]
         error: Option<f64>,
+    },
+    /// A quantile.
+    Quantile {
+        /// Its level.
+        level: f64,
+        /// It.
+        quantile: f64,
+        /// Its standard error, where it is estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<f64>,
+    },
+    /// The equal-tailed interval.
+    Interval {
+        /// The probability that it holds the value.
+        level: f64,
+        /// Its ends.
+        interval: [f64; 2],
+        /// Their standard errors, where they are estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        errors: Option<[f64; 2]>,
     },
     /// The mutual information of two variables.
     Information {
@@ -190,6 +217,11 @@ impl Figure {
         Figure::Mixture { mean: mixture.mean(place), deviation: mixture.deviation(place), quantiles }
     }
 
+    /// What draws say of a real.
+    pub(crate) fn real(of: &Moments) -> Self {
+        Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles }
+    }
+
     /// The number of a figure that has one.
     pub fn number(&self) -> Option<f64> {
         match *self {
@@ -200,10 +232,14 @@ impl Figure {
             | Figure::Information { information: number }
             | Figure::Divergence { divergence: number, .. }
             | Figure::Expectation { expectation: number, .. }
-            | Figure::Variance { variance: number, .. } => Some(number),
-            Figure::Draw { .. } | Figure::Real { .. } | Figure::Mixture { .. } | Figure::Normal { .. } => {
-                None
-            }
+            | Figure::Variance { variance: number, .. }
+            | Figure::Quantile { quantile: number, .. } => Some(number),
+            Figure::Draw { .. }
+            | Figure::Mode { .. }
+            | Figure::Interval { .. }
+            | Figure::Real { .. }
+            | Figure::Mixture { .. }
+            | Figure::Normal { .. } => None,
         }
     }
 }

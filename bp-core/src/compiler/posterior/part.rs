@@ -10,7 +10,7 @@ use crate::distribution::Setting;
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::radix;
-use crate::sample::{Draws, Moments};
+use crate::sample::{Draws, Normals};
 use std::sync::Arc;
 
 /// A variable, or an element of a family or of a vector.
@@ -67,12 +67,12 @@ impl PartLaw {
 }
 
 /// The position of a slot's numbers among draws.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub enum Drawn {
     /// At this position of each draw.
     At(usize),
-    /// It was not sampled: each draw has a normal distribution of it, and these are the moments of their mixture.
-    Moments(Moments),
+    /// It was not sampled: each draw has a normal distribution of it.
+    Normals(Normals),
 }
 
 impl Slot {

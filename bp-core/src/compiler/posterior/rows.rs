@@ -3,6 +3,7 @@
 //! In: a table, the ask, the host's inputs. Out: rows. Invariant: a statistic is computed in each context separately;
 //! an impossible context has rows of zeros if probabilities are asked, and no row otherwise.
 
+use super::quantile::{figures, of_finite};
 use super::table::{Column, Table};
 use super::{Figure, Row, argmax, moments, rank};
 use crate::error::Error;
@@ -111,6 +112,23 @@ impl Reader<'_> {
                         let mut row = self.context_row(context, figure);
                         row.values.push((own.name.clone(), String::new()));
                         rows.push(row);
+                    }
+                    continue;
+                }
+                Statistic::Quantile(_) | Statistic::Interval(_) => {
+                    for (column, own) in self.table.left.iter().enumerate() {
+                        let Some(id) = own.variable else { continue };
+                        let mut alone = vec![0.0; own.values.len()];
+                        left.iter().zip(numbers).for_each(|(ordinals, p)| alone[ordinals[column]] += p);
+                        let domain = &self.model.variables[id].domain;
+                        let at = |levels: &[f64]| {
+                            levels.iter().map(|level| (of_finite(domain, &alone, *level), None)).collect()
+                        };
+                        for figure in figures(&self.ask.statistic, at).unwrap_or_default() {
+                            let mut row = self.context_row(context, figure);
+                            row.values.push((own.name.clone(), String::new()));
+                            rows.push(row);
+                        }
                     }
                     continue;
                 }

@@ -88,10 +88,15 @@ fn headings(row: &Row) -> Vec<String> {
         Figure::Normal { .. } => &["mean ± deviation"],
         Figure::Estimated { .. } => &["probability ± error"],
         Figure::Draw { .. } => &["draw"],
+        Figure::Mode { .. } => &["estimated by"],
         Figure::Expectation { error: None, .. } => &["expectation"],
         Figure::Expectation { .. } => &["expectation ± error"],
         Figure::Variance { error: None, .. } => &["variance"],
         Figure::Variance { .. } => &["variance ± error"],
+        Figure::Quantile { error: None, .. } => &["level", "quantile"],
+        Figure::Quantile { .. } => &["level", "quantile ± error"],
+        Figure::Interval { errors: None, .. } => &["level", "low", "high"],
+        Figure::Interval { .. } => &["level", "low ± error", "high ± error"],
         Figure::Information { .. } => &["information"],
         Figure::Divergence { .. } => &["divergence"],
         Figure::Mixture { .. } => &["mean", "deviation", "5 %", "50 %", "95 %"],
@@ -154,9 +159,22 @@ fn cells_of(row: &Row) -> Vec<String> {
             cells.push(format!("{} ± {}", six_digits(mean), six_digits(deviation)));
         }
         Figure::Estimated { p, error } => cells.push(estimated(p, error)),
+        Figure::Mode { by } => cells.push(by.to_owned()),
         Figure::Draw { draw } => cells.push(draw.to_string()),
         Figure::Expectation { expectation: value, error } | Figure::Variance { variance: value, error } => {
             cells.push(error.map_or_else(|| six_digits(value), |error| estimated(value, error)));
+        }
+        Figure::Quantile { level, quantile, error } => {
+            cells.push(six_digits(level));
+            cells.push(error.map_or_else(|| six_digits(quantile), |error| estimated(quantile, error)));
+        }
+        Figure::Interval { level, interval, errors } => {
+            cells.push(six_digits(level));
+            let end = |at: usize| match errors {
+                Some(errors) => estimated(interval[at], errors[at]),
+                None => six_digits(interval[at]),
+            };
+            cells.extend([end(0), end(1)]);
         }
         Figure::Information { information } => cells.push(or_infinite(information, " nats")),
         Figure::Divergence { divergence, .. } => cells.push(or_infinite(divergence, " nats")),

@@ -7,9 +7,12 @@
 mod chains;
 mod draws;
 mod evidence;
+mod normals;
 
 pub use chains::MOST_R_HAT;
+pub(crate) use draws::error_of_quantile;
 pub use draws::{Draws, Moments};
+pub use normals::Normals;
 pub use evidence::Observations;
 
 use crate::random::{Random, seeded};

@@ -249,8 +249,8 @@ fn section() -> impl Strategy<Value = Section> {
     let distribution = (items.clone(), items)
         .prop_map(|(searched, known)| Distribution { at: At::default(), searched, known })
         .boxed();
-    let count = prop::option::of(number().prop_map(|number| (At::default(), number)));
-    let word = (name(), count).prop_map(|(name, count)| Word { at: At::default(), name, count });
+    let amounts = prop::collection::vec(number().prop_map(|number| (At::default(), number)), 0..3);
+    let word = (name(), amounts).prop_map(|(name, amounts)| Word { at: At::default(), name, amounts });
     let words = prop::collection::vec(word, 0..3).boxed();
     let from = (words.clone(), distribution.clone())
         .prop_map(|(words, distribution)| Second { words, distribution });

@@ -77,12 +77,18 @@ fn count_fault(
     weights: &[f64],
 ) -> Option<Fault> {
     let declared = &model.variables[variable];
-    let count = declared.domain.count().filter(|_| declared.family.is_none());
+    // Each element of a slice has the same likelihoods.
+    let whole = declared.family.is_some() && declared.derived.is_none();
+    let count = declared.domain.count().filter(|_| !whole);
     if count == Some(weights.len()) {
         return None;
     }
-    let expected = count.map_or("a finite domain".to_owned(), |count| count.to_string());
-    Some(fault(place, format!("{each}: expected {expected}, found {}", weights.len())))
+    let message = match (count, declared.domain.is_finite()) {
+        (Some(count), _) => format!("{each}: expected {count}, found {}", weights.len()),
+        (None, true) => format!("{each}: expected a number of values that is known here, found {}", weights.len()),
+        (None, false) => format!("{each}, but it is `{}`", model.domain_text(&declared.domain)),
+    };
+    Some(fault(place, message))
 }
 
 fn likelihood_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
@@ -114,6 +120,20 @@ fn soft_fault(place: Place, name: &str, weights: &[f64]) -> Option<Fault> {
 
 /// Statistics that are not defined for a distribution.
 fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
+    let levels = match &ask.statistic {
+        Statistic::Quantile(levels) => levels.as_slice(),
+        Statistic::Interval(level) => std::slice::from_ref(level),
+        _ => &[],
+    };
+    if let Some(level) = levels.iter().find(|level| !(**level > 0.0 && **level < 1.0)) {
+        let word = ask.statistic.word();
+        let message = format!("`{word}` takes probabilities above 0 and below 1, but {level} is not");
+        let help = match *level >= 2.0 && *level < 100.0 {
+            true => format!("{level} % is `{}`", level / 100.0),
+            false => "the least and the largest value have no probability of their own".to_owned(),
+        };
+        return Some(fault_with_help(place, message, help));
+    }
     let words = [ask.statistic.word(), ask.when.word()];
     if let Some(word) = words.iter().find(|word| word.contains("(0)")) {
         let help = format!("write `{} P(…)`, or more", word.replace('0', "1"));
@@ -144,15 +164,21 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
         return Some(fault_with_help(place, message, "move it behind the bar, if it is known"));
     }
     match ask.statistic {
-        Statistic::Expectation | Statistic::Variance => {
-            let without = |id: &VariableId| !is_number(model, *id);
+        Statistic::Expectation | Statistic::Variance | Statistic::Quantile(_) | Statistic::Interval(_) => {
+            let ordered = ask.statistic.levels().is_some();
+            let without = |id: &VariableId| !is_number(model, *id) || ordered && is_circle(model, *id);
             let variable = ask.searched.iter().map(|searched| searched.variable).find(without)?;
-            let (name, what) = (model.variable_name(variable), ask.statistic.word());
+            let (name, word) = (model.variable_name(variable), ask.statistic.word());
+            let what = word.split('(').next().unwrap_or(&word);
             let message = match model.variables[variable].family {
                 Some(_) => format!("`{name}` is a family: it has no one {what}"),
                 None => {
                     let text = model.domain_text(&model.variables[variable].domain);
-                    format!("`{name}` is `{text}`, which are not numbers: it has no {what}")
+                    let why = match is_circle(model, variable) {
+                        true => "whose values have no first",
+                        false => "which are not numbers",
+                    };
+                    format!("`{name}` is `{text}`, {why}: it has no {what}")
                 }
             };
             Some(fault_with_help(
@@ -228,6 +254,11 @@ fn is_number(model: &Model, variable: VariableId) -> bool {
         _ => true,
     };
     numbers && variable.family.is_none()
+}
+
+/// Whether the values of a variable lie on a circle.
+fn is_circle(model: &Model, variable: VariableId) -> bool {
+    model.variables[variable].domain.bins().is_some_and(|bins| bins.is_circle())
 }
 
 fn value_fault(model: &Model, place: Place, variable: VariableId, value: &Value) -> Option<Fault> {

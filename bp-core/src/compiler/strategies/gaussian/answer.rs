@@ -3,14 +3,14 @@
 //! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a standard deviation for
 //! each searched variable, or a statistic of the law. Invariant: each parameter and each observation is one number.
 
-use super::{Filter, Gaussian, NormalLaw, condition, of_normal, probabilities};
+use super::{Filter, Gaussian, NormalLaw, condition, predicate, probabilities};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Ask, Model, Statistic, When};
-use crate::posterior::{Answer, Column, Figure, Part, PartLaw, Row, Slot, Table};
+use crate::model::{Ask, Model, Searched, Statistic, Value, When};
+use crate::posterior::{Answer, Column, Figure, Part, PartLaw, Row, Slot, Table, figures, of_normal};
 use crate::random::seeded;
 use crate::sample::Observations;
 use crate::spelling::exact;
@@ -49,6 +49,12 @@ pub(crate) fn rows(
         row(names.iter().cloned().zip(values.iter().map(|value| exact(*value))).collect(), figure)
     };
     let means = || (0..law.len()).map(|own| law.mean(own)).collect::<Vec<f64>>();
+    let values: Option<Vec<f64>> = ask.searched.iter().map(|item| value(setting, item)).collect();
+    if let (Some(values), Statistic::Distribution) = (values, &ask.statistic)
+        && values.len() == law.len()
+    {
+        return Ok(vec![at(&values, Figure::Density { density: law.ln_density(&values).exp() })]);
+    }
     Ok(match &ask.statistic {
         Statistic::Entropy => vec![row(Vec::new(), Figure::Entropy { entropy: law.entropy() })],
         Statistic::Information => {
@@ -67,19 +73,36 @@ pub(crate) fn rows(
             }
             (1..=*count).map(|draw| at(&law.draw(random), Figure::Draw { draw })).collect()
         }
-        _ => {
-            let figure = |own: usize| {
+        statistic => {
+            let of = |own: usize| {
                 let (mean, deviation) = (law.mean(own), law.deviation(own));
-                match ask.statistic {
-                    Statistic::Expectation => Figure::Expectation { expectation: mean, error: None },
-                    Statistic::Variance => Figure::Variance { variance: deviation.powi(2), error: None },
-                    _ => Figure::Normal { mean, deviation },
-                }
+                let quantile = |level: &f64| (of_normal(mean, deviation, *level), None);
+                let quantiles = |levels: &[f64]| levels.iter().map(quantile).collect();
+                figures(statistic, quantiles).unwrap_or_else(|| {
+                    vec![match statistic {
+                        Statistic::Expectation => Figure::Expectation { expectation: mean, error: None },
+                        Statistic::Variance => Figure::Variance { variance: deviation.powi(2), error: None },
+                        _ => Figure::Normal { mean, deviation },
+                    }]
+                })
             };
-            let named = |(own, name): (usize, &String)| row(vec![(name.clone(), String::new())], figure(own));
-            names.iter().enumerate().map(named).collect()
+            let mut rows = Vec::new();
+            for (own, name) in names.iter().enumerate() {
+                let named = |figure| row(vec![(name.clone(), String::new())], figure);
+                rows.extend(of(own).into_iter().map(named));
+            }
+            rows
         }
     })
+}
+
+/// The value at which a real is searched.
+fn value(setting: &Setting<'_>, item: &Searched) -> Option<f64> {
+    match item.at.as_ref()? {
+        Value::Real(number) => Some(*number),
+        Value::Given(name) => setting.given(name)?.first().copied(),
+        Value::Ordinal(_) => None,
+    }
 }
 
 /// A normal law, with the values that name it.
@@ -178,7 +201,7 @@ fn answers(
 /// The probabilities that a predicate of reals is false and that it is true; `None` for any other ask.
 pub(crate) fn whether(setting: &Setting<'_>, ask: &Ask, law: &NormalLaw) -> Option<Vec<f64>> {
     let [only] = ask.searched.as_slice() else { return None };
-    let root = of_normal(setting.model, only.variable)?;
+    let root = predicate::of_normal(setting.model, only.variable)?;
     let parameter = |name: &str| setting.number(name).unwrap_or(f64::NAN);
     Some(probabilities(setting.model, root, (law.mean(0), law.deviation(0)), &parameter).to_vec())
 }

@@ -12,7 +12,7 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Expression, Finding, Form, Model, Question, Searched, Statistic, When};
+use crate::model::{Ask, Expression, Finding, Form, Known, Model, Question, Statistic, When};
 use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 use std::collections::BTreeSet;
@@ -48,11 +48,11 @@ pub struct Gaussian {
 
 /// Whether all variables that an ask uses are linear and Gaussian, and it asks for reals or for a predicate of them.
 pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
-    distribution(model, ask) && is_linear(model, ask)
+    is_linear(model, ask) && not_of_laws(model, ask).is_none()
 }
 
 /// Whether all variables that an ask uses, and their ancestors, are linear and Gaussian.
-fn is_linear(model: &Model, ask: &Ask) -> bool {
+pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let relevant = relevant(model, std::slice::from_ref(ask));
     let predicate = |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id).is_some();
     let reals = relevant.iter().all(|id| {
@@ -98,14 +98,25 @@ fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
     }
 }
 
-fn distribution(model: &Model, ask: &Ask) -> bool {
-    let real = |item: &Searched| item.at.is_none() && !model.variables[item.variable].domain.is_finite();
-    // A continuous law has no second most likely value.
-    let of_reals = !matches!(ask.statistic, Statistic::Best(_)) && ask.searched.iter().all(real);
-    let whether = matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable));
-    (of_reals || whether)
-        && ask.statistic.from().iter().all(|known| !matches!(known.evidence, Finding::Virtual(_)))
-        && ask.known.iter().all(|known| !matches!(known.evidence, Finding::Virtual(_)))
+/// The reason why no law is asked of linear Gaussian variables; `None` where one is.
+fn not_of_laws(model: &Model, ask: &Ask) -> Option<String> {
+    let is_virtual = |known: &&Known| matches!(known.evidence, Finding::Virtual(_));
+    if let Some(known) = ask.known.iter().chain(ask.statistic.from()).find(is_virtual) {
+        let name = model.variable_name(known.variable);
+        return Some(format!("virtual evidence on `{name}` is no observation of a real"));
+    }
+    if matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable)) {
+        return None;
+    }
+    if let Statistic::Best(_) = ask.statistic {
+        return Some("of reals none is the second best: ask for `argmax`".to_owned());
+    }
+    let valued = ask.searched.iter().filter(|item| item.at.is_some()).count();
+    match (valued, &ask.statistic) {
+        (0, _) => None,
+        (all, Statistic::Distribution) if all == ask.searched.len() => None,
+        _ => Some("the density at some values is asked with all of them: `P(X = 1, Y = 2 | …)`".to_owned()),
+    }
 }
 
 /// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients depend on
@@ -266,9 +277,12 @@ impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
         let not_all = || refused(model, asks, "not all variables are real, linear and Gaussian");
         if !asks[0].when.is_over_time() {
-            return match asks.iter().all(|ask| applies(model, ask)) {
-                true => Ok(Route::Gaussian(offer(model, asks.to_vec())?)),
-                false => Err(not_all()),
+            if !asks.iter().all(|ask| is_linear(model, ask)) {
+                return Err(not_all());
+            }
+            return match asks.iter().find_map(|ask| not_of_laws(model, ask)) {
+                Some(why) => Err(refused(model, asks, &why)),
+                None => Ok(Route::Gaussian(offer(model, asks.to_vec())?)),
             };
         }
         let ask = &asks[0];

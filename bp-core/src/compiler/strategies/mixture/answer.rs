@@ -10,7 +10,7 @@ use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
 use crate::model::{Ask, Finding, LinearForm, Model, Statistic};
-use crate::posterior::{self, Answer, Figure, Part, PartLaw, Row, Slot, Table};
+use crate::posterior::{self, Answer, Figure, Part, PartLaw, Row, Slot, Table, figures};
 use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::gaussian::{of_normal, probabilities};
@@ -112,17 +112,24 @@ impl Weighted<'_> {
         };
         let mixture = posterior::Mixture(self.all.iter().map(normal).collect());
         let of = slots.iter().map(|slot| Slot::of(setting, *slot)).collect();
-        let row = |(place, slot): (usize, &usize)| {
-            let figure = match ask.statistic {
-                Statistic::Expectation => {
-                    Figure::Expectation { expectation: mixture.mean(place), error: None }
-                }
-                Statistic::Variance => {
-                    Figure::Variance { variance: mixture.covariance(place, place), error: None }
-                }
-                _ => Figure::of_mixture(&mixture, place),
-            };
-            Row { values: vec![(setting.slot_name(*slot), String::new())], figure }
+        let figures_of = |place: usize| {
+            let quantile = |level: &f64| (mixture.quantile(place, *level), None);
+            let quantiles = |levels: &[f64]| levels.iter().map(quantile).collect();
+            figures(&ask.statistic, quantiles).unwrap_or_else(|| {
+                vec![match ask.statistic {
+                    Statistic::Expectation => {
+                        Figure::Expectation { expectation: mixture.mean(place), error: None }
+                    }
+                    Statistic::Variance => {
+                        Figure::Variance { variance: mixture.covariance(place, place), error: None }
+                    }
+                    _ => Figure::of_mixture(&mixture, place),
+                }]
+            })
+        };
+        let rows = |(place, slot): (usize, &usize)| {
+            let row = |figure| Row { values: vec![(setting.slot_name(*slot), String::new())], figure };
+            figures_of(place).into_iter().map(row).collect::<Vec<Row>>()
         };
         Answer {
             question: setting.model.ask_text(ask),
@@ -130,7 +137,7 @@ impl Weighted<'_> {
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: slots.iter().enumerate().map(row).collect(),
+            answer: slots.iter().enumerate().flat_map(rows).collect(),
             parts: vec![Part { instant: None, given: Vec::new(), of, law: PartLaw::Mixture(mixture) }],
         }
     }

@@ -118,7 +118,8 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
     let finite = ask.searched.iter().filter(|item| is_finite(item.variable)).count();
     if finite == 0 {
         let moments =
-            matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance);
+            matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance)
+                || ask.statistic.levels().is_some();
         if !moments || ask.searched.iter().any(|item| item.at.is_some()) {
             let word = ask.statistic.word();
             return Some(format!("`{word}` of a mixture of normal distributions has no closed form"));

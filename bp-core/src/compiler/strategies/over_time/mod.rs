@@ -15,7 +15,7 @@ pub(crate) use offer::{carried, check, check_sequence, not_of_normal, not_of_rea
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Finding, Value};
-use crate::sample::{Draws, Moments, Sampling};
+use crate::sample::{Draws, Normals, Sampling};
 use crate::strategies::chain;
 use crate::strategies::gaussian::{Belief, Filter, Gaussian};
 use crate::strategies::particles::Moves;
@@ -47,7 +47,7 @@ pub enum What {
         /// The kept slots.
         kept: Vec<usize>,
         /// The slots that were not drawn.
-        linear: Vec<(usize, Moments)>,
+        linear: Vec<(usize, Normals)>,
         /// The effective sample size, instant by instant.
         effective: Vec<f64>,
     },

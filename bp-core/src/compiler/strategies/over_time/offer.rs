@@ -130,11 +130,25 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
             return Some("a sequence is of what is carried: ask for `smooth`, each instant alone".to_owned());
         }
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
+        (_, Statistic::Quantile(_) | Statistic::Interval(_)) => return None,
+        (When::Filter | When::Predict(_), Statistic::Argmax { nearest: None } | Statistic::Maximum)
+            if ask.searched.iter().all(|item| model.variables[item.variable].domain.is_finite()) =>
+        {
+            return None;
+        }
         // The most likely sequence of a normal law is that of the smoothed means.
         (When::Sequence, Statistic::Argmax { .. }) => return None,
         (_, statistic) => statistic.word(),
     };
-    Some(format!("`{word}` is not available: ask for the distribution, its `expectation` or its `variance`"))
+    Some(match ask.when {
+        When::Sequence => format!(
+            "`{word}` is not available for a sequence of reals: ask for the distribution, its `argmax`, `expectation` \
+             or `variance`"
+        ),
+        _ => format!(
+            "`{word}` is not available: ask for the distribution, its `expectation`, `variance` or `quantile(…)`"
+        ),
+    })
 }
 
 impl Offered for OverTime {

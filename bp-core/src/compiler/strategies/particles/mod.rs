@@ -17,10 +17,9 @@ pub(crate) use offer::Engine;
 use crate::distribution::{Instance, LinearMean, Setting, ln_sum};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::operators::normal_cumulative;
 use crate::progress::{self, Work};
 use crate::random::Random;
-use crate::sample::{Draws, Moments, Observations, Sampling, Streams};
+use crate::sample::{Draws, Normals, Observations, Sampling, Streams};
 use crate::strategies::gaussian::SlotLaw;
 use crate::strategies::over_time::Instant;
 use crate::strategies::weighting::draw_or_weigh;
@@ -268,41 +267,12 @@ impl Cloud {
     }
 
     /// The distribution of a slot that was not drawn: a mixture of normal laws.
-    pub(crate) fn mixture(&self, slot: usize) -> Moments {
-        let weights: Vec<f64> = self.ln_weights.iter().map(|ln| ln.exp()).collect();
-        let law = |particle: &Particle| particle.law.of(slot).expect("internal: a linear variable has a law");
-        let laws: Vec<[f64; 2]> = self.particles.iter().map(law).collect();
-        let about = |f: &dyn Fn([f64; 2]) -> f64| {
-            let mean: f64 = weights.iter().zip(&laws).map(|(weight, law)| weight * f(*law)).sum();
-            let square: f64 =
-                weights.iter().zip(&laws).map(|(weight, law)| (weight * (f(*law) - mean)).powi(2)).sum();
-            [mean, square.sqrt()]
+    pub(crate) fn mixture(&self, slot: usize) -> Normals {
+        let law = |(ln, particle): (&f64, &Particle)| {
+            let [mean, deviation] =
+                particle.law.of(slot).expect("internal: a linear variable has a law");
+            [ln.exp(), mean, deviation]
         };
-        let mean = about(&|[m, _]| m);
-        let variance = about(&|[m, s]| s * s + (m - mean[0]).powi(2));
-        let deviation = variance[0].sqrt();
-        let below = |x: f64| {
-            about(&|[m, s]| {
-                if s > 0.0 { normal_cumulative((x - m) / s) } else { f64::from(u8::from(m <= x)) }
-            })
-        };
-        let (low, high) = laws.iter().fold((f64::MAX, f64::MIN), |(low, high), [m, s]| {
-            (low.min(m - 10.0 * s), high.max(m + 10.0 * s))
-        });
-        let at = |level: f64| {
-            let (mut from, mut to) = (low, high);
-            for _ in 0..60 {
-                let middle = 0.5 * (from + to);
-                if below(middle)[0] < level { from = middle } else { to = middle }
-            }
-            0.5 * (from + to)
-        };
-        let quantiles = Moments::LEVELS.map(|level| {
-            let quantile = at(level);
-            let [_, error] = below(quantile);
-            [quantile, 0.5 * (at(level + error) - at(level - error))]
-        });
-        let error = if deviation > 0.0 { variance[1] / (2.0 * deviation) } else { 0.0 };
-        Moments { mean, deviation: [deviation, error], variance, quantiles }
+        Normals::new(self.ln_weights.iter().zip(&self.particles).map(law).collect())
     }
 }

@@ -10,10 +10,11 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::memory;
 use crate::model::{Ask, Finding, Model, Statistic, Value};
-use crate::posterior::{Answer, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot};
+use crate::posterior::{Answer, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, argmax, figures};
 use crate::progress;
 use crate::radix;
-use crate::sample::{Draws, MOST_R_HAT, Moments, Observations, Sampling};
+use crate::sample::{Draws, MOST_R_HAT, Normals, Observations, Sampling};
+use crate::spelling::exact;
 use crate::strategies::gibbs::gibbs;
 use crate::strategies::{Case, Found, Prepared};
 use std::sync::Arc;
@@ -118,14 +119,14 @@ pub(crate) fn part(
     ask: &Ask,
     draws: &Arc<Draws>,
     kept: &[usize],
-    linear: &[(usize, Moments)],
+    linear: &[(usize, Normals)],
 ) -> Part {
     let slots: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
     let drawn = |slot: &usize| match kept.iter().position(|own| own == slot) {
         Some(position) => Drawn::At(position),
         None => {
             let own = linear.iter().find(|(own, _)| own == slot);
-            Drawn::Moments(own.expect("internal: what is searched is kept").1)
+            Drawn::Normals(own.expect("internal: what is searched is kept").1.clone())
         }
     };
     let drawn = slots.iter().map(drawn).collect();
@@ -160,107 +161,140 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
     Estimate { particles: draws.count(), effective, seed: sampling.seed, ln_evidence_error, warning }
 }
 
-/// The rows of an ask: a probability for each combination of finite values; the moments of each real, which are known
-/// for those in `linear`.
+/// The rows of an ask: a probability for each combination of finite values, or the most frequent ones; the moments, quantiles or
+/// the mode of each real, of which those in `linear` were not drawn.
 pub(crate) fn rows(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    draws: &Arc<Draws>,
+    kept: &[usize],
+    linear: &[(usize, Normals)],
+) -> Result<Vec<Row>, Error> {
+    let model = setting.model;
+    let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+    let (finite, reals): (Vec<usize>, Vec<usize>) =
+        slots.partition(|slot| model.variables[setting.variable_of(*slot)].domain.is_finite());
+    let row = |slot: usize, figure| Row { values: vec![(setting.slot_name(slot), String::new())], figure };
+    let modes = matches!(ask.statistic, Statistic::Argmax { .. } | Statistic::Maximum);
+    let mut rows = Vec::new();
+    if (modes || ask.statistic == Statistic::Distribution) && !finite.is_empty() {
+        rows = cells(setting, ask, draws, kept, &finite)?;
+    }
+    if modes {
+        let scores: Vec<f64> = rows.iter().filter_map(Row::p).collect();
+        let mut best: Vec<Row> = argmax(&scores, None).into_iter().map(|at| rows[at].clone()).collect();
+        if ask.statistic == Statistic::Maximum {
+            best.truncate(1);
+        }
+        let mode = |slot: &usize| {
+            let position = kept.iter().position(|own| own == slot).expect("internal: the offer has looked");
+            let values = vec![(setting.slot_name(*slot), exact(draws.mode(position)))];
+            Row { values, figure: Figure::Mode { by: "half-sample mode" } }
+        };
+        best.extend(reals.iter().map(mode));
+        return Ok(best);
+    }
+    let part = part(setting, ask, draws, kept, linear);
+    let place = |slot: usize| {
+        let own = Slot::of(setting, slot);
+        part.of.iter().position(|other| *other == own).expect("internal: what is searched is in the part")
+    };
+    let numbers = finite.iter().copied().filter(|_| ask.statistic != Statistic::Distribution);
+    for slot in numbers.chain(reals) {
+        let quantiles = |levels: &[f64]| part.quantiles(model, place(slot), levels);
+        if let Some(figures) = figures(&ask.statistic, quantiles) {
+            rows.extend(figures.into_iter().map(|figure| row(slot, figure)));
+            continue;
+        }
+        let variable = setting.variable_of(slot);
+        let figure = match (linear.iter().find(|(own, _)| *own == slot), &ask.statistic) {
+            (Some((_, own)), Statistic::Expectation) => {
+                let [expectation, error] = own.moments.mean;
+                Figure::Expectation { expectation, error: Some(error) }
+            }
+            (Some((_, own)), Statistic::Variance) => {
+                let [variance, error] = own.moments.variance;
+                Figure::Variance { variance, error: Some(error) }
+            }
+            (Some((_, own)), _) => Figure::real(&own.moments),
+            (None, statistic) => {
+                let at = kept.iter().position(|own| *own == slot).expect("internal: what is searched is kept");
+                let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
+                match statistic {
+                    Statistic::Expectation => {
+                        let [expectation, error] = draws.mean(number);
+                        Figure::Expectation { expectation, error: Some(error) }
+                    }
+                    Statistic::Variance => {
+                        let [mean, _] = draws.mean(number);
+                        let [variance, error] = draws.mean(|draw| (number(draw) - mean).powi(2));
+                        Figure::Variance { variance, error: Some(error) }
+                    }
+                    _ => Figure::real(&draws.moments(at)),
+                }
+            }
+        };
+        rows.push(row(slot, figure));
+    }
+    Ok(rows)
+}
+
+/// The probability of each combination of values of some finite slots that agrees with the values of the question.
+fn cells(
     setting: &Setting<'_>,
     ask: &Ask,
     draws: &Draws,
     kept: &[usize],
-    linear: &[(usize, Moments)],
+    finite: &[usize],
 ) -> Result<Vec<Row>, Error> {
     let model = setting.model;
-    let position =
-        |slot: usize| kept.iter().position(|own| *own == slot).expect("internal: what is searched is kept");
-    let (mut finite, mut reals) = (Vec::new(), Vec::new());
-    for item in &ask.searched {
-        for slot in setting.slots_of(item.variable) {
-            match model.variables[item.variable].domain.is_finite() {
-                true => finite.push((slot, item.at.clone())),
-                false => reals.push(slot),
+    let counts: Vec<usize> = finite.iter().map(|slot| setting.count(setting.variable_of(*slot))).collect();
+    let cells = counts
+        .iter()
+        .try_fold(1usize, |cells, count| cells.checked_mul(*count).filter(|cells| *cells <= MOST_ROWS));
+    let Some(cells) = cells else {
+        let cells = counts.iter().map(|count| *count as f64).product();
+        let (name, help) = (model.ask_text(ask), "search fewer variables at once".to_owned());
+        return Err(Error::TooLarge { name, cells, most: MOST_ROWS as f64, help });
+    };
+    let positions: Vec<usize> = finite
+        .iter()
+        .map(|slot| kept.iter().position(|own| own == slot).expect("internal: what is searched is kept"))
+        .collect();
+    let at = |slot: &usize| {
+        let variable = setting.variable_of(*slot);
+        ask.searched.iter().find(|item| item.variable == variable).and_then(|item| item.at.as_ref())
+    };
+    let wanted = |(slot, value): (&usize, &usize)| {
+        let variable = setting.variable_of(*slot);
+        match at(slot) {
+            None => true,
+            Some(Value::Ordinal(ordinal)) => ordinal == value,
+            Some(Value::Given(name)) => {
+                let domain = &model.variables[variable].domain;
+                let given = setting.given(name).and_then(|given| domain.ordinal_among(*given.first()?, None));
+                given == Some(*value)
             }
+            Some(Value::Real(number)) => setting.value_at(variable, *number) == Some(*value as f64),
         }
-    }
+    };
     let mut rows = Vec::new();
-    if ask.statistic == Statistic::Distribution && !finite.is_empty() {
-        let count = |slot: usize| setting.count(setting.variable_of(slot));
-        let cells = finite
-            .iter()
-            .map(|(slot, _)| count(*slot))
-            .try_fold(1usize, |cells, count| cells.checked_mul(count).filter(|cells| *cells <= MOST_ROWS));
-        let Some(cells) = cells else {
-            let cells = finite.iter().map(|(slot, _)| count(*slot) as f64).product();
-            let (name, help) = (model.ask_text(ask), "search fewer variables at once".to_owned());
-            return Err(Error::TooLarge { name, cells, most: MOST_ROWS as f64, help });
-        };
-        for cell in 0..cells {
-            let values = radix::in_order(cell, finite.iter().map(|(slot, _)| count(*slot)));
-            let wanted = |((slot, at), value): (&(usize, Option<Value>), &usize)| match at {
-                None => true,
-                Some(Value::Ordinal(ordinal)) => ordinal == value,
-                Some(Value::Given(name)) => {
-                    let domain = &model.variables[setting.variable_of(*slot)].domain;
-                    let given =
-                        setting.given(name).and_then(|given| domain.ordinal_among(*given.first()?, None));
-                    given == Some(*value)
-                }
-                Some(Value::Real(number)) => {
-                    setting.value_at(setting.variable_of(*slot), *number) == Some(*value as f64)
-                }
-            };
-            if !finite.iter().zip(&values).all(wanted) {
-                continue;
-            }
-            let holds = |draw: usize| {
-                let agrees = |((slot, _), value): (&(usize, Option<Value>), &usize)| {
-                    draws.value(draw, position(*slot)) == *value as f64
-                };
-                if finite.iter().zip(&values).all(agrees) { 1.0 } else { 0.0 }
-            };
-            let [p, error] = draws.mean(holds);
-            let name = |(slot, _): &(usize, Option<Value>), value: usize| {
-                let domain = &model.variables[setting.variable_of(*slot)].domain;
-                (setting.slot_name(*slot), domain.value_name(value))
-            };
-            let values = finite.iter().zip(values).map(|(slot, value)| name(slot, value)).collect();
-            rows.push(Row { values, figure: Figure::Estimated { p, error } });
-        }
-    }
-    let numbers = finite.iter().map(|(slot, _)| *slot).filter(|_| ask.statistic != Statistic::Distribution);
-    for slot in numbers.chain(reals) {
-        let variable = setting.variable_of(slot);
-        if let Some((_, of)) = linear.iter().find(|(own, _)| *own == slot) {
-            let figure = match ask.statistic {
-                Statistic::Expectation => {
-                    Figure::Expectation { expectation: of.mean[0], error: Some(of.mean[1]) }
-                }
-                Statistic::Variance => {
-                    let [deviation, error] = of.deviation;
-                    Figure::Variance { variance: deviation.powi(2), error: Some(2.0 * deviation * error) }
-                }
-                _ => Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles },
-            };
-            rows.push(Row { values: vec![(setting.slot_name(slot), String::new())], figure });
+    for cell in 0..cells {
+        let values = radix::in_order(cell, counts.iter().copied());
+        if !finite.iter().zip(&values).all(wanted) {
             continue;
         }
-        let at = position(slot);
-        let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
-        let figure = match ask.statistic {
-            Statistic::Expectation => {
-                let [expectation, error] = draws.mean(number);
-                Figure::Expectation { expectation, error: Some(error) }
-            }
-            Statistic::Variance => {
-                let [mean, _] = draws.mean(number);
-                let [variance, error] = draws.mean(|draw| (number(draw) - mean).powi(2));
-                Figure::Variance { variance, error: Some(error) }
-            }
-            _ => {
-                let of = draws.moments(at);
-                Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles }
-            }
+        let agrees = |draw: usize| {
+            let same = |(at, value): (&usize, &usize)| draws.value(draw, *at) == *value as f64;
+            f64::from(u8::from(positions.iter().zip(&values).all(same)))
         };
-        rows.push(Row { values: vec![(setting.slot_name(slot), String::new())], figure });
+        let [p, error] = draws.mean(agrees);
+        let name = |(slot, value): (&usize, &usize)| {
+            let domain = &model.variables[setting.variable_of(*slot)].domain;
+            (setting.slot_name(*slot), domain.value_name(*value))
+        };
+        let values = finite.iter().zip(&values).map(name).collect();
+        rows.push(Row { values, figure: Figure::Estimated { p, error } });
     }
     Ok(rows)
 }

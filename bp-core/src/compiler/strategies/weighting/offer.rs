@@ -14,7 +14,7 @@
 use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
-use crate::model::{Ask, Domain, Expression, Factor, Finding, Form, Model, Question, Statistic, in_order};
+use crate::model::{Ask, Domain, Expression, Factor, Finding, Form, Model, Question, Searched, Statistic, in_order};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
 
@@ -135,11 +135,8 @@ fn is_hard(evidence: &Finding) -> bool {
 
 /// The reason why an ask is not estimated.
 fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
-    let word = ask.statistic.word();
-    if !matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) {
-        return Some(format!(
-            "`{word}` is not estimated by draws: ask for `P(…)`, or discretise with `bins(…)`"
-        ));
+    if let Some(why) = not_of_draws(model, ask) {
+        return Some(why);
     }
     for searched in &ask.searched {
         let name = model.variable_name(searched.variable);
@@ -163,6 +160,33 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
         }
     }
     None
+}
+
+/// Why a statistic is not estimated by draws.
+pub(crate) fn not_of_draws(model: &Model, ask: &Ask) -> Option<String> {
+    let word = ask.statistic.word();
+    let is_real = |item: &&Searched| !model.variables[item.variable].domain.is_finite();
+    match &ask.statistic {
+        Statistic::Distribution
+        | Statistic::Expectation
+        | Statistic::Variance
+        | Statistic::Quantile(_)
+        | Statistic::Interval(_) => return None,
+        Statistic::Argmax { nearest: None } | Statistic::Maximum => {
+            let Some(real) = ask.searched.iter().find(is_real) else { return None };
+            let name = model.variable_name(real.variable);
+            let alone = ask.searched.len() == 1 && model.components(real.variable) == 1;
+            match ask.statistic {
+                Statistic::Argmax { .. } if alone && model.variables[real.variable].family.is_none() => return None,
+                Statistic::Argmax { .. } => {
+                    return Some(format!("of draws the mode of one real is estimated: ask for `argmax P({name} | …)`"));
+                }
+                _ => return Some(format!("draws of `{name}` have no density: ask for `argmax`, or for `P(…)`")),
+            }
+        }
+        _ => {}
+    }
+    Some(format!("`{word}` is not estimated by draws: ask for `P(…)`, or discretise with `bins(…)`"))
 }
 
 /// The factors of the ancestors of the searched and known variables, parents first.

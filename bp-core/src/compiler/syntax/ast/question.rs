@@ -31,15 +31,15 @@ pub struct Second {
     pub distribution: Distribution,
 }
 
-/// A word before a distribution: `argmax`, `best(5)`, `filter`.
+/// A word before a distribution: `argmax`, `best(5)`, `quantile(0.1, 0.9)`, `filter`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Word {
     /// Its span, brackets included.
     pub at: At,
     /// The word.
     pub name: Name,
-    /// The number in brackets, as written.
-    pub count: Option<(At, String)>,
+    /// The numbers in brackets, as written.
+    pub amounts: Vec<(At, String)>,
 }
 
 /// `P(searched | known)`.

@@ -12,17 +12,10 @@ use crate::model::{
     self, Bound, Derived, DerivedKind, Domain, Expression, Family, IndexSpace, Model, ModelBuilder,
     VariableUse,
 };
-use crate::radix;
 use crate::source::Span;
 use crate::syntax::ast::{
     Ask, At, Comments, Expr, ExprKind, Item, Name, Occurrence, Program, Range, Subject,
 };
-
-/// Limit of the combinations of values that are evaluated to find those of a function.
-const MOST_COMBINATIONS: usize = 1 << 16;
-
-/// The widest range of whole numbers over which a function may be a finite variable.
-const WIDEST: f64 = 1e6;
 
 /// The derived variable of each item that has one, by span; `None` where it is invalid.
 pub(super) type Found = Vec<(Span, Option<usize>)>;
@@ -72,11 +65,19 @@ impl<'p> Checker<'p> {
             .filter(|item| over_time && item.evidence.is_none())
             .map(|item| item.at.0)
             .collect();
+        let start = derived.len();
+        let known = ask.distribution.known.iter().filter(|item| item.evidence.is_none() && ask.from.is_none());
+        let given: Vec<Expr> = known
+            .filter_map(|item| if let Subject::Term(term) = &item.subject { Some(term.clone()) } else { None })
+            .collect();
+        let searched: Vec<Span> = ask.distribution.searched.iter().map(|item| item.at.0).collect();
         for item in items(ask) {
             let Some(name) = self.derived_name(item) else { continue };
-            let known = derived.iter().position(|other| other.name == name);
-            let place = known.or_else(|| {
-                derived.push(self.derived(item, name, columns.contains(&item.at.0))?);
+            let holds = !searched.contains(&item.at.0) && item.evidence.is_none();
+            // What an ask knows may be in its functions.
+            let same = |other: &Derived| other.name == name && (holds || other.kind != DerivedKind::Equation);
+            let place = derived[start..].iter().position(same).map(|place| start + place).or_else(|| {
+                derived.push(self.derived(item, name, (holds, columns.contains(&item.at.0)), &given)?);
                 Some(derived.len() - 1)
             });
             found.push((item.at.0, place));
@@ -101,8 +102,15 @@ impl<'p> Checker<'p> {
         }
     }
 
-    /// What an item derives; `has_column` of an element that is read from the data at each instant.
-    fn derived(&mut self, item: &Item, name: String, has_column: bool) -> Option<Derived> {
+    /// What an item derives; `holds` where it is known to be true, `given` is all that is; `has_column` of an element that is read
+    /// from the data at each instant.
+    fn derived(
+        &mut self,
+        item: &Item,
+        name: String,
+        (holds, has_column): (bool, bool),
+        given: &[Expr],
+    ) -> Option<Derived> {
         let model = self.model.so_far();
         let first = model.expressions.len();
         let (parameters, variables) = (model.parameters.len(), model.variables.len());
@@ -131,6 +139,12 @@ impl<'p> Checker<'p> {
             return None;
         }
         let (root, kind) = typed?;
+        let equation = (holds && kind == Type::Boolean).then(|| self.equation(root, span)).flatten();
+        let root = match equation {
+            Some(difference) => difference,
+            None => self.where_given(root, &kind, span, (given.iter().filter(|other| **other != expr), &scope)),
+        };
+        let model = self.model.so_far();
         if root.position() + 1 < model.expressions.len() {
             let root = model.expressions[root].clone();
             self.node(span, root);
@@ -158,11 +172,15 @@ impl<'p> Checker<'p> {
             (_, false) if of_family => {
                 (DerivedKind::Element, model.variables[right[0].variable].domain.clone())
             }
+            (Type::Boolean, _) if equation.is_some() => (DerivedKind::Equation, Domain::Real),
             (Type::Boolean, _) => (DerivedKind::Predicate, Domain::Boolean),
             (Type::Label(domain), _) => (DerivedKind::Function, domain.clone()),
             (Type::Element(set), _) => (DerivedKind::Function, Domain::Set(*set)),
             (Type::Vector(length), _) => (DerivedKind::Function, Domain::Vector(*length)),
-            (Type::Number, _) => (DerivedKind::Function, numbers(model, root, &right)),
+            (Type::Number, _) => {
+                let values = model.values_of(root).and_then(Domain::of_numbers);
+                (DerivedKind::Function, values.unwrap_or(Domain::Real))
+            }
         };
         let local = |id: ExpressionId| ExpressionId::new(id.position() - first);
         let local = |use_: VariableUse| VariableUse { element: use_.element.map(local), ..use_ };
@@ -281,36 +299,4 @@ fn parents(model: &Model, first: usize, root: ExpressionId) -> Vec<VariableUse> 
         found.iter().filter(|(_, element)| element.is_none()).map(|(use_, _)| use_.variable).collect();
     found.retain(|(use_, element)| element.is_none() || !whole.contains(&use_.variable));
     found.into_iter().map(|(use_, _)| use_).collect()
-}
-
-/// The domain of a numeric expression: whole numbers if all of its values are, else a real.
-fn numbers(model: &Model, root: ExpressionId, right: &[VariableUse]) -> Domain {
-    whole_numbers(model, root, right).unwrap_or(Domain::Real)
-}
-
-fn whole_numbers(model: &Model, root: ExpressionId, right: &[VariableUse]) -> Option<Domain> {
-    let counts: Vec<usize> =
-        right.iter().map(|use_| model.variables[use_.variable].domain.count()).collect::<Option<_>>()?;
-    let total = counts.iter().try_fold(1usize, |total, count| total.checked_mul(*count))?;
-    if total > MOST_COMBINATIONS {
-        return None;
-    }
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for combination in 0..total {
-        let ordinals = radix::in_order(combination, counts.iter().copied());
-        let value = |use_: &VariableUse| {
-            let element = |use_: &VariableUse| use_.element.map(|id| model.constant(id));
-            let is_same =
-                |other: &VariableUse| other.variable == use_.variable && element(other) == element(use_);
-            let position = right.iter().position(is_same)?;
-            Some(model.variables[use_.variable].domain.number(ordinals[position]))
-        };
-        let number = model.evaluate_uses(root, &value)?;
-        if number.fract() != 0.0 {
-            return None;
-        }
-        (low, high) = (low.min(number), high.max(number));
-    }
-    (low.is_finite() && high - low <= WIDEST && low.abs().max(high.abs()) < 1e9)
-        .then(|| Domain::integers(low as i64, high as i64))
 }

@@ -16,6 +16,7 @@ mod forms;
 mod functions;
 mod named_forms;
 mod operators;
+mod predicates;
 mod questions;
 mod quotes;
 mod subroutines;
@@ -29,7 +30,7 @@ use super::parse;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::guess as names;
 use crate::ids::{ExpressionId, FactorId, ParameterId, QuestionId, SetId, VariableId};
-use crate::model::{Model, ModelBuilder, Question};
+use crate::model::{Model, ModelBuilder, Place, Question};
 use crate::source::{Source, Span};
 use std::collections::{HashMap, HashSet};
 
@@ -84,12 +85,13 @@ fn question_of(source: &Source, model: &Model) -> Result<Question, Diagnostics> 
             wrong.into()
         });
     }
-    let written = parse::parse_ask(source)?;
+    let written = parse::parse_asks(source)?;
     let mut wrong = Diagnostics::default();
     let question = questions::typed(model, &written, &mut wrong);
     if wrong.is_empty() {
         for fault in model.question_faults(&question) {
-            wrong.push(faults::diagnostic(&fault, written.at.0));
+            let number = if let Place::Ask(_, number) = fault.place { number } else { 0 };
+            wrong.push(faults::diagnostic(&fault, written[number].at.0));
         }
     }
     wrong.or(question)

@@ -13,6 +13,8 @@ use crate::ids::{Id, VariableId};
 use crate::model::{Ask, Derived, Domain, Finding, Known, Model, Question, Searched, Statistic, Value};
 use crate::source::Span;
 use crate::syntax::ast::{self, Expr, ExprKind, Item, Name, Occurrence, Sign, Subject, ValueKind};
+use crate::syntax::units;
+use std::borrow::Cow;
 
 impl Checker<'_> {
     pub(super) fn question(&mut self, name: &Name, asks: &[ast::Ask]) {
@@ -39,16 +41,19 @@ impl Checker<'_> {
 }
 
 /// A question as a user types it, as far as it can be read.
-pub(super) fn typed(model: &Model, written: &ast::Ask, wrong: &mut Diagnostics) -> Question {
-    let (mut derived, mut found) = (Vec::new(), Found::new());
-    if derives(written) {
-        let program = nothing();
-        let mut checker = Checker::of(model, &program);
-        found = checker.derive(written, &mut derived);
-        checker.wrong.0.into_iter().for_each(|mistake| wrong.push(mistake));
+pub(super) fn typed(model: &Model, written: &[ast::Ask], wrong: &mut Diagnostics) -> Question {
+    let (mut derived, mut asks) = (Vec::new(), Vec::new());
+    for written in written {
+        let mut found = Found::new();
+        if derives(written) {
+            let program = nothing();
+            let mut checker = Checker::of(model, &program);
+            found = checker.derive(written, &mut derived);
+            checker.wrong.0.into_iter().for_each(|mistake| wrong.push(mistake));
+        }
+        asks.push(ask_of(model, written, (&derived, &found), wrong));
     }
-    let ask = ask_of(model, written, (&derived, &found), wrong);
-    Question { name: String::new(), asks: vec![ask], derived }
+    Question { name: String::new(), asks, derived }
 }
 
 /// One ask, as far as it can be read; the rest is reported. Derived variables have the ids of the question.
@@ -59,8 +64,11 @@ fn ask_of(
     wrong: &mut Diagnostics,
 ) -> Ask {
     let names = Question { name: String::new(), asks: Vec::new(), derived: derived.to_vec() };
-    let (model, _) = model.posed(&names);
-    let first = model.variables.len() - derived.len();
+    let first = model.variables.len();
+    let mut model = Cow::Borrowed(model);
+    if !derived.is_empty() {
+        model.to_mut().named(&names);
+    }
     let reader = Reader { model: &model, found, first };
     let ask = reader.ask(written, wrong);
     let local = |id: VariableId| match id.position().checked_sub(first) {
@@ -158,6 +166,7 @@ impl Reader<'_> {
                 return None;
             }
             None if model.is_predicate(variable) => Finding::Hard(Value::Ordinal(1)),
+            None if model.is_equation(variable) => Finding::Hard(Value::Real(0.0)),
             None => Finding::Each,
             Some(ast::Finding::Hard(written)) => Finding::Hard(value(model, variable, written, wrong)?),
             Some(ast::Finding::Virtual(written)) => {
@@ -198,7 +207,7 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
     let Some(id) = model.variable(&spoken) else {
         let known: Vec<String> = model.variables.ids().map(|id| model.variable_name(id)).collect();
         let mut diagnostic = Diagnostic::new(occurrence.at.0, format!("unknown variable `{spoken}`"));
-        diagnostic.help = did_you_mean(name, known.iter().map(String::as_str)).or_else(|| {
+        diagnostic.help = units::behind_number(name).or_else(|| did_you_mean(name, known.iter().map(String::as_str))).or_else(|| {
             let listed = listed(known.iter().map(String::as_str), "and");
             (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
         });
@@ -235,6 +244,7 @@ fn value(
     match (&written.kind, domain) {
         (ValueKind::Name(name), _)
             if slip.is_none()
+                && (model.variable(&name.text).is_none_or(|other| other == variable))
                 && name.text.starts_with(|first: char| first.is_lowercase() || first == '_') =>
         {
             return Some(Value::Given(name.text.clone()));
@@ -249,7 +259,15 @@ fn value(
     let name = model.variable_name(variable);
     let text = model.domain_text(domain);
     let array = is_family || matches!(domain, Domain::Vector(_));
-    let mut diagnostic = if array {
+    let other = match &written.kind {
+        ValueKind::Name(other) if model.variable(&other.text).is_some() => Some(&other.text),
+        _ => None,
+    };
+    let mut diagnostic = if let Some(other) = other {
+        let message = format!("`{other}` is a variable, not a value of `{name}`");
+        Diagnostic::new(written.at.0, message)
+            .with_help(format!("write `{} == {other}` to compare the two", model.spelled(variable)))
+    } else if array {
         let what = if is_family { "a family of" } else { "a" };
         let message = format!("`{name}` is {what} `{text}`: a single value is not enough");
         Diagnostic::new(written.at.0, message)

@@ -3,15 +3,26 @@
 //! In: an ask as written. Out: its [`Statistic`] and its [`When`]. Invariant: at most one of each, the statistic first;
 //! `sequence` alone is the most likely sequence.
 
-use super::integer;
+use super::{integer, number};
 use super::names::{did_you_mean, listed};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::model::{Statistic, When};
 use crate::source::Span;
 use crate::syntax::ast::{Ask, Sign, Word};
 
-const STATISTICS: [&str; 9] =
-    ["argmax", "max", "best", "draw", "entropy", "expectation", "variance", "information", "divergence"];
+const STATISTICS: [&str; 11] = [
+    "argmax",
+    "max",
+    "best",
+    "draw",
+    "entropy",
+    "expectation",
+    "variance",
+    "quantile",
+    "interval",
+    "information",
+    "divergence",
+];
 const WHEN: [&str; 4] = ["filter", "predict", "smooth", "sequence"];
 
 /// The meaning of one word.
@@ -92,10 +103,18 @@ fn of(ask: &Ask, words: &[Word], wrong: &mut Diagnostics) -> (Option<Statistic>,
 
 fn meaning(ask: &Ask, word: &Word, wrong: &mut Diagnostics) -> Option<Meaning> {
     let name = word.name.text.as_str();
-    let is_counted = matches!(name, "best" | "draw" | "predict");
-    if let (Some((at, count)), false, true) = (&word.count, is_counted, known(name)) {
-        let message = format!("`{name}` takes no number, found `{count}`");
-        wrong.push(Diagnostic::new(at.0, message).with_help(format!("write `{name} P(…)`")));
+    let most = match name {
+        "quantile" => usize::MAX,
+        "best" | "draw" | "predict" | "interval" => 1,
+        _ => 0,
+    };
+    if let (Some((at, text)), true) = (word.amounts.get(most), known(name)) {
+        let (takes, help) = match most {
+            0 => ("no number", format!("write `{name} P(…)`")),
+            _ => ("one number", format!("write `{name}({}) P(…)`", word.amounts[0].1)),
+        };
+        let message = format!("`{name}` takes {takes}, found `{text}`");
+        wrong.push(Diagnostic::new(at.0, message).with_help(help));
         return None;
     }
     let statistic = match name {
@@ -106,6 +125,8 @@ fn meaning(ask: &Ask, word: &Word, wrong: &mut Diagnostics) -> Option<Meaning> {
         "entropy" => Statistic::Entropy,
         "expectation" => Statistic::Expectation,
         "variance" => Statistic::Variance,
+        "quantile" => Statistic::Quantile(levels(word, "0.1, 0.5, 0.9", wrong)?),
+        "interval" => Statistic::Interval(levels(word, "0.9", wrong)?[0]),
         "information" => Statistic::Information,
         "divergence" => Statistic::Divergence { when: When::Now, from: Vec::new() },
         "predict" => return Some(Meaning::When(When::Predict(count(word, wrong)?))),
@@ -138,7 +159,7 @@ fn unknown(word: &str, span: Span, wrong: &mut Diagnostics) {
 fn count(word: &Word, wrong: &mut Diagnostics) -> Option<usize> {
     let name = &word.name.text;
     let help = format!("write `{name}(5) P(…)`");
-    let Some((at, text)) = &word.count else {
+    let Some((at, text)) = word.amounts.first() else {
         let message = format!("`{name}` needs a number");
         wrong.push(Diagnostic::new(word.at.0, message).with_help(help));
         return None;
@@ -149,4 +170,19 @@ fn count(word: &Word, wrong: &mut Diagnostics) -> Option<usize> {
         wrong.push(Diagnostic::new(at.0, message).with_help(help));
     }
     count
+}
+
+/// The levels that are asked for: one at least.
+fn levels(word: &Word, example: &str, wrong: &mut Diagnostics) -> Option<Vec<f64>> {
+    if word.amounts.is_empty() {
+        let name = &word.name.text;
+        let message = format!("`{name}` needs a probability");
+        wrong.push(Diagnostic::new(word.at.0, message).with_help(format!("write `{name}({example}) P(…)`")));
+        return None;
+    }
+    let level = |(_, text): &(_, String)| match text.strip_prefix('-') {
+        Some(positive) => number(positive).map(|number| -number),
+        None => number(text.trim_start_matches('+')),
+    };
+    word.amounts.iter().map(level).collect()
 }

@@ -8,6 +8,7 @@ use super::grammar::Rule;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::spelling::{RESERVED, quoted_length};
+use crate::syntax::units;
 use pest::error::{Error, ErrorVariant, InputLocation};
 
 /// The diagnostic of a parse error.
@@ -32,7 +33,9 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         let span = Span::new(position, position + found.len());
         Diagnostic::new(span, format!("expected {expected}, found {shown}"))
     };
-    if rules.contains(&Rule::kw_parameters) {
+    if let Some(help) = units::help(&text[..before.end], found) {
+        diagnostic = diagnostic.with_help(help);
+    } else if rules.contains(&Rule::kw_parameters) {
         diagnostic = diagnostic.with_help(
             "a program has the sections `parameters`, `variables`, `decomposition`, `forms`, `identification` and `question`",
         );
@@ -152,7 +155,7 @@ fn describe(rule: Rule) -> &'static str {
     use Rule::*;
     match rule {
         EOI => "the end of the text",
-        file | program | kw_program | lone_ask => "`program`",
+        file | program | kw_program | lone_asks => "`program`",
         plate | kw_over => "`over`",
         kw_in => "`in`",
         section | parameters | variables | decomposition | forms | identification | question
@@ -195,7 +198,7 @@ fn describe(rule: Rule) -> &'static str {
         soft | kw_soft => "`soft`",
         infix => "an operator",
         suffix | answer | field | dot => "`.`",
-        number | digits | one | sign => "a number",
+        amount | number | digits | one | sign => "a number",
         boolean => "`true` or `false`",
         open_brace => "`{`",
         close_brace => "`}`",

@@ -28,9 +28,10 @@ pub fn parse(source: &Source) -> Result<File, Diagnostics> {
     Ok(file)
 }
 
-/// Parses one ask, as a user types it: `P(Rain | Wet = true)`.
-pub(super) fn parse_ask(source: &Source) -> Result<Ask, Diagnostics> {
-    Ok(sections::ask(children::Children::of(pair_of(Rule::lone_ask, source)?).one()))
+/// Parses the asks of a question that a user types: `P(Rain | Wet = true); entropy P(Rain)`.
+pub(super) fn parse_asks(source: &Source) -> Result<Vec<Ask>, Diagnostics> {
+    let mut children = children::Children::of(pair_of(Rule::lone_asks, source)?);
+    Ok(children.all(Rule::ask).into_iter().map(sections::ask).collect())
 }
 
 fn pair_of(rule: Rule, source: &Source) -> Result<Pair<'_, Rule>, Diagnostics> {

@@ -208,8 +208,9 @@ fn word(pair: Pair<'_, Rule>) -> Word {
     let place = at(&pair);
     let mut children = Children::of(pair);
     let name = children.name();
-    let count = children.take(Rule::number).map(|pair| (at(&pair), pair.as_str().to_owned()));
-    Word { at: place, name, count }
+    let amounts = children.all(Rule::amount).into_iter();
+    let amounts = amounts.map(|pair| (at(&pair), pair.as_str().to_owned())).collect();
+    Word { at: place, name, amounts }
 }
 
 fn distribution(pair: Pair<'_, Rule>) -> Distribution {

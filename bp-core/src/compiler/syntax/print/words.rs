@@ -130,9 +130,10 @@ impl Display for Item {
 
 impl Display for Word {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        match &self.count {
-            Some((_, count)) => write!(f, "{}({count})", self.name),
-            None => self.name.fmt(f),
+        let amounts: Vec<&str> = self.amounts.iter().map(|(_, text)| text.as_str()).collect();
+        match amounts.as_slice() {
+            [] => self.name.fmt(f),
+            all => write!(f, "{}({})", self.name, all.join(", ")),
         }
     }
 }

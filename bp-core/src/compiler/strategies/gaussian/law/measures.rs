@@ -64,6 +64,13 @@ impl Triangular {
 }
 
 impl NormalLaw {
+    /// ln of the density at some values; −∞ where they contradict a determined variable.
+    pub(crate) fn ln_density(&self, values: &[f64]) -> f64 {
+        let mut law = self.clone();
+        let mut of = |(row, value): (usize, &f64)| law.observe(row, *value).unwrap_or(f64::NEG_INFINITY);
+        values.iter().enumerate().map(&mut of).sum()
+    }
+
     /// The entropy, in nats; −∞ of a singular law.
     pub(crate) fn entropy(&self) -> f64 {
         0.5 * self.len() as f64 - self.ln_largest_density()

@@ -1,0 +1,65 @@
+//! A weighted mixture of normal laws: what particles say of a variable that they did not draw.
+//!
+//! In: weights, means and deviations. Out: moments and quantiles, each with its standard error. Invariant: the weights sum to one.
+
+use super::draws::{Moments, error_of_quantile};
+use crate::special::normal_cumulative;
+use std::sync::Arc;
+
+/// How often the interval in which a quantile lies is halved.
+const HALVINGS: usize = 60;
+
+/// Normal laws, one for each particle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Normals {
+    /// Its moments.
+    pub moments: Moments,
+    /// Weight, mean and deviation of each law.
+    laws: Arc<Vec<[f64; 3]>>,
+}
+
+impl Normals {
+    /// From the weight, mean and deviation of each law.
+    pub(crate) fn new(laws: Vec<[f64; 3]>) -> Self {
+        let mean = about(&laws, &|m, _| m);
+        let variance = about(&laws, &|m, s| s * s + (m - mean[0]).powi(2));
+        let deviation = variance[0].sqrt();
+        let error = if deviation > 0.0 { variance[1] / (2.0 * deviation) } else { 0.0 };
+        let found = quantiles(&laws, &Moments::LEVELS);
+        let quantiles = [found[0], found[1], found[2]];
+        let moments = Moments { mean, deviation: [deviation, error], variance, quantiles };
+        Self { moments, laws: Arc::new(laws) }
+    }
+
+    /// The quantiles at some levels, and their standard errors.
+    pub fn quantiles(&self, levels: &[f64]) -> Vec<[f64; 2]> {
+        quantiles(&self.laws, levels)
+    }
+}
+
+/// Σ w f, and its standard error.
+fn about(laws: &[[f64; 3]], f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
+    let mean: f64 = laws.iter().map(|[weight, m, s]| weight * f(*m, *s)).sum();
+    let square: f64 = laws.iter().map(|[weight, m, s]| (weight * (f(*m, *s) - mean)).powi(2)).sum();
+    [mean, square.sqrt()]
+}
+
+fn quantiles(laws: &[[f64; 3]], levels: &[f64]) -> Vec<[f64; 2]> {
+    let below = |x: f64| {
+        about(laws, &|m, s| {
+            if s > 0.0 { normal_cumulative((x - m) / s) } else { f64::from(u8::from(m <= x)) }
+        })
+    };
+    let (low, high) = laws.iter().fold((f64::MAX, f64::MIN), |(low, high), [_, m, s]| {
+        (low.min(m - 10.0 * s), high.max(m + 10.0 * s))
+    });
+    let at = |level: f64| {
+        let (mut from, mut to) = (low, high);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (from + to);
+            if below(middle)[0] < level { from = middle } else { to = middle }
+        }
+        0.5 * (from + to)
+    };
+    levels.iter().map(|level| error_of_quantile(at, below, *level)).collect()
+}
