@@ -6,7 +6,8 @@
 use super::Program;
 use crate::data;
 use crate::error::Error;
-use crate::learn::{Columns, Learner, Report, Settings, sizes};
+use crate::exec::Inputs;
+use crate::learn::{self, Columns, Learner, Report, Settings, sizes};
 use crate::source::Source;
 use crate::syntax::{compile, graft, parse};
 use std::ops::Deref;
@@ -109,13 +110,21 @@ pub(super) fn learn(program: &Program, learning: &Learning) -> Result<Learned, E
     let given = sizes(model, &table, program.settings.inputs())?;
     let mut learner = Learner::with(model, &given)?;
     learner.observe_table(&table, &learning.columns)?;
-    let learned = learner.learned_with(&learning.settings, &mut |_, _| {})?;
+    finished(program, learner.learned_with(&learning.settings, &mut |_, _| {})?, &given)
+}
+
+/// The program with what was learned.
+pub(super) fn finished(
+    program: &Program,
+    learned: learn::Learned,
+    given: &Inputs<'_, f64>,
+) -> Result<Learned, Error> {
     let source = match &program.opened.source {
         Some(source) => Some(grafted(source, &learned.text())?),
         None => None,
     };
     let opened = super::Opened { source, ..super::Opened::from(learned.model().clone()) };
-    let settings = program.given.learned(learned.model(), &given);
+    let settings = program.given.learned(learned.model(), given);
     let learnt = Program::with_settings(Arc::new(opened), settings, (program.sampling, program.options));
     Ok(Learned { program: learnt, report: learned.report })
 }

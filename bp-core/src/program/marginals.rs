@@ -15,6 +15,10 @@ use crate::model::{self, Known};
 /// The posterior of some variables, or of elements of families; of all variables if `only` is empty.
 pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
     let model = program.model();
+    if !program.opened.rows.is_empty() {
+        let message = "marginals do not read rows: ask a question, such as `P(X)`, or for `missing` cells";
+        return Err(Error::input(model.name.as_str(), message));
+    }
     let inputs = program.settings.inputs();
     let setting = Setting::new(model, &inputs)?;
     let names = Names { program, setting: &setting };

@@ -13,6 +13,7 @@ mod marginals;
 mod numbers;
 mod posterior;
 mod question;
+mod rows;
 pub mod settings;
 mod value;
 
@@ -22,9 +23,11 @@ pub use groups::Observation;
 pub use learned::{Learned, Learning};
 pub use posterior::Posterior;
 pub use question::Question;
+pub use rows::Rows;
 pub use value::Value;
 
 use crate::answer::link;
+use crate::data::PlateData;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::listed;
@@ -79,6 +82,8 @@ struct Opened {
     known: Vec<Known>,
     ln_scale: f64,
     warnings: Vec<String>,
+    /// What its tables of rows say.
+    rows: Arc<PlateData>,
 }
 
 impl Program {
@@ -89,7 +94,7 @@ impl Program {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let io::Opened { network, source, warnings } = io::open(path.as_ref())?;
         let Network { model, known, ln_scale, .. } = network;
-        Self::made(Opened { model, source: Some(source), known, ln_scale, warnings })
+        Self::made(Opened { source: Some(source), known, ln_scale, warnings, ..Opened::from(model) })
     }
 
     /// The program of a network that has been read.
@@ -316,7 +321,7 @@ impl Program {
         let asked = parse_question(&source, &self.opened.model);
         let mut asked = asked.map_err(|wrong| Error::program(&source, wrong))?;
         asked.asks.iter_mut().for_each(|ask| ask.known.extend_from_slice(&self.opened.known));
-        Ok(asked)
+        self.opened.rows.known_in(&self.opened.model, &asked)
     }
 
     /// The program with a question's derived variables, and that question.
@@ -337,7 +342,14 @@ impl Program {
 
 impl From<Model> for Opened {
     fn from(model: Model) -> Self {
-        Opened { model, source: None, known: Vec::new(), ln_scale: 0.0, warnings: Vec::new() }
+        Opened {
+            model,
+            source: None,
+            known: Vec::new(),
+            ln_scale: 0.0,
+            warnings: Vec::new(),
+            rows: Arc::default(),
+        }
     }
 }
 

@@ -111,8 +111,8 @@ pub fn meaning(name: &str, names: &BTreeMap<String, Meaning>) -> Result<Meaning,
 /// The settings in the form of kernels.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
-    sizes: BTreeMap<String, usize>,
-    arrays: BTreeMap<String, Vec<f64>>,
+    pub(super) sizes: BTreeMap<String, usize>,
+    pub(super) arrays: BTreeMap<String, Vec<f64>>,
     grids: Vec<(String, Space)>,
     moves: Vec<(String, Moves)>,
 }
@@ -171,7 +171,8 @@ impl Settings {
     /// `mu[Grid] = [1, 2, 3]`.
     pub fn with_told(mut self, model: &Model) -> Self {
         let fields = || model.parameters.values();
-        while let Some((name, size)) = fields().find_map(|field| self.told_by(model, field)) {
+        let told = |it: &Self| fields().find_map(|field| it.told_by(model, field));
+        while let Some((name, size)) = told(&self).or_else(|| self.told_by_indices(model)) {
             self.sizes.insert(name, size);
         }
         self

@@ -16,6 +16,7 @@ mod mixtures;
 mod normal_laws;
 mod particles;
 mod planner;
+mod rows;
 mod shared;
 mod sizes;
 #[path = "../support/mod.rs"]

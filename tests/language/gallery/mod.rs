@@ -11,6 +11,7 @@ mod learned_robots;
 mod learning;
 mod networks;
 mod robots;
+mod rows;
 mod water;
 
 use bp_core::compiler::answer::{Answer, ask, link};

@@ -7,6 +7,7 @@ use crate::answered::{one_or_several, write_answers, write_cases, write_json, wr
 use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::planning::Inference;
+use crate::rows::{self, RowTables};
 use crate::{cases, over_time, program};
 use bp_core::compiler::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_by, filled, open};
 use bp_core::compiler::error::Error;
@@ -33,6 +34,8 @@ Examples:
   bp ask wet_grass.bp 'draw(10) P(Rain | Wet)' --set Wet=true --seed 7
   bp ask wet_grass.bp rain --table             the whole conditional table
   bp ask wet_grass.bp rain --data lawns.csv    an answer for each row
+  bp ask line.bp 'P(A, B)' --rows points.csv   all rows are evidence
+  bp ask line.bp --rows points.csv --fill filled.csv
 
 --set gives a value to a parameter (a number, or several separated by commas), to
 the size of a set, or to a variable that the question leaves open, named by its
@@ -47,28 +50,36 @@ known variables, the last one fastest. An impossible context is all zeros.
 columns; each row gives values to the variables that the question leaves open.
 An empty cell, `NA`, `NaN` and `?` are missing values. Over time each row is an
 instant, and each column is a variable of the program, the column of --sequence,
-or a column of --ignore.")]
+or a column of --ignore.
+
+--rows reads a table whose rows are the elements of a set of the program, or of
+a range `1..=N`: a column named as a field gives its numbers, a column named as
+a family is evidence where its cells have values. `P(Y)` then asks for the
+missing cells of `Y`; --fill writes the table with the most likely values in
+them.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
-    file: PathBuf,
+    pub(crate) file: PathBuf,
     /// A question such as `P(X | Y = 1)`, `argmax P(X | Y)` or `entropy P(X)`, or the name of a declared one; all declared questions if left out.
-    question: Option<String>,
+    pub(crate) question: Option<String>,
     /// Set a parameter, a size, or a value that the question leaves open; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
-    settings: Vec<String>,
+    pub(crate) settings: Vec<String>,
     #[command(flatten)]
-    inference: Inference,
+    pub(crate) inference: Inference,
     /// Answer for each row of a table (CSV); for a question over time the rows are instants.
     #[arg(long, value_name = "FILE", conflicts_with = "table")]
     data: Option<PathBuf>,
     /// Over time: the column that identifies the sequence of a row; sequences are answered separately.
     #[arg(long, value_name = "COLUMN")]
     sequence: Option<String>,
-    /// Over time: columns to ignore.
+    /// Over time, and of rows: columns to ignore.
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
-    ignore: Vec<String>,
+    pub(crate) ignore: Vec<String>,
     #[command(flatten)]
-    separator: Separator,
+    pub(crate) separator: Separator,
+    #[command(flatten)]
+    pub(crate) rows: RowTables,
     /// Print the whole conditional table, numbers only.
     #[arg(long, requires = "question", conflicts_with = "all")]
     table: bool,
@@ -89,8 +100,12 @@ pub(crate) fn setting(text: &str) -> Result<String, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    if arguments.rows.fills() {
+        return rows::fill(arguments, out);
+    }
     let mut network = program::linked(&arguments.file)?;
-    let asked = program::questions(&mut network, arguments.question.as_deref())?;
+    let rows = arguments.rows.read(&network.model, &arguments.settings, &arguments.separator, &arguments.ignore)?;
+    let asked = program::questions_of_rows(&mut network, arguments.question.as_deref(), &rows)?;
     let model = network.model;
     let questions: Vec<Question> =
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
@@ -109,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         .map(|question| compile_by(&model, &by_columns(question), options))
         .collect::<Result<_, _>>()?;
     let names = names_of(&model, &compiled)?;
-    let settings = Settings::read(&model, &arguments.settings, &names)?.with_told(&model);
+    let settings = Settings::read(&model, &arguments.settings, &names)?.with_rows(&rows).with_told(&model);
     let sampling = arguments.inference.sampling();
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
@@ -120,10 +135,10 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         return write_sequences(&sequences, arguments.sequence.as_deref(), how, out);
     }
     if let (Some(question), true) =
-        (questions.first(), !arguments.ignore.is_empty() || arguments.sequence.is_some())
+        (questions.first(), rows.is_empty() && !arguments.ignore.is_empty() || arguments.sequence.is_some())
     {
         let text = model.ask_text(&question.asks[0]);
-        let message = "`--sequence` and `--ignore` apply to questions over time, with `--data`";
+        let message = "`--sequence` applies to questions over time, with `--data`, and `--ignore` to those or to `--rows`";
         return Err(Error::input(text, message).into());
     }
     if let Some(path) = &arguments.data {

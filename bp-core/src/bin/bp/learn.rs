@@ -7,7 +7,7 @@ use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
 use crate::numbers::six_digits;
 use crate::wrap::{WIDTH, filled, wrapped};
-use crate::{output, program};
+use crate::{output, program, rows};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::files;
 use bp_core::compiler::learn::{Columns, Learned, Learner, Report, Settings, sizes};
@@ -17,7 +17,7 @@ use bp_core::compiler::syntax::{compile, graft, parse};
 use bp_core::program::settings::{Settings as Given, names};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Learn the parameters of a program from data.
 #[derive(clap::Args)]
@@ -46,8 +46,11 @@ pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
     /// A table of cases (CSV).
-    #[arg(long, value_name = "FILE")]
-    data: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "rows", conflicts_with = "rows")]
+    data: Option<PathBuf>,
+    /// A table whose rows are the elements of a set of the program: all rows are one case.
+    #[arg(long = "rows", value_name = "[SET=]FILE", conflicts_with_all = ["weight", "sequence"])]
+    rows: Vec<String>,
     #[command(flatten)]
     separator: Separator,
     /// A variable that has no column; may be repeated.
@@ -106,17 +109,29 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Ok(model) => model,
         Err(wrong) => return Err(Failure::Wrong(wrong, source)),
     };
-    let table = data::open(&arguments.data, &arguments.separator)?;
-    let given = Given::read(&model, &arguments.settings, &names(&model))?.with_told(&model);
-    let given = sizes(&model, &table, given.inputs())?;
-    let mut learner = Learner::with(&model, &given)?;
-    let columns = Columns {
-        hidden: arguments.hidden.clone(),
-        ignore: arguments.ignore.clone(),
-        weight: arguments.weight.clone(),
-        sequence: arguments.sequence.clone(),
+    let rows =
+        rows::read(&model, &arguments.rows, &arguments.settings, &arguments.separator, &arguments.ignore)?;
+    let given = Given::read(&model, &arguments.settings, &names(&model))?.with_rows(&rows).with_told(&model);
+    let learner = match &arguments.data {
+        Some(data) => {
+            let table = data::open(data, &arguments.separator)?;
+            let given = sizes(&model, &table, given.inputs())?;
+            let mut learner = Learner::with(&model, &given)?;
+            let columns = Columns {
+                hidden: arguments.hidden.clone(),
+                ignore: arguments.ignore.clone(),
+                weight: arguments.weight.clone(),
+                sequence: arguments.sequence.clone(),
+            };
+            learner.observe_table(&table, &columns)?;
+            learner
+        }
+        None => {
+            let mut learner = Learner::with(&model, &given.inputs())?;
+            learner.observe_rows(&rows)?;
+            learner
+        }
     };
-    learner.observe_table(&table, &columns)?;
     let settings = Settings {
         seed: arguments.seed,
         iterations: arguments.iterations,
@@ -184,7 +199,11 @@ fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Re
         graft(&mut file, forms);
     }
     let report = &learned.report;
-    let name = arguments.data.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let paths = arguments.data.iter().map(PathBuf::as_path).chain(arguments.rows.iter().map(|text| {
+        Path::new(text.rsplit_once('=').map_or(text.as_str(), |(_, path)| path))
+    }));
+    let names = paths.map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let name = names.collect::<Vec<_>>().join(", ");
     let mut remark = format!(
         "// Learned from {}: {}, {} missing.",
         name.replace(char::is_control, " "),

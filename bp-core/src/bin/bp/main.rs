@@ -27,6 +27,7 @@ mod over_time;
 mod parameters;
 mod planning;
 mod program;
+mod rows;
 mod signals;
 
 use bp_core::compiler::{numbers, wrap};

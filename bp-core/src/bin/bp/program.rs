@@ -5,6 +5,7 @@
 
 use crate::failure::Failure;
 use bp_core::compiler::answer::link;
+use bp_core::compiler::data::PlateData;
 use bp_core::compiler::io::{self, Format, Network};
 use bp_core::compiler::model::{Model, Question};
 use bp_core::compiler::source::Source;
@@ -69,7 +70,18 @@ pub(crate) fn linked(path: &Path) -> Result<Network, Failure> {
 /// The question that was typed, or else all declared ones; with the evidence that always holds. Their derived variables
 /// are added to the program.
 pub(crate) fn questions(network: &mut Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
-    let asked = asked(network, typed)?;
+    questions_of_rows(network, typed, &PlateData::default())
+}
+
+/// The same, where rows of tables are elements: what they observe is known.
+pub(crate) fn questions_of_rows(
+    network: &mut Network,
+    typed: Option<&str>,
+    rows: &PlateData,
+) -> Result<Vec<Question>, Failure> {
+    let asked = asked(network, typed)?.into_iter();
+    let asked: Vec<Question> =
+        asked.map(|question| rows.known_in(&network.model, &question)).collect::<Result<_, _>>()?;
     Ok(asked.iter().map(|question| network.model.pose(question)).collect())
 }
 

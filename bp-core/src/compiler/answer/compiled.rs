@@ -57,10 +57,6 @@ pub fn compile_by<'m>(
     match elements {
         Elements::Apart => Ok(later(model, question, elements, options)),
         Elements::Together => together(model, question, options),
-        Elements::Perhaps => Ok(match together(model.clone(), question.clone(), options) {
-            Ok(compiled) => CompiledQuestion { elements, ..compiled },
-            Err(_) => later(model, question, elements, options),
-        }),
     }
 }
 
@@ -147,7 +143,12 @@ impl CompiledQuestion<'_> {
         !self.routes.is_empty()
     }
 
-    /// The options of its plan.
+    /// Whether a strategy answers some of it.
+    pub(super) fn is_answered_by(&self, strategy: Strategy) -> bool {
+        self.strategies.contains(&strategy)
+    }
+
+    /// How it is planned.
     pub(super) fn options(&self) -> Options {
         self.options
     }
@@ -182,6 +183,9 @@ impl CompiledQuestion<'_> {
         }
         if let Some(answers) = self.ask_apart(inputs, sampling)? {
             return Ok(answers);
+        }
+        if let Some(other) = self.where_some_are_missing(inputs) {
+            return other?.ask_with(inputs, sampling);
         }
         self.answers(&Case { question: &self.question, inputs, instants: &[], sampling, findings: None })
     }

@@ -1,16 +1,16 @@
 //! Questions that expand families into single variables once their sizes are known.
 //!
-//! In: a compiled question and its inputs. Out: the answers of the expanded program, with the names of the original
-//! one. Invariant: a family is expanded where the question uses single elements, or where only expansion makes the
-//! program linear and Gaussian.
+//! In: a compiled question and its inputs. Out: the answers of the program that is written out, in the words of the one that
+//! was asked. Invariant: it is written out where the question speaks of elements and no closed form answers it, or where sums
+//! would need all elements of a family, some of which are missing.
 
 use super::compiled::{CompiledQuestion, together};
 use super::{Answer, Part, Table};
-use crate::distribution::{Setting, WrittenOut, may_be_linear, speaks_of_elements};
+use crate::distribution::{Setting, WrittenOut, speaks_of_elements};
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::model::{Model, Question};
-use crate::plan::{self, Strategy};
+use crate::model::{Finding, Known, Model, Question, Value};
+use crate::plan::{self, Options, Strategy};
 use crate::posterior::check;
 use crate::sample::Sampling;
 use std::borrow::Cow;
@@ -20,21 +20,17 @@ use std::borrow::Cow;
 pub(super) enum Elements {
     /// No: a family is one variable.
     Together,
-    /// Yes, if the expanded program is linear and Gaussian.
-    Perhaps,
-    /// Yes, wherever possible.
+    /// Yes, where they can.
     Apart,
 }
 
 impl Elements {
     pub(super) fn of(model: &Model, question: &Question, by: Option<Strategy>) -> Self {
         let over_time = question.asks.iter().any(|ask| ask.when.is_over_time());
-        let closed = by.is_none_or(|by| by == Strategy::Gaussian);
-        match over_time || model.plate.is_some() {
+        let closed = by.is_none_or(|by| by == Strategy::Gaussian) && plan::is_closed(model, question);
+        match over_time || closed || model.plate.is_some() || !speaks_of_elements(model) {
             true => Elements::Together,
-            false if speaks_of_elements(model) => Elements::Apart,
-            false if closed && may_be_linear(model) => Elements::Perhaps,
-            false => Elements::Together,
+            false => Elements::Apart,
         }
     }
 }
@@ -96,8 +92,28 @@ impl CompiledQuestion<'_> {
             return Ok(None);
         }
         check::inputs(self.model(), self.question(), inputs)?;
-        let written = Setting::new(self.model(), inputs)?.written_out(self.question())?;
-        let closed = |it: &WrittenOut| plan::is_closed(&it.model, &it.question);
-        Ok(written.filter(|it| self.elements == Elements::Apart || closed(it)))
+        Setting::new(self.model(), inputs)?.written_out(self.question())
+    }
+
+    /// The same question by a strategy that answers where elements of a family are missing: loops need all of them.
+    pub(super) fn where_some_are_missing(
+        &self,
+        inputs: &Inputs<'_, f64>,
+    ) -> Option<Result<CompiledQuestion<'_>, Error>> {
+        let is_missing = |known: &Known| match &known.evidence {
+            Finding::Hard(Value::Given(name)) if self.model().variables[known.variable].family.is_some() => {
+                inputs.find(name).is_some_and(|given| given.iter().any(|value| value.is_nan()))
+            }
+            _ => false,
+        };
+        let known = self.question().asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from()));
+        if !self.is_answered_by(Strategy::Sums) || !known.into_iter().any(is_missing) {
+            return None;
+        }
+        let by = |by| {
+            let (model, question) = (Cow::Borrowed(self.model()), self.question().clone());
+            together(model, question, Options { by, ..self.options() })
+        };
+        Some(by(Some(Strategy::JoinTree)).or_else(|_| by(Some(Strategy::Weighting))))
     }
 }

@@ -5,11 +5,13 @@
 //!
 //! `docs/formats.md`, section "Data files", describes the format.
 
+mod plate;
 mod read;
 #[cfg(test)]
 mod tests;
 mod values;
 
+pub use plate::PlateData;
 pub use read::{open, read_table};
 pub use values::{MISSING, Value, Values, is_missing};
 
@@ -92,6 +94,29 @@ impl Records {
     /// An error about a row.
     pub fn wrong_row(&self, row: usize, error: Error) -> Error {
         Error::Row { path: self.path.clone(), row: self.line(row), error: Box::new(error) }
+    }
+
+    /// A table without columns, to which columns are added.
+    pub fn in_memory() -> Self {
+        Self { path: "columns in memory".into(), ..Self::default() }
+    }
+
+    /// Adds a column of texts, one for each row; beyond its end, and in rows that only it has, cells are missing.
+    pub fn add_column(&mut self, name: &str, texts: &[String]) {
+        let rows = self.len().max(texts.len());
+        let mut wider = Self { cells: String::new(), ends: Vec::new(), lines: Vec::new(), ..self.clone() };
+        for row in 0..rows {
+            let own = (0..self.width).map(|at| match row < self.len() {
+                true => self.cell_text(row * self.width + at),
+                false => "",
+            });
+            let line = self.lines.get(row).map_or(row + 2, |line| *line as usize);
+            wider.push(line, own.chain([texts.get(row).map_or("", String::as_str)]));
+        }
+        wider.columns.push(name.to_owned());
+        wider.positions.push(self.width);
+        wider.width += 1;
+        *self = wider;
     }
 
     /// The column of this name.

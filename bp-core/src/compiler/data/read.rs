@@ -42,7 +42,7 @@ pub fn read_table(path: &Path, from: impl Read) -> Result<Records, Error> {
 }
 
 impl Records {
-    fn push<'c>(&mut self, line: usize, cells: impl IntoIterator<Item = &'c str>) {
+    pub(super) fn push<'c>(&mut self, line: usize, cells: impl IntoIterator<Item = &'c str>) {
         for cell in cells {
             self.cells.push_str(cell);
             self.ends.push(self.cells.len() as u32);

@@ -20,7 +20,7 @@ mod zero;
 
 pub(crate) use affine::LinearMean;
 pub use setting::{Instance, Setting};
-pub(crate) use written_out::{WrittenOut, may_be_linear, speaks_of_elements};
+pub(crate) use written_out::{WrittenOut, speaks_of_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::law::{Law, Share};

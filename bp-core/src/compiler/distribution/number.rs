@@ -48,11 +48,7 @@ impl Setting<'_> {
 
     /// The position of a family's element with this index.
     pub(super) fn element(&self, family: VariableId, index: f64) -> Option<usize> {
-        let low = match self.model.variables[family].family?.over {
-            IndexSpace::Range(range) => range.low,
-            IndexSpace::Set(_) => 0,
-        };
-        let position = index - low as f64;
+        let position = index - self.model.variables[family].family?.over.first() as f64;
         let elements = self.slots_of(family).len() / self.components(family);
         let inside = position >= 0.0 && position.fract() == 0.0 && position < elements as f64;
         inside.then_some(position as usize)
@@ -78,7 +74,7 @@ impl Setting<'_> {
     ) -> Option<usize> {
         let scope = self.scope(instance, values);
         let index = |id: &ExpressionId| scope.with_component(0).number(*id);
-        scope.place(parameter, indices.iter().map(index))
+        self.place_at(parameter, indices.iter().map(index))
     }
 
     fn scope<'s>(&'s self, instance: &'s Instance, values: &'s [f64]) -> Scope<'s> {
@@ -91,7 +87,43 @@ impl Setting<'_> {
         }
     }
 
-    /// The value of an index that does not depend on variables.
+    /// The number of a parameter; of a field, its element at these indices; NaN outside it.
+    pub(crate) fn field(&self, parameter: ParameterId, indices: &[f64]) -> f64 {
+        match self.parameters[parameter.position()].as_slice() {
+            [number] => *number,
+            numbers => {
+                let place = self.place_at(parameter, indices.iter().copied());
+                place.and_then(|place| numbers.get(place)).copied().unwrap_or(f64::NAN)
+            }
+        }
+    }
+
+    /// The slot of a component of a variable, or of the element of a family at an index; `None` outside the family.
+    pub(crate) fn slot_at(
+        &self,
+        variable: VariableId,
+        index: Option<f64>,
+        component: usize,
+    ) -> Option<usize> {
+        let element = index.map_or(Some(0), |index| self.element(variable, index))?;
+        Some(self.slots_of(variable).start + element * self.components(variable) + component)
+    }
+
+    /// The place of a field at some indices, row-major; `None` outside it.
+    fn place_at(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> Option<usize> {
+        let mut place = 0;
+        for (index, over) in indices.zip(&self.model.parameters[parameter].over) {
+            let length = self.length(over).unwrap_or(0);
+            let index = index - over.first() as f64;
+            if !(index >= 0.0 && index < length as f64) {
+                return None;
+            }
+            place = place * length + index as usize;
+        }
+        Some(place)
+    }
+
+    /// An index that depends on no variable.
     pub(super) fn index_number(&self, id: ExpressionId, indices: &[f64]) -> f64 {
         Scope { setting: self, values: &[], indices, component: 0, instead: None }.number(id)
     }
@@ -123,11 +155,8 @@ impl Scope<'_> {
     }
 
     fn slot_at(&self, variable: VariableId, index: Option<f64>) -> Option<usize> {
-        let setting = self.setting;
-        let components = setting.components(variable);
-        let element = index.map_or(Some(0), |index| setting.element(variable, index))?;
-        let component = if components == 1 { 0 } else { self.component };
-        Some(setting.slots_of(variable).start + element * components + component)
+        let component = if self.setting.components(variable) == 1 { 0 } else { self.component };
+        self.setting.slot_at(variable, index, component)
     }
 
     pub(super) fn with_component(&self, component: usize) -> Self {
@@ -191,25 +220,7 @@ impl Scope<'_> {
         (0..count).map(of).collect()
     }
 
-    /// The row-major position in a field at these indices.
-    fn place(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> Option<usize> {
-        let mut place = 0;
-        for (index, over) in indices.zip(&self.setting.model.parameters[parameter].over) {
-            let low = match over {
-                IndexSpace::Range(range) => range.low as f64,
-                IndexSpace::Set(_) => 0.0,
-            };
-            let length = self.setting.length(over).unwrap_or(0);
-            let index = index - low;
-            if !(index >= 0.0 && index < length as f64) {
-                return None;
-            }
-            place = place * length + index as usize;
-        }
-        Some(place)
-    }
-
-    /// The index of the first true element, where `with` is (value, index); one past the last where all are false.
+    /// The index of the first true element, where `with` is (value, index); one past the last where none is true.
     fn first(&self, family: VariableId, with: Option<(f64, f64)>) -> f64 {
         let slots = self.setting.slots_of(family);
         let low = match self.setting.model.variables[family].family.map(|family| family.over) {
@@ -288,13 +299,9 @@ impl<A: Known> Environment for Reading<'_, A> {
     }
 
     fn parameter(&mut self, parameter: ParameterId, indices: &[ExpressionId]) -> Read<Self> {
-        let numbers = &self.scope.setting.parameters[parameter.position()];
-        if let [number] = numbers.as_slice() {
-            return Ok(self.by.constant(*number));
-        }
         let indices = indices.iter().map(|index| self.place_of(*index)).collect::<Result<Vec<f64>, _>>()?;
-        let place = self.scope.place(parameter, indices.into_iter());
-        Ok(self.by.constant(place.and_then(|place| numbers.get(place)).copied().unwrap_or(f64::NAN)))
+        let number = self.scope.setting.field(parameter, &indices);
+        Ok(self.by.constant(number))
     }
 
     fn variable(&mut self, use_: &VariableUse) -> Read<Self> {

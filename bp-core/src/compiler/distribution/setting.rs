@@ -7,7 +7,7 @@
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{ExpressionId, FactorId, Id, ParameterId, SetId, VariableId};
-use crate::model::{Arms, Bound, Domain, IndexSpace, Model, VariableUse};
+use crate::model::{Arms, Bound, Domain, IndexSpace, Model, ParameterKind, VariableUse};
 use crate::spelling::number as written;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -84,7 +84,16 @@ impl<'m> Setting<'m> {
             }
             setting.parameters.push(given);
         }
-        for parameter in model.parameters.ids() {
+        for (parameter, declared) in model.parameters.iter() {
+            if let ParameterKind::Element(set) = declared.kind {
+                let size = setting.set_size(set)?;
+                let numbers = &setting.parameters[parameter.position()];
+                if let Some(number) = numbers.iter().find(|number| **number >= size as f64) {
+                    let (number, set) = (written(*number), &model.sets[set].name);
+                    let message = format!("{number} is not an element of `{set}`: its {size} elements are counted from 0");
+                    return Err(Error::input(&declared.name, message));
+                }
+            }
             let over = &model.parameters[parameter].over;
             let places = over.iter().map(|over| setting.length(over)).product::<Result<usize, Error>>()?;
             let found = setting.parameters[parameter.position()].len();

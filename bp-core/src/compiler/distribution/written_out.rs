@@ -11,7 +11,6 @@ mod question;
 use super::setting::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, Id, VariableId};
-use crate::law::Law;
 use crate::model::{DerivedKind, Expression, Factor, Form, Model};
 use crate::model::{Question, Variable, VariableUse};
 use crate::operators::Binary;
@@ -328,13 +327,4 @@ pub(crate) fn speaks_of_elements(model: &Model) -> bool {
     let factors = derived.filter_map(|id| model.factor_of(id)).map(|id| &model.factors[id]);
     let mut uses = factors.flat_map(|factor| &factor.right);
     uses.any(|use_| model.variables[use_.variable].family.is_some())
-}
-
-/// Whether a program has families, and all forms are normal or Dirac on reals: expanded it may be linear.
-pub(crate) fn may_be_linear(model: &Model) -> bool {
-    let is_linear = |form: &Form| matches!(form, Form::Law { law: Law::Normal, .. } | Form::Dirac(_));
-    model.plate.is_none()
-        && model.variables.values().any(|variable| variable.family.is_some())
-        && model.variables.values().all(|it| !it.domain.is_finite() || it.derived.is_some())
-        && model.factors.values().all(|factor| is_linear(&factor.form))
 }

@@ -53,7 +53,7 @@ fn parameter(model: &Model, id: ParameterId) -> (&'static str, Option<String>) {
     let default = declared.default_number();
     match declared.kind {
         ParameterKind::Probability | ParameterKind::Real => ("f64", default.map(constant)),
-        ParameterKind::Integer => ("i64", default.map(whole)),
+        ParameterKind::Integer | ParameterKind::Element(_) => ("i64", default.map(whole)),
         ParameterKind::Size => ("usize", default.map(whole)),
     }
 }

@@ -201,7 +201,9 @@ fn check(learnable: &Learnable) -> Result<(), Error> {
                 let parameter = &learnable.program.model.parameters[parameter];
                 let number = learnable.number(cell);
                 let kind = match parameter.kind {
-                    ParameterKind::Size | ParameterKind::Integer => ParameterKind::Real,
+                    ParameterKind::Size | ParameterKind::Integer | ParameterKind::Element(_) => {
+                        ParameterKind::Real
+                    },
                     kind => kind,
                 };
                 if let Some(expected) = kind.refuses(number) {

@@ -12,6 +12,7 @@ use super::over_time::{Sequences, carried};
 use super::program::Program;
 use super::report::{Figures, report};
 use super::{Learned, Settings};
+use crate::data::PlateData;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::Model;
@@ -123,6 +124,25 @@ impl Learner {
             key[slot] = number.to_bits();
         }
         Ok(key)
+    }
+
+    /// Observes the rows of tables, whose elements are one case together.
+    ///
+    /// # Errors
+    /// There are no rows.
+    pub fn observe_rows(&mut self, rows: &PlateData) -> Result<(), Error> {
+        let program = &self.learnable.program;
+        if rows.is_empty() {
+            return Err(Error::input(&program.model.name, "there are no rows to learn from"));
+        }
+        let mut key = vec![MISSING; program.slots.len()];
+        for (family, index, number) in rows.observed() {
+            if let Some(slot) = program.element_slot(family, index) {
+                key[slot] = (number + 0.0).to_bits();
+            }
+        }
+        self.take(key, 1.0);
+        Ok(())
     }
 
     /// Adds a checked case.

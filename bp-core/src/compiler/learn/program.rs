@@ -171,6 +171,13 @@ impl Program {
         self.slots.get(own + 1).is_none_or(|next| next.variable != variable).then_some(own)
     }
 
+    /// The slot of a family's element with this index.
+    pub(super) fn element_slot(&self, family: VariableId, index: i64) -> Option<usize> {
+        let own = self.slots.partition_point(|slot| slot.variable < family);
+        let slot = own + usize::try_from(index - self.model.variables[family].family?.over.first()).ok()?;
+        self.slots.get(slot).is_some_and(|slot| slot.variable == family).then_some(slot)
+    }
+
     /// The ordinal of a number in a slot of a finite variable, the number itself for a real; `None` if it is not a
     /// value.
     pub(super) fn value(&self, slot: usize, number: f64) -> Option<f64> {

@@ -46,10 +46,11 @@ fn list(numbers: impl IntoIterator<Item = f64>) -> String {
 fn declaration(model: &Model, id: ParameterId) -> String {
     let parameter = &model.parameters[id];
     let kind = match parameter.kind {
-        ParameterKind::Probability => "probability",
-        ParameterKind::Real => "real",
-        ParameterKind::Integer => "integer",
-        ParameterKind::Size => "size",
+        ParameterKind::Probability => "probability".into(),
+        ParameterKind::Real => "real".into(),
+        ParameterKind::Integer => "integer".into(),
+        ParameterKind::Size => "size".into(),
+        ParameterKind::Element(set) => quoted(&model.sets[set].name),
     };
     let over: Vec<String> = (parameter.over.iter())
         .map(|over| match over {

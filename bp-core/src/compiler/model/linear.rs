@@ -3,8 +3,8 @@
 //! In: an expression, and the variables in question or the numbers of parameters. Out: its degree, or a [`LinearForm`].
 //! Invariant: degrees 0 and 1 hold for all values of the other variables. Only this module decides linearity.
 
-use super::{Domain, Expression, Folded, Model};
-use crate::ids::{ExpressionId, VariableId};
+use super::{Domain, Expression, Folded, Model, VariableUse};
+use crate::ids::{ExpressionId, ParameterId, VariableId};
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeMap;
 
@@ -60,25 +60,36 @@ fn degree_of(
     }
 }
 
+/// What the leaves of an expression read as, where it is linear.
+pub trait Leaves {
+    /// A parameter; of a field, its element at these indices.
+    fn parameter(&self, parameter: ParameterId, indices: &[f64]) -> f64;
+    /// The number of a variable in a [`LinearForm`]: of one component, and of the element of a family at an index; `None` where
+    /// the family has no such element.
+    fn variable(&self, use_: &VariableUse, index: Option<f64>, component: usize) -> Option<usize>;
+    /// The index of the enclosing `prod` at this depth.
+    fn index(&self, depth: usize) -> f64;
+}
+
 /// A linear form: Σ coefficient · variable + constant.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct LinearForm {
-    /// Coefficients by variable and component (0 for a scalar).
-    pub coefficients: BTreeMap<(VariableId, usize), f64>,
+    /// Coefficients, by the numbers of variables ([`Leaves::variable`]).
+    pub coefficients: BTreeMap<usize, f64>,
     /// Constant.
     pub constant: f64,
 }
 
 impl LinearForm {
-    /// The linear form of an expression, or of one component of a vector, at these values of the parameters.
-    pub fn of(model: &Model, id: ExpressionId, component: usize, parameter: &dyn Fn(&str) -> f64) -> Self {
-        // A component of a sum of vectors is the sum of their components; that of a vector literal is one expression.
+    /// The linear form that an expression, or one component of a vector, is where its leaves read so.
+    pub fn of(model: &Model, id: ExpressionId, component: usize, leaves: &dyn Leaves) -> Self {
+        // A component of a sum of vectors is the sum of the components; of a vector it is one number.
         let mut id = id;
         while let Expression::Vector(_, parts) = &model.expressions[id] {
             id = parts[component];
         }
         let of = |expression: &Expression, below: &Folded<Self>| {
-            Self::of_node(model, expression, below, component, parameter)
+            Self::of_node(model, expression, below, component, leaves)
         };
         model.fold(id, of).root()
     }
@@ -88,16 +99,28 @@ impl LinearForm {
         expression: &Expression,
         below: &Folded<Self>,
         component: usize,
-        parameter: &dyn Fn(&str) -> f64,
+        leaves: &dyn Leaves,
     ) -> Self {
         let constant = |constant| Self { coefficients: BTreeMap::new(), constant };
         match expression {
             Expression::Number(number) => constant(*number),
-            Expression::Parameter { parameter: id, .. } => constant(parameter(&model.parameters[*id].name)),
+            Expression::Index(depth) => constant(leaves.index(*depth)),
+            Expression::Parameter { parameter, indices } => {
+                let indices: Vec<f64> = indices.iter().map(|index| below.of(*index).constant).collect();
+                constant(leaves.parameter(*parameter, &indices))
+            }
             Expression::Variable(use_) => {
                 let component = if model.components(use_.variable) == 1 { 0 } else { component };
-                Self { coefficients: BTreeMap::from([((use_.variable, component), 1.0)]), constant: 0.0 }
+                let index = use_.element.map(|element| below.of(element).constant);
+                match leaves.variable(use_, index, component) {
+                    Some(number) => Self { coefficients: BTreeMap::from([(number, 1.0)]), constant: 0.0 },
+                    None => constant(f64::NAN),
+                }
             }
+            Expression::If { condition, then, otherwise } => match below.of(*condition).constant {
+                condition if condition.is_nan() => constant(f64::NAN),
+                condition => below.of(if condition != 0.0 { *then } else { *otherwise }).clone(),
+            },
             Expression::Unary(Unary::Negate, operand) => below.of(*operand).clone().times(-1.0),
             Expression::Unary(Unary::Not, operand) if !below.of(*operand).coefficients.is_empty() => {
                 below.of(*operand).clone()

@@ -31,7 +31,7 @@ pub use domain::{Bound, Domain, Range};
 pub use evaluate::{Environment, Read};
 pub use expression::{Expression, VariableUse};
 pub use form::{Fit, Form, row_tolerance};
-pub use linear::LinearForm;
+pub use linear::{Leaves, LinearForm};
 pub(crate) use order::in_order;
 pub use question::{Ask, Finding, Known, Question, Searched, Statistic, Value, When};
 pub use validate::{Fault, Place};
@@ -114,6 +114,8 @@ pub enum ParameterKind {
     Integer,
     /// A positive whole number that bounds a domain or a family.
     Size,
+    /// An element of a set, by its number from 0: an index that is given, `school[Rows] : Schools`.
+    Element(SetId),
 }
 
 /// The index over which the whole program is repeated: `program Cell over C in Grid`.

@@ -101,6 +101,9 @@ impl ParameterKind {
             ParameterKind::Real => (value.is_finite(), "a finite number"),
             ParameterKind::Integer => (value.fract() == 0.0, "a whole number"),
             ParameterKind::Size => (value.fract() == 0.0 && value >= 1.0, "a whole number of at least 1"),
+            ParameterKind::Element(_) => {
+                (value.fract() == 0.0 && value >= 0.0, "the number of an element, from 0")
+            }
         };
         (!holds).then_some(expected)
     }

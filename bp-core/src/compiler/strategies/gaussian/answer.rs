@@ -3,12 +3,12 @@
 //! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a standard deviation for
 //! each searched variable, or a statistic of the law. Invariant: each parameter and each observation is one number.
 
-use super::{Filter, Gaussian, NormalLaw, condition, predicate, probabilities};
+use super::frontier::{Conditioned, Slots, condition};
+use super::{Filter, Gaussian, NormalLaw, predicate, probabilities};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::ids::VariableId;
 use crate::model::{Ask, Model, Searched, Statistic, Value, When};
 use crate::posterior::{Answer, Column, Figure, Part, PartLaw, Row, Slot, Table, figures, of_normal};
 use crate::random::seeded;
@@ -17,18 +17,7 @@ use crate::spelling::exact;
 use crate::strategies::{Case, Found, Prepared};
 use rand::Rng;
 
-/// Above this number of variables, `condition` keeps only those that are still needed.
-const MANY_VARIABLES: usize = 200;
-
-/// Whether a program has many variables and no time.
-fn is_long(model: &Model, gaussian: &Gaussian) -> bool {
-    gaussian.sources.len() > MANY_VARIABLES
-        && gaussian.carried.is_empty()
-        && gaussian.initial.is_empty()
-        && gaussian.sources.iter().all(|source| model.components(source.variable) == 1)
-}
-
-/// Upper limit on the number of draws of one question.
+/// The most values that are drawn at once.
 const MOST_DRAWS: f64 = 1e7;
 
 /// The rows that an ask's statistic makes of the normal law of the searched variables; `context` is named in each row.
@@ -137,73 +126,69 @@ fn answers(
     inputs: &Inputs<'_, f64>,
     seed: u64,
 ) -> Result<Vec<(Answer, NormalLaw)>, Error> {
-    let given = |name: &str| match inputs.find(name) {
-        None => Ok(None),
-        Some([number]) => Ok(Some(*number)),
-        Some(several) => {
-            let count = several.len();
-            Err(Error::input(name, format!("{count} numbers were given, but 1 is expected")))
-        }
-    };
-    let mut parameters: Vec<(&str, f64)> = Vec::new();
-    for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
-        if let Some(number) = given(&parameter.name)? {
-            parameters.push((&parameter.name, number));
-        }
-    }
     let setting = Setting::new(model, inputs)?;
     let evidence = Observations::of(&setting, &gaussian.asks[0])?;
     let known = gaussian.asks[0].known.iter().filter(|known| Some(known.variable) != model.plate_index());
     let slots = known.flat_map(|known| setting.slots_of(known.variable));
     let observed = slots.filter(|slot| !evidence.values[*slot].is_nan());
-    let observations: Vec<(String, f64)> =
-        observed.map(|slot| (setting.slot_name(slot), evidence.values[slot])).collect();
-    let observations: Vec<(&str, f64)> =
-        observations.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    let belief = match is_long(model, gaussian) {
-        true => {
-            let number = |name: &str| {
-                let given = parameters.iter().find(|(known, _)| *known == name).map(|(_, number)| *number);
-                given.or_else(|| setting.number(name)).unwrap_or(f64::NAN)
-            };
-            let slot = |variable: VariableId| setting.slots_of(variable).start;
-            let observed = gaussian.observed.iter().map(|id| (*id, evidence.values[slot(*id)])).collect();
-            condition(model, gaussian, &number, &observed)?
-        }
-        false => Filter::new(model, gaussian, &parameters)?.step(&observations)?,
+    let observed: Vec<(usize, f64)> = observed.map(|slot| (slot, evidence.values[slot])).collect();
+    let Conditioned { laws, ln_evidence } = match gaussian.carried.is_empty() && gaussian.initial.is_empty() {
+        true => condition(&setting, gaussian, &observed)?,
+        false => at_rest(&setting, gaussian, &observed)?,
     };
-    let numbers = belief.mean.iter().chain(belief.covariance.iter()).chain([&belief.ln_evidence]);
-    if !numbers.copied().all(f64::is_finite) {
+    let is_finite = |law: &NormalLaw| {
+        (0..law.len()).all(|row| law.mean(row).is_finite() && law.deviation(row).is_finite())
+    };
+    if !ln_evidence.is_finite() || !laws.iter().all(is_finite) {
         return Err(setting.not_a_number(&model.ask_text(&gaussian.asks[0]), &evidence.values));
     }
-    // The rows of the belief follow the asks in order.
-    let mut next = 0;
-    let answer = |ask: &Ask| -> Result<(Answer, NormalLaw), Error> {
+    let answer = |(ask, law): (&Ask, NormalLaw)| -> Result<(Answer, NormalLaw), Error> {
         let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
         let of: Vec<Slot> = slots.map(|slot| Slot::of(&setting, slot)).collect();
-        let law = belief.law.select(next..next + of.len());
-        next += of.len();
         let question = model.ask_text(ask);
         let answer = Answer {
             strategy: Strategy::Gaussian,
             when: ask.when,
             parts: vec![Part { instant: None, given: Vec::new(), of, law: part(&law) }],
-            ln_evidence: (!observations.is_empty()).then_some(belief.ln_evidence),
+            ln_evidence: (!observed.is_empty()).then_some(ln_evidence),
             estimate: None,
             answer: rows(&setting, ask, &law, &[], &mut seeded(seed, &question))?,
             question,
         };
         Ok((answer, law))
     };
-    gaussian.asks.iter().map(answer).collect()
+    gaussian.asks.iter().zip(laws).map(answer).collect()
+}
+
+/// The laws of what is searched at one instant, where what the last one carried is at rest.
+fn at_rest(
+    setting: &Setting<'_>,
+    gaussian: &Gaussian,
+    observed: &[(usize, f64)],
+) -> Result<Conditioned, Error> {
+    let scalars = setting.model.parameters.values().filter(|parameter| parameter.over.is_empty());
+    let parameters: Vec<(&str, f64)> =
+        scalars.filter_map(|it| Some((it.name.as_str(), setting.number(&it.name)?))).collect();
+    let names: Vec<(String, f64)> =
+        observed.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect();
+    let named: Vec<(&str, f64)> = names.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    let belief = Filter::new(setting.model, gaussian, &parameters)?.step(&named)?;
+    // The rows of the belief are those of the asks, one ask after the other.
+    let mut next = 0;
+    let law = |ask: &Ask| {
+        let first = next;
+        next += ask.searched.iter().map(|item| setting.slots_of(item.variable).len()).sum::<usize>();
+        belief.law.select(first..next)
+    };
+    Ok(Conditioned { laws: gaussian.asks.iter().map(law).collect(), ln_evidence: belief.ln_evidence })
 }
 
 /// The probabilities that a predicate of reals is false and that it is true; `None` for any other ask.
 pub(crate) fn whether(setting: &Setting<'_>, ask: &Ask, law: &NormalLaw) -> Option<Vec<f64>> {
     let [only] = ask.searched.as_slice() else { return None };
-    let root = predicate::of_normal(setting.model, only.variable)?;
-    let parameter = |name: &str| setting.number(name).unwrap_or(f64::NAN);
-    Some(probabilities(setting.model, root, (law.mean(0), law.deviation(0)), &parameter).to_vec())
+    let root = predicate::of_normal(setting.model, only.variable, true)?;
+    let leaves = Slots { setting, indices: &[] };
+    Some(probabilities(setting.model, root, (law.mean(0), law.deviation(0)), &leaves).to_vec())
 }
 
 /// The table of a predicate without time.

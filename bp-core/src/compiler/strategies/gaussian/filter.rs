@@ -6,8 +6,8 @@
 
 use super::{Gaussian, LinearEquation, NormalLaw};
 use crate::error::{Error, Impossible};
-use crate::ids::VariableId;
-use crate::model::{LinearForm, Model};
+use crate::ids::{ParameterId, VariableId};
+use crate::model::{Leaves, LinearForm, Model, VariableUse};
 use crate::spelling::number as written;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{HashMap, HashSet};
@@ -87,7 +87,6 @@ impl Filter {
         if let Some((name, _)) = parameters.iter().find(|(name, _)| !values.contains_key(name)) {
             return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
         }
-        let parameter = |name: &str| values[name];
         let carried = plan.carried.iter();
         let carried: Vec<(VariableId, usize)> = carried
             .flat_map(|(_, previous)| {
@@ -104,7 +103,7 @@ impl Filter {
         for source in &plan.initial {
             for component in 0..model.components(source.variable) {
                 let Extension { terms, constant, deviation } =
-                    extension(model, source, component, &rows, &parameter)?;
+                    extension(model, source, component, (&rows, &values))?;
                 rows.insert((source.variable, component), law.len());
                 law.extend(&terms, constant, deviation);
             }
@@ -114,7 +113,7 @@ impl Filter {
         let mut extensions = Vec::new();
         for source in &plan.sources {
             for component in 0..model.components(source.variable) {
-                extensions.push(extension(model, source, component, &rows, &parameter)?);
+                extensions.push(extension(model, source, component, (&rows, &values))?);
                 rows.insert((source.variable, component), carried.len() + extensions.len() - 1);
             }
         }
@@ -266,34 +265,55 @@ pub(super) fn observe(
     })
 }
 
+/// What the leaves of an expression are: variables are rows.
+struct Rows<'r> {
+    model: &'r Model,
+    rows: &'r HashMap<(VariableId, usize), usize>,
+    values: &'r HashMap<&'r str, f64>,
+}
+
+impl Leaves for Rows<'_> {
+    fn parameter(&self, parameter: ParameterId, _: &[f64]) -> f64 {
+        let name = self.model.parameters[parameter].name.as_str();
+        self.values.get(name).copied().unwrap_or(f64::NAN)
+    }
+
+    fn variable(&self, use_: &VariableUse, _: Option<f64>, component: usize) -> Option<usize> {
+        self.rows.get(&(use_.variable, component)).copied()
+    }
+
+    fn index(&self, _: usize) -> f64 {
+        f64::NAN
+    }
+}
+
 /// One component of a variable, as a linear form of the rows before it.
 fn extension(
     model: &Model,
     source: &LinearEquation,
     component: usize,
-    rows: &HashMap<(VariableId, usize), usize>,
-    parameter: &dyn Fn(&str) -> f64,
+    (rows, values): (&HashMap<(VariableId, usize), usize>, &HashMap<&str, f64>),
 ) -> Result<Extension, Error> {
-    let (form, deviation) = law_of(model, source, component, parameter)?;
-    let terms = form.coefficients.iter().map(|(variable, coefficient)| (rows[variable], *coefficient));
-    Ok(Extension { terms: terms.collect(), constant: form.constant, deviation })
+    let leaves = Rows { model, rows, values };
+    let (form, deviation) = law_of(model, source, component, &leaves, &String::new)?;
+    let terms = form.coefficients.into_iter().collect();
+    Ok(Extension { terms, constant: form.constant, deviation })
 }
 
-/// The mean of a component of a variable, linear in others, and the standard deviation of its own noise.
+/// The mean of a component of a variable, linear in others, and the deviation of its own noise; `context` says where an
+/// error is.
 pub(super) fn law_of(
     model: &Model,
     source: &LinearEquation,
     component: usize,
-    parameter: &dyn Fn(&str) -> f64,
+    leaves: &dyn Leaves,
+    context: &dyn Fn() -> String,
 ) -> Result<(LinearForm, f64), Error> {
-    let form = LinearForm::of(model, source.mean, component, parameter);
-    let deviation =
-        source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, parameter).constant);
+    let form = LinearForm::of(model, source.mean, component, leaves);
+    let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, leaves).constant);
     let refused = |message: String| {
-        let factor = model.factor_of(source.variable).map(|factor| &model.factors[factor]);
-        let name = || model.variable_name(source.variable);
-        let form = factor.map_or_else(name, |factor| model.form_text(factor, &factor.form));
-        Error::Number { form, context: String::new(), message }
+        let factor = &model.factors[source.factor];
+        Error::Number { form: model.form_text(factor, &factor.form), context: context(), message }
     };
     let variance = deviation * deviation;
     if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {

@@ -1,93 +1,259 @@
-//! Conditioning of a long linear-Gaussian program: only the variables that are still needed are kept.
+//! One conditioning of a program of one instant, element by element: only what is still needed is kept.
 //!
-//! In: a [`Gaussian`] plan of single numbers that carries nothing, numbers for its parameters, observations. Out: the
-//! [`Belief`] that [`super::Filter`] gives, up to rounding. Invariant: variables enter parents first, are conditioned
-//! as soon as they enter if they are observed, and leave after the last form that uses them: a chain of n variables
-//! takes n steps and the memory of two.
+//! In: a [`Gaussian`] plan that carries nothing, a setting, what is observed. Out: the law of each ask. Invariant: a value
+//! enters after those that it depends on, is conditioned at once where it is observed, and leaves when nothing depends on it
+//! any more: a chain of n variables takes n steps and the memory of two, a plate of n rows n steps and the memory of what they
+//! share.
 
-use super::filter::{law_of, observe, observes_dirac};
-use super::{Belief, Gaussian, NormalLaw};
+use super::filter::{law_of, observe};
+use super::{Gaussian, LinearEquation, NormalLaw};
+use crate::distribution::{Instance, Setting};
 use crate::error::Error;
-use crate::ids::VariableId;
-use crate::model::{Expression, LinearForm, Model};
-use std::collections::{HashMap, HashSet};
+use crate::ids::ParameterId;
+use crate::model::{Leaves, VariableUse};
 
-/// The variables that are still needed, with their normal law.
+/// The laws of what is searched, and ln of the density of what is observed.
+pub(crate) struct Conditioned {
+    /// One for each ask.
+    pub(crate) laws: Vec<NormalLaw>,
+    pub(crate) ln_evidence: f64,
+}
+
+/// What the leaves of an expression are in an instance: variables are slots.
+pub(crate) struct Slots<'s> {
+    pub(crate) setting: &'s Setting<'s>,
+    pub(crate) indices: &'s [f64],
+}
+
+impl Leaves for Slots<'_> {
+    fn parameter(&self, parameter: ParameterId, indices: &[f64]) -> f64 {
+        self.setting.field(parameter, indices)
+    }
+
+    fn variable(&self, use_: &VariableUse, index: Option<f64>, component: usize) -> Option<usize> {
+        self.setting.slot_at(use_.variable, index, component)
+    }
+
+    fn index(&self, depth: usize) -> f64 {
+        self.indices.get(depth).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// One slot: its mean, linear in others, and the deviation of its own noise.
+#[derive(Default)]
+struct Equation {
+    parents: Vec<(usize, f64)>,
+    constant: f64,
+    deviation: f64,
+}
+
+/// The equations of slots, each made when it is first needed.
+struct Equations<'s> {
+    setting: &'s Setting<'s>,
+    instances: Vec<Option<(&'s LinearEquation, Instance)>>,
+    made: Vec<Option<Equation>>,
+}
+
+impl<'s> Equations<'s> {
+    fn new(setting: &'s Setting<'s>, plan: &'s Gaussian) -> Result<Self, Error> {
+        let slots = || 0..setting.slots();
+        let mut instances: Vec<Option<(&LinearEquation, Instance)>> = slots().map(|_| None).collect();
+        for source in &plan.sources {
+            for instance in setting.instances(source.factor)? {
+                let slot = instance.left[0];
+                instances[slot] = Some((source, instance));
+            }
+        }
+        Ok(Self { setting, instances, made: slots().map(|_| None).collect() })
+    }
+
+    /// Makes the equation of a slot.
+    fn make(&mut self, slot: usize) -> Result<(), Error> {
+        // What no factor distributes is 0, as the index of a plate.
+        let mut made = Equation::default();
+        if let Some((source, instance)) = &self.instances[slot] {
+            let leaves = Slots { setting: self.setting, indices: &instance.indices };
+            let model = self.setting.model;
+            let context = || {
+                let products = model.factors[source.factor].products.iter();
+                let named = products.zip(&instance.indices).map(|((name, _), index)| format!("{name} = {index}"));
+                named.collect::<Vec<_>>().join(", ")
+            };
+            let (form, deviation) = law_of(model, source, instance.component, &leaves, &context)?;
+            let parents = form.coefficients.into_iter().collect();
+            made = Equation { parents, constant: form.constant, deviation };
+        }
+        self.made[slot] = Some(made);
+        Ok(())
+    }
+
+    /// Adds a slot after those that it depends on; what has one of these marks is not added again.
+    fn add_with_parents(
+        &mut self,
+        of: usize,
+        (marks, mark): (&mut [usize], usize),
+        order: &mut Vec<usize>,
+    ) -> Result<(), Error> {
+        // With each slot, how many of its parents have been looked at.
+        let mut open = vec![(of, 0)];
+        while let Some((slot, parent)) = open.pop() {
+            if parent == 0 {
+                if marks[slot] == NEEDED || marks[slot] == mark {
+                    continue;
+                }
+                if self.made[slot].is_none() {
+                    self.make(slot)?;
+                }
+            }
+            match self.of(slot).parents.get(parent) {
+                Some((next, _)) => {
+                    let next = *next;
+                    open.push((slot, parent + 1));
+                    open.push((next, 0));
+                }
+                None if marks[slot] == NEEDED || marks[slot] == mark => {}
+                None => {
+                    marks[slot] = mark;
+                    order.push(slot);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn of(&self, slot: usize) -> &Equation {
+        self.made[slot].as_ref().expect("internal: the equation of a slot is made before it is read")
+    }
+
+    /// An order, parents first, in which few slots are needed together: what depends on a slot follows it at once, what nothing
+    /// depends on before what others depend on.
+    fn ordered(&self, slots: &[usize]) -> Vec<usize> {
+        let mut places = vec![usize::MAX; self.made.len()];
+        slots.iter().enumerate().for_each(|(place, slot)| places[*slot] = place);
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); slots.len()];
+        let mut waiting = vec![0; slots.len()];
+        let mut height = vec![0; slots.len()];
+        for (place, slot) in slots.iter().enumerate().rev() {
+            for (parent, _) in &self.of(*slot).parents {
+                let parent = places[*parent];
+                children[parent].push(place);
+                waiting[place] += 1;
+                height[parent] = height[parent].max(height[place] + 1);
+            }
+        }
+        // The last of the stack is next: of the first slots the one with the most children.
+        let mut stack: Vec<usize> = (0..slots.len()).rev().filter(|place| waiting[*place] == 0).collect();
+        stack.sort_by_key(|place| children[*place].len());
+        let mut order = Vec::with_capacity(slots.len());
+        while let Some(place) = stack.pop() {
+            order.push(slots[place]);
+            let begin = stack.len();
+            for child in &children[place] {
+                waiting[*child] -= 1;
+                if waiting[*child] == 0 {
+                    stack.push(*child);
+                }
+            }
+            stack[begin..].sort_by_key(|child| std::cmp::Reverse(height[*child]));
+        }
+        order
+    }
+}
+
+/// The mark of what is observed and what that depends on; those of the asks follow.
+const NEEDED: usize = 1;
+
+/// The slots that are still needed, with their normal law.
 struct Frontier {
-    variables: Vec<VariableId>,
-    places: HashMap<VariableId, usize>,
+    slots: Vec<usize>,
+    /// The row of each slot; `usize::MAX` where it has none.
+    rows: Vec<usize>,
     law: NormalLaw,
 }
 
 impl Frontier {
-    /// Adds a variable: Σ coefficient · variable + constant, and noise of its own.
-    fn enter(&mut self, variable: VariableId, form: &LinearForm, deviation: f64) {
-        let terms = form.coefficients.iter().map(|((id, _), coefficient)| (self.places[id], *coefficient));
+    fn enter(&mut self, slot: usize, equation: &Equation) {
+        let terms = equation.parents.iter().map(|(parent, coefficient)| (self.rows[*parent], *coefficient));
         let terms: Vec<(usize, f64)> = terms.collect();
-        self.places.insert(variable, self.law.len());
-        self.variables.push(variable);
-        self.law.extend(&terms, form.constant, deviation);
+        self.rows[slot] = self.law.len();
+        self.slots.push(slot);
+        self.law.extend(&terms, equation.constant, equation.deviation);
     }
 
-    /// Removes a variable that is no longer needed.
-    fn leave(&mut self, variable: VariableId) {
-        let Some(place) = self.places.remove(&variable) else { return };
-        self.variables.swap_remove(place);
-        self.law.swap_remove(place);
-        if let Some(moved) = self.variables.get(place) {
-            self.places.insert(*moved, place);
+    fn leave(&mut self, slot: usize) {
+        let row = std::mem::replace(&mut self.rows[slot], usize::MAX);
+        self.slots.swap_remove(row);
+        self.law.swap_remove(row);
+        if let Some(moved) = self.slots.get(row) {
+            self.rows[*moved] = row;
         }
     }
 }
 
-/// The law of the searched variables, given the observations.
+/// The law of what is searched, given what is observed: a value for each slot, NaN where there is none.
 ///
 /// # Errors
 /// A standard deviation that is not positive; a mean that is not finite; an observation that others exclude.
-pub(crate) fn condition(
-    model: &Model,
+pub(super) fn condition(
+    setting: &Setting<'_>,
     plan: &Gaussian,
-    parameter: &dyn Fn(&str) -> f64,
-    observed: &HashMap<VariableId, f64>,
-) -> Result<Belief, Error> {
-    let searched: Vec<VariableId> =
-        plan.asks.iter().flat_map(|ask| &ask.searched).map(|item| item.variable).collect();
-    let kept: HashSet<VariableId> = searched.iter().copied().collect();
-    // The source after which each variable leaves.
-    let mut last: HashMap<VariableId, usize> = HashMap::new();
-    for (position, source) in plan.sources.iter().enumerate() {
-        last.insert(source.variable, position);
-        for id in model.nodes_below(source.mean) {
-            if let Expression::Variable(use_) = &model.expressions[id] {
-                last.insert(use_.variable, position);
+    observed: &[(usize, f64)],
+) -> Result<Conditioned, Error> {
+    let mut equations = Equations::new(setting, plan)?;
+    let mut marks = vec![0; setting.slots()];
+    let mut slots = Vec::new();
+    for (slot, _) in observed {
+        equations.add_with_parents(*slot, (&mut marks, NEEDED), &mut slots)?;
+    }
+    // What is searched, and what it depends on beside what the observations depend on.
+    let mut kept = vec![false; setting.slots()];
+    let mut searched = Vec::new();
+    for (number, ask) in plan.asks.iter().enumerate() {
+        let own: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+        let mut extra = Vec::new();
+        for slot in &own {
+            equations.add_with_parents(*slot, (&mut marks, NEEDED + 1 + number), &mut extra)?;
+        }
+        let parents = extra.iter().flat_map(|slot| &equations.of(*slot).parents).map(|(parent, _)| *parent);
+        parents.chain(own.iter().copied()).for_each(|slot| kept[slot] = true);
+        searched.push((own, extra));
+    }
+    let mut values = vec![f64::NAN; setting.slots()];
+    observed.iter().for_each(|(slot, value)| values[*slot] = *value);
+    let is_determined = |(slot, _): &(usize, f64)| equations.of(*slot).deviation == 0.0;
+    let law = NormalLaw::new(observed.iter().any(is_determined));
+    let mut uses = vec![0; setting.slots()];
+    for slot in &slots {
+        equations.of(*slot).parents.iter().for_each(|(parent, _)| uses[*parent] += 1);
+    }
+    let mut frontier = Frontier { slots: Vec::new(), rows: vec![usize::MAX; setting.slots()], law };
+    let question = setting.model.ask_text(&plan.asks[0]);
+    let mut ln_evidence = 0.0;
+    for slot in equations.ordered(&slots) {
+        let equation = equations.of(slot);
+        frontier.enter(slot, equation);
+        if !values[slot].is_nan() {
+            let (row, name) = (frontier.rows[slot], setting.slot_name(slot));
+            ln_evidence += observe(&mut frontier.law, row, values[slot], &name, &question)?;
+        }
+        equation.parents.iter().for_each(|(parent, _)| uses[*parent] -= 1);
+        for slot in equation.parents.iter().map(|(parent, _)| *parent).chain([slot]) {
+            if uses[slot] == 0 && !kept[slot] {
+                frontier.leave(slot);
             }
         }
-    }
-    let mut leaving: Vec<Vec<VariableId>> = vec![Vec::new(); plan.sources.len()];
-    for (variable, position) in last.into_iter().filter(|(variable, _)| !kept.contains(variable)) {
-        leaving[position].push(variable);
-    }
-    let question = model.ask_text(&plan.asks[0]);
-    let law = NormalLaw::new(observes_dirac(plan));
-    let mut frontier = Frontier { variables: Vec::new(), places: HashMap::new(), law };
-    let mut ln_evidence = 0.0;
-    for (source, leaving) in plan.sources.iter().zip(&mut leaving) {
-        let (form, deviation) = law_of(model, source, 0, parameter)?;
-        frontier.enter(source.variable, &form, deviation);
-        if let Some(value) = observed.get(&source.variable) {
-            let (row, name) = (frontier.law.len() - 1, model.variable_name(source.variable));
-            ln_evidence += observe(&mut frontier.law, row, *value, &name, &question)?;
-        }
-        // Sorted in the order of the model, so that repeated questions give the same bits.
-        leaving.sort_unstable();
-        leaving.iter().for_each(|variable| frontier.leave(*variable));
-        // Reducing costs as much as many eliminations, so it is done only when the noises outnumber the variables by
-        // far.
+        // Seldom, so that what it costs is shared by as many slots as it goes through.
         if frontier.law.noises() > 2 * frontier.law.len() + 8 {
             frontier.law.reduce();
         }
     }
-    let law = frontier.law.select(searched.iter().map(|variable| frontier.places[variable]));
-    let variables = searched.iter().map(|variable| model.variable_name(*variable)).collect();
-    Ok(Belief::of(variables, law, ln_evidence))
+    let (rows, noises) = (frontier.law.len(), frontier.law.noises());
+    let mut laws = Vec::with_capacity(searched.len());
+    for (own, extra) in searched {
+        extra.iter().for_each(|slot| frontier.enter(*slot, equations.of(*slot)));
+        laws.push(frontier.law.select(own.iter().map(|slot| frontier.rows[*slot])));
+        frontier.slots.truncate(rows);
+        frontier.law.truncate(rows, noises);
+    }
+    Ok(Conditioned { laws, ln_evidence })
 }

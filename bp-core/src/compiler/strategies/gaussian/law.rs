@@ -228,7 +228,13 @@ impl NormalLaw {
         self.rows.swap_remove(row);
     }
 
-    /// Rotates the noises so that some variables depend on the first ones only; returns the number of these.
+    /// Leaves the first variables, which have the first noises alone.
+    pub(crate) fn truncate(&mut self, rows: usize, noises: usize) {
+        self.rows.truncate(rows);
+        self.noises = noises;
+    }
+
+    /// Rotates the noises so that some variables have the first ones only; gives their number.
     pub(crate) fn concentrate(&mut self, mut rows: Vec<usize>) -> usize {
         let mut first = 0;
         while first < self.noises {

@@ -14,7 +14,7 @@ mod smooth;
 
 pub(crate) use answer::{Named, divergences, part, rows, whether};
 pub use filter::{Belief, Filter};
-pub(crate) use frontier::condition;
+pub(crate) use frontier::Slots;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::Engine;
 pub(crate) use offer::{applies, is_linear};

@@ -20,8 +20,10 @@ use std::collections::BTreeSet;
 /// The linear equation of a variable.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LinearEquation {
-    /// The variable.
+    /// The variable, or the family of which each element has such an equation.
     pub variable: VariableId,
+    /// The factor that says so.
+    pub factor: FactorId,
     /// Its mean, linear in its parents.
     pub mean: ExpressionId,
     /// Its standard deviation; `None` for a Dirac.
@@ -42,6 +44,8 @@ pub struct Gaussian {
     pub carried: Vec<(VariableId, VariableId)>,
     /// The variables that are observed, in the order of the question.
     pub observed: Vec<VariableId>,
+    /// Whether families are among the variables.
+    pub(super) families: bool,
     /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
     derivation: Vec<(String, String, [String; 3])>,
 }
@@ -54,11 +58,17 @@ pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
 /// Whether all variables that an ask uses, and their ancestors, are linear and Gaussian.
 pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let relevant = relevant(model, std::slice::from_ref(ask));
-    let predicate = |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id).is_some();
+    // The elements of families are answered where the program is of one instant.
+    let elements = model.plate.is_none()
+        && !ask.when.is_over_time()
+        && relevant.iter().all(|id| model.variables[*id].previous_of.is_none());
+    let degree = |id: ExpressionId| degree(model, id, elements);
+    let predicate =
+        |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id, elements).is_some();
     let reals = relevant.iter().all(|id| {
         let variable = &model.variables[*id];
         Some(*id) == model.plate_index()
-            || (!variable.domain.is_finite() && variable.family.is_none())
+            || (!variable.domain.is_finite() && (elements || variable.family.is_none()))
             || predicate(*id)
     });
     let factors = model.factors.values().filter(|factor| {
@@ -66,16 +76,16 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     });
     let linear = factors.clone().all(|factor| match initial(&factor.form) {
         Form::Law { law: Law::Normal, arguments } => {
-            degree(model, arguments[0]) <= Some(1) && degree(model, arguments[1]) == Some(0)
+            degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
         }
-        Form::Dirac(value) => degree(model, *value).is_some_and(|degree| degree <= 1),
+        Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
         _ => false,
     });
     let first = factors.clone().all(|factor| {
         let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
         !before(&factor.left[0]) || factor.right.iter().all(before)
     });
-    reals && linear && first && factors.clone().all(|factor| factor_is_finite(model, factor))
+    reals && linear && first
 }
 
 /// Whether an ask searches this variable alone.
@@ -88,13 +98,6 @@ fn initial(form: &Form) -> &Form {
     match form {
         Form::Previous { at: None, otherwise, .. } => otherwise,
         form => form,
-    }
-}
-
-fn factor_is_finite(model: &Model, factor: &crate::model::Factor) -> bool {
-    match initial(&factor.form) {
-        Form::Dirac(mean) => degree(model, *mean).is_some(),
-        form => form.as_normal().is_some_and(|(mean, _)| degree(model, mean).is_some()),
     }
 }
 
@@ -119,14 +122,21 @@ fn not_of_laws(model: &Model, ask: &Ask) -> Option<String> {
     }
 }
 
-/// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients depend on
-/// more than the parameters.
-pub(super) fn degree(model: &Model, id: ExpressionId) -> Option<u8> {
+/// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients are not known from
+/// the parameters alone. `elements`: whether elements of families and of fields may stand in it.
+pub(super) fn degree(model: &Model, id: ExpressionId, elements: bool) -> Option<u8> {
+    let is_constant = |id: ExpressionId| model.degree(id, &|_| true) == Some(0);
     let is_known = |id: ExpressionId| match &model.expressions[id] {
-        Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) => true,
-        Expression::Parameter { indices, .. } => indices.is_empty(),
-        Expression::Variable(use_) => use_.element.is_none(),
-        // A vector of numbers; the coefficients of a rotation are not supported.
+        Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) | Expression::If { .. } => {
+            true
+        }
+        Expression::Index(_) => elements,
+        Expression::Parameter { indices, .. } => elements || indices.is_empty(),
+        Expression::Variable(use_) => match use_.element {
+            Some(element) => elements && is_constant(element),
+            None => model.variables[use_.variable].family.is_none(),
+        },
+        // A vector of numbers; a rotation has no such coefficients here.
         Expression::Vector(name, _) => name == "vector",
         _ => false,
     };
@@ -154,7 +164,7 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
             _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
         };
         let variable = factor.left[0].variable;
-        let source = LinearEquation { variable, mean, deviation };
+        let source = LinearEquation { variable, factor: id, mean, deviation };
         match model.variables[variable].previous_of.is_some() {
             true => initial_sources.push(source),
             false => sources.push(source),
@@ -162,7 +172,8 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     }
     let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
     let derivation = derive(model, &carried, &observed);
-    Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, derivation })
+    let families = relevant.iter().any(|id| model.variables[*id].family.is_some());
+    Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, families, derivation })
 }
 
 /// The ancestors of the searched and observed variables, now and before; all others are barren.
@@ -322,6 +333,12 @@ impl Offered for Gaussian {
 
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
         (self.derivation(model, notation), Vec::new())
+    }
+
+    fn not_printed(&self) -> Option<String> {
+        let reason = "emitted code makes the filter of whole variables, but this question is answered element by \
+            element; `answer::ask` answers it";
+        self.families.then(|| reason.to_owned())
     }
 
     fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {

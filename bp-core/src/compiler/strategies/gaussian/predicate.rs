@@ -6,41 +6,45 @@
 
 use super::offer::degree;
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Expression, Form, LinearForm, Model};
+use crate::model::{Expression, Form, Leaves, LinearForm, Model};
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
-/// The expression of a predicate whose probability a normal law gives.
-pub(crate) fn of_normal(model: &Model, variable: VariableId) -> Option<ExpressionId> {
+/// The expression of a predicate that a normal law answers; whether elements of families may stand in it.
+pub(crate) fn of_normal(model: &Model, variable: VariableId, elements: bool) -> Option<ExpressionId> {
     let factor = model.factor_of(variable).filter(|_| model.is_predicate(variable))?;
     let Form::Dirac(root) = model.factors[factor].form else { return None };
     let mut leaves = Vec::new();
-    comparisons(model, root, &mut leaves)?;
-    let variables = |leaf: &ExpressionId| -> BTreeSet<VariableId> {
+    comparisons(model, root, elements, &mut leaves)?;
+    let variables = |leaf: &ExpressionId| -> BTreeSet<(VariableId, Option<u64>)> {
         let nodes = model.nodes_below(*leaf).into_iter();
         let variable = |id| match &model.expressions[id] {
-            Expression::Variable(use_) => Some(use_.variable),
+            Expression::Variable(use_) => {
+                // Of a family the element; its index is a number in what a question derives.
+                let index = |element| model.constant(element).map_or(u64::MAX, f64::to_bits);
+                Some((use_.variable, use_.element.map(index)))
+            }
             _ => None,
         };
         nodes.filter_map(variable).collect()
     };
-    let read: Vec<BTreeSet<VariableId>> =
+    let read: Vec<BTreeSet<(VariableId, Option<u64>)>> =
         leaves.iter().map(variables).filter(|read| !read.is_empty()).collect();
     let of_one = read.iter().all(|own| own.len() == 1 && *own == read[0]);
     (read.len() == 1 || of_one && !read.is_empty()).then_some(root)
 }
 
-/// Collects the comparisons that make up a truth value; `None` where it contains anything else.
-fn comparisons(model: &Model, id: ExpressionId, leaves: &mut Vec<ExpressionId>) -> Option<()> {
+/// The comparisons that a truth value is made of; `None` where something else stands in it.
+fn comparisons(model: &Model, id: ExpressionId, elements: bool, leaves: &mut Vec<ExpressionId>) -> Option<()> {
     match &model.expressions[id] {
         Expression::Binary(Binary::And | Binary::Or, left, right) => {
-            comparisons(model, *left, leaves)?;
-            comparisons(model, *right, leaves)
+            comparisons(model, *left, elements, leaves)?;
+            comparisons(model, *right, elements, leaves)
         }
-        Expression::Unary(Unary::Not, operand) => comparisons(model, *operand, leaves),
+        Expression::Unary(Unary::Not, operand) => comparisons(model, *operand, elements, leaves),
         Expression::Binary(operator, left, right) if operator.compares() => {
             leaves.push(id);
-            (degree(model, *left).is_some() && degree(model, *right).is_some()).then_some(())
+            (degree(model, *left, elements).is_some() && degree(model, *right, elements).is_some()).then_some(())
         }
         _ => None,
     }
@@ -52,12 +56,12 @@ pub(crate) fn probabilities(
     model: &Model,
     root: ExpressionId,
     (mean, deviation): (f64, f64),
-    parameter: &dyn Fn(&str) -> f64,
+    leaves_of: &dyn Leaves,
 ) -> [f64; 2] {
     let mut leaves = Vec::new();
-    comparisons(model, root, &mut leaves).expect("internal: the plan has looked at the predicate");
-    let line = LinearForm::of(model, root, 0, parameter);
-    let leaves: Vec<Leaf> = leaves.iter().map(|id| Leaf::of(model, *id, &line, parameter)).collect();
+    comparisons(model, root, true, &mut leaves).expect("internal: the plan has looked at the predicate");
+    let line = LinearForm::of(model, root, 0, leaves_of);
+    let leaves: Vec<Leaf> = leaves.iter().map(|id| Leaf::of(model, *id, &line, leaves_of)).collect();
     let holds = |at: f64| usize::from(holds(model, root, &leaves, at));
     let mut probabilities = [0.0; 2];
     if deviation == 0.0 {
@@ -98,8 +102,8 @@ struct Leaf {
 }
 
 impl Leaf {
-    fn of(model: &Model, id: ExpressionId, line: &LinearForm, parameter: &dyn Fn(&str) -> f64) -> Self {
-        let own = LinearForm::of(model, id, 0, parameter);
+    fn of(model: &Model, id: ExpressionId, line: &LinearForm, leaves_of: &dyn Leaves) -> Self {
+        let own = LinearForm::of(model, id, 0, leaves_of);
         let first = line.coefficients.iter().find(|(_, coefficient)| **coefficient != 0.0);
         let scale = first.map_or(0.0, |(slot, coefficient)| {
             own.coefficients.get(slot).map_or(0.0, |own| own / coefficient)

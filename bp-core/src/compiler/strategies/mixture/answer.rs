@@ -62,7 +62,7 @@ impl Weighted<'_> {
         let setting = self.setting;
         let variables: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
         if let [only] = variables.as_slice()
-            && let Some(root) = of_normal(setting.model, *only)
+            && let Some(root) = of_normal(setting.model, *only, false)
         {
             return self.truth(ask, *only, root);
         }
@@ -81,16 +81,13 @@ impl Weighted<'_> {
     /// The probabilities that a predicate of reals does not hold and that it does.
     fn truth(&self, ask: &Ask, variable: VariableId, root: ExpressionId) -> Table {
         let setting = self.setting;
-        let parameter = |name: &str| setting.number(name).unwrap_or(f64::NAN);
-        let form = LinearForm::of(setting.model, root, 0, &parameter);
-        let terms = form.coefficients.iter();
-        let terms: Vec<(usize, f64)> = terms
-            .map(|((id, component), weight)| (setting.slots_of(*id).start + component, *weight))
-            .collect();
+        let leaves = Slots { setting, indices: &[] };
+        let form = LinearForm::of(setting.model, root, 0, &leaves);
+        let terms: Vec<(usize, f64)> = form.coefficients.into_iter().collect();
         let mut cells = vec![0.0; 2];
         for (weight, component) in &self.all {
             let [mean, deviation] = component.law.of_form(&terms, form.constant);
-            let own = probabilities(setting.model, root, (mean, deviation), &parameter);
+            let own = probabilities(setting.model, root, (mean, deviation), &leaves);
             cells.iter_mut().zip(own).for_each(|(cell, p)| *cell += weight * p);
         }
         Table::read(setting.model, (ask, setting.model.ask_text(ask)), &[variable], cells, None, &[2])

@@ -47,7 +47,7 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
     let factors = relevant(model, asks);
     let predicate = |id: &FactorId| {
         let left = model.factors[*id].left[0].variable;
-        of_normal(model, left).is_some() && asks.iter().any(|ask| ask.searched[0].variable == left)
+        of_normal(model, left, false).is_some() && asks.iter().any(|ask| ask.searched[0].variable == left)
     };
     let factors: Vec<FactorId> =
         model.parents_first(&factors).into_iter().filter(|id| !predicate(id)).collect();

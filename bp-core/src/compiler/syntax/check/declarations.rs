@@ -60,6 +60,9 @@ impl Checker<'_> {
             "real" => ParameterKind::Real,
             "size" => ParameterKind::Size,
             "integer" => ParameterKind::Integer,
+            other if other.starts_with(char::is_uppercase) => {
+                self.set(&parameter.kind).map_or(ParameterKind::Real, ParameterKind::Element)
+            }
             other => {
                 let message =
                     format!("`{other}` is not a kind of parameter; the kinds are {}", listed(KINDS, "and"));

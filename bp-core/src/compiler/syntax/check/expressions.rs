@@ -8,7 +8,7 @@ use super::types::Type;
 use super::{Checker, Meaning, number};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Domain, Expression, IndexSpace, VariableUse};
+use crate::model::{Domain, Expression, IndexSpace, ParameterKind, VariableUse};
 use crate::source::Span;
 use crate::syntax::ast::{self, Expr, ExprKind};
 
@@ -161,6 +161,9 @@ impl Checker<'_> {
 
     /// An index of a field or a family with this range.
     pub(super) fn index(&mut self, expr: &Expr, over: &IndexSpace, scope: &Scope) -> Option<ExpressionId> {
+        if let IndexSpace::Set(set) = over {
+            self.declare_index(expr, *set, scope);
+        }
         let (id, found) = self.expression(expr, scope, None)?;
         let expected = match over {
             IndexSpace::Set(_) if scope.numbered && found == Type::Number => return Some(id),
@@ -195,13 +198,11 @@ impl Checker<'_> {
                     );
                     return None;
                 }
-                Some((
-                    self.node(span, Expression::Parameter { parameter, indices: Vec::new() }),
-                    Type::Number,
-                ))
+                let kind = self.kind_of(parameter);
+                Some((self.node(span, Expression::Parameter { parameter, indices: Vec::new() }), kind))
             }
             Some(Meaning::Learnt) => {
-                let parameter = self.implicit(name, Vec::new());
+                let parameter = self.implicit(name, ParameterKind::Real, Vec::new());
                 Some((
                     self.node(span, Expression::Parameter { parameter, indices: Vec::new() }),
                     Type::Number,

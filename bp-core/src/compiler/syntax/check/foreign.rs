@@ -7,7 +7,7 @@
 use super::expressions::{Scope, Typed, plural};
 use super::types::Type;
 use super::{Checker, Meaning};
-use crate::ids::{ExpressionId, ParameterId, VariableId};
+use crate::ids::{ExpressionId, ParameterId, SetId, VariableId};
 use crate::model::{Bound, Domain, Expression, IndexSpace, ParameterKind, Range};
 use crate::source::Span;
 use crate::syntax::ast::{self, Expr, ExprKind, Occurrence};
@@ -61,9 +61,7 @@ impl Checker<'_> {
                     // A separate error, with a suggestion.
                     return self.expression(of, scope, None);
                 }
-                let spaces: Vec<_> = indices.iter().map(|index| self.space_of(index, scope)).collect();
-                let spaces: Vec<IndexSpace> = spaces.into_iter().collect::<Option<_>>()?;
-                let parameter = self.implicit(name, spaces);
+                let parameter = self.declared_by_use(name, indices, ParameterKind::Real, scope)?;
                 self.field(span, parameter, indices, scope)
             }
         }
@@ -91,12 +89,50 @@ impl Checker<'_> {
         let found: Vec<_> =
             indices.iter().zip(&over).map(|(index, over)| self.index(index, over, scope)).collect();
         let indices = found.into_iter().collect::<Option<_>>()?;
-        Some((self.node(span, Expression::Parameter { parameter, indices }), Type::Number))
+        let kind = self.kind_of(parameter);
+        Some((self.node(span, Expression::Parameter { parameter, indices }), kind))
     }
 
-    /// A real parameter declared by its use.
-    pub(super) fn implicit(&mut self, name: &ast::Name, over: Vec<IndexSpace>) -> ParameterId {
-        let parameter = self.model.parameter_over(&name.text, ParameterKind::Real, Vec::new(), over);
+    /// What the value of a parameter is.
+    pub(super) fn kind_of(&self, parameter: ParameterId) -> Type {
+        match self.model.so_far().parameters[parameter].kind {
+            ParameterKind::Element(set) => Type::Element(set),
+            _ => Type::Number,
+        }
+    }
+
+    /// An undeclared field that is the index of an element: `school[row]` in `Alpha[school[row]]` has elements of the set of
+    /// `Alpha`.
+    pub(super) fn declare_index(&mut self, index: &Expr, set: SetId, scope: &Scope) {
+        if let ExprKind::Index(of, indices) = &index.kind
+            && let ExprKind::Name(name) = &of.kind
+            && self.meaning(&name.text).is_none()
+            && !name.text.starts_with(char::is_uppercase)
+        {
+            self.declared_by_use(name, indices, ParameterKind::Element(set), scope);
+        }
+    }
+
+    fn declared_by_use(
+        &mut self,
+        name: &ast::Name,
+        indices: &[Expr],
+        kind: ParameterKind,
+        scope: &Scope,
+    ) -> Option<ParameterId> {
+        let spaces: Vec<_> = indices.iter().map(|index| self.space_of(index, scope)).collect();
+        let spaces: Vec<IndexSpace> = spaces.into_iter().collect::<Option<_>>()?;
+        Some(self.implicit(name, kind, spaces))
+    }
+
+    /// A parameter declared by its use.
+    pub(super) fn implicit(
+        &mut self,
+        name: &ast::Name,
+        kind: ParameterKind,
+        over: Vec<IndexSpace>,
+    ) -> ParameterId {
+        let parameter = self.model.parameter_over(&name.text, kind, Vec::new(), over);
         self.parameter_spans.insert(parameter, name.span());
         self.names.insert(name.text.clone(), (Meaning::Parameter(parameter), name.span()));
         parameter

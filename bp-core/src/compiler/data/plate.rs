@@ -1,0 +1,99 @@
+//! Data as a plate: the rows of a table are the elements of a set, or of a range, of a program.
+//!
+//! In: a program and tables. Out: [`PlateData`]: the sizes of sets, the numbers of fields, the values of families. Invariant:
+//! every column is a field, a family, names of elements, or ignored; row n is the n-th element; an error names file, row,
+//! column and cell.
+
+mod asked;
+mod read;
+
+use super::Records;
+use crate::ids::{ParameterId, VariableId};
+
+/// What tables say of the elements of sets.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct PlateData {
+    tables: Vec<Records>,
+    /// The sizes of sets, and of parameters that bound ranges, by name.
+    pub sizes: Vec<(String, usize)>,
+    fields: Vec<Field>,
+    families: Vec<Family>,
+    /// Notes for the user on what was read.
+    pub notes: Vec<String>,
+}
+
+/// A column of numbers that are given.
+#[derive(Clone, PartialEq, Debug)]
+struct Field {
+    parameter: ParameterId,
+    name: String,
+    place: Place,
+    numbers: Vec<f64>,
+}
+
+/// A column of values that are observed; NaN where a cell is missing.
+#[derive(Clone, PartialEq, Debug)]
+struct Family {
+    variable: VariableId,
+    name: String,
+    place: Place,
+    /// The index of the first element.
+    first: i64,
+    values: Vec<f64>,
+}
+
+/// A table and its column.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Place {
+    table: usize,
+    column: usize,
+}
+
+impl PlateData {
+    /// Whether there is no table.
+    pub fn is_empty(&self) -> bool {
+        self.tables.is_empty()
+    }
+
+    /// The tables, in the order in which they were given.
+    pub fn tables(&self) -> &[Records] {
+        &self.tables
+    }
+
+    /// The numbers of each field and the values of each family, by name; NaN is a missing value.
+    pub fn numbers(&self) -> impl Iterator<Item = (&str, &[f64])> {
+        let fields = self.fields.iter().map(|field| (field.name.as_str(), field.numbers.as_slice()));
+        fields.chain(self.families.iter().map(|family| (family.name.as_str(), family.values.as_slice())))
+    }
+
+    /// The observed elements: the family, the index of the element, its number.
+    pub fn observed(&self) -> impl Iterator<Item = (VariableId, i64, f64)> {
+        self.families.iter().flat_map(|family| {
+            let indices = family.first..;
+            let all = indices.zip(&family.values).map(|(index, value)| (family.variable, index, *value));
+            all.filter(|(.., value)| !value.is_nan())
+        })
+    }
+
+    /// The missing cells of families, in the order of [`PlateData::missing`]: of which table, its row, its column.
+    pub fn missing_cells(&self) -> impl Iterator<Item = (usize, usize, usize)> {
+        self.families.iter().flat_map(|family| {
+            let Place { table, column } = family.place;
+            family.missing().map(move |index| (table, (index - family.first) as usize, column))
+        })
+    }
+}
+
+impl Family {
+    /// The indices of the elements whose cells are missing.
+    fn missing(&self) -> impl Iterator<Item = i64> {
+        let indices = (self.first..).zip(&self.values);
+        indices.filter(|(_, value)| value.is_nan()).map(|(index, _)| index)
+    }
+
+    /// The row of an element whose cell has a value.
+    fn row_of(&self, index: i64) -> Option<usize> {
+        let row = usize::try_from(index - self.first).ok()?;
+        self.values.get(row).filter(|value| !value.is_nan()).map(|_| row)
+    }
+}

@@ -1,0 +1,153 @@
+//! Questions to a program whose families have data.
+//!
+//! In: a question as asked. Out: the same, in which the observed elements are known. Invariant: what the question says of a
+//! family itself goes before the data; a family that is searched is searched where its cells are missing.
+
+use super::{Family, PlateData};
+use crate::error::Error;
+use crate::ids::{ExpressionId, Id, VariableId};
+use crate::model::{
+    Ask, Derived, DerivedKind, Expression, Finding, Known, Model, Question, Searched, Statistic, Value, VariableUse,
+    When,
+};
+
+/// The most missing cells that are searched together.
+const MOST_MISSING: usize = 1000;
+
+/// Missing cells of reals that are asked together where each is wanted alone.
+const TOGETHER: usize = 250;
+
+impl PlateData {
+    /// The question where the observed elements are known.
+    ///
+    /// # Errors
+    /// It searches what is observed, or observes it anew.
+    pub fn known_in(&self, model: &Model, question: &Question) -> Result<Question, Error> {
+        let mut question = question.clone();
+        for family in &self.families {
+            let mut derived = std::mem::take(&mut question.derived);
+            for ask in &mut question.asks {
+                self.search(model, family, ask, &mut derived)?;
+                self.observed_once(family, ask.known.iter().map(|known| known.variable), &derived)?;
+                know(&mut ask.known, family);
+                if let Statistic::Divergence { from, .. } = &mut ask.statistic {
+                    know(from, family);
+                }
+            }
+            question.derived = derived;
+        }
+        Ok(question)
+    }
+
+    /// Questions for the missing cells of each family, each cell alone for finite values, some together for reals.
+    pub fn missing(&self, model: &Model) -> Question {
+        let mut question = Question { name: "missing".to_owned(), asks: Vec::new(), derived: Vec::new() };
+        for family in &self.families {
+            let missing: Vec<i64> = family.missing().collect();
+            let together = if model.variables[family.variable].domain.is_finite() { 1 } else { TOGETHER };
+            for indices in missing.chunks(together) {
+                let searched = indices.iter().map(|index| {
+                    question.derived.push(element(model, family, *index));
+                    Searched { variable: Derived::id(question.derived.len() - 1), at: None }
+                });
+                let (searched, known) = (searched.collect(), Vec::new());
+                let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known };
+                question.asks.push(ask);
+            }
+        }
+        for ask in &mut question.asks {
+            self.families.iter().for_each(|family| know(&mut ask.known, family));
+        }
+        question
+    }
+
+    /// A whole family that is searched becomes its elements whose cells are missing.
+    fn search(
+        &self,
+        model: &Model,
+        family: &Family,
+        ask: &mut Ask,
+        derived: &mut Vec<Derived>,
+    ) -> Result<(), Error> {
+        let whole = |item: &Searched| item.variable == family.variable && item.at.is_none();
+        let Some(at) = ask.searched.iter().position(whole) else {
+            return self.observed_once(family, ask.searched.iter().map(|item| item.variable), derived);
+        };
+        let missing: Vec<i64> = family.missing().collect();
+        let name = &family.name;
+        if missing.is_empty() {
+            let file = self.tables[family.place.table].path.display();
+            let message = format!("`{file}` has a value in each cell of its column: there is nothing to predict");
+            return Err(Error::input(name, message));
+        }
+        if missing.len() > MOST_MISSING {
+            let (cells, most) = (missing.len() as f64, MOST_MISSING as f64);
+            let help = "ask for some elements (`Y[3]`), or for each cell alone: `--fill FILE`".to_owned();
+            return Err(Error::TooLarge { name: name.clone(), cells, most, help });
+        }
+        let mut searched = ask.searched.split_off(at);
+        let rest = searched.split_off(1);
+        for index in missing {
+            let wanted = element(model, family, index);
+            let known = derived.iter().position(|other| other.name == wanted.name);
+            let place = known.unwrap_or_else(|| {
+                derived.push(wanted);
+                derived.len() - 1
+            });
+            ask.searched.push(Searched { variable: Derived::id(place), at: None });
+        }
+        ask.searched.extend(rest);
+        Ok(())
+    }
+
+    /// Refuses elements that a question names and whose cells have values.
+    fn observed_once(
+        &self,
+        family: &Family,
+        named: impl Iterator<Item = VariableId>,
+        derived: &[Derived],
+    ) -> Result<(), Error> {
+        let elements = named.filter_map(|id| derived.get((u32::MAX as usize).checked_sub(id.position())?));
+        for row in elements.flat_map(|derived| indices(derived, family.variable)).filter_map(|at| family.row_of(at)) {
+            let name = format!("{}[{}]", family.name, row as i64 + family.first);
+            let message = format!("known: it is the value of `{name}`; only missing cells are predicted or set");
+            return Err(self.tables[family.place.table].wrong(row, family.place.column, message));
+        }
+        Ok(())
+    }
+}
+
+/// The elements of a family that a derived variable is; none of a predicate or a function.
+fn indices(derived: &Derived, family: VariableId) -> Vec<i64> {
+    let of = derived.kind == DerivedKind::Element && derived.right.iter().all(|use_| use_.variable == family);
+    let index = derived.right.first().and_then(|use_| use_.element).map(|id| &derived.nodes[id.position()]);
+    match (of, derived.over, index) {
+        (true, Some(range), _) => (range.low..=range.high.offset).collect(),
+        (true, None, Some(Expression::Number(number))) => vec![*number as i64],
+        _ => Vec::new(),
+    }
+}
+
+/// One element of a family, as a question would name it.
+fn element(model: &Model, family: &Family, index: i64) -> Derived {
+    let use_ = VariableUse { element: Some(ExpressionId::new(0)), ..VariableUse::from(family.variable) };
+    Derived {
+        name: format!("{}[{index}]", model.spelled(family.variable)),
+        kind: DerivedKind::Element,
+        domain: model.variables[family.variable].domain.clone(),
+        over: None,
+        right: vec![use_.clone()],
+        nodes: vec![Expression::Number(index as f64), Expression::Variable(use_)],
+    }
+}
+
+/// Adds the observed elements of a family to what is known, where something else is not said of it.
+fn know(known: &mut Vec<Known>, family: &Family) {
+    let evidence = Finding::Hard(Value::Given(family.name.clone()));
+    match known.iter_mut().find(|known| known.variable == family.variable) {
+        Some(known) if known.evidence == Finding::Each => known.evidence = evidence,
+        Some(_) => {}
+        None if family.values.iter().all(|value| value.is_nan()) => {}
+        None => known.push(Known { variable: family.variable, evidence }),
+    }
+}
