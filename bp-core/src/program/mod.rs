@@ -66,7 +66,7 @@ pub struct Program {
     given: Arc<Settings>,
     settings: Arc<Settings>,
     /// The settings in the form of kernels, computed when a filter first needs them.
-    inputs: OnceLock<Inputs<'static, f64>>,
+    inputs: OnceLock<Arc<Inputs<'static, f64>>>,
     sampling: Sampling,
     /// How questions are planned.
     options: Options,
@@ -336,7 +336,7 @@ impl Program {
 
     /// The settings, for the lifetime of the program.
     fn inputs(&self) -> &Inputs<'_, f64> {
-        self.inputs.get_or_init(|| self.settings.inputs().into_owned())
+        self.inputs.get_or_init(|| Arc::new(self.settings.inputs().into_owned()))
     }
 }
 
