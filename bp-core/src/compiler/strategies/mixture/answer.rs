@@ -13,7 +13,7 @@ use crate::model::{Ask, Finding, LinearForm, Model, Statistic};
 use crate::posterior::{self, Answer, Figure, Part, PartLaw, Row, Slot, Table, figures};
 use crate::radix;
 use crate::sample::Observations;
-use crate::strategies::gaussian::{of_normal, probabilities};
+use crate::strategies::gaussian::{Slots, of_normal, probabilities};
 use crate::strategies::{Case, Found, Prepared};
 
 impl Prepared for Mixture {
