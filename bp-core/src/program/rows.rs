@@ -5,7 +5,7 @@
 
 use super::settings::Settings;
 use super::{Learned, Posterior, Program, Value, learned};
-use crate::answer::{Answer, compile_by};
+use crate::answer::{Answer, compile_sized};
 use crate::data::{self, PlateData, Records};
 use crate::error::Error;
 use crate::learn::{self, Learner};
@@ -174,7 +174,7 @@ impl Program {
             return Ok(Vec::new());
         }
         let (program, asked) = self.posed(asked);
-        let compiled = compile_by(program.model(), &asked, self.options)?;
+        let compiled = compile_sized(program.model(), &asked, self.options)?;
         let answers = compiled.ask_with(program.inputs(), self.sampling)?;
         let mut found = Vec::new();
         for answer in answers {

@@ -36,10 +36,10 @@ const KALMAN: &str = "program K {
 }
 ";
 
-struct Folder(tempfile::TempDir);
+pub(super) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    fn with(files: &[(&str, &[u8])]) -> Self {
+    pub(super) fn with(files: &[(&str, &[u8])]) -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         files.iter().for_each(|(name, bytes)| folder.write(name, bytes));
         folder
@@ -49,11 +49,11 @@ impl Folder {
         self.0.path()
     }
 
-    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+    pub(super) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
         std::fs::write(self.path().join(name), bytes).unwrap();
     }
 
-    fn read(&self, name: &str) -> String {
+    pub(super) fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path().join(name)).unwrap()
     }
 
@@ -65,14 +65,14 @@ impl Folder {
     }
 
     /// The output of a successful command.
-    fn well(&self, arguments: &[&str]) -> String {
+    pub(super) fn well(&self, arguments: &[&str]) -> String {
         let output = self.bp(arguments);
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", said(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
     /// The message of a command with exit status 1.
-    fn ill(&self, arguments: &[&str]) -> String {
+    pub(super) fn ill(&self, arguments: &[&str]) -> String {
         let output = self.bp(arguments);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", said(&output));
         said(&output)

@@ -9,3 +9,4 @@ mod general;
 mod learn;
 mod mistakes;
 mod networks;
+mod rows;

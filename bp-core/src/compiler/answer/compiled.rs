@@ -60,6 +60,27 @@ pub fn compile_by<'m>(
     }
 }
 
+/// Compiles a question as [`compile_by`]; where no strategy answers it without sizes, it is planned when it is asked, with its
+/// families expanded to the elements that they then have.
+///
+/// # Errors
+/// As [`compile_by`], where the program has no families.
+pub fn compile_sized<'m>(
+    model: &'m Model,
+    question: &Question,
+    options: Options,
+) -> Result<CompiledQuestion<'m>, Error> {
+    let families = model.variables.values().any(|variable| variable.family.is_some());
+    let over_time = question.asks.iter().any(|ask| ask.when.is_over_time());
+    match compile_by(model, question, options) {
+        Err(Error::Unplanned { .. }) if families && !over_time && model.plate.is_none() => {
+            let (model, question) = posed(link(model)?, question);
+            Ok(later(model, question, Elements::Apart, options))
+        }
+        compiled => compiled,
+    }
+}
+
 /// Compiles a question with these options, without expanding families.
 pub(super) fn compile_with<'m>(
     model: &'m Model,

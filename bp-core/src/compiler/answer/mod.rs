@@ -17,7 +17,7 @@ pub use crate::posterior::{
 };
 pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, refused};
-pub use compiled::{CompiledQuestion, compile, compile_by};
+pub use compiled::{CompiledQuestion, compile, compile_by, compile_sized};
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
 pub use marginals::{Knowledge, marginals, together};
