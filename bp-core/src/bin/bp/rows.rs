@@ -133,7 +133,7 @@ impl<'r> Filled<'r> {
     fn fill(&mut self, row: usize, column: usize, posterior: &Posterior) -> Result<(), Error> {
         let real = posterior.values().is_err();
         let (value, sure, word) = match real {
-            true => (posterior.mean()?.to_string(), posterior.deviation()?, "deviation"),
+            true => (twelve_digits(posterior.mean()?), posterior.deviation()?, "deviation"),
             false => {
                 let values = posterior.values()?;
                 let best = values.into_iter().reduce(|one, other| if other.1 > one.1 { other } else { one });
@@ -162,6 +162,11 @@ impl<'r> Filled<'r> {
         }
         text
     }
+}
+
+/// A number with twelve digits at most: more of a mean are rounding.
+fn twelve_digits(number: f64) -> String {
+    format!("{number:.11e}").parse::<f64>().map_or_else(|_| number.to_string(), |rounded| rounded.to_string())
 }
 
 /// A row of cells, quoted as RFC 4180 where that is needed.
