@@ -6,6 +6,7 @@
 
 mod asked;
 mod read;
+mod spaces;
 
 use super::Records;
 use crate::ids::{ParameterId, VariableId};
