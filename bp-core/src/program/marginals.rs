@@ -152,7 +152,9 @@ fn check(name: &str, weights: &[f64], count: usize, is_one: bool) -> Result<(), 
     let found = weights.len();
     let wrong = match () {
         () if !is_one => "a likelihood is given to one element, such as `Z[2]`".to_owned(),
-        () if count == 0 => "it is real: a likelihood has a number for each value of a finite variable".to_owned(),
+        () if count == 0 => {
+            "it is real: a likelihood has a number for each value of a finite variable".to_owned()
+        }
         () if found != count => format!("its likelihood must have {count} numbers, but has {found}"),
         () if !weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite()) => {
             format!("a likelihood is made of finite numbers, none negative, but this is {weights:?}")

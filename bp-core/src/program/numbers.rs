@@ -153,7 +153,9 @@ impl Posterior {
         let domain = &self.model().variables[slot.variable].domain;
         if domain.bins().is_some_and(|bins| bins.is_circle()) {
             let name = slot.name(self.model());
-            return Err(self.lookup(format!("the values of `{name}` lie on a circle, which has no first one")));
+            return Err(
+                self.lookup(format!("the values of `{name}` lie on a circle, which has no first one"))
+            );
         }
         let (quantile, error) = part.quantiles(self.model(), 0, &[level])[0];
         Ok([quantile, error.unwrap_or(0.0)])

@@ -5,7 +5,9 @@
 
 use super::settings::{Meaning, meaning, names_of};
 use super::{Evidence, Posterior, Program, Value};
-use crate::answer::{CompiledQuestion, ask_over_time_by, compile_by, compile_sized, filled, open, read_instants};
+use crate::answer::{
+    CompiledQuestion, ask_over_time_by, compile_by, compile_sized, filled, open, read_instants,
+};
 use crate::data;
 use crate::error::Error;
 use crate::exec::Inputs;

@@ -102,7 +102,11 @@ fn finite_groups_that_are_data_are_enumerated() {
 fn tables_that_do_not_fit_are_refused() {
     let folder = folder();
     let tables = [
-        ("line.bp", "x,y\n1,2\n", "no field and no family over `Rows` has the name of the column `y`; did you mean `Y`?"),
+        (
+            "line.bp",
+            "x,y\n1,2\n",
+            "no field and no family over `Rows` has the name of the column `y`; did you mean `Y`?",
+        ),
         ("line.bp", "x,Y,who\n1,2,Ann\n", "there are `x` and `Y`; or ignore the column: `--ignore who`"),
         ("line.bp", "x,A\n1,2\n", "`A` does not range over `Rows`: it has no value for each row"),
         ("line.bp", "x,Y\n1,2\n1\n", "row 3 has 1 cell, but there are 2 columns"),
@@ -112,7 +116,11 @@ fn tables_that_do_not_fit_are_refused() {
         ("line.bp", "x,Y\n", "it has no rows, so `Rows` would have no element"),
         ("line.bp", "Y\n1\n", "input `x`: this parameter was not given"),
         ("rooms.bp", "room,Alarm\nattic,2\n", "row 2, column `Alarm`: `2` is not a value of `Alarm`"),
-        ("rooms.bp", "room,Alarm\n,1\n", "row 2, column `room`: `` is missing, but each row needs an element of `Rooms`"),
+        (
+            "rooms.bp",
+            "room,Alarm\n,1\n",
+            "row 2, column `room`: `` is missing, but each row needs an element of `Rooms`",
+        ),
         ("schools.bp", "a,b\n1,2\n", "no column is named as a family or a field of the program"),
     ];
     for (file, table, expected) in tables {
@@ -124,7 +132,10 @@ fn tables_that_do_not_fit_are_refused() {
     }
     folder.write("t.csv", "room,Alarm\n0,1\n5,0\n");
     let told = folder.ill(&["ask", "rooms.bp", "P(Hot[0])", "--rows", "t.csv", "--set", "Rooms=3"]);
-    assert!(told.contains("row 3, column `room`: `5` is not an element of `Rooms`, which has 3, counted from 0"), "{told}");
+    assert!(
+        told.contains("row 3, column `room`: `5` is not an element of `Rooms`, which has 3, counted from 0"),
+        "{told}"
+    );
     let told = folder.ill(&["ask", "rooms.bp", "P(Hot[0])", "--rows", "Row=t.csv"]);
     assert!(told.contains("did you mean `Rows`?"), "{told}");
     let told = folder.ill(&["ask", "line.bp", "P(A)"]);

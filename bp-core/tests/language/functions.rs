@@ -79,7 +79,10 @@ fn operands_without_a_value_are_errors() {
         for question in ["P(1 / A > 0.4)", "P(ln(A) > 1)", "P(1 / A)", "P(C | 1 / A > 0.4)"] {
             let error = two.ask(question).map(|answer| answer.to_string());
             let error = error.expect_err(question).to_string();
-            assert!(error.contains("must be a finite number") && error.contains("A = 0"), "{by}, {question}: {error}");
+            assert!(
+                error.contains("must be a finite number") && error.contains("A = 0"),
+                "{by}, {question}: {error}"
+            );
         }
         if by != "weighting" {
             close(ask(&two, "P(A != 0 and 1 / A > 0.4)").number().unwrap(), 0.5);
@@ -108,7 +111,10 @@ fn equations_between_reals_are_known_by_their_difference() {
     let Err(error) = reals.ask("P(W | T * T = 5)") else { panic!("it is not linear and Gaussian") };
     assert!(!error.to_string().contains("more draws"), "{error}");
     // The density of N(20, 25) at 3.
-    close(ask(&reals, "P(T = 3)").number().unwrap(), (-0.5f64 * 17.0 * 17.0 / 25.0).exp() / (50.0 * PI).sqrt());
+    close(
+        ask(&reals, "P(T = 3)").number().unwrap(),
+        (-0.5f64 * 17.0 * 17.0 / 25.0).exp() / (50.0 * PI).sqrt(),
+    );
 }
 
 #[test]

@@ -7,7 +7,8 @@ use bp_core::compiler::answer::Figure;
 use bp_core::prelude::*;
 
 /// P(k) = k² / 91: the cumulatives are 1, 5, 14, 30, 55 and 91 of 91.
-const LOADED: &str = "program Loaded { variables { Face : 1..=6; High : bool; } decomposition { P(Face) P(High | Face) }
+const LOADED: &str =
+    "program Loaded { variables { Face : 1..=6; High : bool; } decomposition { P(Face) P(High | Face) }
     forms { P(Face) = weights(Face * Face); P(High | Face) = dirac(Face > 4); } }";
 
 const BINS: &str = "program Binned { variables { X : bins(0, 10, 5); G : circle(0, 360, 36); S : bool; }
@@ -40,9 +41,13 @@ fn rows(answer: &Posterior) -> Vec<Vec<f64>> {
 #[track_caller]
 fn close(found: &[Vec<f64>], expected: &[&[f64]]) {
     let same = |(found, expected): (&Vec<f64>, &&[f64])| {
-        found.len() == expected.len() && found.iter().zip(*expected).all(|(one, other)| (one - other).abs() < 1e-12)
+        found.len() == expected.len()
+            && found.iter().zip(*expected).all(|(one, other)| (one - other).abs() < 1e-12)
     };
-    assert!(found.len() == expected.len() && found.iter().zip(expected).all(same), "{found:?}, not {expected:?}");
+    assert!(
+        found.len() == expected.len() && found.iter().zip(expected).all(same),
+        "{found:?}, not {expected:?}"
+    );
 }
 
 #[test]
@@ -57,7 +62,10 @@ fn a_finite_quantile_is_the_first_value_whose_cumulative_reaches_the_level() {
         // Of the 30 that are low 14 are at most 3; of the 61 that are high 25 are 5.
         close(&quantiles("quantile(0.5) P(Face | High)"), &[&[0.5, 4.0], &[0.5, 6.0]]);
         // Each searched variable by itself: P(High) = 61/91.
-        close(&quantiles("quantile(0.3, 0.4) P(Face High)"), &[&[0.3, 4.0], &[0.4, 5.0], &[0.3, 0.0], &[0.4, 1.0]]);
+        close(
+            &quantiles("quantile(0.3, 0.4) P(Face High)"),
+            &[&[0.3, 4.0], &[0.4, 5.0], &[0.3, 0.0], &[0.4, 1.0]],
+        );
         // Squares of faces: at least half of it is at 25 and 36.
         close(&quantiles("quantile(0.5) P(Face * Face)"), &[&[0.5, 25.0]]);
     }
@@ -84,7 +92,10 @@ fn within_a_bin_probability_is_spread_evenly() {
 fn normal_quantiles_have_a_closed_form() {
     let room = program(ROOM);
     let found = ask(&room, "quantile(0.1, 0.5, 0.9) P(T | A = 22)");
-    close(&rows(&found), &[&[0.1, 20.666_412_223_002_442], &[0.5, 21.923_076_923_076_923], &[0.9, 23.179_741_623_151_404]]);
+    close(
+        &rows(&found),
+        &[&[0.1, 20.666_412_223_002_442], &[0.5, 21.923_076_923_076_923], &[0.9, 23.179_741_623_151_404]],
+    );
     let interval = ask(&room, "interval(0.9) P(T | A = 22)");
     close(&rows(&interval), &[&[0.9, 20.310_165_242_148_187, 23.535_988_604_005_66]]);
     let [low, high] = ask(&room, "P(T | A = 22)").interval(0.9).unwrap();
@@ -96,7 +107,9 @@ fn normal_quantiles_have_a_closed_form() {
         let expected = if level < 0.5 { 20.666_412_223_002_442 } else { 23.179_741_623_151_404 };
         assert!(error > 0.0 && error < 0.2 && (quantile - expected).abs() < 4.0 * error, "{row:?}");
     }
-    let Figure::Interval { errors: Some(_), .. } = ask(&drawn, "interval(0.9) P(T)").answer().answer[0].figure else {
+    let Figure::Interval { errors: Some(_), .. } =
+        ask(&drawn, "interval(0.9) P(T)").answer().answer[0].figure
+    else {
         panic!("an interval of draws has errors")
     };
 }
@@ -115,7 +128,15 @@ fn quantiles_over_time() {
         close(&rows(&answer), &[&[0.1, 0.953_617_528_450_259_1], &[0.9, 3.046_382_471_549_741]]);
     }
     // Particles that carry a normal law each know any quantile.
-    let drawn = level.clone().by("particles").unwrap().seed(2).question("filter P(L | Z)").unwrap().over(&seen).unwrap();
+    let drawn = level
+        .clone()
+        .by("particles")
+        .unwrap()
+        .seed(2)
+        .question("filter P(L | Z)")
+        .unwrap()
+        .over(&seen)
+        .unwrap();
     let found = drawn.quantile(0.1).unwrap();
     assert!((found - 0.953_617_528_450_259_1).abs() < 0.05, "{found}");
 }

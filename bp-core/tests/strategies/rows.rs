@@ -182,12 +182,18 @@ fn tables_that_do_not_fit_are_refused_with_row_and_column() {
     let x = || Rows::new().column("x", [1.0, 2.0]);
     refused(line(x().column("y", [1.0, 2.0])), "column `y`; did you mean `Y`?");
     refused(line(x().column("A", [1.0, 2.0])), "`A` does not range over `Rows`");
-    refused(line(x().column("Y", ["1", "much"])), "row 3, column `Y`: `much` is not a value of `Y`, which is `real`");
+    refused(
+        line(x().column("Y", ["1", "much"])),
+        "row 3, column `Y`: `much` is not a value of `Y`, which is `real`",
+    );
     refused(
         line(Rows::new().column("x", [1.0, f64::NAN])),
         "row 3, column `x`: `NaN` is missing, but `x` is a field",
     );
-    refused(line(Rows::new().column("x", Vec::<f64>::new())), "it has no rows, so `Rows` would have no element");
+    refused(
+        line(Rows::new().column("x", Vec::<f64>::new())),
+        "it has no rows, so `Rows` would have no element",
+    );
     refused(program(LINE).with("Rows", 5).unwrap().rows(points()), "it has 4 rows, but `Rows` was set to 5");
     let numbered = || Rows::new().column("school", [0, 4]).column("Y", [1.0, 2.0]);
     refused(

@@ -9,7 +9,9 @@ use crate::failure::Failure;
 use crate::planning::Inference;
 use crate::rows::{self, RowTables};
 use crate::{cases, over_time, program};
-use bp_core::compiler::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_by, compile_sized, filled, open};
+use bp_core::compiler::answer::{
+    Answer, CompiledQuestion, OtherColumns, Table, compile_by, compile_sized, filled, open,
+};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::model::{Model, Question};
@@ -104,7 +106,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         return rows::fill(arguments, out);
     }
     let mut network = program::linked(&arguments.file)?;
-    let rows = arguments.rows.read(&network.model, &arguments.settings, &arguments.separator, &arguments.ignore)?;
+    let rows =
+        arguments.rows.read(&network.model, &arguments.settings, &arguments.separator, &arguments.ignore)?;
     let asked = program::questions_of_rows(&mut network, arguments.question.as_deref(), &rows)?;
     let model = network.model;
     let questions: Vec<Question> =

@@ -199,9 +199,12 @@ fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Re
         graft(&mut file, forms);
     }
     let report = &learned.report;
-    let paths = arguments.data.iter().map(PathBuf::as_path).chain(arguments.rows.iter().map(|text| {
-        Path::new(text.rsplit_once('=').map_or(text.as_str(), |(_, path)| path))
-    }));
+    let paths = arguments.data.iter().map(PathBuf::as_path).chain(
+        arguments
+            .rows
+            .iter()
+            .map(|text| Path::new(text.rsplit_once('=').map_or(text.as_str(), |(_, path)| path))),
+    );
     let names = paths.map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
     let name = names.collect::<Vec<_>>().join(", ");
     let mut remark = format!(

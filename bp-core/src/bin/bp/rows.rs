@@ -58,7 +58,8 @@ pub(crate) fn read(
         return Ok(PlateData::default());
     }
     let known = names(model);
-    let is_known = |text: &&String| text.split('=').next().is_some_and(|name| known.contains_key(name.trim()));
+    let is_known =
+        |text: &&String| text.split('=').next().is_some_and(|name| known.contains_key(name.trim()));
     let sized: Vec<String> = typed.iter().filter(is_known).cloned().collect();
     let settings = Settings::read(model, &sized, &known)?;
     let tables = opened(tables, separator)?;
@@ -69,7 +70,8 @@ pub(crate) fn read(
 
 fn opened(tables: &[String], separator: &Separator) -> Result<Vec<(Option<String>, Records)>, Failure> {
     let table = |text: &String| {
-        let is_name = |name: &str| !name.is_empty() && name.chars().all(|it| it.is_alphanumeric() || it == '_');
+        let is_name =
+            |name: &str| !name.is_empty() && name.chars().all(|it| it.is_alphanumeric() || it == '_');
         let named = text.split_once('=').filter(|(name, _)| is_name(name));
         let (of, path) = named.map_or((None, text.as_str()), |(of, path)| (Some(of.to_owned()), path));
         Ok((of, data::open(Path::new(path), separator)?))
@@ -99,10 +101,13 @@ pub(crate) fn fill(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fa
     tables.sort_unstable();
     tables.dedup();
     let table = match tables.as_slice() {
-        [] => return Err(Failure::Words("no cell of a family is missing: there is nothing to fill".to_owned())),
+        [] => {
+            return Err(Failure::Words("no cell of a family is missing: there is nothing to fill".to_owned()));
+        }
         [table] => *table,
         _ => {
-            let words = "cells of several tables are missing, but `--fill` writes one: leave the other families out";
+            let words =
+                "cells of several tables are missing, but `--fill` writes one: leave the other families out";
             return Err(Failure::Words(words.to_owned()));
         }
     };

@@ -90,7 +90,9 @@ impl<'m> Setting<'m> {
                 let numbers = &setting.parameters[parameter.position()];
                 if let Some(number) = numbers.iter().find(|number| **number >= size as f64) {
                     let (number, set) = (written(*number), &model.sets[set].name);
-                    let message = format!("{number} is not an element of `{set}`: its {size} elements are counted from 0");
+                    let message = format!(
+                        "{number} is not an element of `{set}`: its {size} elements are counted from 0"
+                    );
                     return Err(Error::input(&declared.name, message));
                 }
             }

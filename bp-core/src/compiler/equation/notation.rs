@@ -64,7 +64,9 @@ impl Notation {
         };
         match (variable.previous_of, self) {
             // `X > 2` is a name of several words.
-            (None, _) if variable.derived.is_some_and(|kind| kind != DerivedKind::Element) => self.group(&base),
+            (None, _) if variable.derived.is_some_and(|kind| kind != DerivedKind::Element) => {
+                self.group(&base)
+            }
             (None, _) => base,
             (Some(_), Notation::Unicode) => format!("{base}⁻¹"),
             (Some(_), Notation::Latex) => format!("{base}^{{-1}}"),

@@ -203,7 +203,7 @@ fn check(learnable: &Learnable) -> Result<(), Error> {
                 let kind = match parameter.kind {
                     ParameterKind::Size | ParameterKind::Integer | ParameterKind::Element(_) => {
                         ParameterKind::Real
-                    },
+                    }
                     kind => kind,
                 };
                 if let Some(expected) = kind.refuses(number) {

@@ -94,7 +94,8 @@ impl Model {
             Expression::Binary(operator, left, right) if apart(left, right) => {
                 let (left, right) = (of(left)?, of(right)?);
                 let few = left.len().checked_mul(right.len()).is_some_and(|all| all <= MOST_COMBINATIONS);
-                let pairs = left.iter().flat_map(|one| right.iter().map(|other| operator.apply(*one, *other)));
+                let pairs =
+                    left.iter().flat_map(|one| right.iter().map(|other| operator.apply(*one, *other)));
                 few.then(|| distinct(pairs.collect()))
             }
             _ => self.values_one_by_one(root, reads.of(root)),

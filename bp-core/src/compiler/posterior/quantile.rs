@@ -3,8 +3,8 @@
 //! In: the distribution of a slot, levels. Out: quantiles, each with its standard error. Invariant: the quantile at p of a finite
 //! variable is the smallest value whose cumulative probability reaches p; within a bin the probability is spread evenly.
 
-use super::part::{Drawn, Part, PartLaw};
 use super::Figure;
+use super::part::{Drawn, Part, PartLaw};
 use crate::model::{Bins, Domain, Model, Statistic};
 use crate::sample::error_of_quantile;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -71,7 +71,8 @@ impl Part {
         let own = self.marginal(&[place]);
         let slot = &own.of[0];
         let domain = &model.variables[slot.variable].domain;
-        let exact = |quantile: &dyn Fn(f64) -> f64| levels.iter().map(|level| (quantile(*level), None)).collect();
+        let exact =
+            |quantile: &dyn Fn(f64) -> f64| levels.iter().map(|level| (quantile(*level), None)).collect();
         match &own.law {
             PartLaw::Normal { mean, covariance } => {
                 exact(&|level| of_normal(mean[0], covariance[0].max(0.0).sqrt(), level))

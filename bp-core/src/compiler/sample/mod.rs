@@ -12,8 +12,8 @@ mod normals;
 pub use chains::MOST_R_HAT;
 pub(crate) use draws::error_of_quantile;
 pub use draws::{Draws, Moments};
-pub use normals::Normals;
 pub use evidence::Observations;
+pub use normals::Normals;
 
 use crate::random::{Random, seeded};
 use rand::{RngExt, SeedableRng};

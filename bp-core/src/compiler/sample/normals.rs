@@ -50,9 +50,9 @@ fn quantiles(laws: &[[f64; 3]], levels: &[f64]) -> Vec<[f64; 2]> {
             if s > 0.0 { normal_cumulative((x - m) / s) } else { f64::from(u8::from(m <= x)) }
         })
     };
-    let (low, high) = laws.iter().fold((f64::MAX, f64::MIN), |(low, high), [_, m, s]| {
-        (low.min(m - 10.0 * s), high.max(m + 10.0 * s))
-    });
+    let (low, high) = laws
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(low, high), [_, m, s]| (low.min(m - 10.0 * s), high.max(m + 10.0 * s)));
     let at = |level: f64| {
         let (mut from, mut to) = (low, high);
         for _ in 0..HALVINGS {

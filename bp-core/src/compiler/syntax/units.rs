@@ -4,8 +4,9 @@
 
 /// Words that are taken for units behind a number.
 const UNITS: [&str; 38] = [
-    "m", "cm", "mm", "km", "um", "nm", "s", "ms", "us", "ns", "min", "h", "d", "g", "kg", "mg", "t", "deg", "rad", "Hz",
-    "kHz", "MHz", "V", "mV", "A", "mA", "W", "kW", "J", "N", "K", "C", "F", "Pa", "bar", "l", "dB", "percent",
+    "m", "cm", "mm", "km", "um", "nm", "s", "ms", "us", "ns", "min", "h", "d", "g", "kg", "mg", "t", "deg",
+    "rad", "Hz", "kHz", "MHz", "V", "mV", "A", "mA", "W", "kW", "J", "N", "K", "C", "F", "Pa", "bar", "l",
+    "dB", "percent",
 ];
 
 /// The help for a token that was not expected behind this text.

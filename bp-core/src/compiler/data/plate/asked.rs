@@ -7,8 +7,8 @@ use super::{Family, PlateData};
 use crate::error::Error;
 use crate::ids::{ExpressionId, Id, VariableId};
 use crate::model::{
-    Ask, Derived, DerivedKind, Expression, Finding, Known, Model, Question, Searched, Statistic, Value, VariableUse,
-    When,
+    Ask, Derived, DerivedKind, Expression, Finding, Known, Model, Question, Searched, Statistic, Value,
+    VariableUse, When,
 };
 
 /// The most missing cells that are searched together.
@@ -77,7 +77,8 @@ impl PlateData {
         let name = &family.name;
         if missing.is_empty() {
             let file = self.tables[family.place.table].path.display();
-            let message = format!("`{file}` has a value in each cell of its column: there is nothing to predict");
+            let message =
+                format!("`{file}` has a value in each cell of its column: there is nothing to predict");
             return Err(Error::input(name, message));
         }
         if missing.len() > MOST_MISSING {
@@ -108,9 +109,12 @@ impl PlateData {
         derived: &[Derived],
     ) -> Result<(), Error> {
         let elements = named.filter_map(|id| derived.get((u32::MAX as usize).checked_sub(id.position())?));
-        for row in elements.flat_map(|derived| indices(derived, family.variable)).filter_map(|at| family.row_of(at)) {
+        for row in
+            elements.flat_map(|derived| indices(derived, family.variable)).filter_map(|at| family.row_of(at))
+        {
             let name = format!("{}[{}]", family.name, row as i64 + family.first);
-            let message = format!("known: it is the value of `{name}`; only missing cells are predicted or set");
+            let message =
+                format!("known: it is the value of `{name}`; only missing cells are predicted or set");
             return Err(self.tables[family.place.table].wrong(row, family.place.column, message));
         }
         Ok(())

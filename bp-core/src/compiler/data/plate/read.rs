@@ -71,7 +71,8 @@ impl Reader<'_> {
     fn element_names(&mut self, table: usize, space: &IndexSpace) -> Result<(), Error> {
         let records = &self.data.tables[table];
         let IndexSpace::Set(set) = space else { return Ok(()) };
-        let Some(column) = records.columns.iter().position(|it| it.trim() == self.model.sets[*set].name) else {
+        let Some(column) = records.columns.iter().position(|it| it.trim() == self.model.sets[*set].name)
+        else {
             return Ok(());
         };
         let mut names: Vec<String> = Vec::with_capacity(records.len());
@@ -81,7 +82,10 @@ impl Reader<'_> {
                 return Err(records.wrong(row, column, "missing; each row needs the name of its element"));
             }
             if let Some(first) = names.iter().position(|known| *known == name) {
-                let message = format!("the name of row {} too; each element has a name of its own", records.line(first));
+                let message = format!(
+                    "the name of row {} too; each element has a name of its own",
+                    records.line(first)
+                );
                 return Err(records.wrong(row, column, message));
             }
             names.push(name);
@@ -102,7 +106,9 @@ impl Reader<'_> {
             let model = self.model;
             let field = model.parameters.iter().find(|(_, it)| it.name == name && it.over == [*space]);
             let family = model.variables.iter().find(|(_, it)| {
-                it.name == name && it.previous_of.is_none() && it.family.is_some_and(|family| family.over == *space)
+                it.name == name
+                    && it.previous_of.is_none()
+                    && it.family.is_some_and(|family| family.over == *space)
             });
             if let Some((parameter, declared)) = field {
                 let numbers = match declared.kind {
@@ -112,11 +118,13 @@ impl Reader<'_> {
                 self.data.fields.push(Field { parameter, name, place, numbers });
             } else if let Some((variable, declared)) = family {
                 if model.components(variable) > 1 {
-                    let message = format!("`{name}` is a family of vectors, whose values are no cells of one column");
+                    let message =
+                        format!("`{name}` is a family of vectors, whose values are no cells of one column");
                     return Err(self.wrong(records, message));
                 }
                 let values = Values::new(model, variable, &|name| self.known_size(name));
-                let cell = |row| Ok(records.cell(row, column, &values)?.map_or(f64::NAN, |value| value.number));
+                let cell =
+                    |row| Ok(records.cell(row, column, &values)?.map_or(f64::NAN, |value| value.number));
                 let read = (0..records.len()).map(cell).collect::<Result<Vec<f64>, Error>>()?;
                 let first = declared.family.map_or(0, |family| family.over.first());
                 self.data.families.push(Family { variable, name, place, first, values: read });
@@ -130,7 +138,8 @@ impl Reader<'_> {
     fn unknown(&self, table: usize, name: &str, space: &IndexSpace) -> Error {
         let records = &self.data.tables[table];
         let own: Vec<&str> = self.ranging().filter(|(_, over)| over == space).map(|(name, _)| name).collect();
-        let open = own.iter().copied().filter(|own| records.columns.iter().all(|column| column.trim() != *own));
+        let open =
+            own.iter().copied().filter(|own| records.columns.iter().all(|column| column.trim() != *own));
         let over = self.space_name(space);
         let known = self.model.variables.values().any(|it| it.name == name)
             || self.model.parameters.values().any(|it| it.name == name);
@@ -182,7 +191,8 @@ impl Reader<'_> {
             let message = format!("missing, but each row needs an element of `{set_name}`");
             return Err(records.wrong(row, column, message));
         }
-        let whole = |text: &&str| text.parse().ok().filter(|number: &f64| number.fract() == 0.0 && *number >= 0.0);
+        let whole =
+            |text: &&str| text.parse().ok().filter(|number: &f64| number.fract() == 0.0 && *number >= 0.0);
         let numbers: Option<Vec<f64>> = match self.names.contains_key(&set) {
             true => None,
             false => texts.iter().map(whole).collect(),
@@ -191,7 +201,8 @@ impl Reader<'_> {
             return Ok(numbers);
         }
         let (names, fixed) = self.names.entry(set).or_default();
-        let mut places: HashMap<String, usize> = names.iter().cloned().enumerate().map(|(at, name)| (name, at)).collect();
+        let mut places: HashMap<String, usize> =
+            names.iter().cloned().enumerate().map(|(at, name)| (name, at)).collect();
         let mut found = Vec::with_capacity(texts.len());
         for (row, text) in texts.iter().enumerate() {
             let next = places.len();
@@ -212,7 +223,8 @@ impl Reader<'_> {
             };
             found.push(place as f64);
         }
-        let shown: Vec<String> = names.iter().take(6).enumerate().map(|(at, name)| format!("{at} is `{name}`")).collect();
+        let shown: Vec<String> =
+            names.iter().take(6).enumerate().map(|(at, name)| format!("{at} is `{name}`")).collect();
         let rest = if names.len() > shown.len() { ", …" } else { "" };
         let note = format!("elements of `{set_name}`: {}{rest}", shown.join(", "));
         if !*fixed {
@@ -225,14 +237,18 @@ impl Reader<'_> {
     /// Refuses indices outside their sets; sets without a size have that of the largest index.
     fn indices(&mut self) -> Result<(), Error> {
         for (set, declared) in self.model.sets.iter() {
-            let of_set = |field: &&Field| self.model.parameters[field.parameter].kind == ParameterKind::Element(set);
+            let of_set =
+                |field: &&Field| self.model.parameters[field.parameter].kind == ParameterKind::Element(set);
             let fields: Vec<&Field> = self.data.fields.iter().filter(of_set).collect();
             let largest = fields.iter().flat_map(|field| &field.numbers).copied().fold(-1.0, f64::max);
             let named = self.names.get(&set).map_or(0, |(names, _)| names.len());
             match self.known_size(&declared.name) {
                 Some(size) => {
                     for field in fields {
-                        let expected = format!("not an element of `{}`, which has {size}, counted from 0", declared.name);
+                        let expected = format!(
+                            "not an element of `{}`, which has {size}, counted from 0",
+                            declared.name
+                        );
                         self.inside(field, (0.0, size as f64 - 1.0), &expected)?;
                     }
                 }
@@ -252,13 +268,17 @@ impl Reader<'_> {
         for expression in model.expressions.values() {
             match expression {
                 Expression::Variable(use_) => {
-                    if let (Some(index), Some(family)) = (use_.element, model.variables[use_.variable].family) {
+                    if let (Some(index), Some(family)) = (use_.element, model.variables[use_.variable].family)
+                    {
                         used(index, &model.variables[use_.variable].name, &family.over);
                     }
                 }
                 Expression::Parameter { parameter, indices } => {
                     let declared = &model.parameters[*parameter];
-                    indices.iter().zip(&declared.over).for_each(|(index, over)| used(*index, &declared.name, over));
+                    indices
+                        .iter()
+                        .zip(&declared.over)
+                        .for_each(|(index, over)| used(*index, &declared.name, over));
                 }
                 _ => {}
             }
@@ -266,7 +286,9 @@ impl Reader<'_> {
         for (parameter, name, over) in uses {
             let IndexSpace::Range(range) = over else { continue };
             let size = range.high.size.map_or(Some(0), |id| self.known_size(&model.parameters[id].name));
-            let (Some(size), Some(field)) = (size, self.data.fields.iter().find(|it| it.parameter == parameter)) else {
+            let (Some(size), Some(field)) =
+                (size, self.data.fields.iter().find(|it| it.parameter == parameter))
+            else {
                 continue;
             };
             let (low, high) = (range.low, size as i64 + range.high.offset);

@@ -13,7 +13,10 @@ impl Reader<'_> {
     pub(super) fn space_name(&self, space: &IndexSpace) -> String {
         match space {
             IndexSpace::Set(set) => format!("`{}`", self.model.sets[*set].name),
-            IndexSpace::Range(range) => format!("`{}`", self.model.domain_text(&Domain::Finite { labels: Vec::new(), range: Some(*range) })),
+            IndexSpace::Range(range) => format!(
+                "`{}`",
+                self.model.domain_text(&Domain::Finite { labels: Vec::new(), range: Some(*range) })
+            ),
         }
     }
 
@@ -53,9 +56,14 @@ impl Reader<'_> {
                 let help = match (near(of, names.iter().copied()), names.is_empty()) {
                     (Some(near), _) => format!("did you mean `{near}`?"),
                     (None, true) => "the program has none".to_owned(),
-                    (None, false) => format!("rows can be elements of {}", listed(names.iter().copied(), "or")),
+                    (None, false) => {
+                        format!("rows can be elements of {}", listed(names.iter().copied(), "or"))
+                    }
                 };
-                Error::input(of, format!("no field and no family ranges over a set or a size of this name; {help}"))
+                Error::input(
+                    of,
+                    format!("no field and no family ranges over a set or a size of this name; {help}"),
+                )
             });
         }
         let columns = || records.columns.iter().map(|column| column.trim());

@@ -85,7 +85,9 @@ fn count_fault(
     }
     let message = match (count, declared.domain.is_finite()) {
         (Some(count), _) => format!("{each}: expected {count}, found {}", weights.len()),
-        (None, true) => format!("{each}: expected a number of values that is known here, found {}", weights.len()),
+        (None, true) => {
+            format!("{each}: expected a number of values that is known here, found {}", weights.len())
+        }
         (None, false) => format!("{each}, but it is `{}`", model.domain_text(&declared.domain)),
     };
     Some(fault(place, message))

@@ -76,7 +76,8 @@ impl<'s> Equations<'s> {
             let model = self.setting.model;
             let context = || {
                 let products = model.factors[source.factor].products.iter();
-                let named = products.zip(&instance.indices).map(|((name, _), index)| format!("{name} = {index}"));
+                let named =
+                    products.zip(&instance.indices).map(|((name, _), index)| format!("{name} = {index}"));
                 named.collect::<Vec<_>>().join(", ")
             };
             let (form, deviation) = law_of(model, source, instance.component, &leaves, &context)?;

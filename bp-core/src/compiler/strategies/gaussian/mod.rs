@@ -17,7 +17,7 @@ pub use filter::{Belief, Filter};
 pub(crate) use frontier::Slots;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::Engine;
-pub(crate) use offer::{applies, is_linear};
 pub use offer::{Gaussian, LinearEquation};
+pub(crate) use offer::{applies, is_linear};
 pub(crate) use predicate::{of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

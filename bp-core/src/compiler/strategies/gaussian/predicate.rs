@@ -35,7 +35,12 @@ pub(crate) fn of_normal(model: &Model, variable: VariableId, elements: bool) -> 
 }
 
 /// The comparisons that a truth value is made of; `None` where something else stands in it.
-fn comparisons(model: &Model, id: ExpressionId, elements: bool, leaves: &mut Vec<ExpressionId>) -> Option<()> {
+fn comparisons(
+    model: &Model,
+    id: ExpressionId,
+    elements: bool,
+    leaves: &mut Vec<ExpressionId>,
+) -> Option<()> {
     match &model.expressions[id] {
         Expression::Binary(Binary::And | Binary::Or, left, right) => {
             comparisons(model, *left, elements, leaves)?;
@@ -44,7 +49,8 @@ fn comparisons(model: &Model, id: ExpressionId, elements: bool, leaves: &mut Vec
         Expression::Unary(Unary::Not, operand) => comparisons(model, *operand, elements, leaves),
         Expression::Binary(operator, left, right) if operator.compares() => {
             leaves.push(id);
-            (degree(model, *left, elements).is_some() && degree(model, *right, elements).is_some()).then_some(())
+            (degree(model, *left, elements).is_some() && degree(model, *right, elements).is_some())
+                .then_some(())
         }
         _ => None,
     }

@@ -269,8 +269,7 @@ impl Cloud {
     /// The distribution of a slot that was not drawn: a mixture of normal laws.
     pub(crate) fn mixture(&self, slot: usize) -> Normals {
         let law = |(ln, particle): (&f64, &Particle)| {
-            let [mean, deviation] =
-                particle.law.of(slot).expect("internal: a linear variable has a law");
+            let [mean, deviation] = particle.law.of(slot).expect("internal: a linear variable has a law");
             [ln.exp(), mean, deviation]
         };
         Normals::new(self.ln_weights.iter().zip(&self.particles).map(law).collect())

@@ -218,7 +218,8 @@ pub(crate) fn rows(
             }
             (Some((_, own)), _) => Figure::real(&own.moments),
             (None, statistic) => {
-                let at = kept.iter().position(|own| *own == slot).expect("internal: what is searched is kept");
+                let at =
+                    kept.iter().position(|own| *own == slot).expect("internal: what is searched is kept");
                 let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
                 match statistic {
                     Statistic::Expectation => {

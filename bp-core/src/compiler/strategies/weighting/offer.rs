@@ -14,7 +14,9 @@
 use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
-use crate::model::{Ask, Domain, Expression, Factor, Finding, Form, Model, Question, Searched, Statistic, in_order};
+use crate::model::{
+    Ask, Domain, Expression, Factor, Finding, Form, Model, Question, Searched, Statistic, in_order,
+};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
 
@@ -177,11 +179,19 @@ pub(crate) fn not_of_draws(model: &Model, ask: &Ask) -> Option<String> {
             let name = model.variable_name(real.variable);
             let alone = ask.searched.len() == 1 && model.components(real.variable) == 1;
             match ask.statistic {
-                Statistic::Argmax { .. } if alone && model.variables[real.variable].family.is_none() => return None,
-                Statistic::Argmax { .. } => {
-                    return Some(format!("of draws the mode of one real is estimated: ask for `argmax P({name} | …)`"));
+                Statistic::Argmax { .. } if alone && model.variables[real.variable].family.is_none() => {
+                    return None;
                 }
-                _ => return Some(format!("draws of `{name}` have no density: ask for `argmax`, or for `P(…)`")),
+                Statistic::Argmax { .. } => {
+                    return Some(format!(
+                        "of draws the mode of one real is estimated: ask for `argmax P({name} | …)`"
+                    ));
+                }
+                _ => {
+                    return Some(format!(
+                        "draws of `{name}` have no density: ask for `argmax`, or for `P(…)`"
+                    ));
+                }
             }
         }
         _ => {}

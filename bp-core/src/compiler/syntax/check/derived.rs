@@ -66,9 +66,12 @@ impl<'p> Checker<'p> {
             .map(|item| item.at.0)
             .collect();
         let start = derived.len();
-        let known = ask.distribution.known.iter().filter(|item| item.evidence.is_none() && ask.from.is_none());
+        let known =
+            ask.distribution.known.iter().filter(|item| item.evidence.is_none() && ask.from.is_none());
         let given: Vec<Expr> = known
-            .filter_map(|item| if let Subject::Term(term) = &item.subject { Some(term.clone()) } else { None })
+            .filter_map(
+                |item| if let Subject::Term(term) = &item.subject { Some(term.clone()) } else { None },
+            )
             .collect();
         let searched: Vec<Span> = ask.distribution.searched.iter().map(|item| item.at.0).collect();
         for item in items(ask) {
@@ -142,7 +145,9 @@ impl<'p> Checker<'p> {
         let equation = (holds && kind == Type::Boolean).then(|| self.equation(root, span)).flatten();
         let root = match equation {
             Some(difference) => difference,
-            None => self.where_given(root, &kind, span, (given.iter().filter(|other| **other != expr), &scope)),
+            None => {
+                self.where_given(root, &kind, span, (given.iter().filter(|other| **other != expr), &scope))
+            }
         };
         let model = self.model.so_far();
         if root.position() + 1 < model.expressions.len() {

@@ -77,14 +77,16 @@ impl Checker<'_> {
                 let (first, second) = (self.guard(left, span), self.guard(right, span));
                 let second = second.map(|guard| {
                     let zero = self.node(span, Expression::Number(0.0));
-                    let (then, otherwise) = if operator == Binary::And { (guard, zero) } else { (zero, guard) };
+                    let (then, otherwise) =
+                        if operator == Binary::And { (guard, zero) } else { (zero, guard) };
                     self.node(span, Expression::If { condition: left, then, otherwise })
                 });
                 self.sum(first, second, span)
             }
             Expression::Unary(Unary::Not, operand) => self.guard(operand, span),
             Expression::Binary(operator, left, right) if operator.compares() => {
-                let mut zeros = [left, right].into_iter().filter(|id| self.may_be_undefined(*id)).collect::<Vec<_>>();
+                let mut zeros =
+                    [left, right].into_iter().filter(|id| self.may_be_undefined(*id)).collect::<Vec<_>>();
                 zeros.iter_mut().for_each(|id| {
                     let zero = self.node(span, Expression::Number(0.0));
                     *id = self.node(span, Expression::Binary(Binary::Multiply, zero, *id));
@@ -116,7 +118,11 @@ impl Checker<'_> {
         model.nodes_below(root).into_iter().any(|id| match model.expressions[id] {
             Expression::Binary(Binary::Divide | Binary::Remainder | Binary::Power, _, right) => reads(right),
             Expression::Unary(
-                Unary::NaturalLogarithm | Unary::SquareRoot | Unary::BinaryLogarithm | Unary::LnGamma | Unary::LnBessel,
+                Unary::NaturalLogarithm
+                | Unary::SquareRoot
+                | Unary::BinaryLogarithm
+                | Unary::LnGamma
+                | Unary::LnBessel,
                 operand,
             ) => reads(operand),
             _ => false,

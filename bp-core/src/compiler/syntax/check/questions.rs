@@ -207,10 +207,12 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
     let Some(id) = model.variable(&spoken) else {
         let known: Vec<String> = model.variables.ids().map(|id| model.variable_name(id)).collect();
         let mut diagnostic = Diagnostic::new(occurrence.at.0, format!("unknown variable `{spoken}`"));
-        diagnostic.help = units::behind_number(name).or_else(|| did_you_mean(name, known.iter().map(String::as_str))).or_else(|| {
-            let listed = listed(known.iter().map(String::as_str), "and");
-            (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
-        });
+        diagnostic.help = units::behind_number(name)
+            .or_else(|| did_you_mean(name, known.iter().map(String::as_str)))
+            .or_else(|| {
+                let listed = listed(known.iter().map(String::as_str), "and");
+                (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
+            });
         wrong.push(diagnostic);
         return None;
     };

@@ -3,8 +3,8 @@
 //! In: an ask as written. Out: its [`Statistic`] and its [`When`]. Invariant: at most one of each, the statistic first;
 //! `sequence` alone is the most likely sequence.
 
-use super::{integer, number};
 use super::names::{did_you_mean, listed};
+use super::{integer, number};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::model::{Statistic, When};
 use crate::source::Span;
