@@ -6,3 +6,4 @@
 mod errors;
 mod fuzz;
 mod gallery;
+mod reference;

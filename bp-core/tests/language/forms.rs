@@ -36,7 +36,7 @@ fn normalised(weights: Vec<f64>) -> Vec<f64> {
 }
 
 /// Laws with parameters, as written and as numbers.
-const LAWS: [(&str, Law, &[f64]); 10] = [
+const LAWS: [(&str, Law, &[f64]); 17] = [
     ("uniform(0, 4)", Law::Uniform, &[0.0, 4.0]),
     ("normal(2, 1.5)", Law::Normal, &[2.0, 1.5]),
     ("lognormal(0.5, 0.6)", Law::Lognormal, &[0.5, 0.6]),
@@ -45,13 +45,20 @@ const LAWS: [(&str, Law, &[f64]); 10] = [
     ("beta(2, 3)", Law::Beta, &[2.0, 3.0]),
     ("von_mises(1, 2)", Law::VonMises, &[1.0, 2.0]),
     ("weibull(1.5, 2)", Law::Weibull, &[1.5, 2.0]),
+    ("half_normal(1.3)", Law::HalfNormal, &[1.3]),
+    ("half_cauchy(0.6)", Law::HalfCauchy, &[0.6]),
+    ("student_t(3, 1, 0.8)", Law::StudentT, &[3.0, 1.0, 0.8]),
+    ("cauchy(1, 0.6)", Law::Cauchy, &[1.0, 0.6]),
+    ("laplace(1, 0.6)", Law::Laplace, &[1.0, 0.6]),
     ("binomial(5, 0.3)", Law::Binomial, &[5.0, 0.3]),
     ("poisson(2.2)", Law::Poisson, &[2.2]),
+    ("negative_binomial(2.5, 0.4)", Law::NegativeBinomial, &[2.5, 0.4]),
+    ("geometric(0.3)", Law::Geometric, &[0.3]),
 ];
 
 #[test]
 fn laws_of_reals_are_densities() {
-    for (form, law, parameters) in &LAWS[..8] {
+    for (form, law, parameters) in &LAWS[..13] {
         for x in [0.25, 0.75, 3.5, -1.0] {
             let found = answer("real", form, &format!("P(X = {x} | {KNOWN})"));
             near(&found, &[law.density(x, parameters)], 1e-13);
@@ -69,7 +76,7 @@ fn laws_over_integers_are_their_densities_normalised() {
 
 #[test]
 fn laws_over_bins_are_their_masses() {
-    for (form, law, parameters) in &LAWS[..8] {
+    for (form, law, parameters) in &LAWS[..13] {
         let edges: Vec<f64> = (0..=10).map(|edge| f64::from(edge) * 0.1).collect();
         let masses = edges
             .windows(2)

@@ -51,7 +51,7 @@ fn parents() -> impl Iterator<Item = [usize; 3]> {
     (0..8).map(|number| [number & 1, number >> 1 & 1, number >> 2 & 1])
 }
 
-const FINITE: [(&str, &str); 45] = [
+const FINITE: [(&str, &str); 61] = [
     ("bool", "bernoulli(if A { 0.2 } else { 0.1 * K })"),
     ("bool", "mixture(0.5, bernoulli(0.2), 0.5, mixture(0.5, bernoulli(1), 0.5, bernoulli(0)))"),
     ("bool", "dirac(A and not B)"),
@@ -75,6 +75,16 @@ const FINITE: [(&str, &str); 45] = [
     ("0..=6", "weibull(1.5, 2)"),
     ("0..=6", "binomial(5, 0.3)"),
     ("0..=6", "poisson(2.2)"),
+    ("0..=6", "half_normal(1.5)"),
+    ("0..=6", "half_cauchy(K)"),
+    ("-3..=6", "student_t(3, m[K], 1.5)"),
+    ("-3..=6", "cauchy(m[K], 0.5)"),
+    ("-3..=6", "laplace(m[K], K)"),
+    ("0..=6", "negative_binomial(K, 0.4)"),
+    ("0..=6", "geometric(0.3)"),
+    ("-1..=6", "zero_inflated(0.1 * K, poisson(K))"),
+    ("bool", "bernoulli(logistic(m[K]))"),
+    ("bool", "bernoulli(probit(m[K]))"),
     ("-3..=6", "if A { normal(K, 1) } else if B { poisson(2) } else { uniform }"),
     ("0..=6", "truncated(normal(2, 1.5), 1, 2 + K)"),
     ("0..=6", "mixture(0.25, poisson(K), 0.75, normal(0, 1))"),
@@ -86,6 +96,12 @@ const FINITE: [(&str, &str); 45] = [
     ("bins(0, 1, 10)", "beta(2, 3)"),
     ("bins(0, 1, 10)", "von_mises(1, 2)"),
     ("bins(0, 1, 10)", "weibull(1.5, 2)"),
+    ("bins(-1, 1, 10)", "half_normal(0.4)"),
+    ("bins(-1, 1, 10)", "half_cauchy(0.4)"),
+    ("bins(-1, 1, 10)", "student_t(0.5, m[K], 0.3)"),
+    ("bins(-1, 1, 10)", "cauchy(m[K], 0.3)"),
+    ("bins(-1, 1, 10)", "laplace(m[K], 0.3)"),
+    ("bins(0, 1, 10)", "truncated(cauchy(0.5, 0.3), 0.2, 0.7)"),
     ("bins(0, 10, 10)", "poisson(2)"),
     ("bins[0, 0.5, 3]", "weibull(1.5, 2)"),
     ("bins[0, 0.5, 3]", "gamma(1.5, K)"),
@@ -128,7 +144,7 @@ fn over_finite_domains_both_engines_agree() {
     }
 }
 
-const REAL: [&str; 11] = [
+const REAL: [&str; 18] = [
     "uniform(0, 4)",
     "normal(m[K], if A { 1 } else { 2 })",
     "lognormal(0.5, 0.6)",
@@ -137,7 +153,14 @@ const REAL: [&str; 11] = [
     "beta(2, 3)",
     "von_mises(1, 2)",
     "weibull(1.5, 2)",
+    "half_normal(1.5)",
+    "half_cauchy(K)",
+    "student_t(50 * K, m[K], 0.3)",
+    "cauchy(m[K], 0.5)",
+    "laplace(m[K], K)",
     "truncated(normal(2, 1.5), 0.2, 3)",
+    "truncated(cauchy(2, 1.5), 0.2, 3)",
+    "truncated(laplace(2, 1.5), 0.2, 3)",
     "mixture(0.3, normal(0, 1), 0.7, exponential(2))",
     "if A { normal(0, 1) } else if B { gamma(2, K) } else { mixture(1, normal(K, 2)) }",
 ];
@@ -210,7 +233,7 @@ fn draws_have_the_distribution_that_they_are_drawn_from() {
     let mass = law.mass(&mut bp_core::compiler::law::Numbers, 8.0, 9.0, &[0.0, 1.0]).unwrap();
     let tail = Distribution::Truncated {
         law,
-        parameters: [0.0, 1.0],
+        parameters: [0.0, 1.0, 0.0],
         bounds: [8.0, 9.0],
         mass: Extended::from_f64(mass),
     };

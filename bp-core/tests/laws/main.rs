@@ -3,10 +3,12 @@
 //! In: forms with their parameters. Out: probabilities, densities and draws, compared with constants of 50 digits,
 //! quadrature, or calculation by hand. Invariant: no expected value comes from this crate.
 
+mod coupled;
 mod densities;
 mod dirichlet;
 mod distributions;
 mod invalid_numbers;
+mod links;
 mod probability;
 mod range;
 mod range_sensor;

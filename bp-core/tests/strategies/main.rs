@@ -7,6 +7,8 @@ mod back_ends;
 mod cell;
 mod chains;
 mod choices;
+mod first_instants;
+mod flat;
 mod gaussian;
 mod gibbs;
 mod histories;

@@ -221,3 +221,23 @@ fn particles_that_cannot_be_are_followed_no_further() {
         assert!((answer.ln_evidence.unwrap() - ln).abs() < 0.05, "{:?}, expected {ln}", answer.ln_evidence);
     }
 }
+
+#[test]
+fn a_real_has_a_form_of_its_own_at_the_first_instant() {
+    let model = model_of(
+        "program Walk { variables { X, X^-1, Z : real; } decomposition { P(initial(X)) P(X | X^-1) P(Z | X) }
+         forms { P(initial(X)) = normal(3, 2); P(X | X^-1) = normal(0.5 * X^-1, 1); P(Z | X) = normal(X, 1); } }",
+    );
+    // By hand: N(3, 4) and z = 5 give N(4.6, 0.8); a step gives N(2.3, 1.2), and z = 1 gives mean 2.3 − 1.3 · 1.2 / 2.2.
+    let of = |z: &[f64]| match asked(&model, "filter P(X | Z)", z, 4, 1).answer[0].figure {
+        Figure::Real { mean, deviation, .. } => [mean[0], deviation[0]],
+        Figure::Normal { mean, deviation } => [mean, deviation],
+        figure => panic!("{figure:?}"),
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() < 1e-9);
+        assert!(all, "{found:?}, expected {expected:?}");
+    };
+    near(of(&[5.0]), [4.6, 0.8f64.sqrt()]);
+    near(of(&[5.0, 1.0]), [2.3 - 1.3 * 1.2 / 2.2, (1.2 / 2.2f64).sqrt()]);
+}

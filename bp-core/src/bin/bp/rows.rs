@@ -102,7 +102,9 @@ pub(crate) fn fill(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fa
     tables.dedup();
     let table = match tables.as_slice() {
         [] => {
-            return Err(Failure::Words("no cell of a family is missing: there is nothing to fill".to_owned()));
+            return Err(Failure::Words(
+                "no cell of a family is missing: there is nothing to fill".to_owned(),
+            ));
         }
         [table] => *table,
         _ => {

@@ -40,7 +40,7 @@ impl Setting<'_> {
         let at_zero: Vec<f64> =
             values.iter().zip(linear).map(|(value, linear)| if *linear { 0.0 } else { *value }).collect();
         let (constant, deviation) = match self.distribution(instance, &at_zero)? {
-            Distribution::Law(Law::Normal, [mean, deviation]) => (mean, deviation),
+            Distribution::Law(Law::Normal, [mean, deviation, _]) => (mean, deviation),
             Distribution::Point(point) => (point, 0.0),
             _ => unreachable!("internal: a linear variable is normal or a Dirac"),
         };
@@ -66,6 +66,9 @@ impl Scope<'_> {
                 self.mean(if self.number(*condition) != 0.0 { then } else { otherwise })
             }
             Form::Previous { otherwise, .. } => self.mean(otherwise),
+            Form::Initial { first, later } => {
+                self.mean(if self.setting.first == Some(true) { first } else { later })
+            }
             _ => unreachable!("internal: a linear variable is normal or a Dirac"),
         }
     }

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::exec::scalar::Number;
 use crate::forms::{bernoulli, dirac, row, surely, truncated, weights};
 use crate::ids::ExpressionId;
-use crate::law::{Dirichlet, Law, Numbers};
+use crate::law::{Dirichlet, Law, Numbers, Parameters};
 use crate::model::{Form, VariableUse, row_tolerance};
 use crate::spelling::number as written;
 
@@ -121,8 +121,8 @@ impl Evaluation<'_> {
         form: &Form,
         law: Law,
         arguments: &[ExpressionId],
-    ) -> Result<[f64; 2], Error> {
-        let mut parameters = [0.0; 2];
+    ) -> Result<Parameters, Error> {
+        let mut parameters = Parameters::default();
         parameters.iter_mut().zip(arguments).for_each(|(number, id)| *number = self.scope.number(*id));
         match law.refuses(super::law::exactly(law, &parameters)) {
             None => Ok(parameters),
@@ -160,6 +160,6 @@ impl Evaluation<'_> {
     }
 }
 
-fn must(what: &str, found: f64, expected: &str) -> String {
+pub(super) fn must(what: &str, found: f64, expected: &str) -> String {
     format!("{what} is {}, but it must {expected}", written(found))
 }

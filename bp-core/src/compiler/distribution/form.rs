@@ -4,13 +4,15 @@
 //! probabilities of a finite left-hand side sum to one, or are all 0 (a Dirac outside its domain, weights that are all
 //! 0); no NaN is passed on.
 
+use super::check::must;
+use super::least::Least;
 use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{bernoulli, dirac, mixture, normal_bins, truncated, uniform};
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::{Law, Numbers, Wide};
+use crate::law::{Constraint, Law, Numbers, Wide};
 use crate::model::{Domain, Form, VariableUse};
 use crate::radix;
 
@@ -141,6 +143,16 @@ impl Evaluation<'_> {
                 }
             }
             Form::Dirichlet(parameters) => self.share(form, parameters)?,
+            Form::Multinomial { trials, probabilities } => self.count_of(form, *trials, probabilities)?,
+            Form::Ordered(inner) => match (inner.as_ref(), domain) {
+                (Form::Law { law, arguments }, Domain::Vector(length)) => {
+                    let parameters = self.parameters(inner, *law, arguments)?;
+                    let above = self.before().last().copied();
+                    let draws = length - self.instance.component;
+                    Distribution::Least(Least { law: *law, parameters, draws, above })
+                }
+                _ => return Err(self.unplanned("`ordered` takes a distribution of a real".to_owned())),
+            },
             Form::Mixture(parts) => self.mixture(form, parts, domain)?,
             Form::Truncated { form: inner, low, high } => {
                 let bounds = self.bounds(form, [self.scope.number(*low), self.scope.number(*high)])?;
@@ -168,7 +180,7 @@ impl Evaluation<'_> {
                 }
             }
             Form::NormalBins { mean, deviation } => {
-                let [mean, deviation] = self.parameters(form, Law::Normal, &[*mean, *deviation])?;
+                let [mean, deviation, _] = self.parameters(form, Law::Normal, &[*mean, *deviation])?;
                 let by = &mut Wide;
                 let [mean, deviation, bins] = [mean, deviation, (count - 1) as f64].map(Extended::from_f64);
                 let is_beyond = normal_bins::is_beyond(by, mean, bins) != Extended::ZERO;
@@ -215,6 +227,20 @@ impl Evaluation<'_> {
                     }
                 }))
             }
+            Form::Flat => {
+                let head = setting.model.head(&setting.model.factors[self.instance.factor]);
+                return Err(self.unplanned(format!("`{head}` is improper: {}", Form::FLAT)));
+            }
+            Form::Initial { first, later } => match setting.first {
+                Some(true) => self.form(first)?,
+                Some(false) => self.form(later)?,
+                None => {
+                    let head = setting.model.head(&setting.model.factors[self.instance.factor]);
+                    return Err(self.unplanned(format!(
+                        "`{head}` has a form of its own at the first instant: ask over time, such as `filter P(…)`"
+                    )));
+                }
+            },
             Form::If { condition, then, otherwise } => {
                 let condition = Scope { component: 0, ..self.scope }.number(*condition);
                 self.form(if condition != 0.0 { then } else { otherwise })?
@@ -248,9 +274,35 @@ impl Evaluation<'_> {
 
     /// The law of one component of a vector of proportions, given the earlier ones.
     fn share(&self, form: &Form, parameters: &[ExpressionId]) -> Result<Distribution, Error> {
+        Ok(Distribution::Share(self.dirichlet(form, self.numbers(parameters))?.share(self.before())))
+    }
+
+    /// The components of a vector before this one.
+    fn before(&self) -> &[f64] {
         let slot = self.instance.left[0];
-        let before = &self.scope.values[slot - self.instance.component..slot];
-        Ok(Distribution::Share(self.dirichlet(form, self.numbers(parameters))?.share(before)))
+        &self.scope.values[slot - self.instance.component..slot]
+    }
+
+    /// The law of one count of a multinomial law, given those before it: of the trials that these leave, binomial; the last is
+    /// what is left.
+    fn count_of(
+        &self,
+        form: &Form,
+        trials: ExpressionId,
+        probabilities: &[ExpressionId],
+    ) -> Result<Distribution, Error> {
+        let (trials, row) = (self.scope.number(trials), self.row(form, self.numbers(probabilities))?);
+        if let Some(expected) = Constraint::Count.refuses(trials) {
+            return Err(self.refused(form, must("the number of trials", trials, &format!("be {expected}"))));
+        }
+        let (before, component) = (self.before(), self.instance.component);
+        let left = (trials - before.iter().sum::<f64>()).max(0.0);
+        let rest: f64 = row[component..].iter().sum();
+        if component + 1 == row.len() {
+            return Ok(Distribution::Point(left));
+        }
+        let share = if rest > 0.0 { (row[component] / rest).min(1.0) } else { 0.0 };
+        Ok(Distribution::Law(Law::Binomial, [left, share, 0.0]))
     }
 
     fn mixture(

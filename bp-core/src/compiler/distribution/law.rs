@@ -9,14 +9,14 @@ use super::Setting;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{self, share};
 use crate::ids::VariableId;
-use crate::law::{Law, Numbers, Wide};
+use crate::law::{Law, Numbers, Parameters, Wide};
 
 /// The parameters that the law uses.
-pub(super) fn exactly(law: Law, parameters: &[f64; 2]) -> &[f64] {
+pub(super) fn exactly(law: Law, parameters: &Parameters) -> &[f64] {
     &parameters[..law.parameters().len()]
 }
 
-pub(super) fn ln_density(law: Law, x: f64, parameters: &[f64; 2]) -> f64 {
+pub(super) fn ln_density(law: Law, x: f64, parameters: &Parameters) -> f64 {
     law.ln_density(&mut Numbers, x, exactly(law, parameters))
 }
 
@@ -54,7 +54,7 @@ pub(super) fn over(
     setting: &Setting<'_>,
     variable: VariableId,
     law: Law,
-    parameters: &[f64; 2],
+    parameters: &Parameters,
 ) -> Vec<Extended> {
     let bins = setting.model.variables[variable].domain.bins();
     let parameters = wide(exactly(law, parameters));

@@ -12,6 +12,7 @@ mod check;
 mod form;
 mod invalid;
 mod law;
+mod least;
 mod number;
 mod reads;
 mod setting;
@@ -19,11 +20,12 @@ mod written_out;
 mod zero;
 
 pub(crate) use affine::LinearMean;
+pub use least::Least;
 pub use setting::{Instance, Setting};
 pub(crate) use written_out::{WrittenOut, speaks_of_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
-use crate::law::{Law, Share};
+use crate::law::{Law, Parameters, Share};
 use rand::Rng;
 use rand::RngExt;
 
@@ -36,13 +38,13 @@ pub enum Distribution {
     /// The same with separate exponents, where a positive probability would be 0 in f64.
     Wide(Vec<Extended>),
     /// A law of a real.
-    Law(Law, [f64; 2]),
+    Law(Law, Parameters),
     /// A law between two bounds, and the mass that it has there.
     Truncated {
         /// The law.
         law: Law,
         /// Its parameters.
-        parameters: [f64; 2],
+        parameters: Parameters,
         /// The bounds.
         bounds: [f64; 2],
         /// P(low < X ≤ high).
@@ -52,6 +54,8 @@ pub enum Distribution {
     Point(f64),
     /// One of several proportions, given the earlier ones.
     Share(Share),
+    /// One of several sorted draws, given the earlier ones.
+    Least(Least),
     /// A mixture, with the weights of its components.
     Mixture(Vec<(f64, Distribution)>),
 }
@@ -88,6 +92,7 @@ impl Distribution {
                 }
             }
             Distribution::Share(share) => share.ln_density(value),
+            Distribution::Least(least) => least.ln_density(value),
             Distribution::Mixture(parts) => {
                 let terms: Vec<f64> =
                     parts.iter().map(|(weight, part)| weight.ln() + part.ln_density(value)).collect();
@@ -143,6 +148,7 @@ impl Distribution {
             }
             Distribution::Point(point) => Some(*point),
             Distribution::Share(share) => Some(share.draw(by)),
+            Distribution::Least(least) => least.draw(by),
             Distribution::Mixture(parts) => {
                 let weights: Vec<f64> = parts.iter().map(|(weight, _)| *weight).collect();
                 let total: f64 = weights.iter().sum();

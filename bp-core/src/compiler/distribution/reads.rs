@@ -25,8 +25,8 @@ impl Setting<'_> {
                 slots.extend(given.iter().flat_map(|variable| self.slots_of(*variable)));
             }
         });
-        // A proportion is a share of the rest that the earlier ones leave.
-        if has(&factor.form, &|form| matches!(form, Form::Dirichlet(_))) {
+        // A component depends on the earlier ones.
+        if has(&factor.form, &Form::couples) {
             slots.extend(instance.left[0] - instance.component..instance.left[0]);
         }
         slots

@@ -29,6 +29,8 @@ pub struct Setting<'m> {
     counts: Vec<usize>,
     /// The arms of long `match`es, once an expression was too long to be walked.
     matches: OnceLock<HashMap<ExpressionId, Arms>>,
+    /// Over time: whether this is the first instant.
+    pub(super) first: Option<bool>,
 }
 
 /// One factor, for one value of the surrounding indices and one component of a vector.
@@ -66,6 +68,7 @@ impl<'m> Setting<'m> {
             offsets: vec![0],
             counts: Vec::new(),
             matches: OnceLock::new(),
+            first: None,
         };
         for parameter in model.parameters.values() {
             let name = &parameter.name;
@@ -137,6 +140,11 @@ impl<'m> Setting<'m> {
             setting.offsets.push(slots);
         }
         Ok(setting)
+    }
+
+    /// The same at the first instant, or at a later one.
+    pub fn at(&self, first: bool) -> Self {
+        Self { first: Some(first), ..self.clone() }
     }
 
     /// The host's inputs.

@@ -180,12 +180,16 @@ impl Writer<'_, '_> {
             ids.iter().map(|id| writer.expression(*id, at)).collect::<Option<Vec<_>>>()
         };
         Some(match form {
-            Form::Uniform | Form::Constants(_) => form.clone(),
+            Form::Uniform | Form::Flat | Form::Constants(_) => form.clone(),
             Form::Bernoulli(p) => Form::Bernoulli(one(self, p)?),
             Form::Dirac(value) => Form::Dirac(one(self, value)?),
             Form::Weights(weight) => Form::Weights(one(self, weight)?),
             Form::Categorical(entries) => Form::Categorical(all(self, entries)?),
             Form::Dirichlet(entries) => Form::Dirichlet(all(self, entries)?),
+            Form::Multinomial { trials, probabilities } => {
+                Form::Multinomial { trials: one(self, trials)?, probabilities: all(self, probabilities)? }
+            }
+            Form::Ordered(form) => Form::Ordered(Box::new(self.form(form, at)?)),
             Form::Table(rows) => {
                 Form::Table(rows.iter().map(|row| all(self, row)).collect::<Option<Vec<_>>>()?)
             }
@@ -215,7 +219,9 @@ impl Writer<'_, '_> {
                 let given = given.iter().map(|id| self.element(*id, 0)).collect();
                 alone.then_some(Form::Ask { path: path.clone(), given })?
             }
-            Form::Ask { .. } | Form::Previous { .. } | Form::Unknown(_) => return None,
+            Form::Ask { .. } | Form::Previous { .. } | Form::Initial { .. } | Form::Unknown(_) => {
+                return None;
+            }
         })
     }
 

@@ -92,7 +92,7 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
         // Outside its support a law cannot be normalised.
         Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
         Form::Truncated { .. } => matches!(domain, Domain::Real),
-        Form::Unknown(_) => false,
+        Form::Unknown(_) | Form::Flat => false,
         // An impossible context has a row of zeros.
         Form::Constants(numbers) => {
             let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));
@@ -101,6 +101,9 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
         Form::Mixture(parts) => parts.iter().all(|(_, part)| proper_form(model, part, domain)),
         // A carried marginal is a distribution, except in cells outside the grid, where `otherwise` holds.
         Form::Previous { otherwise, .. } => proper_form(model, otherwise, domain),
+        Form::Initial { first, later } => {
+            proper_form(model, first, domain) && proper_form(model, later, domain)
+        }
         Form::If { then, otherwise, .. } => {
             proper_form(model, then, domain) && proper_form(model, otherwise, domain)
         }

@@ -206,6 +206,9 @@ fn density(model: &Model, factor: &Factor, form: &Form) -> Option<&'static str> 
         }
         Form::Mixture(parts) => parts.iter().find_map(|(_, part)| density(model, factor, part)),
         Form::Previous { otherwise, .. } => density(model, factor, otherwise),
+        Form::Initial { first, later } => {
+            density(model, factor, first).or_else(|| density(model, factor, later))
+        }
         // A question to another program is normalised there; a Dirac is 0 or 1.
         Form::Ask { .. } | Form::Dirac(_) => None,
         _ if !finite => Some("is a density of a real"),

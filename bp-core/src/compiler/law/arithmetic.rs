@@ -61,6 +61,18 @@ pub trait Arithmetic {
         let nothing = self.constant(f64::NEG_INFINITY);
         self.select(condition, ln_density, nothing)
     }
+    /// 1 − e⁻ᵈ for d ≥ 0. With u = e⁻ᵈ it is 1 − u; of a small d, (1 − u) d / −ln u, where the rounding of u cancels (Kahan).
+    fn complement_of_exp(&mut self, d: Self::Number) -> Self::Number {
+        let (one, half, minus) = (self.constant(1.0), self.constant(0.5), self.unary(Unary::Negate, d));
+        let u = self.exp(minus);
+        let (rest, ln_u) = (self.subtract(one, u), self.ln(u));
+        let part = self.multiply(rest, d);
+        let exact = self.divide(part, ln_u);
+        let exact = self.unary(Unary::Negate, exact);
+        let large = self.binary(Binary::Less, u, half);
+        let (no_change, exact) = (self.binary(Binary::Equal, u, one), self.select(large, rest, exact));
+        self.select(no_change, d, exact)
+    }
     /// Whether x > y.
     fn greater(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
         self.binary(Binary::Greater, x, y)

@@ -8,6 +8,7 @@ pub type Refusal = &'static str;
 
 pub(super) const TOO_EQUAL: Refusal = "needs values that differ";
 pub(super) const NOT_POSITIVE: Refusal = "needs values greater than 0";
+pub(super) const NOT_NEGATIVE: Refusal = "needs values that are not negative, and not all 0";
 pub(crate) const NO_CONVERGENCE: Refusal = "finds no maximum of the likelihood for these values";
 
 /// Limit of the shape, concentration, or sum of `a` and `b`, which bounds the width of the law from below. The density

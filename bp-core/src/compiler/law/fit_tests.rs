@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
 /// Laws, the parameters drawn from, and the number of known ones.
-const DRAWN: [(Law, &[f64], usize); 11] = [
+const DRAWN: [(Law, &[f64], usize); 17] = [
     (Law::Normal, &[1.5, 0.7], 0),
     (Law::Lognormal, &[0.3, 0.5], 0),
     (Law::Exponential, &[2.5], 0),
@@ -17,6 +17,12 @@ const DRAWN: [(Law, &[f64], usize); 11] = [
     (Law::Weibull, &[1.8, 2.0], 0),
     (Law::Binomial, &[12.0, 0.3], 1),
     (Law::Poisson, &[4.2], 0),
+    (Law::HalfNormal, &[1.3], 0),
+    (Law::HalfCauchy, &[0.6], 0),
+    (Law::StudentT, &[4.0, 0.5, 0.8], 0),
+    (Law::Cauchy, &[-0.4, 0.5], 0),
+    (Law::NegativeBinomial, &[2.5, 0.4], 0),
+    (Law::Geometric, &[0.35], 0),
 ];
 
 fn drawn(law: Law, parameters: &[f64], count: usize) -> Sample {
@@ -71,8 +77,14 @@ fn parameters_come_back_from_draws() {
                 (2.0 * here - at(0.0, one, step) - at(0.0, one, -step)) / (step * step)
             };
             let mut information = bend(position);
-            if fitted.len() - known == 2 {
-                let other = known + (1 - (position - known));
+            // Location and the others have no information in common.
+            let related = match law {
+                Law::StudentT if position == 1 => None,
+                Law::StudentT => Some(2 - position),
+                _ if fitted.len() - known == 2 => Some(known + (1 - (position - known))),
+                _ => None,
+            };
+            if let Some(other) = related {
                 let wide = 1e-3 * fitted[other].abs().max(0.1);
                 let cross = (at(step, other, wide) - at(step, other, -wide) - at(-step, other, wide)
                     + at(-step, other, -wide))
@@ -105,17 +117,28 @@ fn closed_forms_are_those_of_the_book() {
 }
 
 /// Laws, samples, and the parameters of maximum likelihood by mpmath (40 digits, `findroot` on the equations).
-const SOLVED: [(Law, &[f64], [f64; 2]); 6] = [
-    (Law::Gamma, &NEAR, [181201.3166645217, 601997.7297824641]),
-    (Law::Beta, &NEAR, [126659.93779450854, 294137.1977364938]),
-    (Law::Weibull, &NEAR, [475.5569515664736, 0.3013509831998052]),
-    (Law::VonMises, &[0.3, 0.302, 0.304, 0.306, 0.308], [0.304, 125000.39166825479]),
-    (Law::Gamma, &FAR, [0.0014392664348443721, 1.0074865043910605e-302]),
-    (Law::Weibull, &FAR, [0.0024125763229428253, 3.1673939271068344e+99]),
+const SOLVED: [(Law, &[f64], &[f64]); 13] = [
+    (Law::Gamma, &NEAR, &[181201.3166645217, 601997.7297824641]),
+    (Law::Beta, &NEAR, &[126659.93779450854, 294137.1977364938]),
+    (Law::Weibull, &NEAR, &[475.5569515664736, 0.3013509831998052]),
+    (Law::VonMises, &[0.3, 0.302, 0.304, 0.306, 0.308], &[0.304, 125000.39166825479]),
+    (Law::Gamma, &FAR, &[0.0014392664348443721, 1.0074865043910605e-302]),
+    (Law::Weibull, &FAR, &[0.0024125763229428253, 3.1673939271068344e+99]),
+    (Law::HalfNormal, &POSITIVE, &[34.066767425999533]),
+    (Law::HalfCauchy, &POSITIVE, &[0.93586199930617123]),
+    (Law::StudentT, &HEAVY, &[2.2162433351993669, 0.21423688817573479, 1.1454166995478494]),
+    (Law::Cauchy, &HEAVY, &[0.24576049365989422, 0.80373532842871246]),
+    (Law::Laplace, &HEAVY, &[0.25, 1.3611111111111111]),
+    (Law::NegativeBinomial, &COUNTS, &[0.80200088792857304, 0.17096988547718365]),
+    (Law::Geometric, &COUNTS, &[0.20454545454545455]),
 ];
 
 const NEAR: [f64; 5] = [0.3, 0.3005, 0.301, 0.3015, 0.302];
 const FAR: [f64; 7] = [1e-300, 1e-200, 1e-100, 1.0, 1e100, 1e200, 1e300];
+
+const POSITIVE: [f64; 7] = [0.0, 0.25, 0.5, 1.0, 1.5, 4.5, 90.0];
+const HEAVY: [f64; 9] = [-3.0, -1.25, -0.5, 0.0, 0.25, 0.5, 1.0, 1.5, 4.5];
+const COUNTS: [f64; 9] = [0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 5.0, 9.0, 14.0];
 
 #[test]
 fn narrow_and_wide_samples_have_the_parameters_of_mpmath() {
@@ -161,7 +184,13 @@ fn what_cannot_be_fitted_is_refused() {
         assert_eq!(law.fit(&same, &[]), Err("needs values that differ"), "{law:?}");
     }
     let negative: Sample = [-1.0, 2.0].into_iter().collect();
-    for law in [Law::Lognormal, Law::Exponential, Law::Gamma, Law::Beta, Law::Weibull, Law::Poisson] {
+    for law in [Law::Cauchy, Law::Laplace, Law::StudentT] {
+        assert_eq!(law.fit(&same, &[]), Err("needs values that differ"), "{law:?}");
+    }
+    for law in [Law::Lognormal, Law::Exponential, Law::Gamma, Law::Beta, Law::Weibull, Law::Poisson]
+        .into_iter()
+        .chain([Law::HalfNormal, Law::HalfCauchy, Law::Geometric, Law::NegativeBinomial])
+    {
         assert!(law.fit(&negative, &[]).is_err(), "{law:?}");
     }
     for law in Law::ALL {
@@ -178,7 +207,8 @@ fn weights_are_repetitions_and_order_leaves_no_trace() {
     for (number, weight) in [(0.1, 2.0), (0.2, 1.0), (0.4, 3.0), (0.7, 1.0)] {
         weighed.add(number, weight);
     }
-    for law in [Law::Normal, Law::Gamma, Law::Beta, Law::Weibull, Law::VonMises] {
+    for law in [Law::Normal, Law::Gamma, Law::Beta, Law::Weibull, Law::VonMises, Law::StudentT, Law::Laplace]
+    {
         let fitted = law.fit(&forward, &[]).unwrap();
         assert_eq!(fitted, law.fit(&backward, &[]).unwrap());
         assert_eq!(fitted, law.fit(&weighed, &[]).unwrap());

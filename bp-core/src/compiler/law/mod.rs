@@ -8,14 +8,21 @@
 mod arithmetic;
 mod beta;
 mod binomial;
+mod cauchy;
 mod dirichlet;
 mod exponential;
 mod fit;
 mod gamma;
+mod geometric;
+mod half_cauchy;
+mod half_normal;
+mod laplace;
 mod lognormal;
+mod negative_binomial;
 pub(crate) mod normal;
 mod poisson;
 mod sample;
+mod student_t;
 mod uniform;
 mod von_mises;
 mod weibull;
@@ -39,6 +46,8 @@ pub enum Constraint {
     Positive,
     /// In [0, 1].
     Probability,
+    /// In ]0, 1].
+    PositiveProbability,
     /// A whole number, ≥ 0.
     Count,
 }
@@ -48,7 +57,7 @@ pub enum Constraint {
 pub enum Support {
     /// All reals, or an interval of them: a density.
     Reals,
-    /// Reals > 0: a density.
+    /// Reals > 0, or ≥ 0: a density.
     Positive,
     /// Reals in ]0, 1[: a density.
     UnitInterval,
@@ -104,12 +113,13 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::tails(x, exactly(parameters)),)+ }
             }
 
-            /// The expectation.
+            /// The expectation; infinite where its integral is, NaN where it does not exist.
             pub fn mean(self, parameters: &[f64]) -> f64 {
                 match self { $(Law::$law => $file::mean(exactly(parameters)),)+ }
             }
 
-            /// The expectation of the squared distance from the mean.
+            /// The expectation of the squared distance from the mean; infinite where its integral is, NaN where it does not
+            /// exist.
             pub fn variance(self, parameters: &[f64]) -> f64 {
                 match self { $(Law::$law => $file::variance(exactly(parameters)),)+ }
             }
@@ -154,7 +164,27 @@ laws! {
     Binomial in binomial, mass by no_closed_form::<_, 2>;
     /// Number of events at a constant rate.
     Poisson in poisson, mass by no_closed_form::<_, 1>;
+    /// The size of what is normal around 0.
+    HalfNormal in half_normal, mass by half_normal::mass;
+    /// The size of what has a Cauchy law around 0.
+    HalfCauchy in half_cauchy, mass by half_cauchy::mass;
+    /// Student's, with heavier tails than the normal law.
+    StudentT in student_t, mass by no_closed_form::<_, 3>;
+    /// With tails so heavy that it has no mean.
+    Cauchy in cauchy, mass by cauchy::mass;
+    /// Exponential on both sides.
+    Laplace in laplace, mass by laplace::mass;
+    /// Failures before the r-th success.
+    NegativeBinomial in negative_binomial, mass by no_closed_form::<_, 2>;
+    /// Failures before the first success.
+    Geometric in geometric, mass by no_closed_form::<_, 1>;
 }
+
+/// The most parameters that a law has.
+const MOST_PARAMETERS: usize = 3;
+
+/// The parameters of any law, in its order; those that it does not have are 0.
+pub type Parameters = [f64; MOST_PARAMETERS];
 
 impl Law {
     /// The law of this name.
@@ -247,6 +277,12 @@ impl Constraint {
                 let below = by.binary(Binary::LessOrEqual, x, one);
                 by.binary(Binary::And, above, below)
             }
+            Constraint::PositiveProbability => {
+                let one = by.constant(1.0);
+                let above = by.binary(Binary::Greater, x, zero);
+                let below = by.binary(Binary::LessOrEqual, x, one);
+                by.binary(Binary::And, above, below)
+            }
             Constraint::Count => {
                 let (count, finite) = (by.is_count(x), by.binary(Binary::Less, x, infinity));
                 by.binary(Binary::And, count, finite)
@@ -260,6 +296,7 @@ impl Constraint {
             Constraint::Real => "a finite number",
             Constraint::Positive => "greater than 0",
             Constraint::Probability => "between 0 and 1",
+            Constraint::PositiveProbability => "greater than 0, and 1 at most",
             Constraint::Count => "a whole number, not negative",
         };
         (self.holds(&mut Numbers, number) == 0.0).then_some(expected)

@@ -90,6 +90,23 @@ impl Sample {
         })
     }
 
+    /// The number with half of the weight on each side; the middle of two where they have half each.
+    pub fn median(&self) -> f64 {
+        let mut seen: Vec<(f64, f64)> = self.iter().filter(|(_, weight)| *weight > 0.0).collect();
+        seen.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        let (half, mut below) = (0.5 * self.total(), 0.0);
+        for (position, (number, weight)) in seen.iter().enumerate() {
+            below += weight;
+            if below == half {
+                return seen.get(position + 1).map_or(*number, |(next, _)| 0.5 * number + 0.5 * next);
+            }
+            if below > half {
+                return *number;
+            }
+        }
+        seen.last().map_or(f64::NAN, |(number, _)| *number)
+    }
+
     /// The same weights on other numbers.
     pub fn map(&self, g: impl Fn(f64) -> f64) -> Sample {
         let mut mapped = Sample::default();

@@ -63,7 +63,8 @@ const RULE: [(f64, f64); 5] = [
     (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
 ];
 
-fn gauss_legendre(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
+/// ∫ f from a to b, by ten points.
+pub(super) fn gauss_legendre(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let both = |(node, weight): &(f64, f64)| weight * (f(middle - half * node) + f(middle + half * node));
     half * RULE.iter().map(both).sum::<f64>()

@@ -48,25 +48,15 @@ pub(super) fn mass<A: Arithmetic>(
     high: A::Number,
     [k, c]: [A::Number; 2],
 ) -> Option<A::Number> {
-    let (zero, one) = (by.constant(0.0), by.constant(1.0));
+    let zero = by.constant(0.0);
     let hazard = |by: &mut A, x| {
         let x = by.binary(Binary::Maximum, x, zero);
         ratio(by, x, [k, c]).1
     };
-    // exp(−l) − exp(−h) = exp(−l) (1 − u) with u = exp(−d), d = h − l. Of a small d, 1 − u is (1 − u) d / −ln u: there the
-    // rounding of u cancels (Kahan).
+    // exp(−l) − exp(−h) = exp(−l) (1 − exp(l − h))
     let (low, high) = (hazard(by, low), hazard(by, high));
-    let difference = by.subtract(high, low);
-    let (minus_low, minus_difference) = (by.unary(Unary::Negate, low), by.unary(Unary::Negate, difference));
-    let (left, u) = (by.exp(minus_low), by.exp(minus_difference));
-    let (rest, ln_u) = (by.subtract(one, u), by.ln(u));
-    let part = by.multiply(rest, difference);
-    let exact = by.divide(part, ln_u);
-    let exact = by.unary(Unary::Negate, exact);
-    let half = by.constant(0.5);
-    let large = by.binary(Binary::Less, u, half);
-    let (no_change, exact) = (by.binary(Binary::Equal, u, one), by.select(large, rest, exact));
-    let share = by.select(no_change, difference, exact);
+    let (difference, minus_low) = (by.subtract(high, low), by.unary(Unary::Negate, low));
+    let (left, share) = (by.exp(minus_low), by.complement_of_exp(difference));
     Some(by.multiply(left, share))
 }
 

@@ -3,7 +3,7 @@
 //! In: a program with its numbers, and the expected statistics of each distribution. Out: numbers with a larger
 //! expected ln L of these laws, normalised over their domains. Invariant: no step lowers it.
 //!
-//! Newton's steps in the one or two parameters of a law, with derivatives from finite differences of ln L; where it is
+//! Newton's steps in one or two parameters of a law at a time, with derivatives from finite differences of ln L; where it is
 //! not concave, the steps follow the gradient. A normal law is parametrised by m/s² and 1/s², in which ln L is concave:
 //! where the values lie at both ends of the domain, it increases towards s = ∞, along a curve on which m/s² stays
 //! finite.
@@ -45,9 +45,13 @@ pub(super) fn climb(learnable: &mut Learnable, statistics: &[Statistic], spreads
         together.sort_unstable();
         together.dedup();
         let Statistic::Sample(sample) = &statistics[position] else { continue };
-        if !sample.is_empty() {
-            let chart = Chart::of(learnable, position, sample, spreads[position]);
-            Own { together, statistics, spreads, chart, cells }.climb(learnable);
+        if sample.is_empty() {
+            continue;
+        }
+        // Location and scale together; the degrees of freedom, which come before them, by themselves.
+        for cells in cells.rchunks(2) {
+            let (chart, cells) = (Chart::of(learnable, position, sample, spreads[position]), cells.to_vec());
+            Own { together: together.clone(), statistics, spreads, chart, cells }.climb(learnable);
         }
     }
 }
@@ -129,6 +133,7 @@ impl Chart {
             {
                 known.unwrap_or(at[at.len() - 1])
             }
+            (Chart::Own { law: Law::Cauchy | Law::Laplace | Law::StudentT, .. }, 0) if at.len() == 2 => at[1],
             (Chart::Own { law: Law::VonMises, .. }, 0) => 1.0,
             _ => number.abs().max(LEAST),
         };

@@ -43,7 +43,16 @@ pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, b
     let floor = NARROWEST * spread;
     let before = numbers.clone();
     match law {
-        Law::Normal | Law::Lognormal => numbers[1] = numbers[1].max(floor),
+        Law::Normal | Law::Lognormal | Law::Cauchy | Law::Laplace => numbers[1] = numbers[1].max(floor),
+        Law::HalfNormal | Law::HalfCauchy => numbers[0] = numbers[0].max(floor),
+        Law::StudentT => {
+            numbers[0] = numbers[0].min(MOST_SHAPE);
+            numbers[2] = numbers[2].max(floor);
+        }
+        Law::NegativeBinomial if numbers[0] > MOST_SHAPE => {
+            let mean = Law::NegativeBinomial.mean(&numbers);
+            (numbers[0], numbers[1]) = (MOST_SHAPE, MOST_SHAPE / (MOST_SHAPE + mean));
+        }
         Law::Uniform if numbers[1] - numbers[0] < floor => {
             let middle = 0.5 * (numbers[0] + numbers[1]);
             (numbers[0], numbers[1]) = (middle - 0.5 * floor, middle + 0.5 * floor);
@@ -70,7 +79,7 @@ pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, b
 /// Whether the shape of a distribution is at its limit.
 pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
     let shape = match law {
-        Law::Gamma | Law::Weibull => numbers[0],
+        Law::Gamma | Law::Weibull | Law::StudentT | Law::NegativeBinomial => numbers[0],
         Law::Beta => numbers[0] + numbers[1],
         Law::VonMises => numbers[1],
         _ => 0.0,
@@ -91,6 +100,11 @@ pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) ->
     }
     match law {
         Law::Normal if floor > 0.0 => Ok(vec![mean, floor]),
+        Law::Cauchy | Law::Laplace if floor > 0.0 => Ok(vec![sample.median(), floor]),
+        // Equal values do not determine the tails.
+        Law::StudentT if floor > 0.0 => Ok(vec![MOST_SHAPE, sample.median(), floor]),
+        Law::HalfNormal | Law::HalfCauchy if floor > 0.0 && low >= 0.0 => Ok(vec![floor]),
+        Law::NegativeBinomial if low == 0.0 && high == 0.0 => Ok(vec![1.0, 1.0]),
         Law::Lognormal if floor > 0.0 && low > 0.0 => Ok(vec![sample.map(f64::ln).mean(), floor]),
         Law::Uniform if floor > 0.0 => Ok(vec![low - 0.5 * floor, high + 0.5 * floor]),
         Law::Exponential if floor > 0.0 && low >= 0.0 => Ok(vec![1.0 / floor]),

@@ -230,11 +230,14 @@ impl Iteration<'_> {
                 Kind::Law(law, arguments) => {
                     let own = self.learnable.arguments(arguments);
                     let least = match law {
-                        Law::Normal | Law::Lognormal => [own[1], 0.0],
-                        Law::VonMises => [1.0, LEAST],
-                        Law::Uniform => [own[1] - own[0]; 2],
-                        Law::Binomial | Law::Poisson | Law::Beta => [LEAST; 2],
-                        _ => [0.0; 2],
+                        Law::Normal | Law::Lognormal | Law::Cauchy | Law::Laplace => [own[1], 0.0, 0.0],
+                        Law::StudentT => [0.0, own[2], 0.0],
+                        Law::VonMises => [1.0, LEAST, 0.0],
+                        Law::Uniform => [own[1] - own[0]; 3],
+                        Law::Binomial | Law::Poisson | Law::Beta | Law::Geometric | Law::NegativeBinomial => {
+                            [LEAST; 3]
+                        }
+                        _ => [0.0; 3],
                     };
                     for (argument, least) in arguments.iter().zip(least) {
                         if let Argument::Learned(cell) = argument {

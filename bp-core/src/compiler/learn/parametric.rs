@@ -74,6 +74,13 @@ fn replace(
             replace(model, factor, then, unknowns)?;
             replace(model, factor, otherwise, unknowns)?;
         }
+        Form::Initial { .. } => {
+            let head = model.head(&model.factors[factor]);
+            return Err(Error::input(
+                head,
+                "it has a form of its own at the first instant, which is not learned",
+            ));
+        }
         // The distribution of X^-1 before the first instant.
         Form::Previous { at: None, otherwise, .. } => replace(model, factor, otherwise, unknowns)?,
         other => {

@@ -172,8 +172,19 @@ impl Lowering<'_> {
                 Ok(mixture::density(&mut self.builder, weights.into_iter().zip(parts)))
             }
             Form::Truncated { form, low, high } => self.truncated(factor, form, variable, at, [*low, *high]),
-            Form::Dirichlet(_) => {
-                Err(self.unplanned("`dirichlet` distributes a vector, which has no kernel"))
+            Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_) => {
+                let name = form.name();
+                Err(self.unplanned(format!("`{name}` distributes a vector, which has no kernel")))
+            }
+            Form::Flat => {
+                let head = self.model.head(factor);
+                Err(self.unplanned(format!("`{head}` is improper: {}", Form::FLAT)))
+            }
+            Form::Initial { .. } => {
+                let head = self.model.head(factor);
+                Err(self.unplanned(format!(
+                    "`{head}` has a form of its own at the first instant: ask over time, such as `filter P(…)`"
+                )))
             }
             Form::Unknown(_) => {
                 let head = self.model.head(factor);

@@ -43,6 +43,15 @@ pub enum Form {
     },
     /// Proportions that sum to one, a Dirichlet distribution of a vector: one parameter for each component.
     Dirichlet(Vec<ExpressionId>),
+    /// Counts of independent trials, a multinomial distribution of a vector: how many trials have each of several results.
+    Multinomial {
+        /// The number of trials.
+        trials: ExpressionId,
+        /// One probability for each component.
+        probabilities: Vec<ExpressionId>,
+    },
+    /// The components of a vector in ascending order: independent draws of a distribution, sorted.
+    Ordered(Box<Form>),
     /// A mixture of several forms: Σ wᵢ fᵢ. The weights sum to one.
     Mixture(Vec<(ExpressionId, Form)>),
     /// A form truncated to two bounds and renormalised; both bounds are inside.
@@ -76,6 +85,15 @@ pub enum Form {
         at: Option<VariableId>,
         /// The form if there is no marginal.
         otherwise: Box<Form>,
+    },
+    /// Density 1 at every real: improper, a distribution only together with observations that determine the variable.
+    Flat,
+    /// One form at the first instant, another at those after it.
+    Initial {
+        /// The form at the first instant.
+        first: Box<Form>,
+        /// The form at the others.
+        later: Box<Form>,
     },
     /// The answer of another program, given at run time under `path`: for an observed variable, its likelihood; it
     /// depends on the right-hand variables `given` (and on the plate).
@@ -164,6 +182,22 @@ impl Form {
         }
     }
 
+    /// Where a `flat` form has an answer.
+    pub(crate) const FLAT: &str = "`flat` is answered at one instant where all is linear and Gaussian and the observations \
+                                   determine the variable; elsewhere give it a proper form, such as `normal(0, 100)`";
+
+    /// Whether it has a form of its own at the first instant.
+    pub fn is_initial(&self) -> bool {
+        let mut found = matches!(self, Form::Initial { .. });
+        self.each_part(&mut |part| found |= part.is_initial());
+        found
+    }
+
+    /// Whether it distributes the components of a vector together: each depends on those before it.
+    pub fn couples(&self) -> bool {
+        matches!(self, Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_))
+    }
+
     /// Calls `visit` with each direct subform.
     pub fn each_part(&self, visit: &mut impl FnMut(&Form)) {
         match self {
@@ -172,8 +206,12 @@ impl Form {
                 visit(then);
                 visit(otherwise);
             }
+            Form::Initial { first, later } => {
+                visit(first);
+                visit(later);
+            }
             Form::Mixture(parts) => parts.iter().for_each(|(_, part)| visit(part)),
-            Form::Truncated { form, .. } => visit(form),
+            Form::Truncated { form, .. } | Form::Ordered(form) => visit(form),
             _ => {}
         }
     }
@@ -187,12 +225,16 @@ impl Form {
             Form::Table(_) | Form::Constants(_) => "table",
             Form::Law { law, .. } => law.name(),
             Form::Dirichlet(_) => Dirichlet::NAME,
+            Form::Multinomial { .. } => "multinomial",
+            Form::Ordered(_) => "ordered",
             Form::Mixture(_) => "mixture",
             Form::Truncated { .. } => "truncated",
             Form::Unknown(_) => "unknown",
             Form::NormalBins { .. } => "normal_bins",
             Form::Dirac(_) => "dirac",
+            Form::Flat => "flat",
             Form::Previous { .. } => "previous",
+            Form::Initial { .. } => "initial",
             Form::Ask { .. } => "ask",
             Form::Weights(_) => "weights",
             Form::If { .. } => "if",
@@ -202,7 +244,7 @@ impl Form {
     /// Calls `visit` with each direct expression of the form, including those of its branches.
     pub fn each_expression(&self, visit: &mut impl FnMut(ExpressionId)) {
         match self {
-            Form::Uniform | Form::Constants(_) | Form::Ask { .. } | Form::Unknown(_) => {}
+            Form::Uniform | Form::Flat | Form::Constants(_) | Form::Ask { .. } | Form::Unknown(_) => {}
             Form::NormalBins { mean: first, deviation: second } => {
                 visit(*first);
                 visit(*second);
@@ -214,6 +256,11 @@ impl Form {
                     part.each_expression(visit);
                 }
             }
+            Form::Multinomial { trials, probabilities } => {
+                visit(*trials);
+                probabilities.iter().for_each(|probability| visit(*probability));
+            }
+            Form::Ordered(form) => form.each_expression(visit),
             Form::Truncated { form, low, high } => {
                 form.each_expression(visit);
                 visit(*low);
@@ -224,6 +271,10 @@ impl Form {
             }
             Form::Table(rows) => rows.iter().flatten().for_each(|entry| visit(*entry)),
             Form::Previous { otherwise, .. } => otherwise.each_expression(visit),
+            Form::Initial { first, later } => {
+                first.each_expression(visit);
+                later.each_expression(visit);
+            }
             Form::If { condition, then, otherwise } => {
                 visit(*condition);
                 then.each_expression(visit);

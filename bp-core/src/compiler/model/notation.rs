@@ -32,7 +32,7 @@ fn function(operator: Unary) -> &'static str {
         Unary::BinaryLogarithm => "log2",
         Unary::LnGamma => "ln_gamma",
         Unary::LnBessel => "ln_bessel",
-        Unary::NormalCumulative => "normal_cumulative",
+        Unary::NormalCumulative => "probit",
         Unary::EntropyTerm => "entropy_term",
         Unary::Negate => "-",
         Unary::Not => "not ",
@@ -97,7 +97,7 @@ impl Model {
         let arguments = match form {
             // As the question has it, without what was added to it.
             Form::Dirac(_) if derived => self.variable_name(factor.left[0].variable),
-            Form::Uniform => return format!("{} = uniform", self.head(factor)),
+            Form::Uniform | Form::Flat => return format!("{} = {}", self.head(factor), form.name()),
             Form::Table(_) | Form::Constants(_) => {
                 return format!("{} = table {{ … }}", self.head(factor));
             }
@@ -106,9 +106,17 @@ impl Model {
             Form::Categorical(entries) | Form::Dirichlet(entries) | Form::Law { arguments: entries, .. } => {
                 list(entries)
             }
+            Form::Multinomial { trials, probabilities } => {
+                format!("{}, {}", list(&[*trials]), list(probabilities))
+            }
+            Form::Ordered(form) => format!("{}(…)", form.name()),
             Form::Truncated { form, low, high } => format!("{}(…), {}", form.name(), list(&[*low, *high])),
             Form::Previous { of, .. } => self.spelled(*of),
-            Form::Mixture(_) | Form::Unknown(_) | Form::Ask { .. } | Form::If { .. } => "…".to_owned(),
+            Form::Mixture(_)
+            | Form::Unknown(_)
+            | Form::Ask { .. }
+            | Form::If { .. }
+            | Form::Initial { .. } => "…".to_owned(),
         };
         // For a subform, the surrounding form is omitted.
         let inner = if std::ptr::eq(&factor.form, form) { "" } else { "… " };

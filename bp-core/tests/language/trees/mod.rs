@@ -186,12 +186,15 @@ fn form() -> impl Strategy<Value = Form> {
 }
 
 fn factor(comments: Comments) -> impl Strategy<Value = Factor> {
-    (occurrences(), prop::collection::vec(occurrence(), 0..3)).prop_map(move |(left, right)| Factor {
-        at: At::default(),
-        comments: comments.clone(),
-        left,
-        right,
-    })
+    (any::<bool>(), occurrences(), prop::collection::vec(occurrence(), 0..3)).prop_map(
+        move |(initial, left, right)| Factor {
+            initial,
+            at: At::default(),
+            comments: comments.clone(),
+            left,
+            right,
+        },
+    )
 }
 
 fn term() -> impl Strategy<Value = Term> {

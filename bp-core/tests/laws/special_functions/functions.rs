@@ -137,7 +137,9 @@ pub(crate) const BETA: &[(f64, f64, f64, &str, &str)] = &[
 ];
 
 /// Law, parameters, low, high and P(low < X ≤ high).
-pub(crate) const MASSES: &[(Law, &[f64], f64, f64, &str)] = &[
+pub(crate) type Mass = (Law, &'static [f64], f64, f64, &'static str);
+
+pub(crate) const MASSES: &[Mass] = &[
     (Law::Normal, &[0.0, 1.0], 8.0, 9.0, "6.2198319858658302829e-16"),
     (Law::Normal, &[0.0, 1.0], -9.0, -8.0, "6.2198319858658302829e-16"),
     (Law::Normal, &[0.0, 1.0], 20.0, 21.0, "2.7536241153269556761e-89"),

@@ -6,7 +6,7 @@
 use bp_core::compiler::law::Law;
 
 /// Law, parameters, x, density, P(X ≤ x) and P(X > x).
-type Values = (Law, &'static [f64], f64, &'static str, &'static str, &'static str);
+pub(crate) type Values = (Law, &'static [f64], f64, &'static str, &'static str, &'static str);
 
 pub(crate) const LAWS: &[Values] = &[
     (Law::Uniform, &[-2.0, 3.0], -1.5, "0.2", "0.1", "0.9"),

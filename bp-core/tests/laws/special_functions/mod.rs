@@ -17,6 +17,7 @@ use laws::LAWS;
 
 mod functions;
 mod laws;
+mod tails;
 
 /// The relative errors of several numbers; the largest must be within a bound.
 #[derive(Default)]
@@ -80,7 +81,7 @@ fn incomplete_gamma_and_beta_functions() {
 #[test]
 fn densities_and_tails_of_laws() {
     let mut errors = Errors::default();
-    for (law, parameters, x, density, lower, upper) in LAWS {
+    for (law, parameters, x, density, lower, upper) in LAWS.iter().chain(tails::LAWS) {
         let name = format!("{}({parameters:?}) at {x:e}", law.name());
         let (below, above) = law.tails(*x, parameters);
         errors.add(format!("{name}, density"), law.density(*x, parameters), density);
@@ -93,7 +94,7 @@ fn densities_and_tails_of_laws() {
 #[test]
 fn masses_of_intervals_do_not_cancel_in_a_tail() {
     let mut errors = Errors::default();
-    for (law, parameters, low, high, mass) in MASSES {
+    for (law, parameters, low, high, mass) in MASSES.iter().chain(tails::MASSES) {
         let name = format!("{}({parameters:?}) in [{low:e}, {high:e}]", law.name());
         errors.add(name, law.between(*low, *high, parameters), mass);
     }

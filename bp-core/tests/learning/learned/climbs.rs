@@ -9,13 +9,19 @@ use bp_core::compiler::learn::Settings;
 use proptest::prelude::*;
 
 /// Domains, and the laws that are learned over them.
-const LAWS: [(&str, &str, &str); 11] = [
+const LAWS: [(&str, &str, &str); 17] = [
     ("real", "normal", "reals"),
     ("real", "normal, unbiased", "reals"),
     ("real", "lognormal", "positive"),
     ("real", "gamma", "positive"),
     ("real", "weibull", "positive"),
     ("real", "exponential", "positive"),
+    ("real", "laplace", "reals"),
+    ("real", "student_t", "reals"),
+    ("real", "half_cauchy", "positive"),
+    ("0..=9", "negative_binomial", "counts"),
+    ("0..=9", "geometric", "counts"),
+    ("bins(0, 10, 5)", "student_t", "positive"),
     ("0..=9", "normal", "counts"),
     ("0..=9", "poisson", "counts"),
     ("0..=9", "poisson, gamma(2, 1)", "counts"),

@@ -5,7 +5,7 @@
 
 use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::law::{Dirichlet, Law};
+use crate::law::{Dirichlet, Law, Support};
 use crate::model::{Domain, Expression, Form, Model};
 use crate::radix;
 use std::collections::{HashMap, HashSet};
@@ -52,6 +52,10 @@ fn branch_faults(
             format!("`uniform` spreads over the values of a finite domain, but {}", is()),
             "give its bounds: `uniform(low, high)`",
         )),
+        Form::Flat if !matches!(domain, Domain::Real | Domain::Vector(_)) => {
+            let message = format!("`flat` is a density of reals, but {}", is());
+            faults.push(fault_with_help(place, message, "`uniform` gives each value the same probability"));
+        }
         Form::Bernoulli(argument) => {
             if *domain != Domain::Boolean {
                 let message = format!("`bernoulli` distributes a `bool`, but {}", is());
@@ -81,6 +85,36 @@ fn branch_faults(
                 Some(fault(Place::Expression(id, *parameter), message))
             }));
         }
+        Form::Multinomial { trials, probabilities } => {
+            if *domain != Domain::Vector(probabilities.len()) {
+                let count = probabilities.len();
+                let message = format!(
+                    "`multinomial` takes a number of trials and a probability for each component of a vector, here \
+                     {count}, but {}",
+                    is()
+                );
+                faults.push(fault(place, message));
+            }
+            faults.extend(law::argument_fault(model, id, Law::Binomial, 0, *trials));
+            let count = Some(probabilities.len());
+            row_faults(model, id, probabilities, count, name, &|| model.domain_text(domain), faults);
+        }
+        Form::Ordered(form) => match (form.as_ref(), domain) {
+            (Form::Law { law, arguments }, Domain::Vector(_)) if law.support() != Support::Counts => {
+                law::law_faults(model, id, *law, arguments, &Domain::Real, name, faults);
+            }
+            (_, Domain::Vector(_)) => {
+                let message = format!(
+                    "`ordered` takes a distribution of a real such as `normal(0, 10)`, but this is `{}`",
+                    form.name()
+                );
+                faults.push(fault(place, message));
+            }
+            _ => {
+                let message = format!("`ordered` distributes a vector such as `real[2]`, but {}", is());
+                faults.push(fault(place, message));
+            }
+        },
         Form::NormalBins { deviation, .. } => {
             if !matches!(domain, Domain::Finite { labels, range: Some(_) } if labels.len() == 1) {
                 let expected = "one label and an integer range, as in `{ NoDetection } or 1..=N`";
@@ -99,14 +133,16 @@ fn branch_faults(
                     format!("the weights of a mixture must sum to 1, but these sum to {}", rounded(sum));
                 faults.push(fault(place, message));
             }
-            if parts.iter().any(|(_, part)| matches!(part, Form::Dirichlet(_))) {
-                let message =
-                    "a `mixture` treats the components of a vector separately, but `dirichlet` couples them";
-                faults.push(fault_with_help(
-                    place,
-                    message,
-                    "write `if … { dirichlet(…) } else { dirichlet(…) }`",
-                ));
+            if parts.iter().any(|(_, part)| matches!(part, Form::Flat)) {
+                faults.push(fault(place, "`flat` has no total, and so no weight in a `mixture`"));
+            }
+            if let Some((_, part)) = parts.iter().find(|(_, part)| part.couples()) {
+                let name = part.name();
+                let message = format!(
+                    "a `mixture` treats the components of a vector separately, but `{name}` couples them"
+                );
+                let help = format!("write `if … {{ {name}(…) }} else {{ {name}(…) }}`");
+                faults.push(fault_with_help(place, message, help));
             }
             parts.iter().for_each(|(_, part)| branch_faults(model, id, part, domain, name, faults));
         }
@@ -142,11 +178,15 @@ fn branch_faults(
         Form::Weights(_) if !domain.is_finite() => {
             faults.push(fault(place, format!("`weights` needs a finite domain, but {}", is())));
         }
+        Form::Initial { first, later } => {
+            branch_faults(model, id, first, domain, name, faults);
+            branch_faults(model, id, later, domain, name, faults);
+        }
         Form::If { then, otherwise, .. } => {
             branch_faults(model, id, then, domain, name, faults);
             branch_faults(model, id, otherwise, domain, name, faults);
         }
-        Form::Uniform | Form::Weights(_) | Form::Ask { .. } => {}
+        Form::Uniform | Form::Flat | Form::Weights(_) | Form::Ask { .. } => {}
     }
 }
 

@@ -24,6 +24,8 @@ const MOST_MADE: usize = 10_000_000;
 
 /// The factors of a program at an instant.
 pub(super) struct Factors<'s> {
+    /// At the first instant, and at the others.
+    first: Arc<Setting<'s>>,
     setting: Arc<Setting<'s>>,
     own: Vec<Own>,
     /// For each slot, the index in `own` of the instance that distributes it.
@@ -38,8 +40,8 @@ pub(super) struct Factors<'s> {
     /// Likelihoods of slots, applied at each instant with observations (virtual evidence).
     likelihoods: Vec<(usize, Vec<f64>)>,
     patterns: HashMap<(bool, Vec<usize>), Arc<Vec<Described>>>,
-    distributions: HashMap<usize, Arc<Vec<Distribution>>>,
-    constant: HashMap<usize, Arc<Potential>>,
+    distributions: HashMap<(usize, bool), Arc<Vec<Distribution>>>,
+    constant: HashMap<(usize, bool), Arc<Potential>>,
     made: HashMap<Made, Product>,
     made_cells: usize,
     pub(super) orders: Orders,
@@ -55,6 +57,8 @@ struct Own {
     parents: Vec<usize>,
     /// Whether it distributes X^-1.
     initial: bool,
+    /// Whether it has a form of its own at the first instant.
+    starts: bool,
     /// Whether it is certain to sum to one.
     proper: bool,
     /// Whether it determines the value of a real (a Dirac in every branch).
@@ -64,6 +68,8 @@ struct Own {
 /// An instance, some of whose slots are observed.
 struct Described {
     own: usize,
+    /// Whether its form is that of the first instant.
+    first: bool,
     /// The slots that are not observed, on the right-hand side and on the left.
     parents: Vec<usize>,
     left: Vec<usize>,
@@ -107,6 +113,7 @@ impl<'s> Factors<'s> {
             own.push(Own {
                 parents: parents.collect(),
                 initial,
+                starts: model.factors[instance.factor].form.is_initial(),
                 proper: is_proper(model, instance.factor),
                 determined: says_a_value(&model.factors[instance.factor].form),
                 instance,
@@ -121,7 +128,8 @@ impl<'s> Factors<'s> {
             .collect();
         let axes = now.iter().chain(&before).copied().chain(searched).collect();
         Ok(Self {
-            setting: Arc::new(setting.clone()),
+            first: Arc::new(setting.at(true)),
+            setting: Arc::new(setting.at(false)),
             own,
             distributes,
             counts,
@@ -192,15 +200,15 @@ impl<'s> Factors<'s> {
         let mut observed: BTreeMap<Vec<usize>, (Vec<f64>, f64)> = BTreeMap::new();
         for described in pattern.iter() {
             if !described.observed {
-                if !self.constant.contains_key(&described.own) {
+                if !self.constant.contains_key(&described.key()) {
                     let (cells, logarithms, _) = self.cells(described, &mut values)?;
                     let made = match logarithms {
                         true => Potential::of_logarithms(described.over(), cells),
                         false => Potential::of_numbers(described.over(), cells),
                     };
-                    self.constant.insert(described.own, Arc::new(made));
+                    self.constant.insert(described.key(), Arc::new(made));
                 }
-                product.push(self.constant[&described.own].clone());
+                product.push(self.constant[&described.key()].clone());
                 continue;
             }
             let (mut cells, logarithms, ln_scale) = self.cells(described, &mut values)?;
@@ -248,9 +256,9 @@ impl<'s> Factors<'s> {
             return Err(self.too_large(size));
         }
         let real = self.is_real(described);
-        let setting = Arc::clone(&self.setting);
+        let setting = Arc::clone(if described.first { &self.first } else { &self.setting });
         let instance = &self.own[described.own].instance;
-        let kept = self.distributions.get(&described.own).filter(|_| !described.given).cloned();
+        let kept = self.distributions.get(&described.key()).filter(|_| !described.given).cloned();
         let mut made = Vec::new();
         let contexts: usize = described.parents.iter().map(|slot| self.counts[*slot]).product();
         let left: usize = described.left.iter().map(|slot| self.counts[*slot]).product();
@@ -292,7 +300,7 @@ impl<'s> Factors<'s> {
         if kept.is_none() && !described.given {
             let each = instance.left.iter().map(|slot| self.counts[*slot].max(1)).product::<usize>();
             if described.observed && contexts * each <= MOST_KEPT {
-                self.distributions.insert(described.own, Arc::new(made));
+                self.distributions.insert(described.key(), Arc::new(made));
             }
         }
         Ok((cells, logarithms, ln_scale))
@@ -328,6 +336,7 @@ impl<'s> Factors<'s> {
             }
             let mut own = Described {
                 own: position,
+                first: first && self.own[position].starts,
                 parents: Vec::new(),
                 left: left.iter().copied().filter(|slot| !fixed(slot)).collect(),
                 determined: Vec::new(),
@@ -351,6 +360,7 @@ impl<'s> Factors<'s> {
                     if !self.own[from].determined {
                         return Err(self.not_observed(position, slot));
                     }
+                    own.first |= first && self.own[from].starts;
                     rest.extend(&self.own[from].parents);
                 }
             }
@@ -373,6 +383,9 @@ impl<'s> Factors<'s> {
 }
 
 impl Described {
+    fn key(&self) -> (usize, bool) {
+        (self.own, self.first)
+    }
     fn over(&self) -> Vec<usize> {
         self.parents.iter().chain(&self.left).copied().collect()
     }

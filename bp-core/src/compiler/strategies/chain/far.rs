@@ -14,7 +14,7 @@ use crate::law::Law;
 /// law is not normal, returns 0 and leaves the cells unchanged.
 pub(super) fn relative(distributions: &[Distribution], value: f64, cells: &mut [f64]) -> f64 {
     let normal = |distribution: &Distribution| match distribution {
-        Distribution::Law(Law::Normal, parameters) => Some(*parameters),
+        Distribution::Law(Law::Normal, [mean, deviation, _]) => Some([*mean, *deviation]),
         _ => None,
     };
     let Some(laws) = distributions.iter().map(normal).collect::<Option<Vec<[f64; 2]>>>() else { return 0.0 };

@@ -95,6 +95,7 @@ fn states_of(model: &Model, id: VariableId) -> f64 {
 pub(crate) fn says_a_value(form: &Form) -> bool {
     match form {
         Form::Dirac(_) => true,
+        Form::Initial { first, later } => says_a_value(first) && says_a_value(later),
         Form::If { then, otherwise, .. } => says_a_value(then) && says_a_value(otherwise),
         _ => false,
     }

@@ -39,7 +39,7 @@ impl Belief {
     }
 }
 
-/// One variable: its mean as a linear form of earlier rows, and the standard deviation of its own noise.
+/// One variable: its mean as a linear form of earlier rows, and the standard deviation of its own noise; infinite for a flat one.
 #[derive(Clone, Debug)]
 struct Extension {
     terms: Vec<(usize, f64)>,
@@ -180,6 +180,7 @@ impl Filter {
             }
         }
         let (law, ln_evidence) = self.advance(self.predict(), observations)?;
+        proper(&law, observations.len(), &self.question)?;
         self.law = law.select(self.carried.iter().copied()).reduced();
         Ok(self.belief(&law.select(self.searched()), ln_evidence))
     }
@@ -239,10 +240,29 @@ impl Filter {
 /// Whether a variable without noise of its own may be observed.
 pub(super) fn observes_dirac(plan: &Gaussian) -> bool {
     let observed: HashSet<VariableId> = plan.observed.iter().copied().collect();
-    let diracs =
-        plan.sources.iter().filter(|source| source.deviation.is_none()).map(|source| source.variable);
+    let diracs = plan
+        .sources
+        .iter()
+        .filter(|source| source.deviation.is_none() && source.mean.is_some())
+        .map(|source| source.variable);
     let previous = plan.carried.iter().map(|(_, previous)| *previous);
     diracs.chain(previous).any(|variable| observed.contains(&variable))
+}
+
+/// Refuses a law of which a flat variable is not determined by the observations.
+pub(super) fn proper(law: &NormalLaw, seen: usize, question: &str) -> Result<(), Error> {
+    let flat = law.flats();
+    if flat == 0 {
+        return Ok(());
+    }
+    let reason = format!(
+        "the posterior is improper: with {seen} observed {}, {flat} {} of its `flat` variables {} not determined; observe \
+         more, or give a proper form such as `normal(0, 100)`",
+        if seen == 1 { "number" } else { "numbers" },
+        if flat == 1 { "direction" } else { "directions" },
+        if flat == 1 { "is" } else { "are" },
+    );
+    Err(Error::Unplanned { question: question.to_owned(), reason })
 }
 
 /// Conditions a law on an observation; returns ln of its density.
@@ -309,7 +329,8 @@ pub(super) fn law_of(
     leaves: &dyn Leaves,
     context: &dyn Fn() -> String,
 ) -> Result<(LinearForm, f64), Error> {
-    let form = LinearForm::of(model, source.mean, component, leaves);
+    let Some(mean) = source.mean else { return Ok((LinearForm::default(), f64::INFINITY)) };
+    let form = LinearForm::of(model, mean, component, leaves);
     let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, leaves).constant);
     let refused = |message: String| {
         let factor = &model.factors[source.factor];

@@ -5,7 +5,7 @@
 //! any more: a chain of n variables takes n steps and the memory of two, a plate of n rows n steps and the memory of what they
 //! share.
 
-use super::filter::{law_of, observe};
+use super::filter::{law_of, observe, proper};
 use super::{Gaussian, LinearEquation, NormalLaw};
 use crate::distribution::{Instance, Setting};
 use crate::error::Error;
@@ -252,6 +252,7 @@ pub(super) fn condition(
     let mut laws = Vec::with_capacity(searched.len());
     for (own, extra) in searched {
         extra.iter().for_each(|slot| frontier.enter(*slot, equations.of(*slot)));
+        proper(&frontier.law, observed.len(), &question)?;
         laws.push(frontier.law.select(own.iter().map(|slot| frontier.rows[*slot])));
         frontier.slots.truncate(rows);
         frontier.law.truncate(rows, noises);

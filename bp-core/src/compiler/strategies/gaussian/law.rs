@@ -4,6 +4,10 @@
 //! covariances. Invariant: no variance is computed as a difference: an observation rotates the noises and removes the
 //! one that it determines, so a vague prior with precise sensors (deviations 1e8 and 0.1) loses no digits.
 //!
+//! A flat variable is a noise f of its own with density 1 everywhere: x = m + L w + G f. An observation of a row with g = G's row
+//! and a largest g_p ≠ 0 determines f_p = (z − m − L w − Σ g_q f_q)/g_p, which is substituted everywhere; its density is 1/|g_p|.
+//! The law is proper once no flat noise remains.
+//!
 //! With a the row of L of the variable observed as z, and r = ‖a‖, a Householder reflection H gives a H = ±r e. Then
 //! w_e = (z − m) / ±r, x gains (L H)_e w_e, and the other columns of L H remain. ln p(z) = ln N(z; m, r²).
 
@@ -26,6 +30,9 @@ struct Row {
     /// For each noise, the squared size of the numbers that entered its coefficient; empty where no determined variable
     /// can be observed.
     squares: Vec<f64>,
+    /// Its row of G, and the size of the numbers that it was computed from.
+    flat: Vec<f64>,
+    flat_size: f64,
 }
 
 /// A normal law over numbered variables.
@@ -33,6 +40,7 @@ struct Row {
 pub(crate) struct NormalLaw {
     rows: Vec<Row>,
     noises: usize,
+    flats: usize,
     /// Whether a determined variable may be observed.
     dirac: bool,
 }
@@ -115,6 +123,11 @@ impl NormalLaw {
         self.noises
     }
 
+    /// How many flat noises are not determined.
+    pub(crate) fn flats(&self) -> usize {
+        self.flats
+    }
+
     /// Mean of a variable.
     pub(crate) fn mean(&self, row: usize) -> f64 {
         self.rows[row].mean
@@ -150,7 +163,8 @@ impl NormalLaw {
         rows.for_each(|(row, of)| (row.mean, row.scale) = (of.mean, of.scale));
     }
 
-    /// Adds a variable: a linear form of earlier ones, plus noise of its own where the deviation is positive.
+    /// Adds a variable: a linear form of earlier ones, plus noise of its own where the deviation is positive; flat
+    /// where it is infinite.
     pub(crate) fn extend(&mut self, terms: &[(usize, f64)], constant: f64, deviation: f64) {
         let mut row = Row { mean: constant, scale: constant.abs(), ..Row::default() };
         for (parent, factor) in terms {
@@ -159,9 +173,17 @@ impl NormalLaw {
             row.scale = row.scale.max(factor.abs() * parent.scale);
             add(&mut row.noises, *factor, &parent.noises);
             add(&mut row.squares, factor * factor, &parent.squares);
+            add(&mut row.flat, *factor, &parent.flat);
+            row.flat_size += factor.abs() * parent.flat_size;
         }
         self.rows.push(row);
-        if deviation > 0.0 {
+        if deviation == f64::INFINITY {
+            let row = self.rows.last_mut().expect("internal: it was added");
+            row.flat.resize(self.flats, 0.0);
+            row.flat.push(1.0);
+            row.flat_size += 1.0;
+            self.flats += 1;
+        } else if deviation > 0.0 {
             self.add_noise(self.len() - 1, self.noises, deviation);
             self.noises += 1;
         }
@@ -188,6 +210,9 @@ impl NormalLaw {
     /// A determined variable has no density: a value that agrees changes nothing and returns ln 1; a value that does
     /// not is impossible and returns `None`.
     pub(crate) fn observe(&mut self, observed: usize, value: f64) -> Option<f64> {
+        if let Some(ln) = self.observe_flat(observed, value) {
+            return Some(ln);
+        }
         let row = &self.rows[observed];
         let surprise = value - row.mean;
         let squares = row.squares.iter().chain(std::iter::repeat(&0.0));
@@ -211,10 +236,34 @@ impl NormalLaw {
             take_out(&mut row.squares, pivot, last);
         }
         // The variable is now known; this drops the rounding errors of the steps above.
-        self.rows[observed] =
-            Row { mean: value, scale: value.abs(), noises: Vec::new(), squares: Vec::new() };
+        self.rows[observed] = Row { mean: value, scale: value.abs(), ..Row::default() };
         // Multiply by one half before squaring: the square may overflow where half of it does not.
         Some(-0.5 * noise * noise - reflection.image.abs().ln() - 0.5 * std::f64::consts::TAU.ln())
+    }
+
+    /// Conditions on the value of a variable with a flat noise; `None` if it has none.
+    fn observe_flat(&mut self, observed: usize, value: f64) -> Option<f64> {
+        let own = self.rows[observed].clone();
+        let pivot = (0..own.flat.len()).max_by(|a, b| own.flat[*a].abs().total_cmp(&own.flat[*b].abs()))?;
+        let largest = own.flat[pivot];
+        if largest.abs() <= ROUNDING * own.flat_size {
+            return None;
+        }
+        self.flats -= 1;
+        for row in &mut self.rows {
+            let factor = row.flat.get(pivot).copied().unwrap_or(0.0) / largest;
+            if factor != 0.0 {
+                row.mean += factor * (value - own.mean);
+                row.scale = row.scale.max(factor.abs() * own.scale.max(value.abs()));
+                add(&mut row.noises, -factor, &own.noises);
+                add(&mut row.squares, factor * factor, &own.squares);
+                add(&mut row.flat, -factor, &own.flat);
+                row.flat_size += factor.abs() * own.flat_size;
+            }
+            take_out(&mut row.flat, pivot, self.flats);
+        }
+        self.rows[observed] = Row { mean: value, scale: value.abs(), ..Row::default() };
+        Some(-largest.abs().ln())
     }
 
     /// The law of some of the variables, in this order; the others are summed out.

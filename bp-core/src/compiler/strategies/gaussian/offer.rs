@@ -24,9 +24,9 @@ pub struct LinearEquation {
     pub variable: VariableId,
     /// The factor that says so.
     pub factor: FactorId,
-    /// Its mean, linear in its parents.
-    pub mean: ExpressionId,
-    /// Its standard deviation; `None` for a Dirac.
+    /// Its mean, linear in its parents; `None` of a flat variable.
+    pub mean: Option<ExpressionId>,
+    /// Its standard deviation; `None` for a Dirac, and of a flat variable.
     pub deviation: Option<ExpressionId>,
 }
 
@@ -79,6 +79,7 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
             degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
         }
         Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
+        Form::Flat => !ask.when.is_over_time(),
         _ => false,
     });
     let first = factors.clone().all(|factor| {
@@ -159,8 +160,9 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         let factor = &model.factors[id];
         let form = initial(&factor.form);
         let (mean, deviation) = match (form, form.as_normal()) {
-            (_, Some((mean, deviation))) => (mean, Some(deviation)),
-            (Form::Dirac(value), _) => (*value, None),
+            (_, Some((mean, deviation))) => (Some(mean), Some(deviation)),
+            (Form::Dirac(value), _) => (Some(*value), None),
+            (Form::Flat, _) => (None, None),
             _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
         };
         let variable = factor.left[0].variable;

@@ -72,6 +72,13 @@ impl<'s> Blankets<'s> {
                 None => {
                     let slots: Vec<usize> =
                         instance.left.iter().copied().filter(|slot| hidden(*slot)).collect();
+                    if let Some(slot) = slots.first().filter(|_| may_count(form)) {
+                        return Err(stuck(
+                            setting,
+                            *slot,
+                            "is a count of `multinomial`, tied to the others by their sum",
+                        ));
+                    }
                     let real = |slot: &&usize| !is_finite(setting, **slot);
                     if let Some(slot) =
                         slots.iter().find(real).filter(|_| may_be_point(form, instance.component))
@@ -175,7 +182,7 @@ impl<'s> Blankets<'s> {
                     self.determine(instance, values)?;
                 }
                 Node::Weighed(instance) => match self.setting.distribution(instance, values)? {
-                    Distribution::Law(crate::law::Law::Normal, [mean, deviation]) => {
+                    Distribution::Law(crate::law::Law::Normal, [mean, deviation, _]) => {
                         residuals.push([self.setting.left_value(instance, values) - mean, deviation]);
                     }
                     _ => return Ok(None),
@@ -205,6 +212,13 @@ fn is_point(form: &Form, component: usize) -> bool {
 fn may_be_point(form: &Form, component: usize) -> bool {
     let mut found = is_point(form, component);
     form.each_part(&mut |part| found |= may_be_point(part, component));
+    found
+}
+
+/// Whether a form gives counts that are tied to each other, for some values of its parents.
+fn may_count(form: &Form) -> bool {
+    let mut found = matches!(form, Form::Multinomial { .. });
+    form.each_part(&mut |part| found |= may_count(part));
     found
 }
 

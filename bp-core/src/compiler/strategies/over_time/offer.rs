@@ -268,8 +268,14 @@ impl OverTime {
         };
         let (rule, reason) = match &self.by {
             By::Chain => {
-                let start: Vec<String> =
-                    before.iter().map(|id| format!("`P({})`", model.variable_name(*id))).collect();
+                let starts = |now: &VariableId| {
+                    model.factor_of(*now).is_some_and(|factor| model.factors[factor].form.is_initial())
+                };
+                let started = |(now, before): (&VariableId, &VariableId)| match starts(now) {
+                    true => format!("`P(initial({}))`", model.variable_name(*now)),
+                    false => format!("`P({})`", model.variable_name(*before)),
+                };
+                let start: Vec<String> = now.iter().zip(&before).map(started).collect();
                 let start = format!("{} has its form", start.join(", "));
                 let reason = format!(
                     "{told} is carried and finite: each instant is a sum over its previous value; at the first, {start}"

@@ -67,6 +67,9 @@ pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
                 && is_linear_in(model, then, linear)
                 && is_linear_in(model, otherwise, linear)
         }
+        Form::Initial { first, later } => {
+            is_linear_in(model, first, linear) && is_linear_in(model, later, linear)
+        }
         Form::Previous { at: None, otherwise, .. } => is_linear_in(model, otherwise, linear),
         _ => false,
     }

@@ -51,6 +51,8 @@ pub(crate) struct Cloud {
 /// The transition of the particles.
 pub(crate) struct Moves<'s> {
     setting: Arc<Setting<'s>>,
+    /// At the first instant.
+    first: Arc<Setting<'s>>,
     sampling: Sampling,
     /// The slots that are not drawn.
     linear: Vec<bool>,
@@ -85,7 +87,8 @@ impl<'s> Moves<'s> {
             setting.slots_of(*now).zip(setting.slots_of(*before)).collect::<Vec<_>>()
         };
         Ok(Self {
-            setting: Arc::new(setting.clone()),
+            setting: Arc::new(setting.at(false)),
+            first: Arc::new(setting.at(true)),
             sampling,
             before,
             now,
@@ -134,7 +137,8 @@ impl<'s> Moves<'s> {
                 }
             }
             let none = Observations::none(&self.setting);
-            let ln_weight = self.run(&self.before, &none, &mut streams.stream(number), &mut particle)?;
+            let ln_weight =
+                self.run(&self.first, &self.before, &none, &mut streams.stream(number), &mut particle)?;
             Ok((particle, ln_weight - (count as f64).ln()))
         };
         let begun: Vec<(Particle, f64)> =
@@ -165,7 +169,8 @@ impl<'s> Moves<'s> {
             }
             let mut random = streams.stream((instant + 1) * count + number);
             observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
-            self.run(&self.now, &observations, &mut random, particle)
+            let setting = if instant == 0 { &self.first } else { &self.setting };
+            self.run(setting, &self.now, &observations, &mut random, particle)
         };
         let particles = cloud.particles.par_iter_mut().enumerate();
         let weights: Vec<f64> = particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
@@ -197,6 +202,7 @@ impl<'s> Moves<'s> {
     /// Runs the forms, parents first; returns the ln weight of the observations.
     fn run(
         &self,
+        setting: &Setting<'_>,
         instances: &[Instance],
         observations: &Observations,
         random: &mut Random,
@@ -205,8 +211,8 @@ impl<'s> Moves<'s> {
         let mut ln_weight = 0.0;
         for instance in instances {
             ln_weight += match self.linear[instance.left[0]] {
-                true => self.extend(instance, observations.values[instance.left[0]], particle)?,
-                false => draw_or_weigh(&self.setting, instance, observations, random, &mut particle.values)?,
+                true => self.extend(setting, instance, observations.values[instance.left[0]], particle)?,
+                false => draw_or_weigh(setting, instance, observations, random, &mut particle.values)?,
             };
             if ln_weight == f64::NEG_INFINITY {
                 break;
@@ -216,10 +222,16 @@ impl<'s> Moves<'s> {
     }
 
     /// Adds a linear variable to the law of a particle; if it is observed, weighs and conditions.
-    fn extend(&self, instance: &Instance, observed: f64, particle: &mut Particle) -> Result<f64, Error> {
+    fn extend(
+        &self,
+        setting: &Setting<'_>,
+        instance: &Instance,
+        observed: f64,
+        particle: &mut Particle,
+    ) -> Result<f64, Error> {
         let slot = instance.left[0];
         let LinearMean { terms, constant, deviation } =
-            self.setting.linear_mean(instance, &particle.values, &self.linear)?;
+            setting.linear_mean(instance, &particle.values, &self.linear)?;
         particle.law.extend(slot, &terms, constant, deviation);
         particle.values[slot] = f64::NAN;
         Ok(if observed.is_nan() { 0.0 } else { particle.law.observe(slot, observed) })

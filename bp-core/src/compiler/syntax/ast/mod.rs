@@ -256,13 +256,15 @@ pub enum Term {
     Product(Box<Product>),
 }
 
-/// `P(left | right)`.
+/// `P(left | right)`, or `P(initial(X) | right)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
     /// Its span.
     pub at: At,
     /// Comments before and after it.
     pub comments: Comments,
+    /// Whether it is that of the first instant: `P(initial(X))`.
+    pub initial: bool,
     /// The variables on the left.
     pub left: Vec<Occurrence>,
     /// The variables on the right.

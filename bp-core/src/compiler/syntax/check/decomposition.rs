@@ -19,7 +19,9 @@ pub(super) fn key(factor: &ast::Factor) -> String {
         names.sort();
         names.join(" ")
     };
-    format!("{} | {}", side(&factor.left), side(&factor.right))
+    let left = side(&factor.left);
+    let left = if factor.initial { format!("initial({left})") } else { left };
+    format!("{left} | {}", side(&factor.right))
 }
 
 impl Checker<'_> {
@@ -114,6 +116,9 @@ impl Checker<'_> {
             return self.forget_factor(written);
         }
         let products = products.to_vec();
+        if written.initial {
+            return self.initial_factor(written, Factor { left, right, form: Form::Uniform, products });
+        }
         let id = self.model.push_factor(Factor { left, right, form: Form::Uniform, products });
         self.factor_spans.insert(id, written.at.0);
         // A second factor with the same head is reported by the model: its variable has two distributions.

@@ -30,6 +30,10 @@ impl Checker<'_> {
         let mut given: HashMap<FactorId, Span> = HashMap::new();
         for definition in definitions {
             let key = key(&definition.head);
+            if self.is_initial(&key) {
+                self.initial_form(&key, definition);
+                continue;
+            }
             let Some(factor) = self.factors.get(&key).copied() else {
                 if !self.broken_heads.contains(&key) {
                     self.form_without_factor(definition);
@@ -50,6 +54,7 @@ impl Checker<'_> {
                 }
             }
         }
+        self.join_initials();
         let missing: Vec<FactorId> =
             self.model.so_far().factors.ids().filter(|id| !given.contains_key(id)).collect();
         for factor in missing {
@@ -110,7 +115,7 @@ impl Checker<'_> {
         self.form(&definition.form, &Target { left, domain, right }, &mut scope)
     }
 
-    fn form(&mut self, form: &ast::Form, target: &Target, scope: &mut Scope) -> Option<Form> {
+    pub(super) fn form(&mut self, form: &ast::Form, target: &Target, scope: &mut Scope) -> Option<Form> {
         match &form.kind {
             FormKind::Named { name, arguments } => {
                 self.named(form.span(), name, arguments.as_deref(), target, scope)

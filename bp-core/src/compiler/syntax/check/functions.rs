@@ -18,7 +18,7 @@ use crate::syntax::ast::{
 };
 use std::collections::HashMap;
 
-const FUNCTIONS: [&str; 22] = [
+const FUNCTIONS: [&str; 24] = [
     "min",
     "max",
     "abs",
@@ -32,6 +32,8 @@ const FUNCTIONS: [&str; 22] = [
     "sin",
     "cos",
     "ln_gamma",
+    "logistic",
+    "probit",
     "atan2",
     "pow",
     "mod",
@@ -64,6 +66,7 @@ impl Checker<'_> {
             "sin" => unary(Unary::Sine),
             "cos" => unary(Unary::Cosine),
             "ln_gamma" => unary(Unary::LnGamma),
+            "probit" => unary(Unary::NormalCumulative),
             _ => None,
         };
         if let Some(operator) = operator {
@@ -72,6 +75,11 @@ impl Checker<'_> {
             return Some((self.node(span, Expression::Unary(operator, id)), Type::Number));
         }
         match name.text.as_str() {
+            "logistic" => {
+                let [argument] = self.arguments(span, name, arguments)?;
+                let argument = self.number_of(argument, scope)?;
+                Some((self.model.logistic(argument), Type::Number))
+            }
             "min" | "max" => self.extreme(span, name, arguments, scope),
             "atan2" => self.of_two(span, name, arguments, Binary::ArcTangent, scope),
             "pow" => self.of_two(span, name, arguments, Binary::Power, scope),

@@ -14,6 +14,8 @@ mod faults;
 mod foreign;
 mod forms;
 mod functions;
+mod initial;
+mod linked_forms;
 mod named_forms;
 mod operators;
 mod predicates;
@@ -124,6 +126,8 @@ struct Checker<'p> {
     ask_spans: HashMap<(QuestionId, usize), Span>,
     /// Factors by their heads, as `decomposition::key` writes them.
     factors: HashMap<String, FactorId>,
+    /// The factors of the first instant.
+    initials: Vec<initial::Initial>,
     /// Heads of wrong factors, whose forms are not checked.
     broken_heads: HashSet<String>,
     /// Variables with a wrong declaration or factor: no further errors are reported for them.
@@ -149,6 +153,7 @@ impl<'p> Checker<'p> {
             expression_spans: HashMap::new(),
             ask_spans: HashMap::new(),
             factors: HashMap::new(),
+            initials: Vec::new(),
             broken_heads: HashSet::new(),
             broken_variables: HashSet::new(),
             broken_forms: HashSet::new(),
@@ -187,6 +192,7 @@ impl<'p> Checker<'p> {
                 self.terms(terms, &mut Vec::new());
             }
         });
+        self.bind_initials();
         let mut definitions = Vec::new();
         each(&mut |kind| {
             if let SectionKind::Forms(list) = kind {

@@ -16,7 +16,7 @@ use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 
 /// The forms that are not in [`Law`].
-const OTHERS: [&str; 18] = [
+const OTHERS: [&str; 22] = [
     "bernoulli",
     "categorical",
     "table",
@@ -32,7 +32,11 @@ const OTHERS: [&str; 18] = [
     "softmax",
     "mixture",
     "truncated",
+    "zero_inflated",
+    "flat",
     Dirichlet::NAME,
+    "multinomial",
+    "ordered",
     "linear_regression",
     "unknown",
 ];
@@ -59,12 +63,22 @@ impl Checker<'_> {
                 self.complain(span, message);
                 None
             }
+            "flat" => {
+                let [] = self.arguments(span, name, given)?;
+                Some(Form::Flat)
+            }
             "bernoulli" => {
                 let [argument] = self.arguments(span, name, given)?;
-                Some(Form::Bernoulli(self.number_of(argument, scope)?))
+                match self.link(argument, target, scope) {
+                    Some(linked) => linked,
+                    None => Some(Form::Bernoulli(self.number_of(argument, scope)?)),
+                }
             }
             "categorical" => {
-                let entries = self.one_for_each(span, name, given, "probability", target, scope)?;
+                let entries = match given {
+                    [row] => self.row(row, scope)?,
+                    _ => self.one_for_each(span, name, given, "probability", target, scope)?,
+                };
                 Some(Form::Categorical(entries))
             }
             "softmax" => {
@@ -80,6 +94,12 @@ impl Checker<'_> {
                 Some(self.model.laplace_succession(&counts))
             }
             Dirichlet::NAME => Some(Form::Dirichlet(self.numbers(given, scope)?)),
+            "multinomial" => self.multinomial(span, given, scope),
+            "ordered" => {
+                let [form] = self.arguments(span, name, given)?;
+                Some(Form::Ordered(Box::new(self.part(form, target, scope)?)))
+            }
+            "zero_inflated" => self.zero_inflated(span, name, given, target, scope),
             "noisy_or" | "noisy_and" => self.noisy(span, name, given, target, scope),
             "linear_regression" => self.linear_regression(span, given, target, scope),
             "mixture" => self.mixture(span, given, target, scope),
@@ -157,7 +177,7 @@ impl Checker<'_> {
     }
 
     /// An argument that is a form: `normal(0, 1)` in a mixture.
-    fn part(&mut self, argument: &Expr, target: &Target, scope: &mut Scope) -> Option<Form> {
+    pub(super) fn part(&mut self, argument: &Expr, target: &Target, scope: &mut Scope) -> Option<Form> {
         match &argument.kind {
             ExprKind::Call(name, arguments) => {
                 self.named(argument.span(), name, Some(arguments), target, scope)

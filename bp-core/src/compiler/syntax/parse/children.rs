@@ -117,6 +117,7 @@ fn is_mark(rule: Rule) -> bool {
             | kw_question
             | kw_except
             | kw_or
+            | kw_initial
             | kw_prod
             | kw_let
             | kw_if

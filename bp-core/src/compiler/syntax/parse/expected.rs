@@ -173,7 +173,7 @@ fn describe(rule: Rule) -> &'static str {
         domain | labels => "a domain",
         product | kw_prod => "`prod`",
         factor | probability | ask | distribution => "`P(`",
-        occurrences | occurrence | searched | item | slice => "a variable",
+        occurrences | occurrence | searched | item | slice | initial | kw_initial => "a variable",
         definition => "`P(`",
         form | plain_form | otherwise | named_form | if_form | match_form | table | ask_form | previous
         | kw_table | kw_previous | kw_ask => "a form",

@@ -152,13 +152,18 @@ fn product(pair: Pair<'_, Rule>) -> Product {
     Product { at: place, comments: Comments::default(), index, space, terms: terms(children) }
 }
 
-/// `P(left | right)`
+/// `P(left | right)`, `P(initial(X) | right)`
 pub(super) fn factor(pair: Pair<'_, Rule>) -> Factor {
     let place = at(&pair);
     let mut children = Children::of(pair);
-    let left = occurrences(children.one());
+    let initial = children.take(Rule::initial);
+    let is_initial = initial.is_some();
+    let left = match initial {
+        Some(initial) => Children::of(initial).take(Rule::occurrences).map(occurrences).unwrap_or_default(),
+        None => occurrences(children.one()),
+    };
     let right = children.take(Rule::occurrences).map(occurrences).unwrap_or_default();
-    Factor { at: place, comments: Comments::default(), left, right }
+    Factor { at: place, comments: Comments::default(), initial: is_initial, left, right }
 }
 
 /// The variables of a list.

@@ -91,7 +91,9 @@ impl Display for Occurrence {
 
 impl Display for Factor {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        write!(f, "P({}", list(&self.left, " "))?;
+        let left = list(&self.left, " ");
+        let left = if self.initial { format!("initial({left})") } else { left };
+        write!(f, "P({left}")?;
         if !self.right.is_empty() {
             write!(f, " | {}", list(&self.right, " "))?;
         }

@@ -1,0 +1,86 @@
+//! Programs whose first instant has a form of its own, `P(initial(X))`.
+//!
+//! In: finite programs over time. Out: filtered, smoothed and most likely states. Invariant: expected values are counted by hand.
+
+use crate::support::{model_of, question};
+use bp_core::compiler::answer::{Answer, ask, ask_over_time};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::sample::Sampling;
+
+/// A row for each instant; NaN where nothing was observed.
+fn asked(model: &Model, text: &str, names: &[&str], rows: &[Vec<f64>]) -> Result<Answer, Error> {
+    let observed = |row: &Vec<f64>| {
+        let cells = names.iter().zip(row).filter(|(_, value)| !value.is_nan());
+        cells.map(|(name, value)| ((*name).to_owned(), *value)).collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = rows.iter().map(observed).collect();
+    let answers = ask_over_time(model, &question(model, text), &rows, &Inputs::new(), Sampling::default());
+    answers.map(|mut answers| answers.remove(0))
+}
+
+/// The probabilities, row by row.
+fn figures(answer: &Answer) -> Vec<f64> {
+    answer.answer.iter().map(|row| row.p().unwrap()).collect()
+}
+
+#[track_caller]
+fn near(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= tolerance);
+    assert!(all, "{found:?}, expected {expected:?}");
+}
+
+const STARTED: &str = "program Machine { variables { Up, Up^-1, Light : bool; }
+    decomposition { P(initial(Up)) P(Up | Up^-1) P(Light | Up) }
+    forms { P(initial(Up)) = bernoulli(0.8); P(Up | Up^-1) = bernoulli(if Up^-1 { 0.7 } else { 0.1 });
+            P(Light | Up) = bernoulli(if Up { 0.9 } else { 0.2 }); } }";
+
+#[test]
+fn the_first_instant_has_a_form_of_its_own() {
+    let model = model_of(STARTED);
+    let on = |text: &str, rows: &[f64]| {
+        let rows: Vec<Vec<f64>> = rows.iter().map(|value| vec![*value]).collect();
+        asked(&model, text, &["Light"], &rows).unwrap()
+    };
+    // By hand: P(up₁ | on) = 0.8 · 0.9 / (0.8 · 0.9 + 0.2 · 0.2) = 0.72 / 0.76.
+    let first = 0.72 / 0.76;
+    let found = on("filter P(Up | Light)", &[1.0]);
+    near(&figures(&found), &[1.0 - first, first], 1e-14);
+    assert!((found.ln_evidence.unwrap() - 0.76f64.ln()).abs() < 1e-14);
+    // One step: 0.1 + 0.6 p; then no light.
+    let moved = 0.1 + 0.6 * first;
+    let second = moved * 0.1 / (moved * 0.1 + (1.0 - moved) * 0.8);
+    near(&figures(&on("filter P(Up | Light)", &[1.0, 0.0])), &[1.0 - second, second], 1e-14);
+    near(&figures(&on("predict(1) P(Up | Light)", &[1.0]))[1..], &[moved], 1e-14);
+    // P(up₁ | on, off) ∝ 0.72 (0.7 · 0.1 + 0.3 · 0.8), P(down₁ | on, off) ∝ 0.04 (0.1 · 0.1 + 0.9 · 0.8).
+    let (up, down) = (0.72 * 0.31, 0.04 * 0.73);
+    near(
+        &figures(&on("smooth P(Up | Light)", &[1.0, 0.0]))[..2],
+        &[down / (up + down), up / (up + down)],
+        1e-14,
+    );
+    // Most likely: up, down, with probability 0.8 · 0.9 · 0.3 · 0.8 of 0.8 · 0.9 · 0.31 + 0.2 · 0.2 · 0.73.
+    let likely = on("sequence P(Up | Light)", &[1.0, 0.0]);
+    let values: Vec<&str> = likely.answer.iter().map(|row| row.values[1].1.as_str()).collect();
+    assert_eq!(values, ["true", "false"]);
+    let most = on("max sequence P(Up | Light)", &[1.0, 0.0]);
+    near(&figures(&most), &[0.72 * 0.24 / (up + down)], 1e-14);
+    let now = ask(&model, &question(&model, "P(Up | Light = true)"), &Inputs::new()).unwrap_err().to_string();
+    assert!(now.contains("has a form of its own at the first instant: ask over time"), "{now}");
+}
+
+#[test]
+fn a_first_instant_may_depend_on_what_its_factor_names() {
+    // Of two machines the first starts up with probability 0.9, the other with 0.2.
+    let model = model_of(
+        "program Machines { variables { Kind : bool; Up, Up^-1, Light : bool; }
+         decomposition { P(Kind) P(initial(Up) | Kind) P(Up | Up^-1 Kind) P(Light | Up) }
+         forms { P(Kind) = bernoulli(0.5); P(initial(Up) | Kind) = bernoulli(if Kind { 0.9 } else { 0.2 });
+                 P(Up | Up^-1 Kind) = dirac(Up^-1); P(Light | Up) = bernoulli(if Up { 1 } else { 0.5 }); } }",
+    );
+    let found = asked(&model, "filter P(Kind | Light)", &["Light"], &[vec![1.0]]).unwrap();
+    // 0.9 + 0.1 / 2 = 0.95 against 0.2 + 0.8 / 2 = 0.6.
+    near(&figures(&found), &[0.6 / 1.55, 0.95 / 1.55], 1e-14);
+}

@@ -1,0 +1,77 @@
+//! Flat priors in linear Gaussian programs.
+//!
+//! In: programs with a `flat` form. Out: posteriors, or the reason of a refusal. Invariant: expected values are computed by hand.
+
+use crate::support::{model_of, question};
+use bp_core::compiler::answer::{Figure, ask};
+use bp_core::compiler::error::Error;
+use bp_core::compiler::exec::Inputs;
+use statrs::distribution::{Continuous, Normal};
+
+#[track_caller]
+fn near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
+}
+
+/// Mean and deviation of each searched variable, and ln of the density of what was observed.
+fn posterior(text: &str, asked: &str) -> Result<(Vec<[f64; 2]>, f64), Error> {
+    let model = model_of(text);
+    let answer = ask(&model, &question(&model, asked), &Inputs::new())?.remove(0);
+    let figure = |figure: &Figure| match figure {
+        Figure::Normal { mean, deviation } => [*mean, *deviation],
+        other => panic!("{other:?}"),
+    };
+    Ok((answer.answer.iter().map(|row| figure(&row.figure)).collect(), answer.ln_evidence.unwrap()))
+}
+
+#[test]
+fn a_flat_variable_is_determined_by_what_is_observed() {
+    let text = "program Scale { variables { X, A, B : real; } decomposition { P(X) P(A | X) P(B | X) }
+        forms { P(X) = flat; P(A | X) = normal(X, 1); P(B | X) = normal(2 * X, 4); } }";
+    // By hand: precisions 1 and 4/16, means 1 and 6/2; ∫ dx is N(6 − 2; 0, √20).
+    let (found, ln) = posterior(text, "P(X | A = 1, B = 6)").unwrap();
+    near(found[0][0], (1.0 + 0.25 * 3.0) / 1.25, 1e-14);
+    near(found[0][1], 0.8f64.sqrt(), 1e-14);
+    near(ln, Normal::new(0.0, 20f64.sqrt()).unwrap().ln_pdf(4.0), 1e-13);
+    let (found, ln) = posterior(text, "P(X | B = 6)").unwrap();
+    near(found[0][0], 3.0, 1e-14);
+    near(found[0][1], 2.0, 1e-14);
+    near(ln, -2f64.ln(), 1e-14);
+    // What is only predicted from it follows.
+    let (found, _) = posterior(text, "P(B | A = 1)").unwrap();
+    near(found[0][0], 2.0, 1e-14);
+    near(found[0][1], 20f64.sqrt(), 1e-13);
+}
+
+const LINE: &str =
+    "program Line { parameters { x[1..=3] : real = [0, 1, 2]; } variables { A, B : real; Y[1..=3] : real; }
+    decomposition { P(A) P(B) prod(i) { P(Y[i] | A B) } }
+    forms { P(A) = flat; P(B) = flat; P(Y[i] | A B) = normal(A + B * x[i], 1); } }";
+
+#[test]
+fn flat_coefficients_are_those_of_least_squares() {
+    // x = 0, 1, 2 and y = 1, 2, 4: slope 1.5 with variance 1/2, intercept 5/6 with variance 1/3 + 1/2.
+    let (found, _) = posterior(LINE, "P(A B | Y[1] = 1, Y[2] = 2, Y[3] = 4)").unwrap();
+    near(found[0][0], 5.0 / 6.0, 1e-13);
+    near(found[0][1], (5.0 / 6.0f64).sqrt(), 1e-13);
+    near(found[1][0], 1.5, 1e-13);
+    near(found[1][1], 0.5f64.sqrt(), 1e-13);
+}
+
+#[test]
+fn a_flat_variable_that_the_data_leave_open_is_refused() {
+    let refused = |text: &str, asked: &str, part: &str| {
+        let error = posterior(text, asked).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    };
+    let open = "the posterior is improper: with 1 observed number, 1 direction of its `flat` variables is not determined";
+    refused(LINE, "P(A B | Y[1] = 1)", open);
+    // Three values at one x do not determine a line, however many there are.
+    let same = LINE.replace("[0, 1, 2]", "[0.1, 0.1, 0.1]");
+    refused(&same, "P(A B | Y[1] = 1, Y[2] = 2, Y[3] = 4)", "beside 3 observed numbers, 1 direction");
+    let alone = "program One { variables { X : real; } decomposition { P(X) } forms { P(X) = flat; } }";
+    refused(alone, "P(X)", "beside 0 observed numbers, 1 direction");
+    let other = "program Rate { variables { X : real; N : 0..=9; } decomposition { P(X) P(N | X) }
+        forms { P(X) = flat; P(N | X) = poisson(exp(X)); } }";
+    refused(other, "P(X | N = 3)", "`flat` is answered at one instant where all is linear and Gaussian");
+}
