@@ -57,7 +57,7 @@ pub(crate) fn written(text: &str, learned: &Learned) -> String {
 pub(crate) fn answer(model: &Model, text: &str) -> Vec<f64> {
     let answers =
         ask(model, &question(model, text), &Inputs::new()).unwrap_or_else(|error| panic!("{error}"));
-    answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
+    answers[0].answer.iter().map(|row| row.figure.number().unwrap()).collect()
 }
 
 /// The answer of the learned model, which must equal that of the learned text.

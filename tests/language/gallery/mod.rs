@@ -50,7 +50,7 @@ pub(crate) fn answers(model: &Model, text: &str, given: &[(&str, &[f64])]) -> Re
 pub(crate) fn probabilities(model: &Model, text: &str, given: &[(&str, &[f64])]) -> Vec<f64> {
     let answers = answers(model, text, given).unwrap_or_else(|error| panic!("{}: {error}", model.name));
     assert_eq!(answers.len(), 1, "{text}");
-    answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
+    answers[0].answer.iter().map(|row| row.figure.number().unwrap()).collect()
 }
 
 /// Compares two lists of numbers to a share of each number, at least `1e-12`.

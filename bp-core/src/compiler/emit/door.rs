@@ -66,7 +66,7 @@ impl Interface<'_> {
                 SizeKey::Parameter(id) => parameter(model, *id).1,
                 _ => None,
             };
-            let from_arrays = self.from_arrays(*key);
+            let from_arrays = self.by_arrays(*key);
             let by = if from_arrays.is_empty() {
                 ""
             } else {
@@ -126,7 +126,7 @@ impl Interface<'_> {
 
     /// Expressions that infer a size from the arrays of one axis of that size. One number is ignored, since it may be
     /// broadcast.
-    fn from_arrays(&self, key: SizeKey) -> String {
+    fn by_arrays(&self, key: SizeKey) -> String {
         let length = |(id, given): &(BufferId, Given)| {
             let Given::Slice(field) = given else { return None };
             let [axis] = self.kernel.buffers[*id].axes.as_slice() else { return None };

@@ -109,15 +109,11 @@ impl PlateData {
         derived: &[Derived],
     ) -> Result<(), Error> {
         let elements = named.filter_map(|id| derived.get((u32::MAX as usize).checked_sub(id.position())?));
-        for row in
-            elements.flat_map(|derived| indices(derived, family.variable)).filter_map(|at| family.row_of(at))
-        {
-            let name = format!("{}[{}]", family.name, row as i64 + family.first);
-            let message =
-                format!("known: it is the value of `{name}`; only missing cells are predicted or set");
-            return Err(self.tables[family.place.table].wrong(row, family.place.column, message));
-        }
-        Ok(())
+        let mut indices = elements.flat_map(|derived| indices(derived, family.variable));
+        let Some(row) = indices.find_map(|at| family.row_of(at)) else { return Ok(()) };
+        let name = format!("{}[{}]", family.name, row as i64 + family.first);
+        let message = format!("known: it is the value of `{name}`; only missing cells are predicted or set");
+        Err(self.tables[family.place.table].wrong(row, family.place.column, message))
     }
 }
 

@@ -103,7 +103,7 @@ impl Filter {
         for source in &plan.initial {
             for component in 0..model.components(source.variable) {
                 let Extension { terms, constant, deviation } =
-                    extension(model, source, component, (&rows, &values))?;
+                    extension(model, source, component, &Rows { model, rows: &rows, values: &values })?;
                 rows.insert((source.variable, component), law.len());
                 law.extend(&terms, constant, deviation);
             }
@@ -113,7 +113,12 @@ impl Filter {
         let mut extensions = Vec::new();
         for source in &plan.sources {
             for component in 0..model.components(source.variable) {
-                extensions.push(extension(model, source, component, (&rows, &values))?);
+                extensions.push(extension(
+                    model,
+                    source,
+                    component,
+                    &Rows { model, rows: &rows, values: &values },
+                )?);
                 rows.insert((source.variable, component), carried.len() + extensions.len() - 1);
             }
         }
@@ -312,10 +317,9 @@ fn extension(
     model: &Model,
     source: &LinearEquation,
     component: usize,
-    (rows, values): (&HashMap<(VariableId, usize), usize>, &HashMap<&str, f64>),
+    leaves: &Rows<'_>,
 ) -> Result<Extension, Error> {
-    let leaves = Rows { model, rows, values };
-    let (form, deviation) = law_of(model, source, component, &leaves, &String::new)?;
+    let (form, deviation) = law_of(model, source, component, leaves, &String::new)?;
     let terms = form.coefficients.into_iter().collect();
     Ok(Extension { terms, constant: form.constant, deviation })
 }

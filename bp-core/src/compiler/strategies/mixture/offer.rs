@@ -54,8 +54,10 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
     let left = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable);
     let (mut finite, mut linear): (Vec<VariableId>, Vec<VariableId>) =
         factors.iter().flat_map(left).partition(is_finite);
-    (finite.sort_unstable(), linear.sort_unstable());
-    (finite.dedup(), linear.dedup());
+    for variables in [&mut finite, &mut linear] {
+        variables.sort_unstable();
+        variables.dedup();
+    }
     if finite.is_empty() || linear.is_empty() {
         return Err("it takes finite variables and reals together".to_owned());
     }

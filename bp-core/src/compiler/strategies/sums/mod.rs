@@ -9,9 +9,9 @@ mod prepared;
 pub(crate) use impossible::{error as impossible, judged};
 
 use super::{Offered, Prepared, Purpose, Route, Turn, refused};
-use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};
+use crate::equation::{self, Exact, Line, Marked, Notation, Strategy, Term};
 use crate::error::Error;
-use crate::model::{Ask, Model, Question};
+use crate::model::{Ask, Form, Model, Question};
 
 /// The strategy.
 pub(crate) struct Engine;
@@ -20,9 +20,30 @@ impl super::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         match turn.by_tree && !turn.forced {
             true => Err(refused(model, asks, "building a join tree takes less time than writing loops")),
-            false => Ok(Route::Exact(equation::exact(model, asks.to_vec(), turn.options)?)),
+            false => {
+                let exact = equation::exact(model, asks.to_vec(), turn.options)?;
+                match exact.terms.values().find_map(|term| coupled(model, term)) {
+                    Some(head) => {
+                        let reason = format!("`{head}` distributes a vector, which has no kernel");
+                        Err(refused(model, asks, &reason))
+                    }
+                    None => Ok(Route::Exact(exact)),
+                }
+            }
         }
     }
+}
+
+/// The head of a factor that distributes the components of a vector together.
+fn coupled(model: &Model, term: &Term) -> Option<String> {
+    fn couples(form: &Form) -> bool {
+        let mut found = form.couples();
+        form.each_part(&mut |part| found |= couples(part));
+        found
+    }
+    let Term::Factor(id) = term else { return None };
+    let factor = &model.factors[*id];
+    couples(&factor.form).then(|| model.head(factor))
 }
 
 impl Offered for Exact {

@@ -90,7 +90,23 @@ impl Reader<'_> {
     fn ask(&self, written: &ast::Ask, wrong: &mut Diagnostics) -> Ask {
         let model = self.model;
         let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
-            distribution.known.iter().filter_map(|item| self.known(item, wrong)).collect()
+            let mut number = false;
+            let mut known = Vec::new();
+            for item in &distribution.known {
+                let before = wrong.0.len();
+                known.extend(self.known(item, wrong));
+                // `M = 3 cm`: what follows a number may be meant as its unit.
+                if let (Subject::Variable(occurrence), true, Some(last)) =
+                    (&item.subject, number && wrong.0.len() > before, wrong.0.last_mut())
+                {
+                    last.help = units::behind_number(&occurrence.name.text).or(last.help.take());
+                }
+                number = matches!(
+                    &item.evidence,
+                    Some(ast::Finding::Hard(value)) if matches!(value.kind, ValueKind::Number(..))
+                );
+            }
+            known
         };
         let items = &written.distribution.searched;
         let (mut statistic, when) = words::read(written, wrong);
@@ -207,12 +223,10 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
     let Some(id) = model.variable(&spoken) else {
         let known: Vec<String> = model.variables.ids().map(|id| model.variable_name(id)).collect();
         let mut diagnostic = Diagnostic::new(occurrence.at.0, format!("unknown variable `{spoken}`"));
-        diagnostic.help = units::behind_number(name)
-            .or_else(|| did_you_mean(name, known.iter().map(String::as_str)))
-            .or_else(|| {
-                let listed = listed(known.iter().map(String::as_str), "and");
-                (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
-            });
+        diagnostic.help = did_you_mean(name, known.iter().map(String::as_str)).or_else(|| {
+            let listed = listed(known.iter().map(String::as_str), "and");
+            (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
+        });
         wrong.push(diagnostic);
         return None;
     };
