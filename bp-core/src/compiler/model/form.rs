@@ -193,9 +193,11 @@ impl Form {
         found
     }
 
-    /// Whether it distributes the components of a vector together: each depends on those before it.
+    /// Whether it, or a part of it, distributes the components of a vector together: each depends on those before it.
     pub fn couples(&self) -> bool {
-        matches!(self, Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_))
+        let mut found = matches!(self, Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_));
+        self.each_part(&mut |part| found |= part.couples());
+        found
     }
 
     /// Calls `visit` with each direct subform.

@@ -11,7 +11,7 @@ pub(crate) use impossible::{error as impossible, judged};
 use super::{Offered, Prepared, Purpose, Route, Turn, refused};
 use crate::equation::{self, Exact, Line, Marked, Notation, Strategy, Term};
 use crate::error::Error;
-use crate::model::{Ask, Form, Model, Question};
+use crate::model::{Ask, Model, Question};
 
 /// The strategy.
 pub(crate) struct Engine;
@@ -36,14 +36,9 @@ impl super::Engine for Engine {
 
 /// The head of a factor that distributes the components of a vector together.
 fn coupled(model: &Model, term: &Term) -> Option<String> {
-    fn couples(form: &Form) -> bool {
-        let mut found = form.couples();
-        form.each_part(&mut |part| found |= couples(part));
-        found
-    }
     let Term::Factor(id) = term else { return None };
     let factor = &model.factors[*id];
-    couples(&factor.form).then(|| model.head(factor))
+    factor.form.couples().then(|| model.head(factor))
 }
 
 impl Offered for Exact {

@@ -65,11 +65,13 @@ fn offer(
     let observed: Vec<VariableId> =
         asks[0].known.iter().filter(|known| is_hard(&known.evidence)).map(|known| known.variable).collect();
     let factors = relevant(model, &asks);
+    // A vector that is distributed as a whole has no kernel, even where it is observed.
     let hidden_real = |id: &FactorId| {
         let left = &model.factors[*id].left;
-        left.iter().any(|use_| {
-            !observed.contains(&use_.variable) && !model.variables[use_.variable].domain.is_finite()
-        })
+        model.factors[*id].form.couples()
+            || left.iter().any(|use_| {
+                !observed.contains(&use_.variable) && !model.variables[use_.variable].domain.is_finite()
+            })
     };
     // A finite program is refused for its size or its form: that should be mended, not replaced by an estimate.
     if !(turn.forced || turn.over_budget || factors.iter().any(hidden_real)) {
