@@ -70,7 +70,7 @@ fn a_flat_variable_that_the_data_leave_open_is_refused() {
     let same = LINE.replace("[0, 1, 2]", "[0.1, 0.1, 0.1]");
     refused(&same, "P(A B | Y[1] = 1, Y[2] = 2, Y[3] = 4)", "with 3 observed numbers, 1 direction");
     let alone = "program One { variables { X : real; } decomposition { P(X) } forms { P(X) = flat; } }";
-    refused(alone, "P(X)", "beside 0 observed numbers, 1 direction");
+    refused(alone, "P(X)", "with 0 observed numbers, 1 direction");
     let other = "program Rate { variables { X : real; N : 0..=9; } decomposition { P(X) P(N | X) }
         forms { P(X) = flat; P(N | X) = poisson(exp(X)); } }";
     refused(other, "P(X | N = 3)", "`flat` is answered at one instant where all is linear and Gaussian");
