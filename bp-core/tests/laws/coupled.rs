@@ -139,3 +139,12 @@ fn their_numbers_are_checked() {
     let gibbs = answered(&model, "P(Counts | Next = Red)", Some(Strategy::Gibbs)).unwrap_err().to_string();
     assert!(gibbs.contains("tied to the others by their sum"), "{gibbs}");
 }
+
+#[test]
+fn a_vector_that_does_not_matter_refuses_nothing() {
+    let model = model_of(
+        "program Apart { variables { K : bool; Theta : real[2]; } decomposition { P(K) P(Theta) }
+         forms { P(K) = bernoulli(0.3); P(Theta) = dirichlet(1, 1); } }",
+    );
+    assert!((probability(&answered(&model, "P(K)", None).unwrap(), 1) - 0.3).abs() < 1e-15);
+}

@@ -75,3 +75,19 @@ fn a_flat_variable_that_the_data_leave_open_is_refused() {
         forms { P(X) = flat; P(N | X) = poisson(exp(X)); } }";
     refused(other, "P(X | N = 3)", "`flat` is answered at one instant where all is linear and Gaussian");
 }
+
+#[test]
+fn a_covariate_far_from_zero_determines_its_line() {
+    // Least squares at o, o + 1, o + 2: the slope of 2, 3, 5 is 1.5 with the deviation √½, wherever the origin is.
+    for origin in [0, 1_000_000, 100_000_000] {
+        let (one, two) = (origin + 1, origin + 2);
+        let text = format!(
+            "program Line {{ parameters {{ x[1..=3] : real = [{origin}, {one}, {two}]; }} variables {{ A, B : real; Y[1..=3] : real; }}
+             decomposition {{ P(A) P(B) prod(i) {{ P(Y[i] | A B) }} }}
+             forms {{ P(A) = flat; P(B) = flat; P(Y[i] | A B) = normal(A + B * x[i], 1); }} }}"
+        );
+        let (found, _) = posterior(&text, "P(B | Y[1] = 2, Y[2] = 3, Y[3] = 5)").unwrap();
+        near(found[0][0], 1.5, 1e-6);
+        near(found[0][1], 0.5f64.sqrt(), 1e-6);
+    }
+}

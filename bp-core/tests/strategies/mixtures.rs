@@ -112,3 +112,33 @@ fn reasons_of_refusal() {
         bp_core::compiler::plan::plan(&model, &question(&model, "entropy P(X | Z = 1)"), by).unwrap_err();
     assert!(error.to_string().contains("no closed form"), "{error}");
 }
+
+#[test]
+fn weights_sum_to_one_however_large_the_logarithm_of_the_evidence() {
+    // X is observed: K decides nothing of Y = X + A + noise beyond it. A is uniform on 0..=3, so Y has the mean X + 1.5 and
+    // the variance 1 + 15/12.
+    let model = model_of(
+        "program Far { variables { K : bool; A : 0..=3; X, Y : real; } decomposition { P(K) P(A) P(X | K) P(Y | X A) }
+         forms { P(K) = bernoulli(0.35); P(A) = uniform; P(X | K) = normal(if K { 2 } else { -1 }, 1);
+                 P(Y | X A) = normal(X + A, 1); } }",
+    );
+    for x in [1e3, 1e8, 1e9] {
+        let found = answer(&model, &format!("P(Y | X = {x})"));
+        let Figure::Mixture { mean, deviation, .. } = found.answer[0].figure else { panic!("{found:?}") };
+        near(mean, x + 1.5, 1e-15 * x);
+        near(deviation, 1.5, 1e-6);
+        near(answer(&model, &format!("P(Y > 0 | X = {x})")).answer[0].p().unwrap(), 1.0, 1e-12);
+    }
+}
+
+#[test]
+fn a_quantile_at_a_value_of_positive_probability_is_that_value() {
+    let model = model_of(
+        "program Atom { variables { K : bool; X, Y : real; } decomposition { P(K) P(X) P(Y | K X) }
+         forms { P(K) = bernoulli(0.5); P(X) = normal(0, 1); P(Y | K X) = if K { dirac(0) } else { dirac(X) }; } }",
+    );
+    // P(Y < 0) = 1/4 and P(Y ≤ 0) = 3/4.
+    let found = answer(&model, "P(Y)");
+    let Figure::Mixture { quantiles, .. } = found.answer[0].figure else { panic!("{found:?}") };
+    assert_eq!(quantiles[1], 0.0);
+}

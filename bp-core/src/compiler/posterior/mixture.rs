@@ -86,7 +86,11 @@ impl Mixture {
         loop {
             let middle = from + 0.5 * (to - from);
             if middle <= from || middle >= to {
-                return to;
+                // A value of probability above 0 between the last two numbers is the quantile itself.
+                let atoms =
+                    self.0.iter().filter(|own| own.deviation(place) == 0.0).map(|own| own.mean[place]);
+                let mut near = atoms.filter(|atom| from <= *atom && *atom <= to && !is_below(*atom));
+                return near.next().unwrap_or(to);
             }
             if is_below(middle) { from = middle } else { to = middle }
         }

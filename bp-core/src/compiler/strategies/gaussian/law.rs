@@ -30,9 +30,9 @@ struct Row {
     /// For each noise, the squared size of the numbers that entered its coefficient; empty where no determined variable
     /// can be observed.
     squares: Vec<f64>,
-    /// Its row of G, and the size of the numbers that it was computed from.
+    /// Its row of G, and for each entry the size of the numbers that it was computed from.
     flat: Vec<f64>,
-    flat_size: f64,
+    flat_sizes: Vec<f64>,
 }
 
 /// A normal law over numbered variables.
@@ -174,14 +174,15 @@ impl NormalLaw {
             add(&mut row.noises, *factor, &parent.noises);
             add(&mut row.squares, factor * factor, &parent.squares);
             add(&mut row.flat, *factor, &parent.flat);
-            row.flat_size += factor.abs() * parent.flat_size;
+            add(&mut row.flat_sizes, factor.abs(), &parent.flat_sizes);
         }
         self.rows.push(row);
         if deviation == f64::INFINITY {
             let row = self.rows.last_mut().expect("internal: it was added");
             row.flat.resize(self.flats, 0.0);
             row.flat.push(1.0);
-            row.flat_size += 1.0;
+            row.flat_sizes.resize(self.flats, 0.0);
+            row.flat_sizes.push(1.0);
             self.flats += 1;
         } else if deviation > 0.0 {
             self.add_noise(self.len() - 1, self.noises, deviation);
@@ -244,11 +245,12 @@ impl NormalLaw {
     /// Conditions on the value of a variable with a flat noise; `None` if it has none.
     fn observe_flat(&mut self, observed: usize, value: f64) -> Option<f64> {
         let own = self.rows[observed].clone();
-        let pivot = (0..own.flat.len()).max_by(|a, b| own.flat[*a].abs().total_cmp(&own.flat[*b].abs()))?;
+        // Coefficients that are not rounding errors of the numbers that they were computed from.
+        let significant = |at: &usize| own.flat[*at].abs() > ROUNDING * own.flat_sizes[*at];
+        let pivot = (0..own.flat.len())
+            .filter(significant)
+            .max_by(|a, b| own.flat[*a].abs().total_cmp(&own.flat[*b].abs()))?;
         let largest = own.flat[pivot];
-        if largest.abs() <= ROUNDING * own.flat_size {
-            return None;
-        }
         self.flats -= 1;
         for row in &mut self.rows {
             let factor = row.flat.get(pivot).copied().unwrap_or(0.0) / largest;
@@ -258,9 +260,10 @@ impl NormalLaw {
                 add(&mut row.noises, -factor, &own.noises);
                 add(&mut row.squares, factor * factor, &own.squares);
                 add(&mut row.flat, -factor, &own.flat);
-                row.flat_size += factor.abs() * own.flat_size;
+                add(&mut row.flat_sizes, factor.abs(), &own.flat_sizes);
             }
             take_out(&mut row.flat, pivot, self.flats);
+            take_out(&mut row.flat_sizes, pivot, self.flats);
         }
         self.rows[observed] = Row { mean: value, scale: value.abs(), ..Row::default() };
         Some(-largest.abs().ln())

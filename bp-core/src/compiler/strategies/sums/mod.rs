@@ -8,9 +8,11 @@ mod prepared;
 
 pub(crate) use impossible::{error as impossible, judged};
 
+use super::weighting::relevant;
 use super::{Offered, Prepared, Purpose, Route, Turn, refused};
-use crate::equation::{self, Exact, Line, Marked, Notation, Strategy, Term};
+use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};
 use crate::error::Error;
+use crate::ids::FactorId;
 use crate::model::{Ask, Model, Question};
 
 /// The strategy.
@@ -22,7 +24,7 @@ impl super::Engine for Engine {
             true => Err(refused(model, asks, "building a join tree takes less time than writing loops")),
             false => {
                 let exact = equation::exact(model, asks.to_vec(), turn.options)?;
-                match exact.terms.values().find_map(|term| coupled(model, term)) {
+                match relevant(model, asks).into_iter().find_map(|id| coupled(model, id)) {
                     Some(head) => {
                         let reason = format!("`{head}` distributes a vector, which has no kernel");
                         Err(refused(model, asks, &reason))
@@ -35,9 +37,8 @@ impl super::Engine for Engine {
 }
 
 /// The head of a factor that distributes the components of a vector together.
-fn coupled(model: &Model, term: &Term) -> Option<String> {
-    let Term::Factor(id) = term else { return None };
-    let factor = &model.factors[*id];
+fn coupled(model: &Model, id: FactorId) -> Option<String> {
+    let factor = &model.factors[id];
     factor.form.couples().then(|| model.head(factor))
 }
 
