@@ -124,7 +124,7 @@ pub(super) fn mean([freedom, m, _]: [f64; 3]) -> f64 {
     if freedom > 1.0 { m } else { f64::NAN }
 }
 
-/// Infinite for 1 < ν ≤ 2; below there is none.
+/// Infinite for 1 < ν ≤ 2; undefined for smaller ν.
 pub(super) fn variance([freedom, _, s]: [f64; 3]) -> f64 {
     match freedom {
         freedom if freedom > 2.0 => s * s * freedom / (freedom - 2.0),

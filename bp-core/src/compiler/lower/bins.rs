@@ -47,7 +47,7 @@ impl Lowering<'_> {
         self.builder.load_or(buffer, vec![place], zero)
     }
 
-    /// The ordinal of the bin that holds a number; outside the domain where there is none.
+    /// The ordinal of the bin that holds a number; a number outside the domain if no bin holds it.
     pub(super) fn bin_holding(&mut self, bins: &Bins, number: ValueId) -> ValueId {
         let (low, high) = bins.ends();
         let (low_value, high_value) = (self.builder.constant(low), self.builder.constant(high));

@@ -13,7 +13,7 @@ use bp_core::compiler::model::Model;
 use bp_core::compiler::sample::Sampling;
 use std::collections::HashMap;
 
-/// The observations of an instant: slots, then reals; NaN where there is none.
+/// The observations of an instant: slots, then reals; NaN if a value is missing.
 pub(super) type Row = Vec<f64>;
 
 impl World {

@@ -141,7 +141,7 @@ fn element(model: &Model, family: &Family, index: i64) -> Derived {
     }
 }
 
-/// Adds the observed elements of a family to what is known, where something else is not said of it.
+/// Adds the observed elements of a family to the known variables, unless the question gives the family other evidence.
 fn know(known: &mut Vec<Known>, family: &Family) {
     let evidence = Finding::Hard(Value::Given(family.name.clone()));
     match known.iter_mut().find(|known| known.variable == family.variable) {

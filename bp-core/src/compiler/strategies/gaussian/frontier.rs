@@ -191,7 +191,7 @@ impl Frontier {
     }
 }
 
-/// The law of what is searched, given what is observed: a value for each slot, NaN where there is none.
+/// The joint law of the searched variables, given the observed slots and their values.
 ///
 /// # Errors
 /// A standard deviation that is not positive; a mean that is not finite; an observation that others exclude.

@@ -43,7 +43,7 @@ pub struct JoinTree {
 /// A join tree, where many factors remain and all have tables; where the user asks for one, of few factors too.
 ///
 /// # Errors
-/// The reason why there is none.
+/// The reason why a join tree makes no offer.
 fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Result<JoinTree, String> {
     if model.plate.is_some() {
         return Err("the program is repeated over a plate".to_owned());

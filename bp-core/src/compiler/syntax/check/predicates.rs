@@ -64,7 +64,7 @@ impl Checker<'_> {
         value
     }
 
-    /// Whether a predicate that is given has a value everywhere, and is none of reals.
+    /// Whether a given predicate has a value in every context, and reads no reals.
     fn may_exclude(&self, condition: ExpressionId) -> bool {
         !self.may_be_undefined(condition) && self.model.so_far().values_of(condition).is_some()
     }
