@@ -9,8 +9,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Question, Statistic, When};
 use crate::plan::{Route, plan};
-use crate::strategies::over_time::of_instant;
-use crate::strategies::over_time::{Follower, Told};
+use crate::strategies::over_time::{Follower, InstantPosterior, of_instant};
 use std::collections::HashMap;
 use std::fmt::{self, Debug, Formatter};
 
@@ -107,8 +106,8 @@ impl<'p> Filter<'p> {
                 values.push((slot, number));
             }
         }
-        let told = self.follower.step(&values)?;
-        Ok(self.posterior(&told, String::new()))
+        let posterior = self.follower.step(&values)?;
+        Ok(self.posterior(&posterior, String::new()))
     }
 
     /// The posterior `steps` instants later, without further observations. The filter does not advance.
@@ -119,8 +118,8 @@ impl<'p> Filter<'p> {
         if steps == 0 {
             return Err(Error::input("predict", "0 instants ahead is the answer of the last step"));
         }
-        let told = self.follower.predict(steps)?;
-        Ok(self.posterior(&told, format!(", {steps} later")))
+        let posterior = self.follower.predict(steps)?;
+        Ok(self.posterior(&posterior, format!(", {steps} later")))
     }
 
     /// ln P(all observations so far); for reals the density.
@@ -141,10 +140,10 @@ impl<'p> Filter<'p> {
         slots.filter(|slot| self.slots.values().any(|own| own == slot)).collect()
     }
 
-    fn posterior(&self, told: &Told, when: String) -> Posterior {
+    fn posterior(&self, instant: &InstantPosterior, when: String) -> Posterior {
         let (setting, route) = (self.follower.setting(), self.follower.route());
         let ln_evidence = self.follower.ln_evidence();
-        let mut answer = of_instant(setting, route, told, ln_evidence, self.program.sampling);
+        let mut answer = of_instant(setting, route, instant, ln_evidence, self.program.sampling);
         answer.question.push_str(&when);
         Posterior::new(self.program, answer)
     }

@@ -1,12 +1,12 @@
 //! Questions that expand families into single variables once their sizes are known.
 //!
 //! In: a compiled question and its inputs. Out: the answers of the program that is written out, in the words of the one that
-//! was asked. Invariant: it is written out where the question speaks of elements and no closed form answers it, or where sums
+//! was asked. Invariant: it is written out where the question uses elements and no closed form answers it, or where sums
 //! would need all elements of a family, some of which are missing.
 
 use super::compiled::{CompiledQuestion, together};
 use super::{Answer, Part, Table};
-use crate::distribution::{Setting, WrittenOut, speaks_of_elements};
+use crate::distribution::{Setting, WrittenOut, uses_elements};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Finding, Known, Model, Question, Value};
@@ -28,7 +28,7 @@ impl Elements {
     pub(super) fn of(model: &Model, question: &Question, by: Option<Strategy>) -> Self {
         let over_time = question.asks.iter().any(|ask| ask.when.is_over_time());
         let closed = by.is_none_or(|by| by == Strategy::Gaussian) && plan::is_closed(model, question);
-        match over_time || closed || model.plate.is_some() || !speaks_of_elements(model) {
+        match over_time || closed || model.plate.is_some() || !uses_elements(model) {
             true => Elements::Together,
             false => Elements::Apart,
         }

@@ -85,8 +85,8 @@ impl CompiledQuestion<'_> {
     /// As [`CompiledQuestion::ask`].
     pub fn ask_filled(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
         let (model, question) = (self.model(), self);
-        let mut said = question.question().clone();
-        each_open(&mut said, &mut |id, value| {
+        let mut filled = question.question().clone();
+        each_open(&mut filled, &mut |id, value| {
             let name = model.variable_name(id);
             match (value, inputs.find(&name)) {
                 (Some(Value::Given(given)), Some([number])) if *given == name => {
@@ -99,7 +99,7 @@ impl CompiledQuestion<'_> {
                 _ => Filled::Not,
             }
         });
-        let texts: Vec<String> = said.asks.iter().map(|ask| model.ask_text(ask)).collect();
+        let texts: Vec<String> = filled.asks.iter().map(|ask| model.ask_text(ask)).collect();
         let mut answers = question.ask_with(inputs, sampling).map_err(|error| match error {
             Error::Impossible(mut impossible) => {
                 let mut asks = question.question().asks.iter();

@@ -31,7 +31,7 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
     let width = table.width();
     let columns: Vec<usize> = (softly.iter())
         .map(|(id, _)| table.left.iter().position(|column| column.variable == Some(*id)))
-        .map(|position| position.expect("internal: what is known softly is searched"))
+        .map(|position| position.expect("internal: a softly known variable is searched"))
         .collect();
     let ordinals: Vec<Vec<usize>> = (0..width).map(|at| Column::ordinals(&table.left, at)).collect();
     let mut all = table.extended();

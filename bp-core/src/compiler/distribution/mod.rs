@@ -22,7 +22,7 @@ mod zero;
 pub(crate) use affine::LinearMean;
 pub use least::Least;
 pub use setting::{Instance, Setting};
-pub(crate) use written_out::{WrittenOut, speaks_of_elements};
+pub(crate) use written_out::{WrittenOut, uses_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::law::{Law, Parameters, Share};
@@ -154,6 +154,19 @@ impl Distribution {
                 let total: f64 = weights.iter().sum();
                 parts[choose(&weights, by.random::<f64>() * total)?].1.draw(by)
             }
+        }
+    }
+
+    /// The only value that a Dirac allows; `None` where its value is outside the domain.
+    pub(crate) fn only_value(&self) -> Option<f64> {
+        match self {
+            Distribution::Point(value) => Some(*value),
+            Distribution::Finite(probabilities) => {
+                probabilities.iter().position(|probability| *probability > 0.0).map(|value| value as f64)
+            }
+            // The last of several proportions is one minus the others.
+            Distribution::Share(share) => Some(share.of),
+            _ => None,
         }
     }
 

@@ -328,7 +328,7 @@ impl Writer<'_, '_> {
 }
 
 /// Whether a question uses single elements of families, so that whole families do not suffice.
-pub(crate) fn speaks_of_elements(model: &Model) -> bool {
+pub(crate) fn uses_elements(model: &Model) -> bool {
     let derived = model.variables.ids().rev().take_while(|id| model.variables[*id].derived.is_some());
     let factors = derived.filter_map(|id| model.factor_of(id)).map(|id| &model.factors[id]);
     let mut uses = factors.flat_map(|factor| &factor.right);

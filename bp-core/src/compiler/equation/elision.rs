@@ -37,7 +37,7 @@ pub(super) fn list(
 /// The replacement in an equation.
 pub(super) fn dots(notation: Notation, left_out: usize, what: &str) -> String {
     let words = format!("… ({} more {what}) …", grouped(left_out));
-    notation.said(&words, &format!("\\dots \\text{{ ({} more {what}) }} \\dots", grouped(left_out)))
+    notation.text(&words, &format!("\\dots \\text{{ ({} more {what}) }} \\dots", grouped(left_out)))
 }
 
 /// A count with blanks between thousands, which do not break a line.

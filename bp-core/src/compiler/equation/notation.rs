@@ -44,7 +44,7 @@ impl Notation {
     }
 
     /// Text between the parts of an equation.
-    pub(crate) fn said(self, unicode: &str, latex: &str) -> String {
+    pub(crate) fn text(self, unicode: &str, latex: &str) -> String {
         match self {
             Notation::Unicode => unicode.to_owned(),
             Notation::Latex => latex.to_owned(),

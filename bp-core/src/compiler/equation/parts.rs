@@ -114,11 +114,11 @@ pub(super) fn read_out(
     Some(match &ask.statistic {
         Statistic::Best(count) => {
             let many = notation
-                .said(&format!("the {count} largest of "), &format!("\\text{{the {count} largest of }}"));
+                .text(&format!("the {count} largest of "), &format!("\\text{{the {count} largest of }}"));
             ("best", format!("{many}{distribution}"))
         }
         Statistic::Draw(count) => {
-            let times = notation.said(&format!(", {count} times"), &format!(",\\ {count}\\text{{ times}}"));
+            let times = notation.text(&format!(", {count} times"), &format!(",\\ {count}\\text{{ times}}"));
             let sign = notation.choose("~", "\\sim", "~");
             ("draw", format!("{}{times}", notation.equation(&vector, sign, distribution)))
         }
@@ -139,7 +139,7 @@ pub(super) fn read_out(
         Statistic::Quantile(_) | Statistic::Interval(_) => {
             let levels: Vec<String> = ask.statistic.levels()?.iter().map(f64::to_string).collect();
             let words = format!("the quantiles at {} of ", levels.join(", "));
-            let many = notation.said(&words, &format!("\\text{{{words}}}"));
+            let many = notation.text(&words, &format!("\\text{{{words}}}"));
             ("quantile", format!("{many}{distribution}"))
         }
         Statistic::Information => {

@@ -113,7 +113,7 @@ impl Printer<'_> {
                 let parts = elision::list(factors.len(), part, others);
                 parts.join(notation.choose(" ", " ", "<mspace width=\"0.15em\"/> "))
             }
-            Term::Sum(..) if depth > DEEPEST => notation.said("…", "\\dots"),
+            Term::Sum(..) if depth > DEEPEST => notation.text("…", "\\dots"),
             Term::Sum(over, body) => {
                 let body = match self.exact.terms[*body] {
                     Term::Joint => self.joint_of_all(),

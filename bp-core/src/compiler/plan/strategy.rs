@@ -180,19 +180,19 @@ impl Market<'_> {
             return refused(self.model, self.asks, &reason);
         }
         let place = |strategy: Strategy| self.refusals.iter().position(|(own, _)| *own == strategy);
-        let told = match self.options.by {
+        let reported = match self.options.by {
             Some(by) => place(by),
             // The error of the last strategy also gives the reasons of the others.
             None => {
                 let sums = place(Strategy::Sums).filter(|at| is_of_size(&self.refusals[*at].1));
                 let last = if over_time { Strategy::Particles } else { Strategy::Weighting };
-                // What is linear and Gaussian lacks a statistic, not a closed form.
+                // A linear Gaussian question lacks a statistic, not a closed form.
                 let linear = self.asks.iter().all(|ask| gaussian::is_linear(self.model, ask));
                 let closed = place(Strategy::Gaussian).filter(|_| linear);
                 sums.or(closed).or(place(last)).or(place(Strategy::Sums))
             }
         };
-        if let Some(position) = told {
+        if let Some(position) = reported {
             return self.refusals.swap_remove(position).1;
         }
         let by = self.options.by.map_or("no strategy", Strategy::name);

@@ -217,7 +217,7 @@ impl Figure {
         Figure::Mixture { mean: mixture.mean(place), deviation: mixture.deviation(place), quantiles }
     }
 
-    /// What draws say of a real.
+    /// The moments and quantiles of a real, estimated from draws.
     pub(crate) fn real(of: &Moments) -> Self {
         Figure::Real { mean: of.mean, deviation: of.deviation, quantiles: of.quantiles }
     }

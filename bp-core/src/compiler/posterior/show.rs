@@ -27,7 +27,7 @@ impl Answer {
     /// The table with bars: `all` of it, or its first rows with a hint about the others.
     pub fn table(&self, all: bool, how: &str) -> String {
         let mut text = String::new();
-        write(self, all, how, &mut text).expect("internal: a text takes what is written");
+        write(self, all, how, &mut text).expect("internal: a string accepts all text");
         text
     }
 }

@@ -71,7 +71,7 @@ pub(crate) trait Offered {
     fn marks(&self, _model: &Model, _notation: Notation) -> Vec<Marked> {
         Vec::new()
     }
-    /// The reason why no code is printed, where there is none.
+    /// The reason why no code is printed, if it is not.
     fn not_printed(&self) -> Option<String> {
         None
     }

@@ -73,8 +73,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         false => arguments.only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
     };
     let bar = progress(cases.len());
-    let answers =
-        answer_cases(&named.network, &cases, &wanted, || bar.inc(1)).map_err(|error| named.tell(error))?;
+    let answers = answer_cases(&named.network, &cases, &wanted, || bar.inc(1))
+        .map_err(|error| named.with_names(error))?;
     bar.finish_and_clear();
     let values = wanted.iter().flat_map(|one| {
         let name = named.variable(*one);
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             let numbers = [found.ln_evidence + named.ln_scale].into_iter().chain(found.marginals);
             Ok(numbers.map(|number| number.to_string()).collect())
         }
-        Err(error) => Err(named.tell(error).to_string()),
+        Err(error) => Err(named.with_names(error).to_string()),
     });
     write(arguments, &heading, rows.collect(), out)
 }

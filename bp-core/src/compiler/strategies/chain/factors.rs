@@ -5,7 +5,7 @@
 //! decomposition restricted to its observed values and computed from the factor's own form. The factors that distribute
 //! X^-1 enter the first instant only: from then on the message of the previous instant replaces them.
 
-use super::{far, says_a_value};
+use super::{far, is_dirac};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::equation::is_proper;
 use crate::error::Error;
@@ -115,7 +115,7 @@ impl<'s> Factors<'s> {
                 initial,
                 starts: model.factors[instance.factor].form.is_initial(),
                 proper: is_proper(model, instance.factor),
-                determined: says_a_value(&model.factors[instance.factor].form),
+                determined: is_dirac(&model.factors[instance.factor].form),
                 instance,
             });
         }
@@ -269,9 +269,8 @@ impl<'s> Factors<'s> {
             put(context, &described.parents, &self.counts, values);
             for determined in &described.determined {
                 let instance = &self.own[*determined].instance;
-                match setting.distribution(instance, values)? {
-                    Distribution::Point(value) => values[instance.left[0]] = value,
-                    _ => unreachable!("internal: a Dirac on a real is a point"),
+                if let Some(value) = setting.distribution(instance, values)?.only_value() {
+                    values[instance.left[0]] = value;
                 }
             }
             made.push(setting.distribution(instance, values)?);

@@ -7,7 +7,9 @@ use super::{Chain, Forward};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Finding, Statistic, When};
-use crate::strategies::over_time::{Answered, Instant, OverTime, Scope, Sequence, Told, What};
+use crate::strategies::over_time::{
+    Answered, Instant, InstantLaw, InstantPosterior, OverTime, Scope, Sequence,
+};
 
 pub(crate) fn answer(
     setting: &Setting<'_>,
@@ -20,11 +22,14 @@ pub(crate) fn answer(
     let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
     let mut chain = chain(setting, route)?;
     let forward = chain.forward(instants, ask.when.ahead())?;
-    let told = |instant: usize, numbers: Vec<f64>| Told { instant: instant + 1, what: What::Finite(numbers) };
+    let posterior = |instant: usize, numbers: Vec<f64>| InstantPosterior {
+        instant: instant + 1,
+        law: InstantLaw::Finite(numbers),
+    };
     let mut all = Vec::with_capacity(instants.len());
     if ask.when.is_every_instant() {
         chain.backward(&forward, |instant, joint| {
-            all.push(told(instant, joint.distribution(&searched)?));
+            all.push(posterior(instant, joint.distribution(&searched)?));
             Ok(())
         })?;
         all.reverse();
@@ -32,14 +37,14 @@ pub(crate) fn answer(
         let last = instants.len() + ask.when.ahead();
         let first = if scope == Scope::Each { 0 } else { last - 1 };
         for instant in first..last {
-            all.push(told(instant, chain.at(&forward, instant, |joint| joint.distribution(&searched))?));
+            all.push(posterior(instant, chain.at(&forward, instant, |joint| joint.distribution(&searched))?));
         }
     }
     let mut sequences = Vec::new();
     if ask.when == When::Sequence {
         sequences = self::sequences(&mut chain, &forward, &ask.statistic, &searched, instants, seed)?;
     }
-    Ok(Answered { told: all, sequences, ln_evidence: forward.ln_evidence })
+    Ok(Answered { posteriors: all, sequences, ln_evidence: forward.ln_evidence })
 }
 
 /// The chain that answers a route.

@@ -18,7 +18,7 @@ mod offer;
 mod sequences;
 
 pub(crate) use finite::{answer, chain};
-pub(crate) use offer::{Engine, refusal, says_a_value};
+pub(crate) use offer::{Engine, is_dirac, refusal};
 
 use crate::distribution::Setting;
 use crate::error::Error;

@@ -55,7 +55,7 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
             true if has_point(form) => {
                 return Some(format!("`{}` is observed, and has a `dirac` form", name(id)));
             }
-            false if !says_a_value(form) => {
+            false if !is_dirac(form) => {
                 return Some(format!(
                     "`{}` is real and would have to be integrated, and not everything is linear and Gaussian",
                     name(id)
@@ -92,11 +92,11 @@ fn states_of(model: &Model, id: VariableId) -> f64 {
 }
 
 /// Whether a form is a Dirac in all of its branches.
-pub(crate) fn says_a_value(form: &Form) -> bool {
+pub(crate) fn is_dirac(form: &Form) -> bool {
     match form {
         Form::Dirac(_) => true,
-        Form::Initial { first, later } => says_a_value(first) && says_a_value(later),
-        Form::If { then, otherwise, .. } => says_a_value(then) && says_a_value(otherwise),
+        Form::Initial { first, later } => is_dirac(first) && is_dirac(later),
+        Form::If { then, otherwise, .. } => is_dirac(then) && is_dirac(otherwise),
         _ => false,
     }
 }

@@ -160,7 +160,7 @@ fn answers(
     gaussian.asks.iter().zip(laws).map(answer).collect()
 }
 
-/// The laws of what is searched at one instant, where what the last one carried is at rest.
+/// The laws of the searched variables at one instant; before it, the carried variables are at rest.
 fn at_rest(
     setting: &Setting<'_>,
     gaussian: &Gaussian,

@@ -290,7 +290,7 @@ pub(super) fn observe(
     })
 }
 
-/// What the leaves of an expression are: variables are rows.
+/// The leaves of an expression: variables are rows.
 struct Rows<'r> {
     model: &'r Model,
     rows: &'r HashMap<(VariableId, usize), usize>,

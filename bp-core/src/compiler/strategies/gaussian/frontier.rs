@@ -1,6 +1,6 @@
 //! One conditioning of a program of one instant, element by element: only what is still needed is kept.
 //!
-//! In: a [`Gaussian`] plan that carries nothing, a setting, what is observed. Out: the law of each ask. Invariant: a value
+//! In: a [`Gaussian`] plan that carries nothing, a setting, the observations. Out: the law of each ask. Invariant: a value
 //! enters after those that it depends on, is conditioned at once where it is observed, and leaves when nothing depends on it
 //! any more: a chain of n variables takes n steps and the memory of two, a plate of n rows n steps and the memory of what they
 //! share.
@@ -12,14 +12,14 @@ use crate::error::Error;
 use crate::ids::ParameterId;
 use crate::model::{Leaves, VariableUse};
 
-/// The laws of what is searched, and ln of the density of what is observed.
+/// The laws of the searched slots, and ln of the density of the observations.
 pub(crate) struct Conditioned {
     /// One for each ask.
     pub(crate) laws: Vec<NormalLaw>,
     pub(crate) ln_evidence: f64,
 }
 
-/// What the leaves of an expression are in an instance: variables are slots.
+/// The leaves of an expression in an instance: variables are slots.
 pub(crate) struct Slots<'s> {
     pub(crate) setting: &'s Setting<'s>,
     pub(crate) indices: &'s [f64],
@@ -69,7 +69,7 @@ impl<'s> Equations<'s> {
 
     /// Makes the equation of a slot.
     fn make(&mut self, slot: usize) -> Result<(), Error> {
-        // What no factor distributes is 0, as the index of a plate.
+        // A slot without a factor, such as the index of a plate, is 0.
         let mut made = Equation::default();
         if let Some((source, instance)) = &self.instances[slot] {
             let leaves = Slots { setting: self.setting, indices: &instance.indices };
@@ -88,7 +88,7 @@ impl<'s> Equations<'s> {
         Ok(())
     }
 
-    /// Adds a slot after those that it depends on; what has one of these marks is not added again.
+    /// Adds a slot after those that it depends on; a slot with one of these marks is not added again.
     fn add_with_parents(
         &mut self,
         of: usize,
@@ -126,8 +126,8 @@ impl<'s> Equations<'s> {
         self.made[slot].as_ref().expect("internal: the equation of a slot is made before it is read")
     }
 
-    /// An order, parents first, in which few slots are needed together: what depends on a slot follows it at once, what nothing
-    /// depends on before what others depend on.
+    /// An order, parents first, in which few slots are needed together: the children of a slot follow it at once, those
+    /// without children first.
     fn ordered(&self, slots: &[usize]) -> Vec<usize> {
         let mut places = vec![usize::MAX; self.made.len()];
         slots.iter().enumerate().for_each(|(place, slot)| places[*slot] = place);
@@ -161,7 +161,7 @@ impl<'s> Equations<'s> {
     }
 }
 
-/// The mark of what is observed and what that depends on; those of the asks follow.
+/// The mark of the observed slots and their ancestors; those of the asks follow.
 const NEEDED: usize = 1;
 
 /// The slots that are still needed, with their normal law.
@@ -206,7 +206,7 @@ pub(super) fn condition(
     for (slot, _) in observed {
         equations.add_with_parents(*slot, (&mut marks, NEEDED), &mut slots)?;
     }
-    // What is searched, and what it depends on beside what the observations depend on.
+    // The searched slots and their ancestors, beside those of the observations.
     let mut kept = vec![false; setting.slots()];
     let mut searched = Vec::new();
     for (number, ask) in plan.asks.iter().enumerate() {
@@ -243,7 +243,7 @@ pub(super) fn condition(
                 frontier.leave(slot);
             }
         }
-        // Seldom, so that what it costs is shared by as many slots as it goes through.
+        // Seldom, so that its cost is shared by as many slots as it goes through.
         if frontier.law.noises() > 2 * frontier.law.len() + 8 {
             frontier.law.reduce();
         }

@@ -22,7 +22,7 @@ use std::collections::BTreeSet;
 pub struct LinearEquation {
     /// The variable, or the family of which each element has such an equation.
     pub variable: VariableId,
-    /// The factor that says so.
+    /// The factor.
     pub factor: FactorId,
     /// Its mean, linear in its parents; `None` of a flat variable.
     pub mean: Option<ExpressionId>,
@@ -113,7 +113,7 @@ fn not_of_laws(model: &Model, ask: &Ask) -> Option<String> {
         return None;
     }
     if let Statistic::Best(_) = ask.statistic {
-        return Some("of reals none is the second best: ask for `argmax`".to_owned());
+        return Some("reals have no second best value: ask for `argmax`".to_owned());
     }
     let valued = ask.searched.iter().filter(|item| item.at.is_some()).count();
     match (valued, &ask.statistic) {

@@ -38,7 +38,7 @@ impl SlotLaw {
 
     /// The distribution of some slots, in this order.
     pub(crate) fn select(&self, slots: &[usize]) -> NormalLaw {
-        let row = |slot: &usize| self.row(*slot).expect("internal: what is asked is among the factors");
+        let row = |slot: &usize| self.row(*slot).expect("internal: an asked slot is among the factors");
         self.law.select(slots.iter().map(row))
     }
 

@@ -66,7 +66,7 @@ impl<'s> Blankets<'s> {
         {
             let form = &setting.model.factors[instance.factor].form;
             let hides = instance.left.iter().any(|slot| hidden(*slot));
-            nodes.push(match &step.solves {
+            nodes.push(match &step.dirac {
                 Some(dirac) => Node::Solved(instance.clone(), dirac.clone()),
                 None if hides && is_point(form, instance.component) => Node::Determined(instance.clone()),
                 None => {
@@ -111,9 +111,9 @@ impl<'s> Blankets<'s> {
         self.nodes.iter().enumerate().find_map(|(position, node)| {
             let Node::Weighed(instance) = node else { return None };
             let observed = |slot: &usize| !self.observations.values[*slot].is_nan();
-            let says = has_point(&self.setting.model.factors[instance.factor].form);
+            let is_dirac = has_point(&self.setting.model.factors[instance.factor].form);
             let sites = self.sites.iter().filter(|site| site.blanket.contains(&position)).count();
-            (says && sites > 1 && instance.left.iter().all(observed)).then_some(instance.left[0])
+            (is_dirac && sites > 1 && instance.left.iter().all(observed)).then_some(instance.left[0])
         })
     }
 
@@ -145,16 +145,7 @@ impl<'s> Blankets<'s> {
 
     /// Computes the value of a Dirac; returns −∞ where it lies outside the domain.
     fn determine(&self, instance: &Instance, values: &mut [f64]) -> Result<f64, Error> {
-        let said = match self.setting.distribution(instance, values)? {
-            Distribution::Point(value) => Some(value),
-            Distribution::Finite(probabilities) => {
-                probabilities.iter().position(|probability| *probability > 0.0).map(|value| value as f64)
-            }
-            // The last of several proportions is one minus the others.
-            Distribution::Share(share) => Some(share.of),
-            _ => unreachable!("internal: a Dirac is a point"),
-        };
-        Ok(match said {
+        Ok(match self.setting.distribution(instance, values)?.only_value() {
             Some(value) => {
                 self.setting.put(instance, value, values);
                 0.0

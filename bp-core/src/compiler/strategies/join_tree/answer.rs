@@ -51,7 +51,7 @@ fn tables(
     let extents: Vec<usize> =
         open.iter().flat_map(|id| setting.slots_of(*id).map(|_| setting.count(*id))).collect();
     let ask = &exact.asks[0];
-    let told = |error: Error| match error {
+    let with_question = |error: Error| match error {
         Error::Contradiction { .. } => Error::Impossible(Impossible {
             question: model.ask_text(ask),
             reason: setting.zero_factor(&observed),
@@ -69,9 +69,9 @@ fn tables(
         variables: vec![*variable],
         values: weights.clone(),
     }));
-    let Absorbed { network, numbers: left, ln_scale } = absorb(network, &evidence).map_err(told)?;
+    let Absorbed { network, numbers: left, ln_scale } = absorb(network, &evidence).map_err(with_question)?;
     let searched: Vec<usize> = wanted.iter().map(|slot| left[numbers[*slot]]).collect();
-    let found = joint(&network, &NetworkEvidence::default(), &searched).map_err(told)?;
+    let found = joint(&network, &NetworkEvidence::default(), &searched).map_err(with_question)?;
     let ln_evidence = found.ln_evidence + ln_scale;
     // A conditional distribution is the joint one divided by that of its context.
     let contexts = exact.each.iter().map(values).product::<f64>() as usize;

@@ -53,8 +53,8 @@ pub(super) struct Part {
 pub struct Tree {
     pub(super) cardinalities: Vec<usize>,
     pub(super) given: Vec<bool>,
-    /// The given and the weighed variables.
-    pub(super) told: Vec<usize>,
+    /// The variables whose values are given.
+    pub(super) given_variables: Vec<usize>,
     pub(super) weighed: Vec<usize>,
     /// For each variable the node of its likelihood; `usize::MAX` where it has no likelihood.
     pub(super) likelihoods: Vec<usize>,
@@ -288,7 +288,7 @@ impl Tree {
         Self {
             cardinalities: network.cardinalities.clone(),
             given: given.to_vec(),
-            told: (0..given.len()).filter(|one| given[*one]).collect(),
+            given_variables: (0..given.len()).filter(|one| given[*one]).collect(),
             weighed: (0..given.len()).filter(|one| likelihoods[*one] != usize::MAX).collect(),
             likelihoods,
             parts,

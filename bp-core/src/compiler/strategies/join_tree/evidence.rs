@@ -76,7 +76,7 @@ impl Known {
                 self.weigh(tree, *variable, cells, |other| f64::from(u8::from(other == *value)))?;
             }
         }
-        if let Some(variable) = tree.told.iter().find(|one| self.values[**one] == usize::MAX) {
+        if let Some(variable) = tree.given_variables.iter().find(|one| self.values[**one] == usize::MAX) {
             return Err(Error::Evidence {
                 variable: *variable,
                 message: "its value was not given".to_owned(),

@@ -37,7 +37,7 @@ pub(super) fn answers(model: &Model, route: &JoinTree, case: &Case<'_>) -> Resul
         Group::Information => group.information(),
         Group::Marginals | Group::Tables => group.marginals(),
     };
-    found.map_err(|error| named.tell(error))
+    found.map_err(|error| named.with_names(error))
 }
 
 /// A group of asks, and its evidence.

@@ -100,16 +100,16 @@ pub fn observations(
             remaining[number] += p * entropy(marginal);
         }
     })?;
-    let told = candidates.iter().zip(&means).zip(&remaining).map(|((variable, mean), remaining)| {
+    let found = candidates.iter().zip(&means).zip(&remaining).map(|((variable, mean), remaining)| {
         let entropy = entropy(mean);
         let information = entropy - remaining;
         // A difference as small as the rounding error counts as zero.
         let information = if information > 1e-12 * entropy { information } else { 0.0 };
         Observation { variable: *variable, entropy, information }
     });
-    let mut told: Vec<Observation> = told.collect();
-    told.sort_by(|one, other| other.information.total_cmp(&one.information));
-    Ok(told)
+    let mut found: Vec<Observation> = found.collect();
+    found.sort_by(|one, other| other.information.total_cmp(&one.information));
+    Ok(found)
 }
 
 /// For all combinations of values of some variables, the last one fastest: their probability given the evidence, and

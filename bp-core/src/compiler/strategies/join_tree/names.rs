@@ -154,7 +154,7 @@ impl Named {
     }
 
     /// Replaces the numbers in an error by names.
-    pub fn tell(&self, error: Error) -> Error {
+    pub fn with_names(&self, error: Error) -> Error {
         match error {
             Error::Contradiction { variables, .. } => {
                 let names: Vec<String> = variables.iter().map(|one| self.variable(*one)).collect();

@@ -1,6 +1,6 @@
 //! The components of a mixture: one for each combination of values of the finite variables.
 //!
-//! In: a [`Mixture`], the setting and what is observed. Out: [`Component`]s. Invariant: their order is that of the values
+//! In: a [`Mixture`], the setting and the observations. Out: [`Component`]s. Invariant: their order is that of the values
 //! of the finite variables, parents first; weights are relative, as logarithms; components of weight zero are left out.
 
 use super::Mixture;

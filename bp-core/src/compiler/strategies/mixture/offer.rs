@@ -1,4 +1,4 @@
-//! What the mixture strategy offers.
+//! The offer of the mixture strategy.
 //!
 //! In: asks that know the same. Out: a [`Mixture`], or why not. Invariant: a real never is a parent of a finite variable,
 //! except of a predicate that is asked alone.
@@ -18,7 +18,7 @@ pub(super) const MOST_COMPONENTS: f64 = 131_072.0;
 /// An answer as a mixture of normal distributions.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Mixture {
-    /// What is asked.
+    /// The asks.
     pub asks: Vec<Ask>,
     /// The factors that matter, parents first, without those of predicates.
     pub factors: Vec<FactorId>,

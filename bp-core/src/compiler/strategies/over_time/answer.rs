@@ -4,7 +4,7 @@
 //! several are answered. Invariant: instants are numbered from 1; a statistic of a finite distribution over time is
 //! computed as without time, with the instants as contexts.
 
-use super::{self as time, Answered, OverTime, Scope, Told, What};
+use super::{self as time, Answered, InstantLaw, InstantPosterior, OverTime, Scope};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
@@ -55,17 +55,22 @@ impl Asker<'_> {
     fn answer(&self) -> Result<Answer, Error> {
         let (setting, sampling, ask) = (self.setting, self.case.sampling, self.route.ask());
         let answered = self.run(Scope::Last)?;
-        let estimate = answered.told.iter().find_map(|told| estimate(told, sampling));
+        let estimate = answered.posteriors.iter().find_map(|posterior| estimate(posterior, sampling));
         let answer = match &ask.statistic {
             _ if !answered.sequences.is_empty() => self.sequence_rows(&answered)?,
-            _ if answered.told.iter().all(|told| matches!(told.what, What::Finite(_))) => {
+            _ if answered
+                .posteriors
+                .iter()
+                .all(|posterior| matches!(posterior.law, InstantLaw::Finite(_))) =>
+            {
                 let table = self.table(&answered, ask.when.is_every_instant())?;
                 let (model, inputs, seed) = (setting.model, self.case.inputs, sampling.seed);
                 Reader { model, ask, table: &table, inputs, seed }.rows()?
             }
             _ => {
                 let mut random = seeded(sampling.seed, &setting.model.ask_text(ask));
-                let rows = answered.told.iter().map(|told| self.real_rows(ask, told, &mut random));
+                let rows =
+                    answered.posteriors.iter().map(|posterior| self.real_rows(ask, posterior, &mut random));
                 rows.collect::<Result<Vec<_>, Error>>()?.concat()
             }
         };
@@ -77,7 +82,11 @@ impl Asker<'_> {
             answer,
             strategy: self.route.strategy(),
             when: ask.when,
-            parts: answered.told.iter().map(|told| part(setting, ask, told, several)).collect(),
+            parts: answered
+                .posteriors
+                .iter()
+                .map(|posterior| part(setting, ask, posterior, several))
+                .collect(),
         })
     }
 
@@ -89,11 +98,11 @@ impl Asker<'_> {
         let instants = time::instants(self.setting, self.route, &self.observed())?;
         let mut answered = time::answer(self.setting, self.route, &instants, scope, self.case.sampling)?;
         let ask = self.route.ask();
-        for told in &mut answered.told {
-            if let What::Normal(belief) = &told.what
+        for posterior in &mut answered.posteriors {
+            if let InstantLaw::Normal(belief) = &posterior.law
                 && let Some(numbers) = gaussian::whether(self.setting, ask, &belief.law)
             {
-                told.what = What::Finite(numbers);
+                posterior.law = InstantLaw::Finite(numbers);
             }
         }
         Ok(answered)
@@ -118,15 +127,15 @@ impl Asker<'_> {
     /// The distributions of the instants as one table, with the instants as contexts where `several` are answered.
     fn table(&self, answered: &Answered, several: bool) -> Result<Table, Error> {
         let mut numbers = Vec::new();
-        for told in &answered.told {
-            let What::Finite(own) = &told.what else {
+        for posterior in &answered.posteriors {
+            let InstantLaw::Finite(own) = &posterior.law else {
                 let reason = "it compares distributions of finite variables".to_owned();
                 let question = self.setting.model.ask_text(self.route.ask());
                 return Err(Error::Unplanned { question, reason });
             };
             numbers.extend(own);
         }
-        let instants = answered.told.iter().map(|told| told.instant.to_string()).collect();
+        let instants = answered.posteriors.iter().map(|posterior| posterior.instant.to_string()).collect();
         let right = Column { variable: None, element: 0, name: self.index(), values: instants };
         Ok(Table {
             question: self.setting.model.ask_text(self.route.ask()),
@@ -166,7 +175,7 @@ impl Asker<'_> {
         }
         let mut rows = Vec::new();
         for (number, sequence) in answered.sequences.iter().enumerate() {
-            for (told, ordinals) in answered.told.iter().zip(&sequence.values) {
+            for (posterior, ordinals) in answered.posteriors.iter().zip(&sequence.values) {
                 let mut values = Vec::with_capacity(columns.len() + 2);
                 let figure = match (&self.route.ask().statistic, sequence.probability) {
                     (Statistic::Draw(_), _) => Figure::Draw { draw: number + 1 },
@@ -175,14 +184,14 @@ impl Asker<'_> {
                         Figure::Probability { p }
                     }
                     (_, None) => {
-                        let What::Finite(numbers) = &told.what else { continue };
+                        let InstantLaw::Finite(numbers) = &posterior.law else { continue };
                         let digits =
                             ordinals.iter().copied().zip(columns.iter().map(|column| column.values.len()));
                         let at = radix::position(digits);
                         Figure::Probability { p: numbers[at] }
                     }
                 };
-                values.push((self.index(), told.instant.to_string()));
+                values.push((self.index(), posterior.instant.to_string()));
                 values.extend(named(&columns, ordinals));
                 rows.push(Row { values, figure });
             }
@@ -192,33 +201,38 @@ impl Asker<'_> {
 
     /// The normal laws of the instants, named by them where `several` are answered; `None` where there are other laws.
     fn laws(&self, answered: &Answered, several: bool) -> Option<Vec<Named>> {
-        let law = |told: &Told| match &told.what {
-            What::Normal(belief) => {
-                let instant = several.then(|| (self.index(), told.instant.to_string()));
+        let law = |posterior: &InstantPosterior| match &posterior.law {
+            InstantLaw::Normal(belief) => {
+                let instant = several.then(|| (self.index(), posterior.instant.to_string()));
                 Some((instant.into_iter().collect(), belief.law.clone()))
             }
             _ => None,
         };
-        answered.told.iter().map(law).collect()
+        answered.posteriors.iter().map(law).collect()
     }
 
-    fn real_rows(&self, ask: &Ask, told: &Told, random: &mut impl Rng) -> Result<Vec<Row>, Error> {
-        let instant = ask.when.is_every_instant().then(|| (self.index(), told.instant.to_string()));
-        Ok(match &told.what {
-            What::Cloud { draws, kept, linear, .. } => {
+    fn real_rows(
+        &self,
+        ask: &Ask,
+        posterior: &InstantPosterior,
+        random: &mut impl Rng,
+    ) -> Result<Vec<Row>, Error> {
+        let instant = ask.when.is_every_instant().then(|| (self.index(), posterior.instant.to_string()));
+        Ok(match &posterior.law {
+            InstantLaw::Cloud { draws, kept, linear, .. } => {
                 sampled::rows(self.setting, &Ask { when: When::Now, ..ask.clone() }, draws, kept, linear)?
             }
-            What::Normal(belief) => {
+            InstantLaw::Normal(belief) => {
                 gaussian::rows(self.setting, ask, &belief.law, instant.as_slice(), random)?
             }
-            What::Finite(_) => Vec::new(),
+            InstantLaw::Finite(_) => Vec::new(),
         })
     }
 }
 
 /// The particle estimate's figures, and a warning where effective particles were few.
-fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
-    let What::Cloud { draws, effective, .. } = &told.what else { return None };
+fn estimate(posterior: &InstantPosterior, sampling: Sampling) -> Option<Estimate> {
+    let InstantLaw::Cloud { draws, effective, .. } = &posterior.law else { return None };
     let least = (effective.iter().copied().enumerate()).min_by(|one, other| one.1.total_cmp(&other.1))?;
     let stopped = || format!("interrupted: this is the answer after instant {}", effective.len());
     let warning = progress::is_stopped().then(stopped).or((least.1 < sampled::FEW).then(|| {
@@ -239,16 +253,16 @@ fn estimate(told: &Told, sampling: Sampling) -> Option<Estimate> {
 }
 
 /// The distribution of an instant's slots, as part of an answer.
-fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
-    let instant = several.then_some(told.instant);
+fn part(setting: &Setting<'_>, ask: &Ask, posterior: &InstantPosterior, several: bool) -> Part {
+    let instant = several.then_some(posterior.instant);
     let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
     let of: Vec<Slot> = slots.map(|slot| Slot::of(setting, slot)).collect();
-    let law = match &told.what {
-        What::Cloud { draws, kept, linear, .. } => {
+    let law = match &posterior.law {
+        InstantLaw::Cloud { draws, kept, linear, .. } => {
             return Part { instant, ..sampled::part(setting, ask, draws, kept, linear) };
         }
-        What::Finite(numbers) => PartLaw::Finite(numbers.clone()),
-        What::Normal(belief) => gaussian::part(&belief.law),
+        InstantLaw::Finite(numbers) => PartLaw::Finite(numbers.clone()),
+        InstantLaw::Normal(belief) => gaussian::part(&belief.law),
     };
     Part { instant, given: Vec::new(), of, law }
 }
@@ -257,15 +271,15 @@ fn part(setting: &Setting<'_>, ask: &Ask, told: &Told, several: bool) -> Part {
 pub(crate) fn of_instant(
     setting: &Setting<'_>,
     route: &OverTime,
-    told: &Told,
+    posterior: &InstantPosterior,
     ln_evidence: f64,
     sampling: Sampling,
 ) -> Answer {
-    let part = part(setting, route.ask(), told, false);
+    let part = part(setting, route.ask(), posterior, false);
     Answer {
         question: setting.model.ask_text(route.ask()),
         ln_evidence: Some(ln_evidence),
-        estimate: estimate(told, sampling),
+        estimate: estimate(posterior, sampling),
         answer: part.rows(setting.model),
         strategy: route.strategy(),
         when: route.ask().when,

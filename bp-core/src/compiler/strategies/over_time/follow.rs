@@ -1,9 +1,9 @@
 //! An online filter: takes one instant after the other and keeps the carried variables only.
 //!
-//! In: a question over time, then the observations of an instant. Out: a [`Told`] for that instant. Invariant: the
+//! In: a question over time, then the observations of an instant. Out: an [`InstantPosterior`] for that instant. Invariant: the
 //! results equal those of [`super::answer`] for all instants together; a refused instant leaves the filter unchanged.
 
-use super::{By, Instant, OverTime, Told, What, always, unmet};
+use super::{By, Instant, InstantLaw, InstantPosterior, OverTime, always, unmet};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::potential::Product;
@@ -81,7 +81,7 @@ impl<'m> Follower<'m> {
     ///
     /// # Errors
     /// A value outside its domain; observations that are impossible.
-    pub fn step(&mut self, observed: &[(usize, f64)]) -> Result<Told, Error> {
+    pub fn step(&mut self, observed: &[(usize, f64)]) -> Result<InstantPosterior, Error> {
         let mut checked = Observations::none(&self.setting);
         let mut instant = self.always.clone();
         for (slot, value) in observed {
@@ -91,13 +91,14 @@ impl<'m> Follower<'m> {
         }
         instant.sort_by_key(|(slot, _)| *slot);
         let number = self.instants;
-        let what = match &mut self.state {
+        let law = match &mut self.state {
             State::Chain { chain, searched, last } => {
                 let step = chain.step(last.as_ref(), &instant, number, true)?;
-                let told = chain.after(last.as_ref(), &step.product, |joint| joint.distribution(searched))?;
+                let numbers =
+                    chain.after(last.as_ref(), &step.product, |joint| joint.distribution(searched))?;
                 self.ln_evidence += step.ln_total;
                 *last = Some(step.message);
-                What::Finite(told)
+                InstantLaw::Finite(numbers)
             }
             State::Gaussian(filter) => {
                 let named: Vec<(String, f64)> =
@@ -106,7 +107,7 @@ impl<'m> Follower<'m> {
                 let beliefs = filter.filtered(&[named])?;
                 let belief = beliefs.into_iter().next().expect("internal: a belief for each instant");
                 self.ln_evidence += belief.ln_evidence;
-                What::Normal(belief)
+                InstantLaw::Normal(belief)
             }
             State::Particles { moves, linear, kept, cloud } => {
                 let mut next = cloud.clone();
@@ -120,16 +121,16 @@ impl<'m> Follower<'m> {
             }
         };
         self.instants += 1;
-        Ok(Told { instant: self.instants, what })
+        Ok(InstantPosterior { instant: self.instants, law })
     }
 
     /// The belief `steps` instants after the last one, without observations. The filter itself is unchanged.
     ///
     /// # Errors
     /// As [`Follower::step`].
-    pub fn predict(&mut self, steps: usize) -> Result<Told, Error> {
+    pub fn predict(&mut self, steps: usize) -> Result<InstantPosterior, Error> {
         let nothing = Instant::new();
-        let what = match &mut self.state {
+        let law = match &mut self.state {
             State::Chain { chain, searched, last } => {
                 let (mut before, mut number) = (last.clone(), self.instants);
                 for _ in 1..steps {
@@ -137,11 +138,11 @@ impl<'m> Follower<'m> {
                     number += 1;
                 }
                 let step = chain.step(before.as_ref(), &nothing, number, false)?;
-                let told =
+                let numbers =
                     chain.after(before.as_ref(), &step.product, |joint| joint.distribution(searched))?;
-                What::Finite(told)
+                InstantLaw::Finite(numbers)
             }
-            State::Gaussian(filter) => What::Normal(filter.predicted(steps)?),
+            State::Gaussian(filter) => InstantLaw::Normal(filter.predicted(steps)?),
             State::Particles { moves, linear, kept, cloud } => {
                 let mut ahead = cloud.clone();
                 for step in 0..steps {
@@ -153,14 +154,14 @@ impl<'m> Follower<'m> {
                 cloud_of(&mut ahead, kept, linear)
             }
         };
-        Ok(Told { instant: self.instants + steps, what })
+        Ok(InstantPosterior { instant: self.instants + steps, law })
     }
 }
 
-/// The particles' draws of some slots.
-pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> What {
+/// The law of some slots by particles.
+pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> InstantLaw {
     cloud.complete();
-    What::Cloud {
+    InstantLaw::Cloud {
         draws: Arc::new(cloud.draws(kept)),
         kept: kept.to_vec(),
         linear: linear.iter().map(|slot| (*slot, cloud.mixture(*slot))).collect(),

@@ -1,6 +1,6 @@
 //! Time: beliefs about hidden variables, instant by instant.
 //!
-//! In: a model with numbers, an [`OverTime`] route, and the observations of each instant. Out: a [`Told`] for each
+//! In: a model with numbers, an [`OverTime`] route, and the observations of each instant. Out: an [`InstantPosterior`] for each
 //! instant asked about. Invariant: an instant without observations is still an instant.
 
 mod answer;
@@ -24,18 +24,18 @@ use std::sync::Arc;
 /// The observations of an instant: slots and their values.
 pub type Instant = Vec<(usize, f64)>;
 
-/// The belief about an instant.
+/// The posterior of the searched slots at an instant.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Told {
+pub struct InstantPosterior {
     /// The number of the instant, from 1.
     pub instant: usize,
-    /// The posterior of the searched slots.
-    pub what: What,
+    /// Its law.
+    pub law: InstantLaw,
 }
 
-/// A posterior of slots.
+/// The law of the searched slots at an instant.
 #[derive(Clone, PartialEq, Debug)]
-pub enum What {
+pub enum InstantLaw {
     /// Of the finite searched slots jointly: the probability of each combination of values, the last slot fastest.
     Finite(Vec<f64>),
     /// The normal law of reals.
@@ -75,7 +75,7 @@ pub enum Scope {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Answered {
     /// Instant by instant.
-    pub told: Vec<Told>,
+    pub posteriors: Vec<InstantPosterior>,
     /// The sequences, where the question asks for sequences of finite values.
     pub sequences: Vec<Sequence>,
     /// ln P(observations)
@@ -165,9 +165,9 @@ pub fn answer(
             let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
-            let what = follow::cloud_of(&mut cloud, &kept, &linear);
-            let told = vec![Told { instant: all.len(), what }];
-            Ok(Answered { told, sequences: Vec::new(), ln_evidence: cloud.ln_evidence })
+            let law = follow::cloud_of(&mut cloud, &kept, &linear);
+            let posteriors = vec![InstantPosterior { instant: all.len(), law }];
+            Ok(Answered { posteriors, sequences: Vec::new(), ln_evidence: cloud.ln_evidence })
         }
     }
 }
@@ -202,14 +202,17 @@ fn answer_gaussian(
         false => filter.filtered(&named)?,
     };
     let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
-    let told = |(instant, belief): (usize, Belief)| Told { instant: instant + 1, what: What::Normal(belief) };
+    let posterior = |(instant, belief): (usize, Belief)| InstantPosterior {
+        instant: instant + 1,
+        law: InstantLaw::Normal(belief),
+    };
     let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
     if ahead > 0 {
         all.push((instants.len() - 1 + ahead, filter.predicted(ahead)?));
     }
     let from = if several || scope == Scope::Each { 0 } else { all.len().saturating_sub(1) };
-    let told = all.split_off(from).into_iter().map(told).collect();
-    Ok(Answered { told, sequences: Vec::new(), ln_evidence })
+    let posteriors = all.split_off(from).into_iter().map(posterior).collect();
+    Ok(Answered { posteriors, sequences: Vec::new(), ln_evidence })
 }
 
 /// The error that no particle agrees with the observations of an instant; it names a factor that alone makes them

@@ -72,7 +72,7 @@ pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
     soft.map_or(Ok(()), |known| {
         let name = model.variable_name(known.variable);
         let reason = format!(
-            "soft evidence replaces what is believed at one instant; over time write a likelihood, \
+            "soft evidence replaces the distribution at one instant; over time write a likelihood, \
              `{name} virtual [...]`, which holds at each"
         );
         Err(Error::Unplanned { question: model.ask_text(ask), reason })
@@ -101,7 +101,7 @@ pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
 pub(crate) fn not_of_normal(model: &Model, ask: &Ask) -> Option<String> {
     match (ask.when, &ask.statistic) {
         (when, _) if asks_whether(model, ask) && when != When::Sequence => None,
-        (_, Statistic::Best(_)) => Some("of reals none is the second best: ask for `argmax`".to_owned()),
+        (_, Statistic::Best(_)) => Some("reals have no second best value: ask for `argmax`".to_owned()),
         (When::Sequence, _) => not_of_reals(model, ask),
         _ => with_value(model, ask),
     }
@@ -127,7 +127,9 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
     }
     let word = match (ask.when, &ask.statistic) {
         (When::Sequence, _) if asks_whether(model, ask) => {
-            return Some("a sequence is of what is carried: ask for `smooth`, each instant alone".to_owned());
+            return Some(
+                "a sequence consists of carried variables: ask for `smooth`, each instant alone".to_owned(),
+            );
         }
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
         (_, Statistic::Quantile(_) | Statistic::Interval(_)) => return None,
@@ -237,7 +239,7 @@ impl OverTime {
             let left = factor.left.iter().map(|use_| use_.variable);
             hidden.extend(left.filter(|id| !axes.contains(id) && !observed.contains(id)));
         }
-        (hidden, heads.join(&notation.said(" ", "\\, ")))
+        (hidden, heads.join(&notation.text(" ", "\\, ")))
     }
 
     /// The computation of each instant, as lines.
@@ -246,13 +248,13 @@ impl OverTime {
         let now: Vec<VariableId> = self.carried.iter().map(|(now, _)| *now).collect();
         let before: Vec<VariableId> = self.carried.iter().map(|(_, before)| *before).collect();
         let observed: Vec<VariableId> = self.observed(model).into_iter().collect();
-        let told =
+        let carried_names =
             now.iter().map(|id| format!("`{}`", model.variable_name(*id))).collect::<Vec<_>>().join(", ");
-        let past = notation.said("past", "\\text{past}");
+        let past = notation.text("past", "\\text{past}");
         let mut known = names(&observed);
         known.push(past.clone());
         let belief = notation.distribution(&names(&now), &known);
-        let proportional = notation.said("∝", "\\propto");
+        let proportional = notation.text("∝", "\\propto");
         let carried = notation.distribution(&names(&before), std::slice::from_ref(&past));
         let forward = match self.by {
             By::Chain => {
@@ -278,13 +280,13 @@ impl OverTime {
                 let start: Vec<String> = now.iter().zip(&before).map(started).collect();
                 let start = format!("{} has its form", start.join(", "));
                 let reason = format!(
-                    "{told} is carried and finite: each instant is a sum over its previous value; at the first, {start}"
+                    "{carried_names} is carried and finite: each instant is a sum over its previous value; at the first, {start}"
                 );
                 ("forward", reason)
             }
             By::Gaussian(_) => (
                 "Kalman filter",
-                format!("{told} is carried, linear and Gaussian: a normal distribution is carried"),
+                format!("{carried_names} is carried, linear and Gaussian: a normal distribution is carried"),
             ),
             By::Particles { reason, .. } => (
                 "particle filter",
@@ -295,7 +297,7 @@ impl OverTime {
         if let By::Particles { linear, .. } = &self.by {
             let resampled =
                 "particles are resampled (systematically) when their effective number is less than half";
-            let equation = notation.said("1 / Σₙ wₙ² < N / 2", "1 / \\sum_n w_n^2 < N / 2").to_owned();
+            let equation = notation.text("1 / Σₙ wₙ² < N / 2", "1 / \\sum_n w_n^2 < N / 2").to_owned();
             lines.push(("resampling".to_owned(), resampled.to_owned(), equation));
             if !linear.is_empty() {
                 let names: Vec<String> =
@@ -307,7 +309,7 @@ impl OverTime {
                 lines.push((
                     "Rao-Blackwell".to_owned(),
                     reason,
-                    notation.said("N(x; mₙ, Σₙ)", "\\mathcal{N}(x; m_n, \\Sigma_n)").to_owned(),
+                    notation.text("N(x; mₙ, Σₙ)", "\\mathcal{N}(x; m_n, \\Sigma_n)").to_owned(),
                 ));
             }
         }
@@ -315,7 +317,7 @@ impl OverTime {
             When::Smooth => Some((
                 "backward",
                 "with later observations",
-                notation.said(
+                notation.text(
                     "βₜ₋₁(X⁻¹) ∝ Σ φₜ βₜ(X)",
                     "\\beta_{t-1}(X^{-1}) \\propto \\sum \\phi_t \\beta_t(X)",
                 ),
@@ -323,12 +325,12 @@ impl OverTime {
             When::Sequence if matches!(self.ask().statistic, Statistic::Draw(_)) => Some((
                 "drawn sequence",
                 "backward, each instant given the one after it",
-                notation.said("X⁻¹ ~ φₜ δₜ₋₁(X⁻¹)", "X^{-1} \\sim \\phi_t\\, \\delta_{t-1}(X^{-1})"),
+                notation.text("X⁻¹ ~ φₜ δₜ₋₁(X⁻¹)", "X^{-1} \\sim \\phi_t\\, \\delta_{t-1}(X^{-1})"),
             )),
             When::Sequence => Some((
                 "most likely sequence",
                 "sums become maxima",
-                notation.said(
+                notation.text(
                     "δₜ(X) = max φₜ δₜ₋₁(X⁻¹)",
                     "\\delta_t(X) = \\max \\phi_t\\, \\delta_{t-1}(X^{-1})",
                 ),
@@ -336,7 +338,7 @@ impl OverTime {
             When::Predict(_) => Some((
                 "prediction",
                 "instants follow without observations",
-                notation.said("Σ P(X | X⁻¹) P(X⁻¹)", "\\sum P(X | X^{-1}) P(X^{-1})"),
+                notation.text("Σ P(X | X⁻¹) P(X⁻¹)", "\\sum P(X | X^{-1}) P(X^{-1})"),
             )),
             _ => None,
         };

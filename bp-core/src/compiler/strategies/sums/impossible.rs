@@ -119,10 +119,10 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
 /// The names of the earlier observations; only the last few where there are many.
 fn names(model: &Model, known: &[Known], inputs: &Inputs<'_, f64>) -> String {
     const FEW: usize = 4;
-    let told: Vec<String> =
+    let shown: Vec<String> =
         known.iter().take(FEW).map(|known| format!("`{}`", observed(model, known, inputs))).collect();
     match known.len().checked_sub(FEW) {
-        None | Some(0) => told.join(", "),
-        Some(more) => format!("{} and {more} more", told.join(", ")),
+        None | Some(0) => shown.join(", "),
+        Some(more) => format!("{} and {more} more", shown.join(", ")),
     }
 }

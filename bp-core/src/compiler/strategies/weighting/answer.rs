@@ -126,7 +126,7 @@ pub(crate) fn part(
         Some(position) => Drawn::At(position),
         None => {
             let own = linear.iter().find(|(own, _)| own == slot);
-            Drawn::Normals(own.expect("internal: what is searched is kept").1.clone())
+            Drawn::Normals(own.expect("internal: a searched slot is kept").1.clone())
         }
     };
     let drawn = slots.iter().map(drawn).collect();
@@ -197,7 +197,7 @@ pub(crate) fn rows(
     let part = part(setting, ask, draws, kept, linear);
     let place = |slot: usize| {
         let own = Slot::of(setting, slot);
-        part.of.iter().position(|other| *other == own).expect("internal: what is searched is in the part")
+        part.of.iter().position(|other| *other == own).expect("internal: a searched slot is in the part")
     };
     let numbers = finite.iter().copied().filter(|_| ask.statistic != Statistic::Distribution);
     for slot in numbers.chain(reals) {
@@ -218,8 +218,7 @@ pub(crate) fn rows(
             }
             (Some((_, own)), _) => Figure::real(&own.moments),
             (None, statistic) => {
-                let at =
-                    kept.iter().position(|own| *own == slot).expect("internal: what is searched is kept");
+                let at = kept.iter().position(|own| *own == slot).expect("internal: a searched slot is kept");
                 let number = |draw: usize| setting.number_at(variable, draws.value(draw, at));
                 match statistic {
                     Statistic::Expectation => {
@@ -260,7 +259,7 @@ fn cells(
     };
     let positions: Vec<usize> = finite
         .iter()
-        .map(|slot| kept.iter().position(|own| own == slot).expect("internal: what is searched is kept"))
+        .map(|slot| kept.iter().position(|own| own == slot).expect("internal: a searched slot is kept"))
         .collect();
     let at = |slot: &usize| {
         let variable = setting.variable_of(*slot);

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 pub(crate) struct Step {
     pub(crate) instances: Vec<Instance>,
     /// The Dirac that is solved for the left-hand side.
-    pub(crate) solves: Option<Instance>,
+    pub(crate) dirac: Option<Instance>,
 }
 
 /// Draws by likelihood weighting; keeps the slots `kept`.
@@ -60,11 +60,11 @@ pub fn weigh(
 
 pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) -> Result<Vec<Step>, Error> {
     let of = |(factor, treatment): &(FactorId, Treatment)| {
-        let solves = match treatment {
-            Treatment::Solved(dirac) => setting.instances(*dirac)?.pop(),
+        let dirac = match treatment {
+            Treatment::Solved(factor) => setting.instances(*factor)?.pop(),
             _ => None,
         };
-        Ok(Step { instances: setting.instances(*factor)?, solves })
+        Ok(Step { instances: setting.instances(*factor)?, dirac })
     };
     steps.iter().map(of).collect()
 }
@@ -80,7 +80,7 @@ pub(crate) fn draw_one(
     let mut ln_weight = 0.0;
     for step in steps {
         for instance in &step.instances {
-            ln_weight += match &step.solves {
+            ln_weight += match &step.dirac {
                 Some(dirac) => solve(setting, instance, dirac, observations, values)?,
                 None => draw_or_weigh(setting, instance, observations, random, values)?,
             };
@@ -144,15 +144,12 @@ pub(crate) fn solve(
     values: &mut [f64],
 ) -> Result<f64, Error> {
     let (slot, observed) = (instance.left[0], observations.values[dirac.left[0]]);
-    let mut said = |value: f64| {
+    let mut point = |value: f64| {
         values[slot] = value;
-        match setting.distribution(dirac, values)? {
-            Distribution::Point(point) => Ok(point),
-            _ => unreachable!("internal: a Dirac on a real is a point"),
-        }
+        setting.distribution(dirac, values).map(|dirac| dirac.only_value())
     };
-    let constant = said(0.0)?;
-    let slope = said(1.0)? - constant;
+    let (Some(constant), Some(sum)) = (point(0.0)?, point(1.0)?) else { return Ok(f64::NEG_INFINITY) };
+    let slope = sum - constant;
     if slope == 0.0 {
         let (name, of) = (setting.slot_name(dirac.left[0]), setting.slot_name(slot));
         let message = format!("its `dirac` was to be solved for `{of}`, whose coefficient is 0 here");

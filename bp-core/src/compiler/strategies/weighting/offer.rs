@@ -220,10 +220,10 @@ fn ordered(
     let rest: Vec<FactorId> =
         factors.iter().copied().filter(|id| solved.iter().all(|(_, dirac)| dirac != id)).collect();
     let observed: HashSet<VariableId> = observed.iter().copied().collect();
-    let solves = |id: &FactorId| solved.iter().find(|(parent, _)| parent == id).map(|(_, dirac)| *dirac);
+    let dirac_of = |id: &FactorId| solved.iter().find(|(parent, _)| parent == id).map(|(_, dirac)| *dirac);
     // Observed values are available from the start.
     let needs = |id: &FactorId| {
-        let dirac = solves(id).map(|dirac| of_form(model, dirac)).unwrap_or_default();
+        let dirac = dirac_of(id).map(|dirac| of_form(model, dirac)).unwrap_or_default();
         let all = of_form(model, *id).into_iter().chain(dirac);
         all.filter(|need| !observed.contains(need)).collect::<Vec<_>>()
     };
@@ -231,7 +231,7 @@ fn ordered(
     let (needs, gives): (Vec<_>, Vec<_>) = rest.iter().map(|id| (needs(id), gives(id))).unzip();
     let order = in_order(&needs, &gives)?;
     let treated = |position: usize| {
-        let treatment = match solves(&rest[position]) {
+        let treatment = match dirac_of(&rest[position]) {
             Some(dirac) => Treatment::Solved(dirac),
             None if gives[position].iter().all(|given| observed.contains(given)) => Treatment::Weighed,
             None => Treatment::Drawn,
@@ -275,9 +275,9 @@ impl Sampled {
                 .map(|(id, _)| head(*id))
                 .collect::<Vec<_>>()
         };
-        let list = names.join(&notation.said(" ", "\\, "));
-        let draw = |name: &String| format!("{name}{}", notation.said("ⁿ", "^{(n)}"));
-        let draws = names.iter().map(draw).collect::<Vec<_>>().join(&notation.said(" ", "\\, "));
+        let list = names.join(&notation.text(" ", "\\, "));
+        let draw = |name: &String| format!("{name}{}", notation.text("ⁿ", "^{(n)}"));
+        let draws = names.iter().map(draw).collect::<Vec<_>>().join(&notation.text(" ", "\\, "));
         let estimator = match notation {
             Notation::Unicode => format!("{left} ≈ Σₙ wₙ [{draws} = {list}] / Σₙ wₙ"),
             Notation::Latex => {
@@ -290,11 +290,11 @@ impl Sampled {
             }
         };
         let mut lines = Vec::new();
-        let space = notation.said(" ", "\\, ");
+        let space = notation.text(" ", "\\, ");
         let drawn = of(&|treatment| treatment == Treatment::Drawn);
         if !drawn.is_empty() {
             let reason = "each variable is drawn from its own form, parents first".to_owned();
-            let draws = notation.said("draw ~ ", "\\text{draw} \\sim ");
+            let draws = notation.text("draw ~ ", "\\text{draw} \\sim ");
             lines.push(("proposal".to_owned(), reason, format!("{draws}{}", drawn.join(&space))));
         }
         for (id, treatment) in &self.steps {
@@ -303,7 +303,7 @@ impl Sampled {
             let (solved, seen) = (model.variable_name(solved.variable), model.variable_name(seen.variable));
             let reason =
                 format!("`{seen}` is observed and linear in `{solved}`, which is solved for and weighted");
-            let form = notation.said(" / |a|", " / |a|");
+            let form = notation.text(" / |a|", " / |a|");
             lines.push(("Dirac solved".to_owned(), reason, format!("{}{form}", head(*id))));
         }
         let weighed = of(&|treatment| treatment == Treatment::Weighed);
@@ -312,7 +312,7 @@ impl Sampled {
             false => "the observations weight each draw".to_owned(),
         };
         let weight = if weighed.is_empty() { "1".to_owned() } else { weighed.join(&space) };
-        lines.push(("weights".to_owned(), reason, format!("{}{weight}", notation.said("wₙ = ", "w_n = "))));
+        lines.push(("weights".to_owned(), reason, format!("{}{weight}", notation.text("wₙ = ", "w_n = "))));
         let none = if self.over_budget { "" } else { "no exact strategy applies: " };
         let reason = format!("{none}{}; the answer is estimated by draws", self.reason);
         lines.push(("likelihood weighting".to_owned(), reason, estimator));

@@ -1,4 +1,4 @@
-//! What is not estimated by draws.
+//! Questions and factors that draws do not estimate.
 //!
 //! In: an ask or a factor. Out: the reason why no draws answer it, if there is one. Invariant: reasons depend on the program
 //! and the question alone.
@@ -85,7 +85,7 @@ pub(crate) fn refused_factor(model: &Model, factor: &Factor) -> Option<String> {
     }
     let mut found = of_form(model, &factor.form);
     factor.form.each_expression(&mut |id| found = found.or_else(|| refused_expression(model, id)));
-    found.map(|what| format!("`{}` {what}", model.head(factor)))
+    found.map(|reason| format!("`{}` {reason}", model.head(factor)))
 }
 
 fn refused_expression(model: &Model, id: ExpressionId) -> Option<&'static str> {
