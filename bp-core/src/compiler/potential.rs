@@ -4,8 +4,8 @@
 //! of which slots are summed or maximised out. Invariant: a cell is zero only if a factor is zero. No product
 //! underflows: cells are numbers if their range allows it, otherwise logarithms.
 //!
-//! Strategies exchange potentials, never conditionals: P(X
-//! Y) computed from a joint distribution is undefined if P(Y) = 0, while the factors are defined everywhere.
+//! Strategies exchange potentials, never conditionals: P(X | Y) computed from a joint distribution is undefined if P(Y)
+//! = 0, while the factors are defined everywhere.
 
 mod eliminate;
 mod sweep;

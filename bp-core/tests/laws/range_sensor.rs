@@ -1,8 +1,8 @@
 //! The range sensor: the chain scan against the 2^(N−1) hidden states, and published reference posteriors.
 //!
-//! In: the program of `tests/programs/line_of_sight.bp` and variants of its priors. Out: P(Z
-//! O C) by kernels. Invariant: brute force adds the elementary model over every state of the hidden cells; it shares
-//! with the plan only the program's text.
+//! In: the program of `tests/programs/line_of_sight.bp` and variants of its priors. Out: P(Z | O C) by kernels.
+//! Invariant: brute force adds the elementary model over every state of the hidden cells; it shares with the plan only
+//! the program's text.
 
 use crate::support::{model_of, program};
 use bp_core::compiler::exec::{Inputs, Outputs, interpret};
@@ -184,8 +184,7 @@ fn posteriors_are_those_of_the_reference() {
 
 #[test]
 fn closed_forms_with_weights_that_halve() {
-    // P(z
-    // O_c = 1) = Σ_{k<c} 2^−k P_k + 2^−(c−1) P_c; for O_c = 0 the farther cells replace P_c.
+    // P(z | O_c = 1) = Σ_{k<c} 2^−k P_k + 2^−(c−1) P_c; for O_c = 0 the farther cells replace P_c.
     let (n, sigma) = (20, 0.6);
     let model = model_of(&program("line_of_sight"));
     let table = reading(&model, Rewrites::default(), &inputs(n, sigma), n);

@@ -187,8 +187,7 @@ proptest! {
         near(&figures(&on("smooth P(A B | Z Y)")), &smooth, 1e-10);
         let b: Vec<f64> = (0..length).flat_map(|instant| { let p = at(instant); [p[0] + p[2], p[1] + p[3]] }).collect();
         near(&figures(&on("smooth P(B | Z Y)")), &b, 1e-10);
-        // H is hidden, searched and not carried: if no Z depends on it, it is P(H
-        // A) averaged over P(A).
+        // H is hidden, searched and not carried: if no Z depends on it, it is P(H | A) averaged over P(A).
         if rows[length - 1][0].is_nan() {
             let p = at(length - 1);
             let h = 0.4 * (p[0] + p[1]) + 0.9 * (p[2] + p[3]);

@@ -261,8 +261,7 @@ fn several_together_and_what_an_observation_tells_are_those_of_enumeration() {
             continue;
         }
         let (targets, extents) = (&free[..2], [free[0], free[1]].map(|one| network.cardinalities[one]));
-        // P(a, b, x
-        // e) by summation.
+        // P(a, b, x | e) by summation.
         let count = |with: &dyn Fn(&[usize]) -> bool| {
             all.iter().filter(|(values, _)| with(values)).map(|(_, p)| p / total).sum::<f64>()
         };

@@ -53,8 +53,7 @@ fn a_coin_is_beta_distributed_after_some_throws() {
     assert_eq!(estimate.warning, None);
 }
 
-/// A hidden switch moves a hidden real: P(S
-/// Y) is a ratio of two normal densities.
+/// A hidden switch moves a hidden real: P(S | Y) is a ratio of two normal densities.
 const SWITCH: &str = "program Switch { variables { S : bool; X, Y : real; } decomposition { P(S) P(X | S) P(Y | X) }
     forms { P(S) = bernoulli(0.3); P(X | S) = normal(if S { 2 } else { -1 }, 1.5); P(Y | X) = normal(X, 0.5); } }";
 
@@ -149,9 +148,8 @@ fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
         "program Far { variables { X, Y, Z : real; } decomposition { P(X) P(Y | X) P(Z | X) }
          forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); P(Z | X) = normal(X, 0.01); } }",
     );
-    // P(Y
-    // X) gives −1 the probability 0 for each X above 0, but no single factor excludes it: draws cannot distinguish it
-    // from a rare event.
+    // P(Y | X) gives −1 the probability 0 for each X above 0, but no single factor excludes it: draws cannot
+    // distinguish it from a rare event.
     let unmet = ask(&model, &question(&model, "P(X | Y = -1)"), &Inputs::new()).unwrap_err();
     assert!(matches!(unmet, Error::Unmet { draws: 100_000, .. }), "{unmet}");
     assert!(unmet.to_string().contains("rare or impossible; make more draws"), "{unmet}");

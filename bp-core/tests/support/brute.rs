@@ -1,7 +1,7 @@
 //! The joint distribution of a discrete model, by enumeration.
 //!
-//! In: a model of finite variables without plates, families or parameters. Out: the answer to each ask, by P(S
-//! K) = Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the definition of the model, not from its plan.
+//! In: a model of finite variables without plates, families or parameters. Out: the answer to each ask, by P(S | K) =
+//! Σ_F P(S F K) / Σ_{S F} P(S F K). Invariant: written from the definition of the model, not from its plan.
 
 use super::{Table, Values};
 use bp_core::compiler::ids::{ExpressionId, VariableId};

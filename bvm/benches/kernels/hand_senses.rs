@@ -7,8 +7,7 @@ use bp_core::compiler::exec::scalar::Scalar;
 /// Rays that stay in the first-level cache.
 const BLOCK: usize = 64;
 
-/// P(z
-/// O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
+/// P(z | O, C) of a range sensor over its rays, in O(N): `made` is `[occupied][cell][ray]`.
 ///
 /// A normal about the first occupied cell k, read on bins: Φ at bin edges, which neighbouring k share. All cells except
 /// C are occupied with probability ½, so the first occupied one is a recurrence along the ray.

@@ -76,8 +76,7 @@ impl Hearing {
         }
     }
 
-    /// The likelihood of cues: P(τ ΔL
-    /// O C).
+    /// The likelihood of cues: P(τ ΔL | O C).
     ///
     /// # Errors
     /// Only the kernel's own checks, which valid data pass.
@@ -89,8 +88,7 @@ impl Hearing {
         Ok(likelihood.iter().map(|value| value / most).collect())
     }
 
-    /// P(S = 1
-    /// τ ΔL) of each cell: the posterior of the source.
+    /// P(S = 1 | τ ΔL) of each cell: the posterior of the source.
     ///
     /// # Errors
     /// Only the kernel's own checks, which valid data pass.

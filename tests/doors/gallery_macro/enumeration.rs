@@ -12,9 +12,8 @@ struct Joint<'j> {
 }
 
 impl Joint<'_> {
-    /// P(searched
-    /// each, fixed), by the values of `each` and then of `searched`, the last one fastest; zeros where the condition is
-    /// impossible.
+    /// P(searched | each, fixed), by the values of `each` and then of `searched`, the last one fastest; zeros where the
+    /// condition is impossible.
     fn table(&self, searched: &[usize], each: &[usize], fixed: &[(usize, usize)]) -> Vec<f64> {
         let cells = |of: &[usize]| of.iter().map(|variable| self.counts[*variable]).product::<usize>();
         let width = cells(searched);

@@ -125,8 +125,7 @@ fn a_value_is_a_value_through_every_door() {
 
 #[test]
 fn an_answer_is_read_by_value_and_what_is_no_value_has_probability_0() {
-    // P(First = 4
-    // Sum = 9) = ¼; the table is indexed by the searched value, then by the known one.
+    // P(First = 4 | Sum = 9) = ¼; the table is indexed by the searched value, then by the known one.
     let answer = dice::first().s(9).ask().unwrap();
     assert_eq!([answer.p(4), answer.p(2), answer.p(7), answer.p(i64::MIN)], [0.25, 0.0, 0.0, 0.0]);
     let whole = dice::whole().ask().unwrap();

@@ -24,8 +24,7 @@ fn output([i0, i1, f, c, h]: [i32; 5]) -> i32 {
     }
 }
 
-/// P(O
-/// I0 I1 S C) for some values of F: all that agree with the sensor, or one.
+/// P(O | I0 I1 S C) for some values of F: all that agree with the sensor, or one.
 fn unit(i0: i32, i1: i32, c: i32, filters: impl Iterator<Item = i32>) -> Row {
     let mut row = [0.0; 11];
     for f in filters {
@@ -67,9 +66,8 @@ fn the_table_of_the_unit_has_161_051_numbers() {
 
 const FLOWS: &str = "I0 = 2, I1 = 8, I3 = 10, S0 = 5, S1 = 5, S3 = 9";
 
-/// P(O2 S2 F2
-/// C0 C1 C2) by [O2], summed over the wanted values of F2. O2 depends on the third unit's sensor, and on its filter
-/// only through it.
+/// P(O2 S2 F2 | C0 C1 C2) by [O2], summed over the wanted values of F2. O2 depends on the third unit's sensor, and on
+/// its filter only through it.
 fn third(controls: [i32; 3], sensed: i32, wanted: impl Fn(i32) -> bool) -> Row {
     let mut row = [0.0; 11];
     let (first, second) = (unit(2, 8, controls[0], seen(2, 5)), unit(2, 8, controls[1], seen(2, 5)));

@@ -29,7 +29,7 @@ pub fn link(model: &Model) -> Result<Cow<'_, Model>, Error> {
     Ok(Cow::Owned(linked))
 }
 
-/// The program with uniform laws for the variables that its question knows, where their own laws have no parents: P(S
+/// The program with uniform laws for the variables that its question knows, where their own laws have no parents: P(S |
 /// K) is unchanged, and is read from the other factors where P(K) is 0. The calling program may give such a K.
 fn from_factors(program: &Model, question: &Question) -> Model {
     let mut program = program.clone();

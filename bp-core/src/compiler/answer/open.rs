@@ -1,6 +1,4 @@
-//! Questions with open values: `P(Rain
-//! Wet)`, `P(Rain
-//! Wet = wet)`.
+//! Questions with open values: `P(Rain | Wet)`, `P(Rain | Wet = wet)`.
 //!
 //! In: a question, and which of its open variables are given or missing. Out: the question to be asked. Invariant: a
 //! given value replaces an open one; a missing variable is removed from the known ones.

@@ -1,10 +1,8 @@
 //! Soft evidence: replaces the marginal of a variable (Jeffrey's rule).
 //!
-//! In: the table P(S X …
-//! K) and a probability for each value of each variable X with soft evidence. Out: the table P′(S
-//! K). Invariant: P′(X) = q after its own replacement, and P′(S
-//! X) = P(S
-//! X); later evidence may change the marginal of earlier evidence, since replacements do not commute.
+//! In: the table P(S X … | K) and a probability for each value of each variable X with soft evidence. Out: the table
+//! P′(S | K). Invariant: P′(X) = q after its own replacement, and P′(S | X) = P(S | X); later evidence may change the
+//! marginal of earlier evidence, since replacements do not commute.
 //!
 //! P′(S X) = P(S X) q(X) / P(X) (Jeffrey, *The Logic of Decision*, 1965).
 

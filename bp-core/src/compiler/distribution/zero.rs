@@ -8,8 +8,7 @@ use crate::error::{Error, Impossible};
 use crate::spelling::exact;
 
 impl Setting<'_> {
-    /// "`P(C
-    /// B)` is 0 for `C = true` where `B = false`", if there is such a factor; unobserved slots are NaN.
+    /// "`P(C | B)` is 0 for `C = true` where `B = false`", if there is such a factor; unobserved slots are NaN.
     pub fn zero_factor(&self, values: &[f64]) -> Option<String> {
         let is_zero = |instance: &super::Instance| {
             let right = self.model.factors[instance.factor].right.iter();

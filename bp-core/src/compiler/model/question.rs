@@ -55,9 +55,9 @@ pub enum Statistic {
     Distribution,
     /// Its largest value: `max P(S | K)`.
     Maximum,
-    /// The values at which it is largest: `argmax P(S
-    /// K)`. Ties are broken by the smallest value of the field `nearest`, given at run time; then the first value is
-    /// taken. For a sequence it is the most likely one (Viterbi 1967).
+    /// The values at which it is largest: `argmax P(S | K)`. Ties are broken by the smallest value of the field
+    /// `nearest`, given at run time; then the first value is taken. For a sequence it is the most likely one (Viterbi
+    /// 1967).
     Argmax {
         /// Name of the field that breaks ties.
         nearest: Option<String>,

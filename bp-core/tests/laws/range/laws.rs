@@ -58,9 +58,8 @@ fn marginals_and_most_probable_values_of_what_f64_does_not_hold() {
     let (values, found) = most_probable(&network, &observed).unwrap();
     assert_eq!(values, [37, 0, 74]);
     near(&[found], &[ln_best], 1e-12);
-    // With likelihoods of 10³⁰⁰ each: P(x
-    // Z1 = 0) Λ(x), Λ = 10³⁰⁰ at x = 50 and 60 alone: odds of exp(−50²/2) / S(50) to exp(−60²/2) / S(60), whose sums S
-    // differ by less than 10⁻²⁰.
+    // With likelihoods of 10³⁰⁰ each: P(x | Z1 = 0) Λ(x), Λ = 10³⁰⁰ at x = 50 and 60 alone: odds of exp(−50²/2) / S(50)
+    // to exp(−60²/2) / S(60), whose sums S differ by less than 10⁻²⁰.
     let mut likelihood = vec![0.0; 101];
     (likelihood[50], likelihood[60]) = (1e300, 1e300);
     let observed = NetworkEvidence { hard: vec![(1, 0)], likelihoods: vec![(0, likelihood)] };
@@ -98,8 +97,7 @@ fn weights_that_f64_does_not_hold() {
 
 #[test]
 fn readings_billions_of_deviations_away() {
-    // P(C
-    // x) ∝ P(C) exp(−(x − C)²/2): by hand, the odds of C = 2 to C = 1 are 5/3 exp(x − 1.5); A is irrelevant.
+    // P(C | x) ∝ P(C) exp(−(x − C)²/2): by hand, the odds of C = 2 to C = 1 are 5/3 exp(x − 1.5); A is irrelevant.
     let text =
         "program Far { variables { C : 0..=2; A : bool; X : real; } decomposition { P(C) P(A) P(X | C) }
         forms { P(C) = categorical(0.2, 0.3, 0.5); P(A) = bernoulli(0.125); P(X | C) = normal(C, 1); } }";

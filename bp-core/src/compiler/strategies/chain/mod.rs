@@ -6,8 +6,7 @@
 //!
 //! With φₜ the product of the factors of instant t, other hidden slots summed out, and π that of the factors of X^-1:
 //! α₁(X) = Σ_X⁻¹ π φ₁ / c₁,  αₜ(X) = Σ_X⁻¹ αₜ₋₁(X⁻¹) φₜ / cₜ,  cₜ the normalising constant;  ln P(z) = Σ ln cₜ;
-//! βₜ₋₁(X⁻¹) ∝ Σ_X φₜ βₜ(X);  P(X⁻¹ X S
-//! z) ∝ αₜ₋₁(X⁻¹) φₜ βₜ(X)   (Baum et al. 1970; Rabiner 1989).
+//! βₜ₋₁(X⁻¹) ∝ Σ_X φₜ βₜ(X);  P(X⁻¹ X S | z) ∝ αₜ₋₁(X⁻¹) φₜ βₜ(X)   (Baum et al. 1970; Rabiner 1989).
 //! Most likely: δₜ(X) is α with maxima in place of sums (Viterbi 1967); the state before the first instant is summed
 //! out.
 

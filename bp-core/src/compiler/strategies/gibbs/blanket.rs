@@ -3,10 +3,7 @@
 //! In: the steps of a route. Out: a [`Site`] for each slot that is drawn, with the nodes of its Markov blanket.
 //! Invariant: a slot that a Dirac determines is not a site: its value is recomputed when one of its parents moves.
 //!
-//! P(x
-//! all else) ∝ P(x
-//! parents) Π P(child
-//! its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
+//! P(x | all else) ∝ P(x | parents) Π P(child | its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
 
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;

@@ -4,9 +4,8 @@
 //! positive density; each chain has its own stream of random numbers and starts at its own draw from the prior.
 //!
 //! Variables are drawn in turn from their full conditionals (Geman and Geman, *IEEE PAMI* 6:721-741, 1984): a finite
-//! one from P(x
-//! all else); a real whose blanket is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from the normal law of
-//! precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling.
+//! one from P(x | all else); a real whose blanket is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from
+//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling.
 
 mod blanket;
 mod slice;

@@ -163,8 +163,7 @@ mod tests {
 
     #[test]
     fn readings_of_one_cause_become_one_table() {
-        // P(H), and three times P(R
-        // H) with R = 1: 0.5 · 0.1³ and 0.5 · 0.4³; the larger one is taken out.
+        // P(H), and three times P(R | H) with R = 1: 0.5 · 0.1³ and 0.5 · 0.4³; the larger one is taken out.
         let reading = |number| FactorTable { variables: vec![0, number], values: vec![0.9, 0.1, 0.6, 0.4] };
         let tables = vec![
             FactorTable { variables: vec![0], values: vec![0.5; 2] },

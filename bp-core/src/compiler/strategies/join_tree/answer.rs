@@ -1,8 +1,8 @@
 //! Answers of a join tree to questions over thousands of factors.
 //!
 //! In: a [`JoinTree`] route and the host's inputs. Out: the table of each ask, and ln P(evidence). Invariant: the
-//! tables equal those that loops would compute: P(S
-//! K) of each context sums to one, or is all zero where the context is impossible.
+//! tables equal those that loops would compute: P(S | K) of each context sums to one, or is all zero where the context
+//! is impossible.
 
 use super::{self as join_tree, Absorbed, JoinTree, Network, NetworkEvidence, absorb, groups, joint};
 use crate::distribution::Setting;

@@ -2,9 +2,8 @@
 //!
 //! In: a network, evidence, and some variables. Out: their joint posterior; for each candidate observation the
 //! information that it is expected to give about them. Invariant: a joint posterior is computed for each combination of
-//! values of all variables but the last, on one plan: P(a, b
-//! e) = P(a, e) / P(e) · P(b
-//! a, e). So it takes no more memory than the marginals.
+//! values of all variables but the last, on one plan: P(a, b | e) = P(a, e) / P(e) · P(b | a, e). So it takes no more
+//! memory than the marginals.
 
 use super::evidence::NetworkEvidence;
 use super::network::Network;
@@ -31,11 +30,9 @@ pub struct Joint {
 pub struct Observation {
     /// The variable.
     pub variable: usize,
-    /// H(X
-    /// e), its entropy, in bits.
+    /// H(X | e), its entropy, in bits.
     pub entropy: f64,
-    /// I(target; X
-    /// e) in bits: by how much observing X is expected to reduce the entropy of the target.
+    /// I(target; X | e) in bits: by how much observing X is expected to reduce the entropy of the target.
     pub information: f64,
 }
 
@@ -68,12 +65,7 @@ pub fn joint(network: &Network, evidence: &NetworkEvidence, variables: &[usize])
 
 /// The expected information of each candidate observation about the targets jointly, the largest first.
 ///
-/// I(T; X
-/// e) = Σ_t P(t
-/// e) Σ_x P(x
-/// t, e) log₂ (P(x
-/// t, e) / P(x
-/// e))
+/// I(T; X | e) = Σ_t P(t | e) Σ_x P(x | t, e) log₂ (P(x | t, e) / P(x | e))
 ///
 /// # Errors
 /// As for [`joint`].
@@ -85,12 +77,7 @@ pub fn observations(
 ) -> Result<Vec<Observation>, Error> {
     let free = |one: &&usize| !targets.contains(one) && !evidence.hard.iter().any(|(known, _)| known == *one);
     let candidates: Vec<usize> = candidates.iter().filter(free).copied().collect();
-    // Σ_t P(t
-    // e) P(x
-    // t, e) is P(x
-    // e); Σ_t P(t
-    // e) H(X
-    // t, e) is the conditional entropy of X.
+    // Σ_t P(t | e) P(x | t, e) is P(x | e); Σ_t P(t | e) H(X | t, e) is the conditional entropy of X.
     let mut means: Vec<Vec<f64>> =
         candidates.iter().map(|one| vec![0.0; network.cardinalities[*one]]).collect();
     let mut remaining = vec![0.0; candidates.len()];

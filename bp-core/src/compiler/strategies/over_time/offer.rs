@@ -4,11 +4,8 @@
 //! [`OverTime`] route. Invariant: the transition is the program's own decomposition; X^-1 before the first instant has
 //! its own form (`previous(X) else …`), and a real without one is 0, at rest.
 //!
-//! P(Xₜ
-//! z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹
-//! z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is read from the forms; a
-//! conditional P(Xₜ zₜ
-//! X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
+//! P(Xₜ | z₁..ₜ) ∝ Σ_X⁻¹ φₜ P(X⁻¹ | z₁..ₜ₋₁), φₜ the product of the factors of an instant: all but those of X⁻¹. It is
+//! read from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
 
 use super::answer::Instants;
 use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};

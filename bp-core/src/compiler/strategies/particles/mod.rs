@@ -4,9 +4,9 @@
 //! the last instant, each with its drawn values and the law of the rest. Invariant: each particle has a stream of
 //! random numbers for each instant, and sums have a fixed order: the number of threads changes nothing.
 //!
-//! The proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z
-//! parentsₙ). Resampled systematically when 1 / Σ W² < N/2 (Kitagawa 1996). A Kalman filter in each particle carries
-//! the linear variables, and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
+//! The proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z | parentsₙ). Resampled
+//! systematically when 1 / Σ W² < N/2 (Kitagawa 1996). A Kalman filter in each particle carries the linear variables,
+//! and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
 
 mod linear;
 mod offer;

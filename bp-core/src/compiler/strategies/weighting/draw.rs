@@ -3,9 +3,8 @@
 //! In: a setting, the steps of a route, evidence. Out: weighted draws. Invariant: the draws are from the prior, each
 //! weighted by the likelihood of the observations; a draw that the observations exclude has weight 0.
 //!
-//! wₙ = Π_K P(k
-//! parentsⁿ); for a factor with several left-hand variables of which some are observed, the others are drawn from the
-//! conditional, and the weight is the marginal probability of the observed ones.
+//! wₙ = Π_K P(k | parentsⁿ); for a factor with several left-hand variables of which some are observed, the others are
+//! drawn from the conditional, and the weight is the marginal probability of the observed ones.
 
 use super::Treatment;
 use crate::distribution::{Distribution, Instance, Setting};
@@ -134,8 +133,7 @@ pub(crate) fn draw_or_weigh(
     Ok(ln_weight)
 }
 
-/// Y = (x − b) / a, where the Dirac is X = a Y + b; returns ln p(Y
-/// parents) − ln |a|.
+/// Y = (x − b) / a, where the Dirac is X = a Y + b; returns ln p(Y | parents) − ln |a|.
 pub(crate) fn solve(
     setting: &Setting<'_>,
     instance: &Instance,

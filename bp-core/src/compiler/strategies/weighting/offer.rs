@@ -4,12 +4,9 @@
 //! parents first, and the treatment of each. Invariant: observations weigh draws; a Dirac on an observed real, which a
 //! draw meets with probability zero, is solved for one of its parents, or refused.
 //!
-//! P(S = s
-//! K = k) ≈ Σₙ wₙ [Sⁿ = s] / Σₙ wₙ,  wₙ = Π_K P(k
-//! parentsⁿ)   (likelihood weighting: Fung and Chang 1990)
+//! P(S = s | K = k) ≈ Σₙ wₙ [Sⁿ = s] / Σₙ wₙ,  wₙ = Π_K P(k | parentsⁿ)   (likelihood weighting: Fung and Chang 1990)
 //!
-//! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y
-//! parents) / |a|.
+//! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y | parents) / |a|.
 
 use super::refusal::{refused_ask, refused_factor};
 use crate::equation::{Line, Notation, Strategy, of_form};

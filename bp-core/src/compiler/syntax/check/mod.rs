@@ -63,8 +63,7 @@ pub fn compile(source: &Source) -> Result<Model, Diagnostics> {
     Ok(models.pop().expect("internal: the grammar promises a program"))
 }
 
-/// Parses a question as a user types it: `P(Rain
-/// Wet = true)`, or the name of a declared one.
+/// Parses a question as a user types it: `P(Rain | Wet = true)`, or the name of a declared one.
 pub fn parse_question(source: &Source, model: &Model) -> Result<Question, Diagnostics> {
     question_of(source, model).map_err(|wrong| quotes::suggested(wrong, &source.text, model))
 }
