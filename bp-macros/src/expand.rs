@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_in_say_what_the_text_says() {
+    fn both_entry_points_give_the_diagnostics_of_the_text() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/errors");
         let mut count = 0;
         for entry in std::fs::read_dir(folder).unwrap() {

@@ -43,7 +43,7 @@ mod tests {
     use super::unquote;
 
     #[test]
-    fn strings_say_what_the_compiler_says_they_do() {
+    fn string_literals_have_the_values_of_the_compiler() {
         macro_rules! agree {
             ($($literal:literal)*) => { $( assert_eq!(unquote(stringify!($literal)).as_deref(), Some($literal)); )* };
         }
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn other_literals_say_nothing() {
+    fn other_literals_are_not_strings() {
         for literal in ["1.0", "'a'", "b\"bytes\"", "c\"c\"", "\"a\"suffix"] {
             assert_eq!(unquote(literal), None, "{literal}");
         }

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_macro_passes_on_stays_one_expression() {
+    fn expressions_passed_by_macros_stay_whole() {
         let inside = |text: &str| {
             let group = Group::new(Delimiter::None, text.parse().unwrap());
             Written::of(TokenTree::from(group).into()).text

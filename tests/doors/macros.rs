@@ -84,7 +84,7 @@ fn a_program_may_stand_in_a_function() {
 }
 
 #[test]
-fn what_another_macro_passes_on_stays_together() {
+fn tokens_passed_by_other_macros_stay_together() {
     let text = "program Loop {
         variables { Heads, Again : bool; }
         decomposition { P(Heads) P(Again | Heads) }
@@ -111,7 +111,7 @@ fn files_and_text_mean_the_same() {
 }
 
 #[test]
-fn mistakes_are_told_in_their_places() {
+fn mistakes_are_reported_in_their_places() {
     // The wrong programs are compiled as a package of their own in this folder, where their paths start too. With
     // `TRYBUILD=overwrite` the compiler's messages are stored anew.
     let package =

@@ -83,7 +83,7 @@ fn every_exact_kernel_is_a_valid_shader() {
 }
 
 #[test]
-fn several_questions_are_one_module_whatever_their_names_are() {
+fn several_questions_are_one_module_for_all_names() {
     let text = "program Names { variables { \"a\u{2028}b\" : bool; X : 3..=5; B : bins[0, 1, 10]; }
         decomposition { P(\"a\u{2028}b\") P(X | \"a\u{2028}b\") P(B | X) }
         forms { P(\"a\u{2028}b\") = bernoulli(0.25); P(X | \"a\u{2028}b\") = weights(X); P(B | X) = normal(X, 2); }
@@ -120,7 +120,7 @@ fn the_map_step_is_one_pass_over_the_grid() {
 }
 
 #[test]
-fn what_only_its_invocation_reads_is_kept_by_it() {
+fn values_read_by_one_invocation_are_kept_by_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let kernels = kernels(&root.join("bvm/models/cell.bp"));
     let (_, kernel) = kernels.iter().find(|(name, _)| name.ends_with(": step")).unwrap();

@@ -71,7 +71,7 @@ fn programs_in_the_pages_compile_print_back_and_are_answered() {
 }
 
 #[test]
-fn mistakes_in_the_pages_are_the_mistakes_they_are_said_to_be() {
+fn mistakes_in_the_pages_have_the_messages_that_are_shown() {
     for (path, text) in pages() {
         for (line, block) in blocks(&text, "bp-error") {
             let place = format!("{}:{line}", path.display());

@@ -152,7 +152,7 @@ fn has_word(text: &str, word: &str) -> bool {
 }
 
 #[test]
-fn every_file_says_what_it_is_and_is_short() {
+fn every_file_begins_with_its_documentation_and_is_short() {
     let mut wrong = Vec::new();
     let all = files("rs");
     assert!(all.len() > 100, "the workspace was not found");

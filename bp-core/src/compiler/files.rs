@@ -178,7 +178,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_and_devices_stay_what_they_are() {
+    fn links_and_devices_are_kept() {
         use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
         let folder = tempfile::tempdir().unwrap();
         let [target, link, twin, nowhere, made] =
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_compressed_is_read_and_what_is_endless_refused() {
+    fn compressed_files_are_read_and_endless_ones_refused() {
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         packed.write_all(b"network").unwrap();
         assert_eq!(bounded(packed.finish().unwrap().as_slice()).unwrap(), b"network");

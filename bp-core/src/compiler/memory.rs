@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_told_as_people_read_them() {
+    fn sizes_are_printed_in_readable_units() {
         assert_eq!([8.0, 8e9, 123e6].map(bytes_text), ["8 B", "8.0 GB", "123 MB"]);
         assert_eq!([4096.0, 4_294_967_296.0, 1e9].map(count_text), ["4096", "4.3e9", "1e9"]);
         assert_eq!(count_text(f64::INFINITY), "more than 1e308");

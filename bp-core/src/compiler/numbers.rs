@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn six_digits_whatever_the_size() {
+    fn six_digits_for_numbers_of_any_size() {
         let texts = [0.0, 1.0, 0.322580645, 0.99999999, 123456.7, 7.139e-9, -0.0725707, 1234567.0];
         let expected =
             ["0", "1.00000", "0.322581", "1.00000", "123457", "7.13900e-9", "-0.0725707", "1.23457e6"];

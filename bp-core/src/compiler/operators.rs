@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn remainders_and_powers_are_as_they_say() {
+    fn remainders_and_powers_are_those_of_their_definitions() {
         assert_eq!(Binary::Remainder.apply(-10.0, 360.0), 350.0);
         assert_eq!(Binary::Remainder.apply(720.0, 360.0), 0.0);
         for power in 0..40 {

@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_long_breaks_somewhere() {
+    fn words_that_are_too_long_are_broken() {
         let lines = wrapped_equation("", &format!("P({})", "Variable ".repeat(20)), 4);
         assert!(lines.lines().all(|line| columns(line) <= WIDTH), "{lines}");
     }

@@ -44,15 +44,15 @@ impl Folder {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
         let output =
             command.current_dir(self.0.path()).args(arguments).stdin(Stdio::null()).output().unwrap();
-        assert!(!said(&output).contains("panicked"), "{}", said(&output));
+        assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
         output
     }
 
     /// The output and the messages of a command that ends with this status.
     fn ends(&self, status: i32, arguments: &[&str]) -> (String, String) {
         let output = self.bp(arguments);
-        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", said(&output));
-        (String::from_utf8_lossy(&output.stdout).into_owned(), said(&output))
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", stderr(&output));
+        (String::from_utf8_lossy(&output.stdout).into_owned(), stderr(&output))
     }
 
     /// The JSON of a command that ends with this status.
@@ -61,7 +61,7 @@ impl Folder {
     }
 }
 
-fn said(output: &Output) -> String {
+fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -92,8 +92,8 @@ fn columns_fill_families() {
     let by = folder.json(0, &["ask", "f.bp", "P(Fire | Alarm)", "--data", "t.csv", "--by", "sums", "--json"]);
     near(p_true(&by["cases"][1]), 1.0 / 3.0);
     let missing = Folder::with(&[("f.bp", FAMILY), ("t.csv", "Alarm[1]\n1\n")]);
-    let (_, told) = missing.ends(1, &["ask", "f.bp", "P(Fire | Alarm)", "--data", "t.csv"]);
-    assert!(told.contains("there is no column `Alarm[2]`"), "{told}");
+    let (_, message) = missing.ends(1, &["ask", "f.bp", "P(Fire | Alarm)", "--data", "t.csv"]);
+    assert!(message.contains("there is no column `Alarm[2]`"), "{message}");
     let set = FAMILY.replace("[i in 1..=2]", "[i in Rooms]").replace("prod(i)", "prod(i in Rooms)");
     let rooms = Folder::with(&[("f.bp", &set), ("t.csv", "Alarm[0],Alarm[1]\n1,0\n")]);
     let answers = rooms.json(0, &["ask", "f.bp", "P(Fire | Alarm)", "--data", "t.csv", "--json"]);
@@ -106,25 +106,25 @@ fn columns_fill_families() {
 fn a_case_without_an_answer_leaves_the_others_theirs() {
     let folder = Folder::with(&[("z.bp", ZEROS), ("t.csv", "C,K\ntrue,0\nfalse,2\nfalse,1\n")]);
     let ask = ["ask", "z.bp", "P(B | C K)", "--data", "t.csv"];
-    let (page, told) = folder.ends(1, &ask);
+    let (page, message) = folder.ends(1, &ask);
     assert!(
         page.contains("row 2\n\n  no answer: the evidence of `P(B | C = true, K = 0)` has probability zero"),
         "{page}"
     );
     assert!(page.contains("row 3\n\n  no answer") && page.contains("`P(K)` is 0 for `K = 2`"), "{page}");
     assert!(page.contains("row 4\nP(B | C = false, K = 1)") && page.contains("0.500000"), "{page}");
-    assert!(told.starts_with("error: 2 of 3 rows have no answer:\n  row 2: the evidence of"), "{told}");
+    assert!(message.starts_with("error: 2 of 3 rows have no answer:\n  row 2: the evidence of"), "{message}");
     let answers = folder.json(1, &[&ask[..], &["--json"]].concat());
     assert_eq!(answers["cases"][0]["row"], 2);
     assert!(answers["cases"][1]["error"].as_str().unwrap().contains("`P(K)` is 0 for `K = 2`"), "{answers}");
     near(p_true(&answers["cases"][2]), 0.5);
-    let (page, told) = folder.ends(1, &["batch", "z.bp", "--cases", "t.csv", "--only", "B"]);
+    let (page, message) = folder.ends(1, &["batch", "z.bp", "--cases", "t.csv", "--only", "B"]);
     assert!(page.lines().nth(3).unwrap().ends_with(",0.5,0.5,"), "{page}");
-    assert!(told.contains("2 of 3 cases have no answer; their rows give the reasons"), "{told}");
+    assert!(message.contains("2 of 3 cases have no answer; their rows give the reasons"), "{message}");
     // An error of the table itself is an error of all cases.
     let wrong = Folder::with(&[("z.bp", ZEROS), ("t.csv", "C,K\nfalse,1\nfalse,7\n")]);
-    let (page, told) = wrong.ends(1, &ask);
-    assert!(page.is_empty() && told.contains("row 3, column `K`: `7` is not a value"), "{page}{told}");
+    let (page, message) = wrong.ends(1, &ask);
+    assert!(page.is_empty() && message.contains("row 3, column `K`: `7` is not a value"), "{page}{message}");
 }
 
 #[test]
@@ -140,10 +140,10 @@ fn a_sequence_without_an_answer_leaves_the_others_theirs() {
     near(p_true(&answers["sequences"][1]["answers"]), 1.0);
     near(p_true(&answers["sequences"][2]["answers"]), 0.5);
     let ask = ["ask", "s.bp", "filter P(R | Z)", "--data", "t.csv", "--sequence", "who"];
-    let (page, told) = folder.ends(1, &ask);
+    let (page, message) = folder.ends(1, &ask);
     assert!(page.contains("who b\n\n  no answer: the evidence of `filter P(R | Z), instant 1`"), "{page}");
     assert!(page.contains("who a\nfilter P(R | Z)"), "{page}");
-    assert!(told.contains("1 of 2 sequences have no answer:\n  who b: "), "{told}");
+    assert!(message.contains("1 of 2 sequences have no answer:\n  who b: "), "{message}");
     let answers = folder.json(1, &[&ask[..], &["--json"]].concat());
     near(p_true(&answers["sequences"][0]["answers"]), 0.0);
     assert!(
@@ -153,25 +153,25 @@ fn a_sequence_without_an_answer_leaves_the_others_theirs() {
 }
 
 #[test]
-fn what_no_draw_met_is_rare_or_impossible() {
+fn evidence_that_no_draw_met_is_rare_or_impossible() {
     let folder = Folder::with(&[("z.bp", ZEROS)]);
     for by in ["weighting", "gibbs"] {
-        let (_, told) = folder.ends(1, &["ask", "z.bp", "P(B | C = true)", "--by", by]);
-        assert!(told.contains("has probability zero") && told.contains("`P(C | B)`"), "{told}");
-        let (_, told) = folder.ends(1, &["ask", "z.bp", "P(B | K = 2)", "--by", by]);
-        assert!(told.contains("`P(K)` is 0 for `K = 2`"), "{told}");
+        let (_, message) = folder.ends(1, &["ask", "z.bp", "P(B | C = true)", "--by", by]);
+        assert!(message.contains("has probability zero") && message.contains("`P(C | B)`"), "{message}");
+        let (_, message) = folder.ends(1, &["ask", "z.bp", "P(B | K = 2)", "--by", by]);
+        assert!(message.contains("`P(K)` is 0 for `K = 2`"), "{message}");
     }
     // P(all 40) = 10⁻⁸⁰ · ½, but no draw of 100 has D: rare, not impossible.
     let rare = "program Rare { variables { D : bool; X, Y : real; } decomposition { P(D) P(X | D) P(Y | X) }
         forms { P(D) = bernoulli(1e-9); P(X | D) = if D { uniform(10, 11) } else { uniform(0, 1) };
                 P(Y | X) = uniform(X, X + 1); } }";
     let folder = Folder::with(&[("r.bp", rare)]);
-    let (_, told) = folder.ends(1, &["ask", "r.bp", "P(D | Y = 10.5)", "--particles", "100"]);
+    let (_, message) = folder.ends(1, &["ask", "r.bp", "P(D | Y = 10.5)", "--particles", "100"]);
     assert!(
-        told.contains("none of 100 draws met the evidence of `P(D | Y = 10.5)`: it is rare or"),
-        "{told}"
+        message.contains("none of 100 draws met the evidence of `P(D | Y = 10.5)`: it is rare or"),
+        "{message}"
     );
-    assert!(!told.contains("probability zero") && told.contains("--particles"), "{told}");
+    assert!(!message.contains("probability zero") && message.contains("--particles"), "{message}");
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn no_entropy_is_below_zero() {
 }
 
 #[test]
-fn arrays_tell_sizes() {
+fn arrays_give_sizes() {
     let program = "program Rooms {
         variables { Hot : bool; Alarm[i in Rooms] : bool; }
         decomposition { P(Hot) prod(i in Rooms) { P(Alarm[i] | Hot) } }
@@ -302,7 +302,7 @@ fn the_first_of_a_known_family() {
 }
 
 #[test]
-fn messages_say_what_was_asked_and_why_not() {
+fn messages_name_the_question_and_the_reason() {
     let far = "program Far { variables { X, Y : real; B : bool; } decomposition { P(X) P(Y | X) P(B | X) }
         forms { P(X) = normal(0, 1); P(Y | X) = normal(X, 1); P(B | X) = bernoulli(if X > 0 { 0.9 } else { 0.1 }); } }";
     let walk = UMBRELLA.replace("Z : bool", "Z, H : bool").replace("P(Z | R) }", "P(Z | R) P(H | R) }");
@@ -314,42 +314,46 @@ fn messages_say_what_was_asked_and_why_not() {
         ("t.csv", "Z\ntrue\n"),
         ("i.csv", "Z\n1\n"),
     ]);
-    let says = |arguments: &[&str], words: &[&str]| {
-        let (_, told) = folder.ends(1, arguments);
-        words.iter().for_each(|words| assert!(told.contains(words), "{arguments:?}: {told}"));
+    let fails = |arguments: &[&str], words: &[&str]| {
+        let (_, message) = folder.ends(1, arguments);
+        words.iter().for_each(|words| assert!(message.contains(words), "{arguments:?}: {message}"));
     };
     // Each side of a divergence is printed as it was typed.
     let question = "divergence filter P(R | Z) from filter P(R | Z virtual [0, 0.5])";
-    let (_, told) = folder.ends(0, &["ask", "u.bp", question, "--data", "t.csv"]);
-    assert!(told.is_empty(), "{told}");
+    let (_, message) = folder.ends(0, &["ask", "u.bp", question, "--data", "t.csv"]);
+    assert!(message.is_empty(), "{message}");
     let sure = walk.replace("bernoulli(if R { 0.5 } else { 0 })", "bernoulli(0)");
     std::fs::write(folder.0.path().join("s.bp"), sure).unwrap();
-    let (_, told) = folder.ends(1, &["ask", "s.bp", question, "--data", "t.csv"]);
+    let (_, message) = folder.ends(1, &["ask", "s.bp", question, "--data", "t.csv"]);
     assert!(
-        told.contains("the evidence of `filter P(R | Z), instant 1`") && !told.contains("virtual"),
-        "{told}"
+        message.contains("the evidence of `filter P(R | Z), instant 1`") && !message.contains("virtual"),
+        "{message}"
     );
-    says(
+    fails(
         &["ask", "u.bp", "draw(2) sequence P(H | Z)", "--data", "t.csv"],
         &["`draw(2) sequence` is of all that is carried", "search `R` too"],
     );
-    says(
+    fails(
         &["ask", "z.bp", "divergence P(B | C virtual [1, 2]) from P(B)", "--by", "weighting"],
         &["`weighting` answers by draws"],
     );
-    says(&["ask", "f.bp", "P(X | Y = 1)", "--table"], &["`gaussian` answers with a normal law"]);
-    says(&["ask", "z.bp", "P(B | C virtual [0, 1])"], &["`C virtual [0, 1]` is impossible; see `P(C | B)`"]);
-    says(&["ask", "z.bp", "P(K | B = true, C = true)"], &["`P(C | B)` is 0 for `C = true` where `B = true`"]);
+    fails(&["ask", "f.bp", "P(X | Y = 1)", "--table"], &["`gaussian` answers with a normal law"]);
+    fails(&["ask", "z.bp", "P(B | C virtual [0, 1])"], &["`C virtual [0, 1]` is impossible; see `P(C | B)`"]);
+    fails(
+        &["ask", "z.bp", "P(K | B = true, C = true)"],
+        &["`P(C | B)` is 0 for `C = true` where `B = true`"],
+    );
     let family = FAMILY.replace("0.2", "0");
     let folder = Folder::with(&[("f.bp", &family)]);
-    let (_, told) = folder.ends(1, &["ask", "f.bp", "P(Alarm | Fire = false, Alarm = a)", "--set", "a=0,1"]);
-    assert!(told.contains("asks what it knows"), "{told}");
-    let (_, told) = folder.ends(1, &["joint", "f.bp", "--of", "Alarm"]);
-    assert!(told.contains("it is a family: name its elements, such as `Alarm[1]`"), "{told}");
+    let (_, message) =
+        folder.ends(1, &["ask", "f.bp", "P(Alarm | Fire = false, Alarm = a)", "--set", "a=0,1"]);
+    assert!(message.contains("asks what it knows"), "{message}");
+    let (_, message) = folder.ends(1, &["joint", "f.bp", "--of", "Alarm"]);
+    assert!(message.contains("it is a family: name its elements, such as `Alarm[1]`"), "{message}");
     let sure = family.replace("bernoulli(0.1)", "bernoulli(0)");
     let folder = Folder::with(&[("f.bp", &sure)]);
-    let (_, told) = folder.ends(1, &["ask", "f.bp", "P(Fire | Alarm = a)", "--set", "a=0,1"]);
-    assert!(told.contains("has probability zero"), "{told}");
+    let (_, message) = folder.ends(1, &["ask", "f.bp", "P(Fire | Alarm = a)", "--set", "a=0,1"]);
+    assert!(message.contains("has probability zero"), "{message}");
 }
 
 #[test]

@@ -60,26 +60,26 @@ impl Folder {
     fn bp(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
         let output = command.current_dir(self.path()).args(arguments).output().unwrap();
-        assert!(!said(&output).contains("panicked"), "{}", said(&output));
+        assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
         output
     }
 
     /// The output of a successful command.
     pub(super) fn well(&self, arguments: &[&str]) -> String {
         let output = self.bp(arguments);
-        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", said(&output));
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
     /// The message of a command with exit status 1.
     pub(super) fn ill(&self, arguments: &[&str]) -> String {
         let output = self.bp(arguments);
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", said(&output));
-        said(&output)
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", stderr(&output));
+        stderr(&output)
     }
 }
 
-fn said(output: &Output) -> String {
+fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
@@ -121,10 +121,10 @@ fn every_command_reads_every_writing_of_a_table() {
         }
     }
     folder.write("bar.csv", plain.replace(',', "|"));
-    let told = folder.well(&[COMMANDS[0], &["bar.csv", "--separator", "|"]].concat());
-    assert_eq!(told, expected[0]);
+    let table = folder.well(&[COMMANDS[0], &["bar.csv", "--separator", "|"]].concat());
+    assert_eq!(table, expected[0]);
     folder.write("semicolon.csv", "A;B;C\n1;true;low\n");
-    let noted = said(&folder.bp(&[COMMANDS[0], &["semicolon.csv"]].concat()));
+    let noted = stderr(&folder.bp(&[COMMANDS[0], &["semicolon.csv"]].concat()));
     assert_eq!(noted, "semicolon.csv: note: its columns are separated by semicolons\n");
 }
 
@@ -175,9 +175,9 @@ fn missing_is_one_thing_over_time() {
     let named = filter("Z,w\n1,1\nNA,1\n?,1\n,1\n");
     // Before the first row the variance is 1 + 1; with the reading 2/3, and each instant adds 1.
     let answer: Value = serde_json::from_str(&named).unwrap();
-    let said = |name: &str| answer["answer"][0][name].as_f64().unwrap();
-    assert!((said("mean") - 2.0 / 3.0).abs() < 1e-14, "{answer}");
-    assert!((said("deviation").powi(2) - 11.0 / 3.0).abs() < 1e-13, "{answer}");
+    let figure = |name: &str| answer["answer"][0][name].as_f64().unwrap();
+    assert!((figure("mean") - 2.0 / 3.0).abs() < 1e-14, "{answer}");
+    assert!((figure("deviation").powi(2) - 11.0 / 3.0).abs() < 1e-13, "{answer}");
     assert_eq!(filter("Z\n1\n\n\n\n"), named);
     assert_eq!(filter("Z\r\n1\r\nNaN\r\n\"\"\r\nnull"), named);
     assert_eq!(filter("Z;w\n1,0;1\n;1\n;1\n;1\n"), named);
@@ -276,7 +276,7 @@ fn evidence_is_json_or_uai_and_names_nothing_twice() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_no_regular_file_is_written_through() {
+fn devices_and_links_are_written_through() {
     let folder =
         Folder::with(&[("p.bp", PROGRAM.as_bytes()), ("d.csv", b"B,C\ntrue,low\n"), ("old.csv", b"old")]);
     let batch = |out: &str| folder.bp(&["batch", "p.bp", "--cases", "d.csv", "--out", out]);
@@ -309,7 +309,7 @@ fn what_is_no_regular_file_is_written_through() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told() {
+fn a_full_disk_is_an_error() {
     let folder = Folder::with(&[("p.bp", PROGRAM.as_bytes()), ("d.csv", b"B,C\ntrue,low\n")]);
     let full = folder.ill(&["batch", "p.bp", "--cases", "d.csv", "--out", "/dev/full"]);
     assert!(full.contains("`/dev/full`: No space left on device"), "{full}");
@@ -321,7 +321,7 @@ fn a_full_disk_is_told() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(said(&output).contains("stdout cannot be written"), "{}", said(&output));
+    assert!(stderr(&output).contains("stdout cannot be written"), "{}", stderr(&output));
 }
 
 #[test]

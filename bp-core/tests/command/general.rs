@@ -16,7 +16,7 @@ fn program(name: &str) -> PathBuf {
 
 fn bp(arguments: &[&str]) -> Output {
     let output = Command::new(env!("CARGO_BIN_EXE_bp")).args(arguments).output().unwrap();
-    assert!(!said(&output).contains("panicked"), "{}", said(&output));
+    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
     output
 }
 
@@ -36,22 +36,22 @@ fn written(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
-fn said(output: &Output) -> String {
+fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 /// The output of a successful command.
 fn well(arguments: &[&str]) -> String {
     let output = bp(arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", said(&output));
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
     written(&output)
 }
 
 /// The message of a command with this exit status.
 fn ill(code: i32, arguments: &[&str]) -> String {
     let output = bp(arguments);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}{}", written(&output), said(&output));
-    said(&output)
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}{}", written(&output), stderr(&output));
+    stderr(&output)
 }
 
 /// An answer of a program in `tests/programs`.
@@ -104,7 +104,7 @@ fn reductions_are_made_in_each_context() {
 }
 
 #[test]
-fn a_range_reading_says_what_the_reference_says() {
+fn a_range_reading_has_the_posterior_of_the_reference() {
     let posterior = |z: &str| {
         let z = format!("--set=z={z}");
         let mut arguments = vec!["P(Z = z | O C)", z.as_str()];
@@ -161,12 +161,12 @@ fn a_normal_law_has_a_mean_and_a_deviation() {
     let text = "program Room { variables { T, M : real; } decomposition { P(T) P(M | T) }
         forms { P(T) = normal(20, 3); P(M | T) = normal(T, 4); } question t { P(T | M) } }";
     let output = bp_fed(&["ask", "-", "--set", "M=25"], text);
-    assert!(written(&output).contains("T  21.8000 ± 2.40000"), "{}{}", written(&output), said(&output));
+    assert!(written(&output).contains("T  21.8000 ± 2.40000"), "{}{}", written(&output), stderr(&output));
     let output = bp_fed(&["ask", "-", "--set", "M=25,26"], text);
     assert!(
-        said(&output).contains("input `M`: 2 numbers were given, but 1 is expected"),
+        stderr(&output).contains("input `M`: 2 numbers were given, but 1 is expected"),
         "{}",
-        said(&output)
+        stderr(&output)
     );
     let output = bp_fed(&["ask", "-", "P(T | M = 25)", "--json"], text);
     let answer: Value = serde_json::from_str(&written(&output)).unwrap();
@@ -174,7 +174,7 @@ fn a_normal_law_has_a_mean_and_a_deviation() {
 }
 
 #[test]
-fn what_is_set_must_be_known_and_fit() {
+fn settings_must_be_known_and_fit() {
     let path = program("line_of_sight.bp");
     let wrong = |code, settings: &[&str]| {
         let mut arguments = vec!["ask", path.to_str().unwrap(), "P(Z = z | O C)"];
@@ -203,12 +203,12 @@ fn what_is_set_must_be_known_and_fit() {
 }
 
 #[test]
-fn what_cannot_be_observed_is_said() {
+fn impossible_observations_are_reported() {
     let text = std::fs::read_to_string(program("wet_grass.bp")).unwrap();
     let dry = text.replace("dirac(Rain or Sprinkler)", "bernoulli(0)");
     let output = bp_fed(&["ask", "-", "P(Rain | Wet = true)"], &dry);
     assert_eq!(output.status.code(), Some(1));
-    assert!(said(&output).contains("the evidence of `P(Rain | Wet = true)` has probability zero"));
+    assert!(stderr(&output).contains("the evidence of `P(Rain | Wet = true)` has probability zero"));
     assert_eq!(written(&output), "");
 }
 
@@ -225,7 +225,7 @@ fn wrong_questions_are_shown_under_their_words() {
 }
 
 #[test]
-fn files_that_are_none() {
+fn paths_that_are_not_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(path("empty.bp"), "").unwrap();
@@ -247,7 +247,7 @@ fn check_looks_at_every_file() {
     let output = bp(&["check", wrong.to_str().unwrap(), right.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(written(&output), "ok: program WetGrass: 3 variables, 3 factors, 1 question\n");
-    assert!(said(&output).contains("unknown name `l_max`"));
+    assert!(stderr(&output).contains("unknown name `l_max`"));
 }
 
 #[test]
@@ -294,19 +294,19 @@ fn explain_derives_step_by_step() {
 }
 
 #[test]
-fn explain_tells_how_the_loops_go_through_memory() {
+fn explain_shows_the_order_of_the_loops_in_memory() {
     let path = program("cell.bp");
     let file = path.to_str().unwrap();
     let json: serde_json::Value =
         serde_json::from_str(&well(&["explain", file, "state", "--layout", "--json"])).unwrap();
     let lines: Vec<&str> =
         json["layout"].as_array().unwrap().iter().map(|line| line.as_str().unwrap()).collect();
-    for told in [
+    for words in [
         "over Grid.depth × Grid.rows × Grid.lanes; neighbours in memory along C.lanes",
         "looks up: `Velocity from depth` (Velocity × Grid.depth × Grid.rows)",
         "writes: `P(O V | Z)` (2 × Velocity × Grid.depth × Grid.rows × Grid.lanes)",
     ] {
-        assert!(lines.iter().any(|line| line.contains(told)), "{told}: {lines:#?}");
+        assert!(lines.iter().any(|line| line.contains(words)), "{words}: {lines:#?}");
     }
     // Two neighbouring bins share an edge: there is one more edge than bins.
     let sensor = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bvm/models/line_of_sight.bp");
@@ -340,7 +340,7 @@ fn reals_are_integrated_out() {
     let text = "program A { variables { X : bool; Y : real; } decomposition { P(X) P(Y | X) }
         forms { P(X) = uniform; P(Y | X) = if X { normal(0, 1) } else { normal(1, 2) }; } question x { P(X) } }";
     let output = bp_fed(&["explain", "-"], text);
-    assert!(written(&output).contains("P(X) = ∫_Y P(X Y)\n"), "{}{}", written(&output), said(&output));
+    assert!(written(&output).contains("P(X) = ∫_Y P(X Y)\n"), "{}{}", written(&output), stderr(&output));
     let output = bp_fed(&["explain", "-", "--latex"], text);
     assert!(written(&output).contains("P(X) &= \\int_{Y} P(X\\,Y) "), "{}", written(&output));
 }
@@ -373,7 +373,7 @@ fn a_closed_pipe_is_no_error() {
         .unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
-    assert_eq!((output.status.code(), said(&output)), (Some(0), String::new()));
+    assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
 }
 
 #[test]

@@ -41,17 +41,17 @@ impl Folder {
     fn bp(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
         let output = command.current_dir(self.0.path()).args(arguments).output().unwrap();
-        assert!(!said(&output).contains("panicked"), "{}", said(&output));
+        assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
         output
     }
 }
 
-fn said(output: &Output) -> String {
+fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 fn written(output: &Output) -> String {
-    assert_eq!(output.status.code(), Some(0), "{}", said(output));
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
@@ -95,7 +95,7 @@ fn a_learned_program_is_asked_as_any_other() {
     assert!((left - 0.36 / (0.36 + 0.4 / 3.0)).abs() < 1e-12, "{answer}");
     let again = folder.bp(&["learn", "learned.bp", "--data", "d.csv", "--ignore", "Day"]);
     assert_eq!(again.status.code(), Some(1));
-    assert!(said(&again).contains("there is nothing to learn"), "{}", said(&again));
+    assert!(stderr(&again).contains("there is nothing to learn"), "{}", stderr(&again));
 }
 
 #[test]
@@ -115,7 +115,11 @@ fn a_report_is_json_too() {
     // Without convergence the estimates are written, and the exit status is an error.
     let short = folder.bp(&[&arguments[..], &["--iterations", "1", "--out", "learned.bp"]].concat());
     assert_eq!(short.status.code(), Some(1));
-    assert!(said(&short).contains("not converged after 1 step: raise `--iterations`"), "{}", said(&short));
+    assert!(
+        stderr(&short).contains("not converged after 1 step: raise `--iterations`"),
+        "{}",
+        stderr(&short)
+    );
     let report: Value = serde_json::from_slice(&short.stdout).unwrap();
     assert_eq!(report["expectation"]["converged"], false);
     assert!(folder.path("learned.bp").exists());
@@ -148,7 +152,7 @@ fn nearly_equal_values_are_held_at_the_largest_shape_and_their_likelihood_is_tha
 /// SIGINT during EM: the estimates so far are written.
 #[cfg(unix)]
 #[test]
-fn interrupted_learning_writes_what_it_has() {
+fn interrupted_learning_writes_its_last_parameters() {
     let text = "program Many { variables { K : 0..=7; X : real; } decomposition { P(K) P(X | K) }
         forms { P(K) = unknown(histogram); P(X | K) = unknown(normal); } question k { P(K) } }";
     // Spread evenly: eight laws settle slowly.
@@ -166,8 +170,11 @@ fn interrupted_learning_writes_what_it_has() {
         let output = child.wait_with_output().unwrap();
         if folder.path("l.bp").exists() {
             assert_eq!(output.status.code(), Some(1));
-            let told = said(&output);
-            assert!(told.contains("interrupted after ") && told.contains("written to l.bp"), "{told}");
+            let message = stderr(&output);
+            assert!(
+                message.contains("interrupted after ") && message.contains("written to l.bp"),
+                "{message}"
+            );
             written(&folder.bp(&["ask", "l.bp", "k"]));
             return;
         }
@@ -176,7 +183,7 @@ fn interrupted_learning_writes_what_it_has() {
 }
 
 #[test]
-fn a_folder_is_no_file_and_a_column_over_time_may_tell_sequences_apart() {
+fn folders_are_refused_and_a_column_may_separate_sequences() {
     let text = "program Coin { variables { F : bool; } decomposition { P(F) } forms { P(F) = unknown; } }";
     let over_time = "program Coins { variables { F, F^-1 : bool; } decomposition { P(F^-1) P(F | F^-1) }
         forms { P(F^-1) = previous(F) else uniform; P(F | F^-1) = unknown; } }";
@@ -184,14 +191,14 @@ fn a_folder_is_no_file_and_a_column_over_time_may_tell_sequences_apart() {
     let folder = Folder::with(&data);
     for to in ["new/", "."] {
         let learn = ["learn", "coin.bp", "--data", "d.csv", "--ignore", "Who", "--out", to];
-        let told = said(&folder.bp(&learn));
-        assert!(told.contains("it is a folder; write the name of a file in it"), "{told}");
+        let message = stderr(&folder.bp(&learn));
+        assert!(message.contains("it is a folder; write the name of a file in it"), "{message}");
     }
     assert!(!folder.path("new").exists());
-    let told = said(&folder.bp(&["learn", "coins.bp", "--data", "d.csv"]));
+    let message = stderr(&folder.bp(&["learn", "coins.bp", "--data", "d.csv"]));
     let expected = "`Coins` has no variable named `Who`; if it identifies sequences, add `--sequence Who`; otherwise \
                     ignore it: `--ignore Who`";
-    assert!(told.contains(expected), "{told}");
+    assert!(message.contains(expected), "{message}");
 }
 
 #[test]
@@ -201,10 +208,10 @@ fn wrong_data_leave_no_file() {
     assert_eq!(wrong.status.code(), Some(1));
     let expected =
         "`d.csv`, row 3, column `Ball`: `Blue` is not a value of `Ball`, which is `{ Red, White }`";
-    assert!(said(&wrong).contains(expected), "{}", said(&wrong));
+    assert!(stderr(&wrong).contains(expected), "{}", stderr(&wrong));
     assert!(!folder.path("learned.bp").exists());
     let missing = folder.bp(&["learn", "urns.bp", "--data", "no.csv"]);
-    assert!(said(&missing).contains("`no.csv`"), "{}", said(&missing));
+    assert!(stderr(&missing).contains("`no.csv`"), "{}", stderr(&missing));
     assert_eq!(folder.bp(&["learn", "urns.bp"]).status.code(), Some(2));
 }
 
@@ -216,14 +223,14 @@ fn columns_are_variables_or_there_is_a_word_for_them() {
     let folder = Folder::with(&[("flu.bp", text), ("d.csv", table)]);
     let slip = folder.bp(&["learn", "flu.bp", "--data", "d.csv", "--ignore", "id", "--weight", "n"]);
     assert_eq!(slip.status.code(), Some(1));
-    assert!(said(&slip).contains("did you mean `Fever`?"), "{}", said(&slip));
-    let told = "learn flu.bp --data d.csv --ignore id --ignore fever --weight n --hidden Fever";
-    let report = written(&folder.bp(&told.split(' ').collect::<Vec<_>>()));
+    assert!(stderr(&slip).contains("did you mean `Fever`?"), "{}", stderr(&slip));
+    let command = "learn flu.bp --data d.csv --ignore id --ignore fever --weight n --hidden Fever";
+    let report = written(&folder.bp(&command.split(' ').collect::<Vec<_>>()));
     assert!(report.starts_with("2 cases; weight 8; "), "{report}");
     assert!(report.contains("hidden: Fever"), "{report}");
     std::fs::write(folder.path("d.csv"), "Flu,Fever,n\n1,1,1e100\n0,0,1e99\n").unwrap();
-    let told = "learn flu.bp --data d.csv --weight n";
-    let report = written(&folder.bp(&told.split(' ').collect::<Vec<_>>()));
+    let command = "learn flu.bp --data d.csv --weight n";
+    let report = written(&folder.bp(&command.split(' ').collect::<Vec<_>>()));
     assert!(report.starts_with("2 cases; weight 1.1e100; "), "{report}");
 }
 
@@ -247,8 +254,8 @@ fn labels_in_quotes_and_sizes_of_data_are_learned_through_the_command() {
     let p = p.unwrap_or_else(|| panic!("{answer}"))["p"].as_f64().unwrap();
     assert!((p - near / (near + far)).abs() < 1e-12, "{answer}");
     // Four numbers for two values of Age: two rooms.
-    let told: Value = serde_json::from_str(&written(&folder.bp(&["ask", "l.bp", "age", "--json"]))).unwrap();
-    assert_eq!(told, answer);
+    let again: Value = serde_json::from_str(&written(&folder.bp(&["ask", "l.bp", "age", "--json"]))).unwrap();
+    assert_eq!(again, answer);
     let small = folder.bp(&["ask", "l.bp", "age", "--set", "Rooms=3"]);
-    assert!(said(&small).contains("4 numbers were given, but 6 are expected"), "{}", said(&small));
+    assert!(stderr(&small).contains("4 numbers were given, but 6 are expected"), "{}", stderr(&small));
 }

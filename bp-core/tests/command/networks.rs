@@ -42,18 +42,18 @@ impl Folder {
     fn bp(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_bp"));
         let output = command.current_dir(self.0.path()).args(arguments).output().unwrap();
-        assert!(!said(&output).contains("panicked"), "{}", said(&output));
+        assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
         output
     }
 
     fn json(&self, arguments: &[&str]) -> Value {
         let output = self.bp(&[arguments, &["--json"]].concat());
-        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         serde_json::from_slice(&output.stdout).unwrap()
     }
 }
 
-fn said(output: &Output) -> String {
+fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
@@ -94,7 +94,7 @@ fn posteriors_are_those_of_the_chest_clinic() {
 }
 
 #[test]
-fn several_together_and_what_to_observe() {
+fn joint_posteriors_and_informative_observations() {
     let folder = Folder::new();
     let both = folder.json(&["joint", "clinic.bif", "--of", "smoke,lung"]);
     let cells: Vec<f64> =
@@ -109,7 +109,7 @@ fn several_together_and_what_to_observe() {
     let next = folder.json(&["observe", "clinic.bif", "--about", "lung"]);
     near(&next["entropy_bits"], bits(&[0.055, 0.945]), 1e-12);
     let list = next["observations"].as_array().unwrap();
-    assert_eq!(list[0]["variable"], "either", "the nearest tells most");
+    assert_eq!(list[0]["variable"], "either", "the nearest informs most");
     let smoke = list.iter().find(|one| one["variable"] == "smoke").unwrap();
     near(&smoke["information_bits"], information, 1e-12);
     let asia = list.iter().find(|one| one["variable"] == "asia").unwrap();
@@ -142,7 +142,7 @@ fn the_most_probable_cases_and_cost() {
 }
 
 #[test]
-fn what_cannot_be_is_told() {
+fn impossible_requests_are_refused() {
     let folder = Folder::new();
     let wrong: [(&[&str], &str); 8] = [
         (&["marginals", "clinic.bif", "--evidence", r#"{"smok": "yes"}"#], "did you mean `smoke`?"),
@@ -166,8 +166,8 @@ fn what_cannot_be_is_told() {
     ];
     for (arguments, expected) in wrong {
         let output = folder.bp(arguments);
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", said(&output));
-        assert!(said(&output).contains(expected), "{arguments:?}: {}", said(&output));
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
         assert!(output.stdout.is_empty(), "{arguments:?}");
     }
 }
@@ -239,7 +239,7 @@ fn parameters_and_sizes_are_set() {
     let page = String::from_utf8(batch.stdout).unwrap();
     assert!(page.contains("Heads=true") && page.contains("0.42857142857142"), "{page}");
     let wrong = folder.bp(&["marginals", "coin.bp", "--set", "bais=0.2"]);
-    assert!(said(&wrong).contains("did you mean `bias`?"), "{}", said(&wrong));
+    assert!(stderr(&wrong).contains("did you mean `bias`?"), "{}", stderr(&wrong));
     let help = String::from_utf8(folder.bp(&["marginals", "--help"]).stdout).unwrap();
     assert!(help.contains("--set <NAME=VALUE>") && !help.contains("all finite"), "{help}");
 }

@@ -127,23 +127,24 @@ fn tables_that_do_not_fit_are_refused() {
         folder.write("t.csv", table);
         let question = if file == "rooms.bp" { "P(Hot[0])" } else { "P(A)" };
         let question = if file == "schools.bp" { "P(Mu)" } else { question };
-        let told = folder.ill(&["ask", file, question, "--rows", "t.csv"]);
-        assert!(told.contains(expected), "{table:?}: {told}\nexpected: {expected}");
+        let message = folder.ill(&["ask", file, question, "--rows", "t.csv"]);
+        assert!(message.contains(expected), "{table:?}: {message}\nexpected: {expected}");
     }
     folder.write("t.csv", "room,Alarm\n0,1\n5,0\n");
-    let told = folder.ill(&["ask", "rooms.bp", "P(Hot[0])", "--rows", "t.csv", "--set", "Rooms=3"]);
+    let message = folder.ill(&["ask", "rooms.bp", "P(Hot[0])", "--rows", "t.csv", "--set", "Rooms=3"]);
     assert!(
-        told.contains("row 3, column `room`: `5` is not an element of `Rooms`, which has 3, counted from 0"),
-        "{told}"
+        message
+            .contains("row 3, column `room`: `5` is not an element of `Rooms`, which has 3, counted from 0"),
+        "{message}"
     );
-    let told = folder.ill(&["ask", "rooms.bp", "P(Hot[0])", "--rows", "Row=t.csv"]);
-    assert!(told.contains("did you mean `Rows`?"), "{told}");
-    let told = folder.ill(&["ask", "line.bp", "P(A)"]);
-    assert!(!told.contains("internal"), "{told}");
+    let message = folder.ill(&["ask", "rooms.bp", "P(Hot[0])", "--rows", "Row=t.csv"]);
+    assert!(message.contains("did you mean `Rows`?"), "{message}");
+    let message = folder.ill(&["ask", "line.bp", "P(A)"]);
+    assert!(!message.contains("internal"), "{message}");
 }
 
 #[test]
-fn what_is_unknown_is_learned_from_all_rows() {
+fn unknown_forms_are_learned_from_all_rows() {
     let folder = folder();
     folder.write(
         "coin.bp",

@@ -14,15 +14,15 @@ fn program(name: &str) -> String {
 
 fn bp(arguments: &[&str]) -> Output {
     let output = Command::new(env!("CARGO_BIN_EXE_bp")).arg("ask").args(arguments).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!said.contains("panicked"), "{said}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!message.contains("panicked"), "{message}");
     output
 }
 
 fn well(arguments: &[&str]) -> String {
     let output = bp(arguments);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {message}");
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -94,14 +94,14 @@ fn each_row_of_a_table_is_a_case() {
     };
     let run = |text: &str, more: &[&'static str]| json_of(&with(text, more));
     let wrong = |text: &str| ill(&with(text, &[]));
-    let told = run("lawn,Wet,Sprinkler\n1,true,NA\n2,false,\n3,?,true\n4,true,false\n", &[]);
-    let rain = |case: usize| told["cases"][case]["answer"][1]["p"].as_f64().unwrap();
+    let answers = run("lawn,Wet,Sprinkler\n1,true,NA\n2,false,\n3,?,true\n4,true,false\n", &[]);
+    let rain = |case: usize| answers["cases"][case]["answer"][1]["p"].as_f64().unwrap();
     // P(Rain | Sprinkler) = 0.03 / 0.66; dry grass excludes rain, wet grass without a sprinkler demands it.
     for (case, expected) in [0.3 / 0.93, 0.0, 0.03 / 0.66, 1.0].into_iter().enumerate() {
         assert!((rain(case) - expected).abs() < 1e-12, "case {case}: {}", rain(case));
     }
-    assert_eq!(told["cases"][0]["question"], "P(Rain | Wet = true)");
-    assert_eq!(told["cases"][3]["question"], "P(Rain | Wet = true, Sprinkler = false)");
+    assert_eq!(answers["cases"][0]["question"], "P(Rain | Wet = true)");
+    assert_eq!(answers["cases"][3]["question"], "P(Rain | Wet = true, Sprinkler = false)");
     let value = wrong("Wet,Sprinkler\ntrue,true\nflase,true\n");
     assert!(
         value.contains("lawns.csv`, row 3, column `Wet`: `flase` is not a value of `Wet`, which is `bool`"),

@@ -131,7 +131,7 @@ fn a_table_of_two_variables_has_rows_that_sum_to_one() {
 }
 
 #[test]
-fn a_deviation_of_zero_is_told() {
+fn a_deviation_of_zero_is_an_error() {
     let text = "program Sharp { parameters { s : real; } variables { A : bool; X : real; } decomposition { P(A) P(X | A) }
         forms { P(A) = uniform; P(X | A) = normal(if A { 1 } else { 0 }, s); } }";
     let error = answers(text, "P(A | X = 1)", &Inputs::new().number("s", 0.0)).unwrap_err();
@@ -140,7 +140,7 @@ fn a_deviation_of_zero_is_told() {
 }
 
 #[test]
-fn families_of_unknown_length_are_known_or_told() {
+fn families_of_unknown_length_need_values_or_a_size() {
     let text = "program Sensors { variables { A : bool; Z[i in S] : bool; } decomposition { P(A) prod(i) { P(Z[i] | A) } }
         forms { P(A) = uniform; P(Z[i] | A) = bernoulli(if A { 0.1 } else { 0.4 }); } }";
     let two = || Inputs::new().size("S", 2);
@@ -164,7 +164,7 @@ fn a_size_that_is_not_given_is_its_default() {
 }
 
 #[test]
-fn before_the_first_instant_holds_what_else_says() {
+fn before_the_first_instant_the_form_after_else_holds() {
     let model = model_of(
         "program First { variables { X, X^-1 : bool; } decomposition { P(X^-1) P(X | X^-1) }
          forms { P(X^-1) = previous(X) else bernoulli(0.25); P(X | X^-1) = bernoulli(if X^-1 { 0.8 } else { 0.4 }); } }",
@@ -178,7 +178,7 @@ fn before_the_first_instant_holds_what_else_says() {
 }
 
 #[test]
-fn a_table_that_is_itself_what_is_asked() {
+fn a_table_that_is_the_asked_distribution() {
     // More than eight numbers: an array of the kernel. (Regression: it was taken for the answer of the same name.)
     let text = "program Asked { variables { A : 0..=4; B : bool; } decomposition { P(A) P(B | A) }
         forms { P(A) = uniform;

@@ -193,7 +193,7 @@ fn elements_of_a_set() {
 }
 
 #[test]
-fn what_cannot_be_asked() {
+fn questions_that_cannot_be_asked() {
     let refused = |program: &str, question: &str| -> String {
         let Err(error) = Program::parse(program).unwrap().ask(question) else { panic!("{question}") };
         match error {

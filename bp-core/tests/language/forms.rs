@@ -145,7 +145,7 @@ fn bins_are_their_centres_in_expressions_and_hold_numbers_as_evidence() {
 }
 
 #[test]
-fn truncated_laws_are_normalised_over_what_is_left() {
+fn truncated_laws_are_normalised_between_their_bounds() {
     let cut = |x: f64| Law::Normal.density(x, &[2.0, 1.5]);
     let total = Law::Normal.cumulative(3.0, &[2.0, 1.5]) - Law::Normal.cumulative(1.0, &[2.0, 1.5]);
     let of = |x: f64| answer("real", "truncated(normal(2, 1.5), 1, 3)", &format!("P(X = {x} | {KNOWN})"))[0];
@@ -175,7 +175,7 @@ fn mixtures_are_weighted_sums() {
 }
 
 #[test]
-fn many_causes_and_scores_are_as_their_equations_say() {
+fn many_causes_and_scores_follow_their_equations() {
     let table = |form: &str, p: [f64; 4]| {
         for (position, (a, b)) in [("false", "false"), ("false", "true"), ("true", "false"), ("true", "true")]
             .into_iter()

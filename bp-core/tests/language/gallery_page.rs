@@ -35,12 +35,12 @@ fn with_examples(root: &Path) -> tempfile::TempDir {
 }
 
 #[test]
-fn the_page_shows_what_bp_says() {
+fn the_page_shows_the_output_of_bp() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let path = root.join("docs/gallery.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let folder = with_examples(&root);
-    let (mut said, mut inside, mut commands) = (String::new(), false, 0);
+    let (mut shown, mut inside, mut commands) = (String::new(), false, 0);
     for line in page.lines() {
         if let Some(command) = line.strip_prefix("$ bp ") {
             let run = Command::new(env!("CARGO_BIN_EXE_bp"))
@@ -51,18 +51,18 @@ fn the_page_shows_what_bp_says() {
             assert!(run.status.success(), "{line}\n{}", String::from_utf8_lossy(&run.stderr));
             let output = String::from_utf8(run.stdout).unwrap();
             let output: Vec<&str> = output.lines().map(str::trim_end).collect();
-            said.push_str(&format!("{line}\n{}\n", output.join("\n").trim_end()));
+            shown.push_str(&format!("{line}\n{}\n", output.join("\n").trim_end()));
             (inside, commands) = (true, commands + 1);
         } else if !inside || line == "```" {
-            said.push_str(&format!("{line}\n"));
+            shown.push_str(&format!("{line}\n"));
             inside = false;
         }
     }
     assert!(commands >= 30, "only {commands} commands on the page");
     if std::env::var_os("BLESS").is_some() {
-        std::fs::write(&path, &said).unwrap();
+        std::fs::write(&path, &shown).unwrap();
     }
     let now = std::fs::read_to_string(&path).unwrap();
-    let differs = said.lines().zip(now.lines()).find(|(one, other)| one != other);
-    assert!(said == now, "docs/gallery.md is not what `bp` says: {differs:?}; see with BLESS=1");
+    let differs = shown.lines().zip(now.lines()).find(|(one, other)| one != other);
+    assert!(shown == now, "docs/gallery.md is not the output of `bp`: {differs:?}; see with BLESS=1");
 }

@@ -134,7 +134,7 @@ fn a_page_needs_nothing_else_and_is_well_formed() {
 }
 
 #[test]
-fn what_comes_from_a_program_is_text() {
+fn names_from_a_program_are_escaped() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hard.bp");
     let text = "/// </pre><script>alert(1)</script> & \"quotes\" 50% $x$ \\end{document}\n\
@@ -178,11 +178,11 @@ fn pages_go_to_files_whole() {
 }
 
 #[test]
-fn shells_are_told_every_verb() {
+fn completions_of_shells_contain_every_command() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = bp(&["completions", shell]);
         for verb in ["check", "fmt", "explain", "ask", "draw", "completions"] {
-            assert!(script.contains(verb), "{shell} is not told of {verb}");
+            assert!(script.contains(verb), "{shell} does not complete {verb}");
         }
     }
 }

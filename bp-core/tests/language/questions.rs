@@ -77,7 +77,7 @@ fn near(found: &[f64], expected: &[f64]) {
 }
 
 #[test]
-fn jeffrey_replaces_what_pearl_multiplies() {
+fn soft_evidence_replaces_and_virtual_evidence_multiplies() {
     let jeffrey = answer(UMBRELLA, "P(Rain | Umbrella soft [0.3, 0.7])");
     near(&[p(&jeffrey, "Rain", "true")], &[0.7 * 0.38 / 0.44 + 0.3 * 0.02 / 0.56]);
     assert_eq!(jeffrey.ln_evidence, None);
@@ -102,9 +102,9 @@ fn soft_evidence_does_not_commute() {
 }
 
 #[test]
-fn soft_evidence_of_the_impossible_is_told() {
-    let told = try_answer(COPIES, "P(B | A = true, C soft [0.3, 0.7])").unwrap_err().to_string();
-    assert!(told.contains("input `C`: soft evidence gives `false` the probability 0.3"), "{told}");
+fn soft_evidence_for_impossible_values_is_an_error() {
+    let message = try_answer(COPIES, "P(B | A = true, C soft [0.3, 0.7])").unwrap_err().to_string();
+    assert!(message.contains("input `C`: soft evidence gives `false` the probability 0.3"), "{message}");
     // In a table such a context is a row of zeros.
     let table = answer(COPIES, "P(B | A, C soft [0, 1])");
     near(&numbers(&table), &[0.0, 0.0, 0.1, 0.9]);
@@ -255,7 +255,7 @@ fn a_value_given_later_may_have_the_name_of_its_variable() {
 }
 
 #[test]
-fn derivations_say_what_is_made() {
+fn derivations_show_the_statistics() {
     let computed = |question: &str| {
         let model = model(UMBRELLA);
         let question = parse_question(&Source::new("question", question), &model).unwrap();

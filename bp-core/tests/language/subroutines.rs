@@ -50,7 +50,7 @@ fn a_subroutine_is_chosen_by_a_variable() {
 }
 
 #[test]
-fn a_subroutine_is_told_what_its_question_knows() {
+fn a_subroutine_receives_the_known_variables_of_its_question() {
     let unit = "
         program Unit {
             variables { I, F, O : 0..=3; } decomposition { P(I) P(F) P(O | I F) }

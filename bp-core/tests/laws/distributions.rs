@@ -260,19 +260,19 @@ fn draws_have_the_distribution_that_they_are_drawn_from() {
 }
 
 #[test]
-fn parameters_that_cannot_be_are_told() {
+fn invalid_parameters_are_reported() {
     let model = one("real", "normal(0, m[K])");
     let inputs = Inputs::new();
     let setting = Setting::new(&model, &inputs).unwrap();
     let instance = setting.ordered().unwrap().pop().unwrap();
     let mut values = vec![0.0; setting.slots()];
     values[setting.slots_of(variable(&model, "K")).start] = 1.0;
-    let told = setting.distribution(&instance, &values).unwrap_err().to_string();
+    let message = setting.distribution(&instance, &values).unwrap_err().to_string();
     assert!(
-        told.contains("`P(X | A B K) = normal(0, m[K])`, where")
-            && told.contains("-1.5")
-            && told.contains("greater than 0"),
-        "{told}"
+        message.contains("`P(X | A B K) = normal(0, m[K])`, where")
+            && message.contains("-1.5")
+            && message.contains("greater than 0"),
+        "{message}"
     );
     let missing = model_of(
         "program Q { parameters { q : probability; } variables { A : bool; } decomposition { P(A) } forms { P(A) = bernoulli(q); } }",

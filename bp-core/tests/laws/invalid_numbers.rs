@@ -243,9 +243,9 @@ fn linear_and_gaussian_programs_refuse_them() {
         decomposition { P(X) P(Y | X) } forms { P(X) = normal(0, 1); P(Y | X) = normal(X / s, s); } }";
     let model = model_of(text);
     let asked = question(&model, "P(X | Y = 2)");
-    for (number, said) in [(0.0, "is 0,"), (-2.0, "is -2,"), (1e-300, "beyond the range of numbers")] {
+    for (number, words) in [(0.0, "is 0,"), (-2.0, "is -2,"), (1e-300, "beyond the range of numbers")] {
         let found = ask(&model, &asked, &Inputs::new().number("s", number));
-        refused(found, ["`P(Y | X) = normal(X / s, s)`", "the standard deviation", said]);
+        refused(found, ["`P(Y | X) = normal(X / s, s)`", "the standard deviation", words]);
     }
     for number in [f64::NAN, f64::INFINITY] {
         let error = ask(&model, &asked, &Inputs::new().number("s", number)).unwrap_err().to_string();

@@ -129,7 +129,7 @@ fn hidden_cells_may_have_any_prior_0_and_1_among_them() {
 }
 
 #[test]
-fn hidden_cells_may_depend_on_what_is_known() {
+fn hidden_cells_may_depend_on_known_variables() {
     let model = with_prior("bernoulli(if O { 0.1 * p[j] } else { p[C] })");
     let priors = [0.2, 0.0, 0.7, 1.0, 0.35, 0.4];
     let prior = |j: usize, o: usize, c: usize| if o == 1 { 0.1 * priors[j - 1] } else { priors[c - 1] };

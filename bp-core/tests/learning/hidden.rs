@@ -25,7 +25,7 @@ const MIXTURE: &str = "program Weights {
 }";
 
 #[test]
-fn two_normal_laws_are_told_apart() {
+fn two_normal_laws_are_separated() {
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(5);
     let model = model_of(MIXTURE);
     let weight = model.variable("Weight").unwrap();
@@ -318,7 +318,7 @@ fn a_law_of_equal_values_is_their_own_and_not_that_of_all() {
         // All of its mass is near the value: the density there is higher than that of any law fitted to all values.
         assert!(both(&text, &learned, &format!("P(X = {same} | A = false)"))[0] > 100.0, "{law}");
         let alike = format!("A,X\n{}", format!("0,{same}\n").repeat(5));
-        assert!(seen(&text, &alike).learned().is_err(), "{law}: nothing tells how far values lie apart");
+        assert!(seen(&text, &alike).learned().is_err(), "{law}: no data separate the values");
     }
 }
 

@@ -96,7 +96,7 @@ fn a_normal_law_is_the_one_of_the_book() {
 }
 
 #[test]
-fn conjugate_priors_put_in_the_mean_of_what_is_believed_after() {
+fn conjugate_priors_give_the_posterior_mean() {
     let mean = |variables: &str, way: &str, values: &[&str]| {
         let text = program(variables, "P(X)", &format!("P(X) = unknown({way});"));
         let learned = learned(&text, &format!("X\n{}\n", values.join("\n")));
@@ -171,7 +171,7 @@ fn a_regression_is_least_squares() {
 }
 
 #[test]
-fn what_is_not_unknown_stays_as_it_was() {
+fn forms_that_are_not_unknown_stay_unchanged() {
     let text = "// About turning.
 program Turning {
     parameters { beta : real = 0.25; }
@@ -281,9 +281,9 @@ fn angles_have_their_mean_on_the_circle() {
 }
 
 #[test]
-fn wrong_data_are_told_with_their_place() {
+fn wrong_data_are_reported_with_their_place() {
     let text = program("X : 1..=6; C : { red, green };", "P(X) P(C)", "P(X) = unknown; P(C) = unknown;");
-    let told = |table: &str| {
+    let refusal = |table: &str| {
         let mut learner = Learner::new(&model_of(&text)).unwrap();
         match read_table(Path::new("d.csv"), table.as_bytes())
             .and_then(|table| learner.observe_table(&table, &Columns::default()))
@@ -293,20 +293,20 @@ fn wrong_data_are_told_with_their_place() {
         }
     };
     assert_eq!(
-        told("X,C\n1,red\n7,red\n"),
+        refusal("X,C\n1,red\n7,red\n"),
         "`d.csv`, row 3, column `X`: `7` is not a value of `X`, which is `1..=6`"
     );
     assert_eq!(
-        told("C,X\nblue,2\n"),
+        refusal("C,X\nblue,2\n"),
         "`d.csv`, row 2, column `C`: `blue` is not a value of `C`, which is `{ red, green }`"
     );
-    assert!(told("X,C\n1\n").contains("row 2"));
-    assert!(told("X,X\n1,1\n").contains("`X` twice"));
+    assert!(refusal("X,C\n1\n").contains("row 2"));
+    assert!(refusal("X,X\n1,1\n").contains("`X` twice"));
     assert_eq!(
-        told("A,X,C\n1,1,red\n"),
+        refusal("A,X,C\n1,1,red\n"),
         "input `d.csv`: `Learning` has no variable named `A`; ignore the column: `--ignore A`"
     );
-    assert!(told("").contains("row 1 must name the columns"));
+    assert!(refusal("").contains("row 1 must name the columns"));
     let model = model_of(&text);
     let six = model.variable("X").unwrap();
     let mut learner = Learner::new(&model).unwrap();
@@ -314,7 +314,7 @@ fn wrong_data_are_told_with_their_place() {
 }
 
 #[test]
-fn what_cannot_be_learned_is_told() {
+fn programs_that_cannot_be_learned_are_refused() {
     let refused = |text: &str, table: &str| {
         let learner = Learner::new(&model_of(text)).and_then(|mut learner| {
             let hidden = if table.contains('X') { vec![] } else { vec!["X".to_owned()] };

@@ -27,7 +27,7 @@ const WEATHER: &str = "program Weather { variables { X, X^-1 : { Dry, Wet }; }
     forms { P(X^-1) = previous(X) else categorical(1, 0); P(X | X^-1) = unknown(histogram); } }";
 
 #[test]
-fn what_is_seen_is_counted_along_the_sequence() {
+fn observed_transitions_are_counted_along_the_sequence() {
     let model = model_of(WEATHER);
     let near = |learned: &Learned| {
         let text = learned.text();

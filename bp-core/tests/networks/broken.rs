@@ -245,7 +245,7 @@ fn broken_files_get_a_line_a_column_and_a_reason() {
 }
 
 #[test]
-fn a_mistake_on_an_endless_line_is_shown_with_what_is_around_it() {
+fn a_mistake_on_an_endless_line_is_shown_with_its_surroundings() {
     let text = format!("{}0.5 -3 {}", bif("probability (a) { table "), "0.1 ".repeat(1000));
     let source = Source::new("long.bif", text);
     let page = io::read(&source, Format::Bif).unwrap_err().render(&source, false);

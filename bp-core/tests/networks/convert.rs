@@ -54,11 +54,11 @@ fn a_network_is_checked_and_asked_like_a_program() {
 }
 
 #[test]
-fn what_cannot_be_converted_leaves_no_file() {
+fn failed_conversions_leave_no_file() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.bif"), "variable a {").unwrap();
     std::fs::write(folder.path().join("a.dat"), NETWORK).unwrap();
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (vec!["a.bif", "b.bp"], "a.bif:1:13"),
         (vec!["a.dat", "b.bp"], "give `--from` and one of `bp`, `bif`, `xmlbif`, `uai`, `net`"),
         (vec!["a.dat", "b.bp", "--from", "gif"], "the formats are"),
@@ -66,7 +66,7 @@ fn what_cannot_be_converted_leaves_no_file() {
     ] {
         let done = bp(folder.path(), &[&["convert"], arguments.as_slice()].concat());
         assert!(!done.status.success());
-        assert!(words(&done.stderr).contains(told), "{}", words(&done.stderr));
+        assert!(words(&done.stderr).contains(expected), "{}", words(&done.stderr));
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }
@@ -130,7 +130,7 @@ fn files_are_recognised_by_their_names() {
         let other = bp(folder.path(), &["marginals", name]);
         assert_eq!(words(&other.stdout), words(&plain.stdout), "{}", words(&other.stderr));
     }
-    for (name, told) in [
+    for (name, expected) in [
         (
             "a.xdsl",
             "`a.xdsl`: it is a network of GeNIe or SMILE, which is not read: in GeNIe, save it as Hugin NET",
@@ -144,7 +144,7 @@ fn files_are_recognised_by_their_names() {
         for arguments in [&["check", name][..], &["marginals", name], &["convert", name, "d.bif"]] {
             let done = bp(folder.path(), arguments);
             assert_eq!(done.status.code(), Some(1));
-            assert!(words(&done.stderr).contains(told), "{}", words(&done.stderr));
+            assert!(words(&done.stderr).contains(expected), "{}", words(&done.stderr));
         }
     }
     let refused = bp(folder.path(), &["convert", "a.bif", "d.bif.gz"]);
@@ -159,10 +159,13 @@ fn a_probability_that_no_number_of_a_file_holds_is_reported() {
     std::fs::write(folder.path().join("narrow.bp"), program).unwrap();
     for to in ["narrow.bif", "narrow.net", "narrow.xmlbif", "narrow.uai"] {
         let done = bp(folder.path(), &["convert", "narrow.bp", to]);
-        let said = words(&done.stderr);
-        assert!(done.status.success(), "{to}: {said}");
+        let message = words(&done.stderr);
+        assert!(done.status.success(), "{to}: {message}");
         // At X = 0 the first value below 10^-307.65 is 38: −38²/2 − ln Σ exp(−k²/2) = −722 − 0.5618.
-        assert!(said.contains("`Y = 38` at X = 0 is e^-722.56") && said.contains("rounded"), "{to}: {said}");
+        assert!(
+            message.contains("`Y = 38` at X = 0 is e^-722.56") && message.contains("rounded"),
+            "{to}: {message}"
+        );
     }
     // P(B | A) = P(A B) / P(A): 1/8 and 3/8 of 1/2.
     let pair = "program Pair { variables { X : 0..=1; A, B : bool; } decomposition { P(X) P(A B | X) }

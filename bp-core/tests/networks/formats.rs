@@ -16,9 +16,9 @@ use bp_core::compiler::source::Source;
 use proptest::prelude::*;
 
 /// The content of a network: names, values, and for each variable its parents and numbers.
-type Said = Vec<(String, Vec<String>, Vec<usize>, Vec<f64>)>;
+type Contents = Vec<(String, Vec<String>, Vec<usize>, Vec<f64>)>;
 
-fn said(model: &Model) -> Said {
+fn contents(model: &Model) -> Contents {
     let distributions = model.distributions();
     (model.variables.iter())
         .map(|(id, variable)| {
@@ -97,13 +97,13 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
     #[test]
-    fn what_is_written_reads_back(model in networks()) {
+    fn written_networks_read_back(model in networks()) {
         let network = Network { model, known: Vec::new(), ln_scale: 0.0, warnings: Vec::new() };
         for format in Format::ALL {
             let text = io::write(&network, format).unwrap();
             let back = read(format, &text);
             prop_assert_eq!(&back.warnings, &[]);
-            let mut expected = said(&network.model);
+            let mut expected = contents(&network.model);
             if format == Format::Uai {
                 // UAI has indices for names.
                 for (position, (name, states, ..)) in expected.iter_mut().enumerate() {
@@ -113,7 +113,7 @@ proptest! {
             } else {
                 prop_assert_eq!(&back.model.name, &network.model.name, "{:?}", format);
             }
-            prop_assert_eq!(said(&back.model), expected, "{:?}\n{}", format, text);
+            prop_assert_eq!(contents(&back.model), expected, "{:?}\n{}", format, text);
         }
     }
 
@@ -146,7 +146,7 @@ fn bif_as_it_circulates_is_read() {
         io::read(&source, Format::Bif).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)));
     assert_eq!(network.model.name, "Chest clinic");
     let sum = 0.6 + 0.3999;
-    let expected: Said = vec![
+    let expected: Contents = vec![
         ("smoke".into(), vec!["yes".into(), "no".into()], vec![], vec![0.6 / sum, 0.3999 / sum]),
         (
             "x ray".into(),
@@ -155,15 +155,15 @@ fn bif_as_it_circulates_is_read() {
             vec![0.1, 0.2, 0.7, 0.2, 0.3, 0.5],
         ),
     ];
-    for (found, expected) in said(&network.model).iter().zip(&expected) {
+    for (found, expected) in contents(&network.model).iter().zip(&expected) {
         assert_eq!((&found.0, &found.1, &found.2), (&expected.0, &expected.1, &expected.2));
         for (found, expected) in found.3.iter().zip(&expected.3) {
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
     }
-    let told: Vec<String> = network.warnings.iter().map(|warning| warning.line(&source)).collect();
+    let warnings: Vec<String> = network.warnings.iter().map(|warning| warning.line(&source)).collect();
     assert_eq!(
-        told,
+        warnings,
         [
             "clinic.bif:14:25: warning: 1 row was divided by its sum; the farthest from 1 is 0.9999, of `smoke`"
         ]
@@ -181,12 +181,12 @@ fn a_conditional_table_of_bif_lists_the_child_slowest_unless_only_the_other_way_
     // Cozman's dog problem: P(light-on | family-out) = 0.6, P(light-on | not family-out) = 0.05.
     let slowest = read(Format::Bif, &text("0.6 0.05 0.4 0.95"));
     assert_eq!(
-        (said(&slowest.model)[1].3.as_slice(), slowest.warnings.len()),
+        (contents(&slowest.model)[1].3.as_slice(), slowest.warnings.len()),
         (&[0.6, 0.4, 0.05, 0.95][..], 0)
     );
     let fastest = read(Format::Bif, &text("0.6 0.4 0.05 0.95"));
     assert_eq!(
-        (said(&fastest.model)[1].3.as_slice(), fastest.warnings.len()),
+        (contents(&fastest.model)[1].3.as_slice(), fastest.warnings.len()),
         (&[0.6, 0.4, 0.05, 0.95][..], 1)
     );
 }
@@ -196,21 +196,21 @@ fn defaults_and_late_variables_of_bif_are_read() {
     let text = "probability (b | a) { (x) 0.1, 0.9; default 0.5, 0.5; }
         variable a { type discrete { x, y, z } } variable b { type discrete [2] { 1, 2 } }
         probability (a) { default 0.2, 0.3, 0.5; }";
-    assert_eq!(said(&read(Format::Bif, text).model)[1].3, [0.1, 0.9, 0.5, 0.5, 0.5, 0.5]);
+    assert_eq!(contents(&read(Format::Bif, text).model)[1].3, [0.1, 0.9, 0.5, 0.5, 0.5, 0.5]);
 }
 
 #[test]
-fn xmlbif_hugin_and_uai_say_the_same() {
+fn xmlbif_hugin_and_uai_contain_the_same() {
     let [xml, net, uai] = [(Format::Xmlbif, XML), (Format::Hugin, NET), (Format::Uai, UAI)]
         .map(|(format, text)| read(format, text));
-    let named: Said = vec![
+    let named: Contents = vec![
         ("a".into(), vec!["<5".into(), "x".into()], vec![], vec![0.5, 0.5]),
         ("b".into(), vec!["0".into(), "1".into()], vec![0], vec![0.1, 0.9, 0.25, 0.75]),
     ];
-    assert_eq!(said(&xml.model), named);
-    assert_eq!(said(&net.model), named);
-    let numbers = |said: Said| said.into_iter().map(|node| (node.2, node.3)).collect::<Vec<_>>();
-    assert_eq!(numbers(said(&uai.model)), numbers(named));
+    assert_eq!(contents(&xml.model), named);
+    assert_eq!(contents(&net.model), named);
+    let numbers = |contents: Contents| contents.into_iter().map(|node| (node.2, node.3)).collect::<Vec<_>>();
+    assert_eq!(numbers(contents(&uai.model)), numbers(named));
     assert_eq!(uai.model.variables[VariableId::new(1)].name, "1");
 }
 
@@ -231,7 +231,7 @@ fn a_markov_network_answers_with_its_potentials_known() {
     let ln_z = answers[0].ln_evidence.unwrap() + (3.0f64 * 10.0 * 2.0 * 3.0).ln();
     assert!((ln_z - 60f64.ln()).abs() < 1e-12, "{ln_z}");
     let again = read(Format::Uai, &io::write(&network, Format::Uai).unwrap());
-    assert_eq!((said(&again.model), again.known), (said(&network.model), network.known));
+    assert_eq!((contents(&again.model), again.known), (contents(&network.model), network.known));
 }
 
 #[test]
@@ -281,7 +281,7 @@ fn a_program_of_any_finite_form_becomes_a_network() {
         vec![third; 3],
         [[0., 0., 1.], [0., 0., 1.], [0., 1., 0.], [0., 1., 0.], [1., 0., 0.], [1., 0., 0.]].concat(),
     ];
-    for (found, expected) in said(&back.model).iter().zip(&expected) {
+    for (found, expected) in contents(&back.model).iter().zip(&expected) {
         assert_eq!(found.3.len(), expected.len());
         let far = found.3.iter().zip(expected).any(|(found, expected)| (found - expected).abs() > 1e-15);
         assert!(!far, "{}: {:?}", found.0, found.3);
@@ -289,7 +289,7 @@ fn a_program_of_any_finite_form_becomes_a_network() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused() {
+fn models_that_a_format_cannot_hold_are_refused() {
     let mut model = ModelBuilder::new("a");
     let odd = model.variable("say \"a\"", Domain::labels(["x", " y"]));
     model.factor([odd], [], Form::Uniform);
@@ -315,7 +315,7 @@ probability (b) { property how = guessed } probability (c) { table 1.0; }";
     };
     let whole = with("probability (b) { table 0.5, 0.5; property how = guessed } ");
     let model = read(Format::Bif, &whole.replace(" probability (c) { table 1.0; }", "")).model;
-    assert_eq!(said(&model)[1].3, [0.5, 0.5]);
+    assert_eq!(contents(&model)[1].3, [0.5, 0.5]);
     // A missing part is reported at its position.
     let source = Source::new("n.bif", with("probability (b) { property how = guessed } "));
     let wrong = io::read(&source, Format::Bif).unwrap_err();
@@ -347,7 +347,7 @@ potential (A) { model_nodes = (); model_data = ( Distribution (0.7, 0.3) ); }
 potential (C | A) { model_nodes = (); model_data = ( NoisyOR (A, 0.2) ); data = (( 1 0 ) ( 0.4 0.6 )); }"#;
     let model = read(Format::Hugin, noisy).model;
     assert_eq!(
-        (said(&model)[0].3.as_slice(), said(&model)[1].3.as_slice()),
+        (contents(&model)[0].3.as_slice(), contents(&model)[1].3.as_slice()),
         (&[0.7, 0.3][..], &[1.0, 0.0, 0.4, 0.6][..])
     );
     let intervals = r#"net { }
@@ -360,7 +360,7 @@ potential (Fail | Size) {
     model_nodes = (Size);
     model_data = ( Distribution (0.9, 0.1), Distribution (0.5, 0.5), Distribution(0.2, 0.8) );
 }"#;
-    let all = said(&read(Format::Hugin, intervals).model);
+    let all = contents(&read(Format::Hugin, intervals).model);
     assert_eq!(all[0].1, ["-inf..0", "0..10", "10..inf"]);
     assert_eq!(all[1].1, ["2", "5"]);
     assert_eq!(all[1].3, [0.5, 0.5, 0.5, 0.5]);

@@ -205,7 +205,7 @@ proptest! {
 }
 
 #[test]
-fn what_cannot_be_is_told() {
+fn impossible_observations_are_reported() {
     let model = model_of(
         "program Sure { variables { X, X^-1, Z : bool; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
          forms { P(X^-1) = previous(X) else bernoulli(0); P(X | X^-1) = dirac(X^-1); P(Z | X) = bernoulli(if X { 1 } else { 0 }); } }",

@@ -10,7 +10,7 @@ fn close(found: f64, expected: f64, what: &str) {
     assert!((found - expected).abs() < 1e-12, "{what}: {found}, expected {expected}");
 }
 
-/// K takes `count` values, and Y is true with the probability that its arm says.
+/// K takes `count` values, and Y is true with the probability of its arm.
 fn matched(count: usize, probability: impl Fn(usize) -> String) -> Program {
     let arms: Vec<String> = (0..count).map(|value| format!("{value} => {}", probability(value))).collect();
     let text = format!(
@@ -35,7 +35,7 @@ fn a_match_of_many_arms_is_looked_up() {
 }
 
 #[test]
-fn an_arm_that_is_no_probability_is_named() {
+fn an_arm_outside_0_and_1_is_named() {
     let program = matched(80, |value| if value == 70 { "b".to_owned() } else { "0.25".to_owned() });
     for by in ["sums", "join_tree"] {
         let program = program.clone().by(by).unwrap();

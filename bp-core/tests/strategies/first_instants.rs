@@ -72,7 +72,7 @@ fn the_first_instant_has_a_form_of_its_own() {
 }
 
 #[test]
-fn a_first_instant_may_depend_on_what_its_factor_names() {
+fn a_first_instant_may_depend_on_the_parents_of_its_factor() {
     // Of two machines the first starts up with probability 0.9, the other with 0.2.
     let model = model_of(
         "program Machines { variables { Kind : bool; Up, Up^-1, Light : bool; }

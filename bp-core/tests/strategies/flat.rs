@@ -25,7 +25,7 @@ fn posterior(text: &str, asked: &str) -> Result<(Vec<[f64; 2]>, f64), Error> {
 }
 
 #[test]
-fn a_flat_variable_is_determined_by_what_is_observed() {
+fn a_flat_variable_is_determined_by_the_observations() {
     let text = "program Scale { variables { X, A, B : real; } decomposition { P(X) P(A | X) P(B | X) }
         forms { P(X) = flat; P(A | X) = normal(X, 1); P(B | X) = normal(2 * X, 4); } }";
     // By hand: precisions 1 and 4/16, means 1 and 6/2; ∫ dx is N(6 − 2; 0, √20).

@@ -169,7 +169,7 @@ fn message(error: Error) -> String {
 }
 
 #[test]
-fn what_is_wrong_with_the_data_is_told() {
+fn wrong_data_are_reported() {
     let model = model_of(TWO);
     let asked = |inputs: &Inputs<'_, f64>, text: &str| {
         message(ask(&model, &question(&model, text), inputs).unwrap_err())
@@ -191,7 +191,7 @@ fn what_is_wrong_with_the_data_is_told() {
 }
 
 #[test]
-fn what_is_wrong_with_a_step_is_told() {
+fn wrong_steps_are_reported() {
     let mut filter = yaw(&[]);
     assert!(message(filter.step(&[("V", f64::NAN)]).unwrap_err()).contains("must be finite"));
     assert!(message(filter.step(&[]).unwrap_err()).contains("not observed"));
@@ -211,7 +211,7 @@ fn what_is_wrong_with_a_step_is_told() {
 }
 
 #[test]
-fn what_is_determined_agrees_or_is_impossible() {
+fn observations_of_determined_reals_agree_or_are_impossible() {
     let model = model_of(
         "program Same { variables { X, Y, Z : real; } decomposition { P(X) P(Y | X) P(Z | X) }
          forms { P(X) = normal(0, 1); P(Y | X) = dirac(2 * X); P(Z | X) = dirac(X + 1); } }",
@@ -224,13 +224,13 @@ fn what_is_determined_agrees_or_is_impossible() {
     let (both, ln_both) = law(&model, "P(X | Y = 3, Z = 2.5)", &Inputs::new());
     assert_eq!((both, ln_both), (one, ln));
     let error = ask(&model, &question(&model, "P(X | Y = 3, Z = 2)"), &Inputs::new()).unwrap_err();
-    let told = "`Z = 2` is impossible: earlier observations determine `Z` = 2.5";
-    assert!(message(error).contains(told));
+    let expected = "`Z = 2` is impossible: earlier observations determine `Z` = 2.5";
+    assert!(message(error).contains(expected));
 }
 
 /// A is a million, B a millionth; Y + 2 Z follows from Y and Z, though no row is zero before both are known.
 #[test]
-fn combinations_are_determined_whatever_the_units() {
+fn combinations_are_determined_in_any_units() {
     let model = model_of(
         "program Units { variables { A, B, N, Y, Z, W, V : real; }
          decomposition { P(A) P(B) P(N) P(Y | A B) P(Z | A B) P(W | A B) P(V | W N) }

@@ -209,7 +209,7 @@ fn an_observed_dirac_is_solved_or_refused() {
 }
 
 #[test]
-fn what_no_draw_of_the_prior_leads_to_is_an_error() {
+fn evidence_that_no_prior_draw_allows_is_an_error() {
     let model = model_of(
         "program Far { variables { X, Y : real; } decomposition { P(X) P(Y | X) }
          forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); } }",
@@ -221,7 +221,7 @@ fn what_no_draw_of_the_prior_leads_to_is_an_error() {
 
 /// Two modes twenty deviations apart: no chain moves from one to the other.
 #[test]
-fn chains_that_do_not_agree_say_so() {
+fn chains_that_do_not_agree_give_a_warning() {
     let model = model_of(
         "program Modes { variables { X, Z : real; } decomposition { P(X) P(Z | X) }
          forms { P(X) = normal(0, 10); P(Z | X) = normal(X * X, 0.5); } }",

@@ -150,7 +150,7 @@ fn marginals_and_the_most_probable_are_those_of_enumeration() {
 }
 
 #[test]
-fn asking_again_forgets_what_was_known() {
+fn asking_again_forgets_earlier_evidence() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
     let network = network(&mut random);
     let every: Vec<usize> = (0..network.cardinalities.len()).collect();
@@ -246,7 +246,7 @@ fn threads_change_nothing() {
 }
 
 #[test]
-fn several_together_and_what_an_observation_tells_are_those_of_enumeration() {
+fn joint_posteriors_and_informations_are_those_of_enumeration() {
     let mut compared = 0;
     for seed in 0..120 {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1000 + seed);
@@ -288,7 +288,7 @@ fn several_together_and_what_an_observation_tells_are_those_of_enumeration() {
                     }
                 }
             }
-            near(observed.information, information, &format!("seed {seed}, what {x} tells"));
+            near(observed.information, information, &format!("seed {seed}, information of {x}"));
             compared += 1;
         }
     }
@@ -296,7 +296,7 @@ fn several_together_and_what_an_observation_tells_are_those_of_enumeration() {
 }
 
 #[test]
-fn what_is_not_foreseen_is_refused() {
+fn unforeseen_evidence_is_refused() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
     let network = network(&mut random);
     let plan = Marginals::new(&network, &[], &[], &[0]).unwrap();

@@ -257,9 +257,9 @@ fn a_constant_with_a_vague_prior() {
 
 /// Y equals X: the first observation determines it, later ones agree or are impossible.
 #[test]
-fn what_is_determined_over_time_agrees_or_is_impossible() {
+fn observations_of_determined_reals_over_time_agree_or_are_impossible() {
     let model = model_of(
-        "program Told over t in Time { variables { X, X^-1, W, W^-1, Y, Z : real; }
+        "program Determined over t in Time { variables { X, X^-1, W, W^-1, Y, Z : real; }
          decomposition { P(X^-1) P(W^-1) P(X | X^-1) P(W | W^-1) P(Y | X W) P(Z | W) }
          forms { P(X^-1) = previous(X) else normal(0, 1e4); P(W^-1) = previous(W) else normal(0, 1e8);
                  P(X | X^-1) = dirac(X^-1); P(W | W^-1) = dirac(0.5 * W^-1);
@@ -275,8 +275,8 @@ fn what_is_determined_over_time_agrees_or_is_impossible() {
     let wrong = vec![vec![("Y".to_owned(), 3.0), ("Z".to_owned(), 2.0)], vec![("Y".to_owned(), 2.001)]];
     let asked = question(&model, "filter P(X | Y Z)");
     let error = ask_over_time(&model, &asked, &wrong, &Inputs::new(), Sampling::default()).unwrap_err();
-    let told = error.to_string();
-    assert!(told.contains("instant 2") && told.contains("`Y = 2.001` is impossible"), "{told}");
+    let message = error.to_string();
+    assert!(message.contains("instant 2") && message.contains("`Y = 2.001` is impossible"), "{message}");
 }
 
 /// Two states whose means differ by one deviation, observed z deviations away: ln odds are z − ½, ln P = −(z − 1)² / 2 + ….

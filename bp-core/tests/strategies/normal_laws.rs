@@ -85,7 +85,7 @@ fn draws_have_the_moments_of_the_law() {
 }
 
 #[test]
-fn what_is_determined_has_no_density() {
+fn determined_reals_have_no_density() {
     for (words, json, shown) in [
         ("entropy P(Y D)", r#""entropy":"-infinite""#, "-infinite"),
         ("max P(Y D)", r#""density":"infinite""#, "infinite"),

@@ -92,7 +92,7 @@ fn switching_laws_are_the_sum_over_all_sequences() {
 }
 
 #[test]
-fn what_is_not_drawn_scatters_less() {
+fn linear_variables_that_are_not_drawn_scatter_less() {
     let [on, first, ln] = exact();
     let scatter = |model: &Model| {
         let (mut mean, mut evidence, mut switch) = (0.0, 0.0, 0.0);

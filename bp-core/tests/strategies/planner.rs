@@ -1,7 +1,7 @@
 //! The planner's choice of a strategy, and its answers to groups of questions.
 //!
 //! In: programs whose answers follow by hand. Out: offers, answers. Invariant: the cheapest exact offer is accepted; an
-//! answer that exceeds the budget is estimated, and says so.
+//! answer that exceeds the budget is estimated, with a notice.
 
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;
@@ -88,7 +88,7 @@ fn a_thousand_nodes_take_the_join_tree() {
 }
 
 #[test]
-fn what_exceeds_the_budget_is_estimated_and_says_so() {
+fn questions_over_the_budget_are_estimated_with_a_notice() {
     let program = Program::from(chain(4, 8, 0.5));
     let exact = program.ask("P(X3 | X0 = 2)").unwrap();
     assert!((exact.p(2).unwrap() - same(3, 8.0, 0.5)).abs() < 1e-14 && exact.estimate().is_none());
@@ -130,15 +130,15 @@ fn reals_have_a_joint_law_a_mode_and_informations() {
     assert_eq!((x.as_str(), y.as_str(), one.as_str()), ("X", "Y", "1"));
     near(half.parse().unwrap(), 0.5);
     // I(X; Y) = H(Y) − H(Y | X) = ½ ln 2.
-    let (entropy, told) = walk.observations(&names(&["X"]), &[], &Evidence::new()).unwrap();
+    let (entropy, found) = walk.observations(&names(&["X"]), &[], &Evidence::new()).unwrap();
     near(entropy, 0.5 * (two_pi.ln() + 1.0));
-    assert_eq!((told.len(), told[0].variable.as_str()), (1, "Y"));
-    near(told[0].information, 0.5 * 2f64.ln());
-    near(told[0].entropy, 0.5 * ((2.0 * two_pi).ln() + 1.0));
+    assert_eq!((found.len(), found[0].variable.as_str()), (1, "Y"));
+    near(found[0].information, 0.5 * 2f64.ln());
+    near(found[0].entropy, 0.5 * ((2.0 * two_pi).ln() + 1.0));
 }
 
 #[test]
-fn strategies_agree_on_what_is_asked_together() {
+fn strategies_agree_on_questions_asked_together() {
     let program = Program::from(chain(4, 3, 0.5));
     let of = ["X3".to_owned(), "X0".to_owned()];
     let seen = Evidence::new().with("X1", 2);
@@ -160,12 +160,12 @@ fn strategies_agree_on_what_is_asked_together() {
         assert!(mode.answer().answer[0].values.iter().all(|(_, value)| value == "2"), "{mode}");
         let all = ["X0", "X2", "X3"].into_iter().fold(seen.clone(), |all, name| all.with(name, 2));
         assert!((tree.most_probable(&all).unwrap().number().unwrap() - (1.0f64 / 24.0).ln()).abs() < 1e-14);
-        let (entropy, told) = asked.observations(&of[..1], &[], &seen).unwrap();
+        let (entropy, found) = asked.observations(&of[..1], &[], &seen).unwrap();
         let p = same(2, 3.0, 0.5);
         let h = |p: f64| -p * p.ln() - (1.0 - p) * ((1.0 - p) / 2.0).ln();
         assert!((entropy - h(p)).abs() < 1e-14, "{entropy}");
-        // X3 given X2 stays with probability ½; X0 tells nothing beside X1.
-        assert_eq!((told[0].variable.as_str(), told[1].variable.as_str()), ("X2", "X0"));
-        assert!((told[0].information - (h(p) - h(0.5))).abs() < 1e-14 && told[1].information < 1e-15);
+        // X3 given X2 stays with probability ½; X0 has no information beside X1.
+        assert_eq!((found[0].variable.as_str(), found[1].variable.as_str()), ("X2", "X0"));
+        assert!((found[0].information - (h(p) - h(0.5))).abs() < 1e-14 && found[1].information < 1e-15);
     }
 }

@@ -72,7 +72,7 @@ fn a_regression_over_rows_is_the_solution_of_its_normal_equations() {
     let missing = line.missing().unwrap();
     assert_eq!((missing.len(), missing[0].question()), (1, "P(Y[3])"));
     near(missing[0].mean().unwrap(), 4.598_092_058_241_561);
-    // Of the missing row it can be said that it has a value: a point on the line tells nothing new of its height there.
+    // Evidence that the missing row has a value: a point on the line gives no new information about its height.
     let known = line.ask("P(A | Y[3] = 4.598092058241561)").unwrap();
     near(known.mean().unwrap(), 1.099_130_017_449_299_3);
 }
@@ -161,7 +161,7 @@ fn several_columns_of_numbers_and_truth_values_are_fields() {
 }
 
 #[test]
-fn what_is_unknown_is_pooled_over_rows() {
+fn unknown_forms_are_pooled_over_rows() {
     let unknown = "program Weigh {
         variables { Y[row in Rows] : real; }
         decomposition { prod(row in Rows) { P(Y[row]) } }

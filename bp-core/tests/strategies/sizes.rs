@@ -85,8 +85,8 @@ fn limited(stack: usize, arguments: &[&str]) -> Output {
 #[track_caller]
 fn well(arguments: &[&str]) -> String {
     let output = limited(512, arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {message}");
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -94,12 +94,12 @@ fn well(arguments: &[&str]) -> String {
 #[track_caller]
 fn refused(arguments: &[&str], words: &[&str]) {
     let output = limited(8192, arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
     for word in words {
-        assert!(said.contains(word), "{arguments:?}: `{word}` is not in {said}");
+        assert!(message.contains(word), "{arguments:?}: `{word}` is not in {message}");
     }
-    assert!(!said.contains("panicked"), "{said}");
+    assert!(!message.contains("panicked"), "{message}");
 }
 
 fn json(text: &str) -> Value {
@@ -253,7 +253,7 @@ fn a_let_is_shared() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_with_its_figure() {
+fn requests_too_large_are_refused_with_their_size() {
     let family = file(
         "family.bp",
         "program F { variables { H : bool; G[1..=1000000000] : bool; } decomposition { P(H) prod(j) { P(G[j] | H) } } forms { P(H) = bernoulli(0.5); P(G[j] | H) = bernoulli(0.3); } question k { P(G) } question g { P(H | G = g) } }",
@@ -327,10 +327,10 @@ fn numbers_at_run_time_end_in_an_answer_or_an_error() {
                     arguments.push(&own);
                 }
                 let output = limited(8192, &arguments);
-                let (said, written) =
+                let (message, written) =
                     (String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout));
-                assert!(matches!(output.status.code(), Some(0..=2)), "{arguments:?}: {said}");
-                assert!(!said.contains("panicked"), "{arguments:?}: {said}");
+                assert!(matches!(output.status.code(), Some(0..=2)), "{arguments:?}: {message}");
+                assert!(!message.contains("panicked"), "{arguments:?}: {message}");
                 assert!(!written.contains("null") || written.contains("\"ln_evidence\":null"), "{written}");
             }
         }
@@ -341,7 +341,7 @@ fn numbers_at_run_time_end_in_an_answer_or_an_error() {
 }
 
 #[test]
-fn what_is_no_file_is_refused() {
+fn paths_that_are_not_files_are_refused() {
     let folder = env!("CARGO_TARGET_TMPDIR");
     for path in [folder, "/nonexistent/x.bp", "/dev/null", ""] {
         for command in ["check", "ask", "marginals", "fmt"] {
@@ -354,7 +354,7 @@ fn what_is_no_file_is_refused() {
 /// SIGINT during draws: the answer from the draws that were made.
 #[cfg(unix)]
 #[test]
-fn an_interrupted_estimate_says_so() {
+fn an_interrupted_estimate_has_a_warning() {
     let text = "program I { variables { X, Y : real; } decomposition { P(X) P(Y | X) } forms { P(X) = normal(0, 1); P(Y | X) = normal(exp(X), 1); } }";
     let path = file("interrupted.bp", text);
     // The signal may come before the first draw, or before the handler is installed: then it is tried again, with a

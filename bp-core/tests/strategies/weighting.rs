@@ -143,7 +143,7 @@ fn an_observed_dirac_is_solved_where_it_is_linear() {
 }
 
 #[test]
-fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
+fn impossible_evidence_is_an_error_and_unlikely_evidence_a_warning() {
     let model = model_of(
         "program Far { variables { X, Y, Z : real; } decomposition { P(X) P(Y | X) P(Z | X) }
          forms { P(X) = gamma(2, 1); P(Y | X) = uniform(X, X + 1); P(Z | X) = normal(X, 0.01); } }",
@@ -156,16 +156,16 @@ fn evidence_that_cannot_be_is_an_error_and_unlikely_evidence_is_told() {
     // X = −2 is outside its own law, for all values of the others.
     let impossible = ask(&model, &question(&model, "P(Z | X = -2)"), &Inputs::new()).unwrap_err();
     assert!(impossible.to_string().contains("`P(X)` is 0 for `X = -2`"), "{impossible}");
-    let told = asked(&model, "P(X | Z = 9)", 2000, 1).estimate.unwrap();
+    let estimate = asked(&model, "P(X | Z = 9)", 2000, 1).estimate.unwrap();
     assert!(
-        told.effective < 20.0 && told.warning.unwrap().contains("improbable a priori"),
+        estimate.effective < 20.0 && estimate.warning.unwrap().contains("improbable a priori"),
         "{}",
-        told.effective
+        estimate.effective
     );
 }
 
 #[test]
-fn families_and_what_is_given_when_asked() {
+fn families_and_values_given_with_the_question() {
     let model = model_of(
         "program Many { variables { K : 1..=3; M : real; Z[1..=3] : real; } decomposition { P(K) P(M | K) prod(i) { P(Z[i] | M) } }
          forms { P(K) = uniform; P(M | K) = exponential(K); P(Z[i] | M) = normal(M, i); } }",
@@ -194,7 +194,7 @@ fn families_and_what_is_given_when_asked() {
 }
 
 #[test]
-fn the_route_says_why_and_how() {
+fn the_route_shows_its_reasons_and_equations() {
     let model = model_of(SWITCH);
     let by = Options { by: Some(Strategy::Weighting), ..Options::default() };
     let made = plan(&model, &question(&model, "P(S | Y = 1)"), by).unwrap();

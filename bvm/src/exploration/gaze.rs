@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_looked_at_is_a_candidate_and_what_is_blocked_is_none() {
+    fn unseen_cells_are_candidates_and_blocked_cells_are_not() {
         // Ahead everything is empty and known; on the left the innermost cell is a wall; on the right nothing is known.
         let blocked = |azimuth: f64| azimuth > 0.5;
         let known = |azimuth: f64| azimuth.abs() <= 0.5;

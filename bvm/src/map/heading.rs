@@ -31,7 +31,7 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
 
     #[test]
-    fn what_is_ahead_of_a_head_turned_to_the_left_is_on_the_left_of_the_map() {
+    fn objects_ahead_of_a_head_turned_left_are_on_the_left_of_the_map() {
         let heading = Heading { yaw: FRAC_PI_2 };
         assert_eq!(heading.absolute(0.0), FRAC_PI_2);
         assert_eq!(heading.relative(0.0), -FRAC_PI_2, "what was ahead is now on the right");

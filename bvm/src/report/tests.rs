@@ -108,7 +108,7 @@ fn the_top_view_has_ahead_on_top() {
 }
 
 #[test]
-fn curves_refuse_what_cannot_be_normalised() {
+fn curves_that_cannot_be_normalised_are_refused() {
     let series = |values: &[f64]| Series { name: "random gaze".into(), values: values.to_vec(), band: None };
     let refused = |series: Series| entropy_curves("", &[series]).err().unwrap().to_string();
     assert!(refused(series(&[])).contains("`random gaze`"));

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_hidden_or_unknown_does_not_count() {
+    fn hidden_and_unknown_pixels_do_not_count() {
         // On the right, 3 at x = 4 covers 1 at x = 2 (both at 1), and x = 1 with 2 lies outside.
         let truth = Truth::new(6, vec![f32::NAN, 2.0, 1.0, f32::INFINITY, 3.0, 0.0]);
         assert_eq!(truth.counts, [false, false, false, false, true, false]);

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_bytes_say_what_is_wrong() {
+    fn broken_bytes_are_refused_with_the_reason() {
         let whole = png_of(2, 2, png::ColorType::Grayscale, png::BitDepth::Eight, &[1, 2, 3, 4]);
         let mut zero = whole.clone();
         zero[16..20].fill(0);

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_files_say_what_is_wrong() {
+    fn broken_files_are_refused_with_the_reason() {
         for (bytes, expected) in [
             (b"".as_slice(), "no magic word"),
             (b"PF\n1 1\n-1\n", "expected `Pf`"),

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_most_confident_pixel_speaks_then_the_nearest() {
+    fn the_most_confident_pixel_is_read_then_the_nearest() {
         let found = quadrants(&map(&[(4, 1, 25.0, 0.5), (3, 1, 10.0, 0.9), (2, 1, 20.0, 0.9)]));
         let reading = found[1].unwrap();
         assert!(reading.range_m == 2.5 && (reading.confidence - 0.9).abs() < 1e-6);

@@ -108,7 +108,7 @@ fn the_sound_comes_from_the_first_surface_towards_the_loudspeaker() {
 }
 
 #[test]
-fn what_is_on_the_left_of_the_room_is_seen_and_heard_on_the_left() {
+fn the_left_of_the_room_is_seen_and_heard_on_the_left() {
     // The layout of the room: cupboard and armchair on the left, table and loudspeaker on the right.
     let world = World::embedded(1);
     let side = |name: &str| {

@@ -334,7 +334,7 @@ fn look_writes_disparities_alone_where_they_are_asked_for() {
 }
 
 #[test]
-fn calibration_of_sight_leaves_out_what_is_no_number() {
+fn calibration_of_sight_leaves_out_cells_that_are_not_numbers() {
     let pair = Pair::new();
     let truth = |x: usize, y: usize| match (x, y) {
         (0..=9, _) => f32::NAN,

@@ -217,7 +217,7 @@ fn a_replay_turns_to_the_left() {
 }
 
 #[test]
-fn an_exploration_looks_where_it_says() {
+fn an_exploration_looks_in_the_reported_directions() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("out");
     let told = run(&["explore", "--steps", "4", "--out", out.to_str().unwrap(), "--json"]);

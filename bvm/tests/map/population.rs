@@ -137,7 +137,7 @@ fn scene() -> (Grid, Vec<Option<RangeReading>>) {
 }
 
 #[test]
-fn a_map_of_which_nothing_is_known_hides_what_the_paper_hides() {
+fn an_unknown_map_hides_cells_as_in_the_paper() {
     let (grid, readings) = scene();
     let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
     let unknown = Map::new(grid.clone()).unwrap();
@@ -153,7 +153,7 @@ fn a_map_of_which_nothing_is_known_hides_what_the_paper_hides() {
 }
 
 #[test]
-fn what_the_map_knows_to_be_empty_hides_nothing() {
+fn cells_known_to_be_empty_hide_nothing() {
     let (grid, readings) = scene();
     let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
     let mut sight = Sight::default();

@@ -91,7 +91,7 @@ fn gain_and_offset_between_the_cameras_do_not_matter() {
 }
 
 #[test]
-fn a_step_is_found_and_what_it_hides_is_not_claimed() {
+fn a_step_is_found_and_hidden_pixels_are_not_claimed() {
     let (near, far) = (24.0, 8.0);
     let in_front = |x: f32| (80.0..130.0).contains(&x);
     let left = image(|x, y| if in_front(x) { texture(2, x, y) } else { texture(3, x, y) });
@@ -219,7 +219,7 @@ fn pairs_that_cannot_be_searched_are_refused() {
 }
 
 #[test]
-fn coherence_finds_planes_and_says_nothing_of_nothing() {
+fn coherence_finds_planes_and_claims_nothing_without_texture() {
     for (a, b, c) in [(7.0, 0.0, 0.0), (12.3, 0.0, 0.0), (20.0, -0.04, 0.06)] {
         let (left, right) = plane(a, b, c);
         let map = match_pair(&left, &right, LARGEST, Matcher::Coherence).unwrap();

@@ -133,7 +133,7 @@ fn every_door_gives_the_same_answer() {
 }
 
 #[test]
-fn threads_change_no_bit_of_what_has_a_plate_of_its_own() {
+fn threads_change_no_bit_of_answers_with_a_plate_of_their_own() {
     let [one, two, eight] = [1, 2, 8].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let both = pool.install(|| wide::both::Question::<f32>::new().ask()).unwrap();

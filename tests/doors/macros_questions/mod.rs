@@ -124,7 +124,7 @@ fn a_value_is_a_value_through_every_door() {
 }
 
 #[test]
-fn an_answer_is_read_by_value_and_what_is_no_value_has_probability_0() {
+fn an_answer_is_read_by_value_and_values_outside_the_domain_have_probability_0() {
     // P(First = 4 | Sum = 9) = ¼; the table is indexed by the searched value, then by the known one.
     let answer = dice::first().s(9).ask().unwrap();
     assert_eq!([answer.p(4), answer.p(2), answer.p(7), answer.p(i64::MIN)], [0.25, 0.0, 0.0, 0.0]);
@@ -139,13 +139,13 @@ fn an_answer_is_read_by_value_and_what_is_no_value_has_probability_0() {
 }
 
 #[test]
-fn what_is_not_given_and_has_no_default_is_named() {
+fn missing_inputs_without_a_default_are_named() {
     let told = dice::first().ask().unwrap_err().to_string();
     assert!(told.contains("`s`") && told.contains("was not given") && told.contains(".s(…)"), "{told}");
 }
 
 #[test]
-fn what_is_no_value_is_refused_with_its_domain() {
+fn values_outside_the_domain_are_refused_with_the_domain() {
     let told = |told: Result<Vec<f64>, String>, number: f64, words: &[&str]| {
         let told = told.unwrap_err();
         let number = if number.abs() > 1e21 { format!("{number:e}") } else { number.to_string() };

@@ -94,7 +94,7 @@ mod bare {
     }
 
     #[test]
-    fn what_is_emitted_needs_no_prelude() {
+    fn emitted_code_needs_no_prelude() {
         let all = ::core::result::Result::unwrap(large::all().ask());
         let total: f64 = ::core::iter::Iterator::sum(all.distribution().iter());
         ::core::assert!((total - 1.0).abs() < 1e-12);

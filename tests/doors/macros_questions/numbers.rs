@@ -56,7 +56,7 @@ fn products_beyond_the_range_of_numbers_are_computed_again() {
 }
 
 #[test]
-fn a_number_that_a_form_cannot_have_is_told_with_its_form() {
+fn a_number_that_a_form_cannot_have_is_reported_with_its_form() {
     let answer = rates::x().rate(0.25).y(true).ask().unwrap();
     // 1 : 2 : 3
     assert!([1.0, 2.0, 3.0].iter().all(|x| (answer.p(*x as i64) - x / 6.0).abs() < 1e-15), "{answer:?}");
@@ -75,7 +75,7 @@ fn a_number_that_a_form_cannot_have_is_told_with_its_form() {
 }
 
 #[test]
-fn what_makes_evidence_impossible_is_named() {
+fn the_factor_that_makes_evidence_impossible_is_named() {
     let told = rates::z().rate(0.25).y(true).ask().unwrap_err();
     assert!(matches!(told, Error::Impossible(_)) && told.to_string().contains("P(Z | Y)"), "{told}");
 }

@@ -128,7 +128,7 @@ fn a_clue_about_the_view_changes_how_sure_the_place_is() {
 }
 
 #[test]
-fn a_sensor_that_may_be_faulty_says_less() {
+fn a_sensor_that_may_be_faulty_informs_less() {
     let model = program("fault_tree");
     let of = |one: usize, fault: f64, x, y| {
         let d = distance(one, x, y);
@@ -172,7 +172,7 @@ fn two_ways_to_know_the_place_are_stitched() {
 }
 
 #[test]
-fn coarse_bearings_tell_of_danger() {
+fn coarse_bearings_predict_danger() {
     // NE, SE, NW, SW.
     let quadrant = |one: usize, x: f64, y: f64| {
         let [across, upwards] = LANDMARKS[one];

@@ -97,7 +97,7 @@ fn a_normal_law_of_six_numbers() {
 }
 
 #[test]
-fn two_kinds_of_weights_are_told_apart() {
+fn two_kinds_of_weights_are_separated() {
     let mut generator = seeded(15, "weights");
     let (light, laws) = (0.55, [[45.0, 10.0], [55.0, 15.0]]);
     let weights: Vec<Vec<f64>> = (0..1000)

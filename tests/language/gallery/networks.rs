@@ -187,7 +187,7 @@ fn the_boats_are_filtered_over_time() {
 }
 
 #[test]
-fn a_subroutine_is_what_it_says_and_can_be_replaced() {
+fn a_subroutine_equals_its_table_and_can_be_replaced() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sprinkler.bp");
     let text = std::fs::read_to_string(path).unwrap();
     let with = |paris: &str, nice: &str| {

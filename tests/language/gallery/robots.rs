@@ -10,7 +10,7 @@ fn speed(mean: f64, deviation: f64) -> Vec<f64> {
 }
 
 #[test]
-fn the_driver_turns_as_each_behaviour_says() {
+fn the_driver_turns_as_each_behaviour_requests() {
     let mut expected = Vec::new();
     for behaviour in 0..3 {
         for (dir, prox) in

@@ -79,7 +79,7 @@ fn pandas_r_and_spreadsheets_write_the_same_table() {
 }
 
 #[test]
-fn what_the_reader_decided_is_noted() {
+fn decisions_of_the_reader_are_noted() {
     let notes = |text: &str| table(text).unwrap().notes;
     assert!(notes("A,R\n1,0.5\n").is_empty());
     assert_eq!(notes("A,R\n"), ["it has column names, but no rows"]);

@@ -262,7 +262,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn an_order_has_every_variable_and_the_cells_that_it_says() {
+    fn an_order_has_every_variable_and_its_reported_cells() {
         for seed in 0..200 {
             let (cardinality, scopes) = random(seed);
             let every: Vec<u32> = (0..cardinality.len() as u32).collect();

@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_fit_is_refused_by_name() {
+    fn arrays_that_do_not_fit_are_refused_by_name() {
         let mut made: Vec<f32> = Vec::new();
         make_room("P(X)", 3, &mut made).unwrap();
         assert_eq!(made, [0.0; 3]);

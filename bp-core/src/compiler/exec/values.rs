@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_value_is_refused_with_its_place() {
+    fn values_outside_the_domain_are_refused_with_their_place() {
         let whole = domain(Numbers::Whole { first: 2, count: 11 });
         for number in [1.0, 13.0, 2.5, -1.0, 1e30, f64::NAN, f64::INFINITY] {
             let told = whole.ordinal(number).unwrap_err().to_string();

@@ -177,7 +177,7 @@ fn no_shape_is_larger_than_the_most() {
 }
 
 #[test]
-fn what_cannot_be_fitted_is_refused() {
+fn samples_that_cannot_be_fitted_are_refused() {
     let same: Sample = [0.3, 0.3].into_iter().collect();
     for law in [Law::Uniform, Law::Normal, Law::Lognormal, Law::Gamma, Law::Beta, Law::VonMises, Law::Weibull]
     {

@@ -124,7 +124,7 @@ mod tests {
 
     /// x₀ = 1, xₙ = xₙ₋₁ + xₙ₋₁: as a tree it would have 2ⁿ⁺¹ − 1 nodes.
     #[test]
-    fn what_is_shared_is_visited_once() {
+    fn shared_nodes_are_visited_once() {
         let mut builder = ModelBuilder::new("Doubled");
         let mut last = builder.number(1.0);
         for _ in 0..1000 {

@@ -90,7 +90,7 @@ mod tests {
 
     /// Halves 0, 2 | 0, 2 and 4, 6 | 4, 6: W = 2, the means 1, 1, 5, 5 have variance 16/3: R² = 1/2 + 8/3.
     #[test]
-    fn chains_that_stand_apart_are_told() {
+    fn separated_chains_are_detected() {
         let values = [0.0, 2.0, 0.0, 2.0, 4.0, 6.0, 4.0, 6.0];
         assert!((split_r_hat(&values, 4) - (19.0f64 / 6.0).sqrt()).abs() < 1e-12);
         // Each chain is a batch: means 1 and 5, variance 8, over two.

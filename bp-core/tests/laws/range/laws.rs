@@ -40,7 +40,7 @@ fn two_sensors_that_disagree_meet_in_the_middle() {
 }
 
 #[test]
-fn marginals_and_most_probable_values_of_what_f64_does_not_hold() {
+fn marginals_and_most_probable_values_beyond_the_range_of_f64() {
     // As above for the readings 0 and 74; the largest is x = 37, of which ln P(37, 0, 74) is the second logarithm.
     let (ln_evidence, ln_best) = (-1_374.880_529_210_004_9, -1_375.452_997_593_951_8);
     let expected = [0.207_532_280_248_748_13, 0.564_131_226_218_842_1, 0.207_532_280_248_748_13];
@@ -70,7 +70,7 @@ fn marginals_and_most_probable_values_of_what_f64_does_not_hold() {
 }
 
 #[test]
-fn weights_that_f64_does_not_hold() {
+fn weights_beyond_the_range_of_f64() {
     // P(W = 0 | C A) = 1 / (1 + exp(300 C A)): one half in seven of sixteen contexts, at most 10⁻¹³⁰ in the others.
     let text = "program A { variables { C, A : 0..=3; W : 0..=1; } decomposition { P(C) P(A) P(W | C A) }
         forms { P(C) = uniform; P(A) = uniform; P(W | C A) = weights(exp(300 * C * A * W) * 1e-300); } }";
@@ -114,7 +114,7 @@ fn readings_billions_of_deviations_away() {
 }
 
 #[test]
-fn chains_over_time_hold_what_is_far() {
+fn chains_over_time_weigh_far_observations() {
     let model = model_of(
         "program Drift { variables { X, X^-1, Z1, Z2 : 0..=100; }
          decomposition { P(X^-1) P(X | X^-1) P(Z1 | X) P(Z2 | X) }

@@ -249,7 +249,7 @@ fn likelihoods_of_any_size() {
 }
 
 #[test]
-fn what_is_made_of_tiny_probabilities() {
+fn answers_made_of_tiny_probabilities() {
     let text = "program Pair {
         variables { X, Y : bool; Z, W : bool; }
         decomposition { P(X) P(Y | X) P(Z | X) P(W | X) }
@@ -281,7 +281,7 @@ fn what_is_made_of_tiny_probabilities() {
 }
 
 #[test]
-fn what_cannot_be_names_its_factor() {
+fn impossible_evidence_names_its_factor() {
     let text = "program Chain {
         variables { A, B, C : bool; N : 0..=3; }
         decomposition { P(A) P(B | A) P(C | B) P(N) }
@@ -290,16 +290,16 @@ fn what_cannot_be_names_its_factor() {
             P(C | B) = bernoulli(if B { 1 } else { 0 }); P(N) = categorical(0.5, 0.5, 0, 0);
         }
     }";
-    let told = |asked: &str| {
+    let refusal = |asked: &str| {
         let error = try_answer(text, asked, &Inputs::new()).unwrap_err();
         assert!(matches!(error, Error::Impossible(_)), "{error}");
         error.to_string()
     };
-    let message = told("P(A | N = 1, B = true, C = false)");
+    let message = refusal("P(A | N = 1, B = true, C = false)");
     assert!(message.contains("`P(C | B)` is 0 for `C = false` where `B = true`"), "{message}");
-    let message = told("P(A | C = true, N = 2)");
+    let message = refusal("P(A | C = true, N = 2)");
     assert!(message.contains("`P(N)` is 0 for `N = 2`"), "{message}");
-    let message = told("P(B | C = false, A = true)");
+    let message = refusal("P(B | C = false, A = true)");
     assert!(message.contains("`A = true` is impossible given `C = false`; see `P(A)`"), "{message}");
     // An improbable event is not an error.
     let given = answer(text, "P(A | B = true, C = true)", &Inputs::new());

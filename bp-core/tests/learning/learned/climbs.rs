@@ -33,7 +33,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(15), ..ProptestConfig::default() })]
 
     #[test]
-    fn no_step_loses_likelihood_whatever_the_law(
+    fn no_step_loses_likelihood_for_any_law(
         law in proptest::sample::select(LAWS.to_vec()),
         numbers in proptest::collection::vec((0u32..10, 0.0..1.0_f64), 8..30),
         seed in 0u64..1000,
@@ -70,16 +70,16 @@ proptest! {
 }
 
 #[test]
-fn a_number_that_the_form_cannot_have_is_told_with_its_context() {
+fn a_number_that_the_form_cannot_have_is_reported_with_its_context() {
     let text = program(
         "K : { a, b }; X : real;",
         "P(K) P(X | K)",
         "P(K) = uniform; P(X | K) = unknown(normal, unbiased);",
     );
     // The variance divided by one case less: twice the square of 1.7e308.
-    let told = seen(&text, "K,X\na,1\na,2\nb,1.7e308\nb,-1.7e308\n").learned().unwrap_err().to_string();
+    let message = seen(&text, "K,X\na,1\na,2\nb,1.7e308\nb,-1.7e308\n").learned().unwrap_err().to_string();
     assert_eq!(
-        told,
+        message,
         "input `P(X | K), K = b`: the standard deviation of `normal` is learned as inf, but it must be greater than 0"
     );
     learned(&text, "K,X\na,1\na,2\nb,1e200\nb,-1e200\n");

@@ -31,40 +31,40 @@ fn fevers() -> String {
 }
 
 #[test]
-fn a_slip_in_a_column_is_told_with_a_guess() {
-    let told = |table: &str, columns: &Columns| learn(&fevers(), table, columns).unwrap_err();
+fn a_misspelled_column_is_reported_with_a_guess() {
+    let refusal = |table: &str, columns: &Columns| learn(&fevers(), table, columns).unwrap_err();
     let none = Columns::default();
     assert_eq!(
-        told("Flu,fever\n1,1\n", &none),
+        refusal("Flu,fever\n1,1\n", &none),
         "input `d.csv`: `Learning` has no variable named `fever`; did you mean `Fever`? Otherwise ignore the column: \
          `--ignore fever`"
     );
     assert_eq!(
-        told("Flu\n1\n", &none),
+        refusal("Flu\n1\n", &none),
         "input `d.csv`: there is no column for the variable `Fever`; if it is hidden, declare it: `--hidden Fever`, or \
          `hidden Fever;` in `identification`"
     );
     assert!(
-        told("Flu,fever\n1,1\n", &columns(&[], &["fever"], None))
+        refusal("Flu,fever\n1,1\n", &columns(&[], &["fever"], None))
             .contains("did you mean the column `fever`?")
     );
-    assert!(told("Flu,Fever\n1,1\n", &columns(&[], &["id"], None)).contains("there is no column `id`"));
-    assert!(told("Flu,Fever\n1,1\n", &columns(&["Feevr"], &[], None)).contains("did you mean `Fever`?"));
-    assert!(told("Flu,Fever\n1,1\n", &columns(&["Fever"], &[], None)).contains("`--ignore Fever`"));
+    assert!(refusal("Flu,Fever\n1,1\n", &columns(&[], &["id"], None)).contains("there is no column `id`"));
+    assert!(refusal("Flu,Fever\n1,1\n", &columns(&["Feevr"], &[], None)).contains("did you mean `Fever`?"));
+    assert!(refusal("Flu,Fever\n1,1\n", &columns(&["Fever"], &[], None)).contains("`--ignore Fever`"));
 }
 
 #[test]
-fn what_is_hidden_may_be_said_in_the_program() {
-    let said = fevers().replace("forms {", "identification { hidden Flu; } forms {");
+fn hidden_variables_may_be_declared_in_the_program() {
+    let declared = fevers().replace("forms {", "identification { hidden Flu; } forms {");
     let table = "Fever,id\n1,7\n0,8\n1,9\n";
-    let one = learn(&said, table, &columns(&[], &["id"], None)).unwrap();
+    let one = learn(&declared, table, &columns(&[], &["id"], None)).unwrap();
     let other = learn(&fevers(), table, &columns(&["Flu"], &["id"], None)).unwrap();
     assert_eq!(one.report, other.report);
     assert_eq!(one.report.hidden, ["Flu"]);
-    let words = written(&said, &one);
+    let words = written(&declared, &one);
     assert!(words.contains("hidden Flu;"), "{words}");
     // If a hidden variable has a column nevertheless, its values are used.
-    let some = learn(&said, "Fever,Flu\n1,1\n0,\n", &Columns::default()).unwrap();
+    let some = learn(&declared, "Fever,Flu\n1,1\n0,\n", &Columns::default()).unwrap();
     assert_eq!((some.report.cells_missing, some.report.hidden.len()), (1, 0));
     let named = program("X : bool;", "P(X)", "P(X) = bernoulli(hidden);")
         .replace("forms {", "parameters { hidden : probability; } identification { hidden from d; } forms {");
@@ -110,8 +110,8 @@ fn a_weight_is_so_many_rows() {
         ("X,w\n1,1e308\n1,1e308\n", 2),
         ("X,w\n1,1e-320\n", 2),
     ] {
-        let told = learn(&coin, table, &columns(&[], &[], Some("w"))).unwrap_err();
-        assert!(told.contains(&format!("`d.csv`, row {row}, column `w`")), "{told}");
+        let message = learn(&coin, table, &columns(&[], &[], Some("w"))).unwrap_err();
+        assert!(message.contains(&format!("`d.csv`, row {row}, column `w`")), "{message}");
     }
 }
 
@@ -120,6 +120,9 @@ fn a_case_of_weight_0_may_be_impossible() {
     let text = program("A, B : bool;", "P(A) P(B | A)", "P(A) = unknown(histogram); P(B | A) = dirac(A);");
     let table = |weight: u32| format!("A,B,w\n1,1,3\n0,0,1\n1,0,{weight}\n");
     learn(&text, &table(0), &columns(&[], &[], Some("w"))).unwrap();
-    let told = learn(&text, &table(1), &columns(&[], &[], Some("w"))).unwrap_err();
-    assert!(told.contains("the case `A = true, B = false` has probability zero by `P(B | A)`"), "{told}");
+    let message = learn(&text, &table(1), &columns(&[], &[], Some("w"))).unwrap_err();
+    assert!(
+        message.contains("the case `A = true, B = false` has probability zero by `P(B | A)`"),
+        "{message}"
+    );
 }

@@ -110,7 +110,7 @@ fn ten_rows_with_weights_come_to_rest() {
 }
 
 #[test]
-fn hidden_states_with_laws_over_integers_are_told_apart_from_every_start() {
+fn hidden_states_with_laws_over_integers_are_separated_from_every_start() {
     // Laws over integers have no closed M step: without their normaliser the step is too long where both are nearly equal.
     // The largest ln L over two rows of transitions, two means and two deviations by the simplex method of Nelder and Mead,
     // apart from this program, with the forward recursion: −13.743 358 8; with the moments of the values as means and

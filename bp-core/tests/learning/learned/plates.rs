@@ -138,7 +138,7 @@ fn elements_of_a_family_pool_where_their_form_is_one() {
 }
 
 #[test]
-fn two_coins_of_ten_tosses_each_are_told_apart() {
+fn two_coins_of_ten_tosses_each_are_separated() {
     // Do and Batzoglou, *Nature Biotechnology* 26:897-899, 2008: from 0.6 and 0.5 to 0.80 and 0.52.
     let text = "program Coins { parameters { p[0..=1] : probability = [0.6, 0.5]; }
         variables { Coin : { A, B }; Toss[1..=10] : bool; }
@@ -177,8 +177,8 @@ fn the_index_and_sizes_are_checked() {
     let (r, t) = (model.variable("R").unwrap(), model.variable("T").unwrap());
     assert!(learner.observe(&Case::new(&model).with(r, 2.0).with(t, 1.0)).is_err());
     learner.observe(&Case::new(&model).with(t, 1.0)).unwrap();
-    let told = learner.learned().unwrap_err().to_string();
-    assert!(told.contains("`R`: it is missing, but the program is repeated over it"), "{told}");
+    let message = learner.learned().unwrap_err().to_string();
+    assert!(message.contains("`R`: it is missing, but the program is repeated over it"), "{message}");
     let learned = seen(text, "R,T\n1,4\n1,6\n0,1\n").learned().unwrap();
     near(&default(&learned, "mean"), &[1.0, 5.0], 1e-15);
     let asked = question(learned.model(), "P(T = 4)");

@@ -28,7 +28,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(14), ..ProptestConfig::default() })]
 
     #[test]
-    fn what_is_learned_parses_and_asks_the_same(
+    fn learned_programs_parse_and_answer_the_same(
         names in proptest::collection::hash_set(name(), 4),
         labels in proptest::collection::hash_set(name(), 3),
         rows in proptest::collection::vec((0usize..3, any::<bool>(), -5.0..5.0_f64, 0usize..3), 6..20),

@@ -76,7 +76,7 @@ fn layers_are_longest_paths() {
 }
 
 #[test]
-fn what_need_not_cross_does_not() {
+fn edges_that_need_not_cross_do_not() {
     // 0 → 5, 1 → 4, 2 → 3: three crossings as numbered, none as drawn; a square of all edges keeps its one.
     let untangled = layered(&graph(6, &[(0, 5), (1, 4), (2, 3)], &[]));
     assert_eq!(untangled.crossings(), 0);

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn every_grain_of_a_turned_row_is_what_it_should_be() {
+    fn every_grain_of_a_turned_row_is_right() {
         const SLOT: usize = 3;
         let before = 5;
         let whole = [(360, 360), (130, 130), (64, 64), (40, 40), (1, 1), (70, 70)];

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_doubt_is_counted() {
+    fn suspect_numbers_are_counted() {
         for (count, wrong, found) in [(TILE, 63, 1), (TILE, TILE, 0), (40, 39, 1), (40, 40, 0)] {
             let mut tile = Aligned([1f32; TILE]);
             tile.iter_mut().skip(wrong).for_each(|lane| *lane = f32::NAN);

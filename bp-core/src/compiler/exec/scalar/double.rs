@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_functions_of_f64_are_as_close_as_they_say() {
+    fn the_functions_of_f64_are_as_accurate_as_documented() {
         let (mut exponential, mut logarithm): (f64, f64) = (0.0, 0.0);
         for step in 0..2_000_000 {
             let x = f64::from(step) * 7.253e-4 - 741.0;
