@@ -7,6 +7,7 @@ mod back_ends;
 mod cell;
 mod chains;
 mod choices;
+mod covariance;
 mod first_instants;
 mod flat;
 mod gaussian;

@@ -13,7 +13,7 @@ mod open;
 mod soft;
 
 pub use crate::posterior::{
-    Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, Table, argmax, ordinals,
+    Answer, Column, Covariance, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, Table, argmax, ordinals,
 };
 pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, refused};

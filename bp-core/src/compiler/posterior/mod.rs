@@ -5,6 +5,7 @@
 
 pub(crate) mod check;
 pub(crate) mod compare;
+mod covariance;
 mod marginal;
 pub(crate) mod mixture;
 mod moments;
@@ -14,6 +15,7 @@ mod rows;
 mod show;
 mod table;
 
+pub use covariance::Covariance;
 pub(crate) use mixture::{Component, Mixture};
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
@@ -28,27 +30,51 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 /// The answer to one ask.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+///
+/// As JSON it has the question, ln P(evidence), the estimate, the rows, and `covariance` where several reals are asked
+/// together: their matrix in the order of the rows, or a list of matrices, one for each instant.
+#[derive(Clone, PartialEq, Debug)]
 pub struct Answer {
     /// The question, as a user would type it.
     pub question: String,
     /// ln P(evidence), if the evidence is one event; a density if it is real.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ln_evidence: Option<f64>,
     /// The estimate, if it is not exact.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<Estimate>,
     /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
     pub answer: Vec<Row>,
     /// The strategy.
-    #[serde(skip)]
     pub strategy: Strategy,
     /// Its instants.
-    #[serde(skip)]
     pub when: When,
     /// The distributions of the rows, by variable and element.
-    #[serde(skip)]
     pub parts: Vec<Part>,
+}
+
+impl Serialize for Answer {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("question", &self.question)?;
+        if let Some(ln_evidence) = &self.ln_evidence {
+            map.serialize_entry("ln_evidence", ln_evidence)?;
+        }
+        if let Some(estimate) = &self.estimate {
+            map.serialize_entry("estimate", estimate)?;
+        }
+        map.serialize_entry("answer", &self.answer)?;
+        let covariances = self.covariances();
+        match covariances.as_slice() {
+            [] => {}
+            [one] if self.answer[one.first].values.len() == 1 => {
+                map.serialize_entry("covariance", &one.matrix)?;
+            }
+            each => {
+                let matrices: Vec<_> = each.iter().map(|one| &one.matrix).collect();
+                map.serialize_entry("covariance", &matrices)?;
+            }
+        }
+        map.end()
+    }
 }
 
 /// The estimate of an answer.

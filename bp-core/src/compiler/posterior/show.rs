@@ -3,7 +3,7 @@
 //! In: an [`Answer`]. Out: aligned columns, and bars for probabilities. Invariant: no line of a table whose values are
 //! short is wider than a terminal.
 
-use super::{Answer, Figure, Row, infinite};
+use super::{Answer, Covariance, Figure, Row, infinite};
 use crate::model::When;
 use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
@@ -39,9 +39,14 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
     if rows.is_empty() {
         writeln!(out, "  no value is possible")?;
     }
+    let covariances = answer.covariances();
+    let mut first = 0;
     for rows in rows.chunk_by(|one, other| headings(one) == headings(other)) {
         writeln!(out)?;
-        write_rows(rows, largest(&answer.answer), out)?;
+        let beside: Option<Vec<_>> =
+            (first..first + rows.len()).map(|row| beside(&covariances, row)).collect();
+        write_rows(rows, largest(&answer.answer), beside, out)?;
+        first += rows.len();
     }
     // `best(k) sequence` and `max sequence` give probabilities of whole sequences.
     let of_instants =
@@ -106,32 +111,79 @@ fn headings(row: &Row) -> Vec<String> {
     valued.chain(named.then(String::new)).chain(figures).collect()
 }
 
-fn write_rows(rows: &[Row], largest: f64, out: &mut impl Write) -> fmt::Result {
+/// The names of the reals that a row's real is asked with, and its covariances with them.
+fn beside(covariances: &[Covariance], row: usize) -> Option<(&[String], &[f64])> {
+    let place = covariances.partition_point(|own| own.first <= row).checked_sub(1)?;
+    let own = &covariances[place];
+    Some((&own.names, own.matrix.get(row - own.first)?))
+}
+
+/// A column: its heading, and its cells.
+type Shown = (String, Vec<String>);
+
+/// The columns that take all of a line.
+fn width(of: &[Shown]) -> usize {
+    of.iter().map(|column| width_of(column) + 2).sum()
+}
+
+fn width_of((heading, cells): &Shown) -> usize {
+    cells.iter().map(|cell| columns(cell)).max().unwrap_or(0).max(columns(heading))
+}
+
+/// The line of headings, and one for each row.
+fn lines(of: &[Shown]) -> Vec<String> {
+    let widths: Vec<usize> = of.iter().map(width_of).collect();
+    let line = |row: Option<usize>| {
+        let cell =
+            |(column, width): (&Shown, &usize)| filled(row.map_or(&column.0, |row| &column.1[row]), *width);
+        format!("  {}", of.iter().zip(&widths).map(cell).collect::<Vec<_>>().join("  "))
+    };
+    let rows = of.first().map_or(0, |(_, cells)| cells.len());
+    std::iter::once(None).chain((0..rows).map(Some)).map(line).collect()
+}
+
+/// The rows; covariances follow in the same lines if these are wide enough, else in lines of their own.
+fn write_rows(
+    rows: &[Row],
+    largest: f64,
+    beside: Option<Vec<(&[String], &[f64])>>,
+    out: &mut impl Write,
+) -> fmt::Result {
     let headings = headings(&rows[0]);
-    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-    let cells: Vec<Vec<String>> = rows.iter().map(cells_of).collect();
-    let width = |column: usize| {
-        let widest = cells.iter().map(|row| columns(&row[column])).max().unwrap_or(0);
-        widest.max(columns(headings[column]))
-    };
-    let widths: Vec<usize> = (0..headings.len()).map(width).collect();
-    let line = |cells: &[&str]| {
-        let cells: Vec<_> = cells.iter().zip(&widths).map(|(cell, width)| filled(cell, *width)).collect();
-        format!("  {}", cells.join("  "))
-    };
-    writeln!(out, "{}", line(&headings).trim_end())?;
-    let used = widths.iter().map(|width| width + 2).sum::<usize>() + 2;
-    let left = WIDTH.saturating_sub(used).min(*BARS.end());
+    let labels = headings.len().min(rows[0].values.len());
+    let mut cells: Vec<Vec<String>> = vec![Vec::new(); headings.len()];
+    for row in rows {
+        cells.iter_mut().zip(cells_of(row)).for_each(|(column, cell)| column.push(cell));
+    }
+    let mut table: Vec<Shown> = headings.into_iter().zip(cells).collect();
+    let mut more = beside.map_or_else(Vec::new, |beside| covariances_of(&beside));
+    if width(&table) + width(&more) <= WIDTH {
+        table.append(&mut more);
+    }
+    let left = WIDTH.saturating_sub(width(&table) + 2).min(*BARS.end());
     let bars = rows.len() > 1 && left >= *BARS.start() && largest > 0.0;
-    for (row, cells) in rows.iter().zip(&cells) {
-        let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
-        let drawn = match row.p().filter(|_| bars) {
-            Some(p) => bar(p / largest, left),
-            None => String::new(),
-        };
-        writeln!(out, "{}", format!("{}  {drawn}", line(&cells)).trim_end())?;
+    let drawn = |row: &Row| row.p().filter(|_| bars).map(|p| bar(p / largest, left)).unwrap_or_default();
+    let bars = std::iter::once(String::new()).chain(rows.iter().map(drawn));
+    for (line, bar) in lines(&table).into_iter().zip(bars) {
+        writeln!(out, "{}", format!("{line}  {bar}").trim_end())?;
+    }
+    while !more.is_empty() {
+        let fits = |count: &usize| width(&table[..labels]) + width(&more[..*count]) <= WIDTH;
+        let count = (1..=more.len()).rev().find(fits).unwrap_or(1);
+        let block: Vec<Shown> = table[..labels].iter().cloned().chain(more.drain(..count)).collect();
+        writeln!(out)?;
+        lines(&block).iter().try_for_each(|line| writeln!(out, "{}", line.trim_end()))?;
     }
     Ok(())
+}
+
+/// A column of covariances for each of the reals that are asked together.
+fn covariances_of(beside: &[(&[String], &[f64])]) -> Vec<Shown> {
+    let column = |(at, name): (usize, &String)| {
+        let cells = beside.iter().map(|(_, own)| six_digits(own[at])).collect();
+        (format!("{}with {name}", if at == 0 { "covariance " } else { "" }), cells)
+    };
+    beside[0].0.iter().enumerate().map(column).collect()
 }
 
 fn or_infinite(number: f64, unit: &str) -> String {

@@ -127,12 +127,6 @@ fn reals(arguments: &Arguments, found: &Posterior, part: &Part, out: &mut impl W
         return write_json(&answer, out);
     }
     write!(out, "{}", found.answer())?;
-    writeln!(out, "\n  covariance")?;
-    let width = names.iter().map(|name| columns(name)).max().unwrap_or(0);
-    for (name, row) in names.iter().zip(covariance.chunks(names.len())) {
-        let cells: Vec<String> = row.iter().map(|cell| filled(&six_digits(*cell), 11)).collect();
-        writeln!(out, "{}", format!("  {}  {}", filled(name, width), cells.join("  ")).trim_end())?;
-    }
     Ok(writeln!(out, "\n  entropy of all together = {} nats", six_digits(found.entropy()?))?)
 }
 
