@@ -3,7 +3,8 @@
 //! In: a closed form and the host's inputs. Out: [`Answer`]s, each with its law: a mean and a standard deviation for
 //! each searched variable, or a statistic of the law. Invariant: each parameter and each observation is one number.
 
-use super::frontier::{Conditioned, Slots, condition};
+use super::equations::Slots;
+use super::frontier::{Conditioned, condition};
 use super::{Filter, Gaussian, NormalLaw, predicate, probabilities};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
@@ -166,13 +167,7 @@ fn at_rest(
     gaussian: &Gaussian,
     observed: &[(usize, f64)],
 ) -> Result<Conditioned, Error> {
-    let scalars = setting.model.parameters.values().filter(|parameter| parameter.over.is_empty());
-    let parameters: Vec<(&str, f64)> =
-        scalars.filter_map(|it| Some((it.name.as_str(), setting.number(&it.name)?))).collect();
-    let names: Vec<(String, f64)> =
-        observed.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect();
-    let named: Vec<(&str, f64)> = names.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    let belief = Filter::new(setting.model, gaussian, &parameters)?.step(&named)?;
+    let belief = Filter::of(setting, gaussian)?.step_slots(&observed.to_vec())?;
     // The rows of the belief are those of the asks, one ask after the other.
     let mut next = 0;
     let law = |ask: &Ask| {

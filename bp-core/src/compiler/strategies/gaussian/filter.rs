@@ -1,14 +1,18 @@
 //! Linear-Gaussian programs with numbers: a Kalman filter over time, or one conditioning.
 //!
 //! In: a [`Gaussian`] plan, numbers for the parameters, observations at each instant. Out: a normal [`Belief`] about
-//! the searched variables. Invariant: the joint law over all variables of an instant is built factor by factor and
-//! conditioned on one observation after the other; only the carried variables are kept for the next instant.
+//! the searched variables. Invariant: the joint law over all variables of an instant is built slot by slot (elements of
+//! families and components of vectors) and conditioned on one observation after the other; only the carried variables
+//! are kept for the next instant.
 
+use super::equations::{Equations, NEEDED};
 use super::{Gaussian, LinearEquation, NormalLaw};
+use crate::distribution::Setting;
 use crate::error::{Error, Impossible};
-use crate::ids::{ParameterId, VariableId};
-use crate::model::{Leaves, LinearForm, Model, VariableUse};
-use crate::spelling::number as written;
+use crate::exec::Inputs;
+use crate::ids::VariableId;
+use crate::model::Model;
+use crate::strategies::over_time::Instant;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{HashMap, HashSet};
 
@@ -39,7 +43,7 @@ impl Belief {
     }
 }
 
-/// One variable: its mean as a linear form of earlier rows, and the standard deviation of its own noise; infinite for a flat one.
+/// One slot: its mean as a linear form of earlier rows, and the standard deviation of its own noise; infinite for a flat one.
 #[derive(Clone, Debug)]
 struct Extension {
     terms: Vec<(usize, f64)>,
@@ -47,16 +51,26 @@ struct Extension {
     deviation: f64,
 }
 
+/// The rows of an instant: first those of X^-1, then those of the extensions.
+#[derive(Clone, Debug)]
+struct Layout {
+    extensions: Vec<Extension>,
+    /// The row of each slot.
+    rows: HashMap<usize, usize>,
+}
+
 /// A linear and Gaussian program with numbers for its parameters; over time, a Kalman filter.
 #[derive(Clone, Debug)]
 pub struct Filter {
     question: String,
-    pub(super) searched: Vec<(String, usize)>,
-    /// Rows of the joint law that are observed.
+    /// Names and slots of the searched variables, and of those that may be observed.
+    searched: Vec<(String, usize)>,
     observed: Vec<(String, usize)>,
-    /// Rows of X, whose law becomes that of X^-1: the first rows.
-    pub(super) carried: Vec<usize>,
-    extensions: Vec<Extension>,
+    /// The slots of X, whose law becomes that of X^-1.
+    carried: Vec<usize>,
+    /// The first instant, until it is over, where it has forms of its own.
+    first: Option<Layout>,
+    later: Layout,
     /// The law of the carried variables, its rows in the order of `carried`.
     pub(super) law: NormalLaw,
 }
@@ -65,106 +79,93 @@ pub struct Filter {
 const MOST_INSTANTS: usize = 1_000_000;
 
 impl Filter {
-    /// A filter at rest: the carried variables are 0 with certainty.
+    /// A filter before its first instant; a carried variable without an initial form is 0 with certainty.
     ///
     /// # Errors
     /// A parameter without a value or with a value outside its range; a standard deviation that is not positive.
     pub fn new(model: &Model, plan: &Gaussian, parameters: &[(&str, f64)]) -> Result<Self, Error> {
-        let mut values: HashMap<&str, f64> = HashMap::new();
-        for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
-            let given = parameters.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
-            let value = given.or(parameter.default_number()).ok_or_else(|| {
-                Error::input(&parameter.name, "this parameter was not given, and it has no default")
-            })?;
-            if let Some(expected) = parameter.kind.refuses(value) {
-                return Err(Error::input(
-                    &parameter.name,
-                    format!("it is {}, but it must be {expected}", written(value)),
-                ));
+        let mut inputs = Inputs::new();
+        // The first of several values holds.
+        for (name, value) in parameters.iter().rev() {
+            if model.parameters.find(|parameter| parameter.name == *name).is_none() {
+                return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
             }
-            values.insert(&parameter.name, value);
+            inputs = inputs.number(name, *value);
         }
-        if let Some((name, _)) = parameters.iter().find(|(name, _)| !values.contains_key(name)) {
-            return Err(Error::input(*name, format!("program `{}` has no such parameter", model.name)));
-        }
-        let carried = plan.carried.iter();
-        let carried: Vec<(VariableId, usize)> = carried
-            .flat_map(|(_, previous)| {
-                (0..model.components(*previous)).map(|component| (*previous, component))
-            })
-            .collect();
-        let mut rows: HashMap<(VariableId, usize), usize> = HashMap::new();
-        // The law of the carried variables before the first instant; a variable without an initial form is 0.
-        let mut law = NormalLaw::new(observes_dirac(plan));
-        for slot in &carried {
-            rows.insert(*slot, law.len());
-            law.extend(&[], 0.0, 0.0);
-        }
-        for source in &plan.initial {
-            for component in 0..model.components(source.variable) {
-                let Extension { terms, constant, deviation } =
-                    extension(model, source, component, &Rows { model, rows: &rows, values: &values })?;
-                rows.insert((source.variable, component), law.len());
-                law.extend(&terms, constant, deviation);
-            }
-        }
-        let law = law.select(carried.iter().map(|slot| rows[slot])).reduced();
-        rows = carried.iter().enumerate().map(|(row, slot)| (*slot, row)).collect();
-        let mut extensions = Vec::new();
-        for source in &plan.sources {
-            for component in 0..model.components(source.variable) {
-                extensions.push(extension(
-                    model,
-                    source,
-                    component,
-                    &Rows { model, rows: &rows, values: &values },
-                )?);
-                rows.insert((source.variable, component), carried.len() + extensions.len() - 1);
-            }
-        }
-        let named = |variable: VariableId| {
-            let (count, name) = (model.components(variable), model.variable_name(variable));
-            let of =
-                |component: usize| if count == 1 { name.clone() } else { format!("{name}[{component}]") };
-            let rows = &rows;
-            (0..count).map(|component| (of(component), rows[&(variable, component)])).collect::<Vec<_>>()
-        };
-        let searched = plan.asks.iter().flat_map(|ask| &ask.searched).flat_map(|item| named(item.variable));
-        let carried: Vec<usize> =
-            plan.carried.iter().flat_map(|(now, _)| named(*now)).map(|(_, row)| row).collect();
-        let real = |variable: &&VariableId| !model.variables[**variable].domain.is_finite();
-        Ok(Self {
-            searched: searched.collect(),
-            observed: plan.observed.iter().filter(real).flat_map(|variable| named(*variable)).collect(),
-            question: model.ask_text(&plan.asks[0]),
-            law,
-            carried,
-            extensions,
-        })
+        Self::of(&Setting::new(model, &inputs)?, plan)
     }
 
-    /// The names of the observed variables; a vector is named by its components (`V[0]`).
+    /// As [`Filter::new`], where the numbers of the program are known.
+    pub(crate) fn of(setting: &Setting<'_>, plan: &Gaussian) -> Result<Self, Error> {
+        let model = setting.model;
+        let slots = |ids: &mut dyn Iterator<Item = VariableId>| -> Vec<usize> {
+            ids.flat_map(|id| setting.slots_of(id)).collect()
+        };
+        let before = slots(&mut plan.carried.iter().map(|(_, before)| *before));
+        let carried = slots(&mut plan.carried.iter().map(|(now, _)| *now));
+        let searched =
+            slots(&mut plan.asks.iter().flat_map(|ask| &ask.searched).map(|item| item.variable));
+        let real = |id: &VariableId| !model.variables[*id].domain.is_finite();
+        let observed = slots(&mut plan.observed.iter().copied().filter(real));
+        // The law of X^-1 before the first instant.
+        let start = Layout::of(setting, &mut plan.initial.iter(), &[], &before)?;
+        let law = start.extended(NormalLaw::new(observes_dirac(plan)));
+        let law = law.select(before.iter().map(|slot| start.rows[slot])).reduced();
+        let wanted = [&observed[..], &carried, &searched].concat();
+        let later = Layout::of(setting, &mut plan.sources.iter(), &before, &wanted)?;
+        let first = match plan.first.is_empty() {
+            true => None,
+            false => {
+                let sources = &mut plan.sources.iter().chain(&plan.first);
+                Some(Layout::of(setting, sources, &before, &wanted)?)
+            }
+        };
+        let named = |slots: Vec<usize>| -> Vec<(String, usize)> {
+            slots.into_iter().map(|slot| (setting.slot_name(slot), slot)).collect()
+        };
+        let question = model.ask_text(&plan.asks[0]);
+        Ok(Self { searched: named(searched), observed: named(observed), question, law, carried, first, later })
+    }
+
+    fn layout(&self) -> &Layout {
+        self.first.as_ref().unwrap_or(&self.later)
+    }
+
+    /// The rows of the carried variables.
+    pub(super) fn carried(&self) -> Vec<usize> {
+        self.carried.iter().map(|slot| self.layout().rows[slot]).collect()
+    }
+
+    /// The rows of the searched variables.
+    pub(super) fn searched(&self) -> Vec<usize> {
+        self.searched.iter().map(|(_, slot)| self.layout().rows[slot]).collect()
+    }
+
+    /// The names of the observed variables; a vector is named by its components (`V[0]`), a family by its elements.
     pub fn observed(&self) -> impl Iterator<Item = &str> {
         self.observed.iter().map(|(name, _)| name.as_str())
     }
 
     /// The joint law of this instant before conditioning: first the carried variables, then the others.
     pub(super) fn predict(&self) -> NormalLaw {
-        let mut law = self.law.clone();
-        for Extension { terms, constant, deviation } in &self.extensions {
-            law.extend(terms, *constant, *deviation);
-        }
-        law
+        self.layout().extended(self.law.clone())
+    }
+
+    /// Keeps the law of the carried variables, for the next instant.
+    pub(super) fn keep(&mut self, law: NormalLaw) {
+        self.law = law;
+        self.first = None;
     }
 
     /// The gain of a searched variable for an observed one, at this instant.
     pub fn gain_of(&self, variable: &str, observed: &str) -> Option<f64> {
-        let row = self.searched.iter().find(|(name, _)| name == variable)?.1;
+        let rows = &self.layout().rows;
+        let row = rows[&self.searched.iter().find(|(name, _)| name == variable)?.1];
         self.observed.iter().find(|(name, _)| name == observed)?;
         // The gain is the mean when all means are 0, this observation is 1 and the others are 0.
         let mut law = self.predict().centred();
-        for (name, row) in &self.observed {
-            law.observe(*row, if name == observed { 1.0 } else { 0.0 })?;
+        for (name, slot) in &self.observed {
+            law.observe(rows[slot], if name == observed { 1.0 } else { 0.0 })?;
         }
         Some(law.mean(row))
     }
@@ -179,38 +180,37 @@ impl Filter {
         {
             return Err(Error::input(*name, "the question does not know this variable"));
         }
-        for (name, _) in &self.observed {
-            if observations.iter().all(|(given, _)| given != name) {
-                return Err(Error::input(name, "it was not observed"));
-            }
+        let mut instant = Instant::new();
+        for (name, slot) in &self.observed {
+            let given = observations.iter().find(|(given, _)| given == name);
+            let (_, value) = given.ok_or_else(|| Error::input(name, "it was not observed"))?;
+            instant.push((*slot, *value));
         }
-        let (law, ln_evidence) = self.advance(self.predict(), observations)?;
-        proper(&law, observations.len(), &self.question)?;
-        self.law = law.select(self.carried.iter().copied()).reduced();
-        Ok(self.belief(&law.select(self.searched()), ln_evidence))
+        self.step_slots(&instant)
+    }
+
+    /// As [`Filter::step`]; slots that the instant does not name are not observed.
+    pub(super) fn step_slots(&mut self, instant: &Instant) -> Result<Belief, Error> {
+        let (law, ln_evidence) = self.advance(self.predict(), instant)?;
+        proper(&law, instant.len(), &self.question)?;
+        let belief = self.belief(&law.select(self.searched()), ln_evidence);
+        self.keep(law.select(self.carried()).reduced());
+        Ok(belief)
     }
 
     /// Conditions the law of an instant on its observed variables; returns ln of their density.
     ///
     /// # Errors
     /// An observation that is not finite, or that the others exclude.
-    pub(super) fn advance(
-        &self,
-        mut law: NormalLaw,
-        observations: &[(&str, f64)],
-    ) -> Result<(NormalLaw, f64), Error> {
+    pub(super) fn advance(&self, mut law: NormalLaw, instant: &Instant) -> Result<(NormalLaw, f64), Error> {
+        let values: HashMap<usize, f64> = instant.iter().copied().collect();
         let mut ln_evidence = 0.0;
-        for (name, row) in &self.observed {
-            if let Some((_, value)) = observations.iter().find(|(given, _)| given == name) {
-                ln_evidence += observe(&mut law, *row, *value, name, &self.question)?;
+        for (name, slot) in &self.observed {
+            if let Some(value) = values.get(slot) {
+                ln_evidence += observe(&mut law, self.layout().rows[slot], *value, name, &self.question)?;
             }
         }
         Ok((law, ln_evidence))
-    }
-
-    /// The rows of the searched variables.
-    pub(super) fn searched(&self) -> impl Iterator<Item = usize> {
-        self.searched.iter().map(|(_, row)| *row)
     }
 
     /// The belief about the searched variables, from their law.
@@ -225,11 +225,10 @@ impl Filter {
     /// The covariance does not converge: a carried variable is not observed (its noise accumulates without bound).
     pub fn settle(&mut self) -> Result<(), Error> {
         let law = self.law.clone();
-        let at_rest: Vec<(String, f64)> = self.observed.iter().map(|(name, _)| (name.clone(), 0.0)).collect();
-        let at_rest: Vec<(&str, f64)> = at_rest.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let at_rest: Instant = self.observed.iter().map(|(_, slot)| (*slot, 0.0)).collect();
         let mut before = law.covariance();
         for _ in 0..MOST_INSTANTS {
-            self.step(&at_rest)?;
+            self.step_slots(&at_rest)?;
             let covariance = self.law.covariance();
             let scale = covariance.amax().max(f64::MIN_POSITIVE);
             if (&covariance - before).amax() <= 1e-14 * scale {
@@ -242,12 +241,43 @@ impl Filter {
     }
 }
 
+impl Layout {
+    /// The equations of the wanted slots and of their ancestors; the first rows are those of slots that are there before.
+    fn of<'s>(
+        setting: &'s Setting<'s>,
+        sources: &mut dyn Iterator<Item = &'s LinearEquation>,
+        before: &[usize],
+        wanted: &[usize],
+    ) -> Result<Self, Error> {
+        let mut equations = Equations::new(setting, sources)?;
+        let mut marks = vec![0; setting.slots()];
+        before.iter().for_each(|slot| marks[*slot] = NEEDED);
+        let mut order = Vec::new();
+        for slot in wanted {
+            equations.add_with_parents(*slot, (&mut marks, NEEDED), &mut order)?;
+        }
+        let slots = before.iter().chain(&order);
+        let rows: HashMap<usize, usize> = slots.enumerate().map(|(row, slot)| (*slot, row)).collect();
+        let extension = |slot: &usize| {
+            let equation = equations.of(*slot);
+            let terms = equation.parents.iter().map(|(parent, factor)| (rows[parent], *factor)).collect();
+            Extension { terms, constant: equation.constant, deviation: equation.deviation }
+        };
+        Ok(Self { extensions: order.iter().map(extension).collect(), rows })
+    }
+
+    fn extended(&self, mut law: NormalLaw) -> NormalLaw {
+        for Extension { terms, constant, deviation } in &self.extensions {
+            law.extend(terms, *constant, *deviation);
+        }
+        law
+    }
+}
+
 /// Whether a variable without noise of its own may be observed.
-pub(super) fn observes_dirac(plan: &Gaussian) -> bool {
+fn observes_dirac(plan: &Gaussian) -> bool {
     let observed: HashSet<VariableId> = plan.observed.iter().copied().collect();
-    let diracs = plan
-        .sources
-        .iter()
+    let diracs = (plan.sources.iter().chain(&plan.first))
         .filter(|source| source.deviation.is_none() && source.mean.is_some())
         .map(|source| source.variable);
     let previous = plan.carried.iter().map(|(_, previous)| *previous);
@@ -288,72 +318,4 @@ pub(super) fn observe(
         );
         Error::Impossible(Impossible { question: question.to_owned(), reason: Some(reason) })
     })
-}
-
-/// The leaves of an expression: variables are rows.
-struct Rows<'r> {
-    model: &'r Model,
-    rows: &'r HashMap<(VariableId, usize), usize>,
-    values: &'r HashMap<&'r str, f64>,
-}
-
-impl Leaves for Rows<'_> {
-    fn parameter(&self, parameter: ParameterId, _: &[f64]) -> f64 {
-        let name = self.model.parameters[parameter].name.as_str();
-        self.values.get(name).copied().unwrap_or(f64::NAN)
-    }
-
-    fn variable(&self, use_: &VariableUse, _: Option<f64>, component: usize) -> Option<usize> {
-        self.rows.get(&(use_.variable, component)).copied()
-    }
-
-    fn index(&self, _: usize) -> f64 {
-        f64::NAN
-    }
-}
-
-/// One component of a variable, as a linear form of the rows before it.
-fn extension(
-    model: &Model,
-    source: &LinearEquation,
-    component: usize,
-    leaves: &Rows<'_>,
-) -> Result<Extension, Error> {
-    let (form, deviation) = law_of(model, source, component, leaves, &String::new)?;
-    let terms = form.coefficients.into_iter().collect();
-    Ok(Extension { terms, constant: form.constant, deviation })
-}
-
-/// The mean of a component of a variable, linear in others, and the deviation of its own noise; `context` says where an
-/// error is.
-pub(super) fn law_of(
-    model: &Model,
-    source: &LinearEquation,
-    component: usize,
-    leaves: &dyn Leaves,
-    context: &dyn Fn() -> String,
-) -> Result<(LinearForm, f64), Error> {
-    let Some(mean) = source.mean else { return Ok((LinearForm::default(), f64::INFINITY)) };
-    let form = LinearForm::of(model, mean, component, leaves);
-    let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, leaves).constant);
-    let refused = |message: String| {
-        let factor = &model.factors[source.factor];
-        Error::Number { form: model.form_text(factor, &factor.form), context: context(), message }
-    };
-    let variance = deviation * deviation;
-    if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
-        let found = written(deviation);
-        return Err(refused(format!("the standard deviation is {found}, but it must be greater than 0")));
-    }
-    if source.deviation.is_some() && !(variance > 0.0 && variance.is_finite()) {
-        let found = written(deviation);
-        return Err(refused(format!(
-            "the standard deviation is {found}, whose square is beyond the range of numbers"
-        )));
-    }
-    let mut numbers = [form.constant].into_iter().chain(form.coefficients.values().copied());
-    if let Some(number) = numbers.find(|number| !number.is_finite()) {
-        return Err(refused(format!("the mean is {}, but it must be a finite number", written(number))));
-    }
-    Ok((form, deviation))
 }

@@ -5,12 +5,11 @@
 //! any more: a chain of n variables takes n steps and the memory of two, a plate of n rows n steps and the memory of what they
 //! share.
 
-use super::filter::{law_of, observe, proper};
-use super::{Gaussian, LinearEquation, NormalLaw};
-use crate::distribution::{Instance, Setting};
+use super::equations::{Equation, Equations, NEEDED};
+use super::filter::{observe, proper};
+use super::{Gaussian, NormalLaw};
+use crate::distribution::Setting;
 use crate::error::Error;
-use crate::ids::ParameterId;
-use crate::model::{Leaves, VariableUse};
 
 /// The laws of the searched slots, and ln of the density of the observations.
 pub(crate) struct Conditioned {
@@ -19,113 +18,7 @@ pub(crate) struct Conditioned {
     pub(crate) ln_evidence: f64,
 }
 
-/// The leaves of an expression in an instance: variables are slots.
-pub(crate) struct Slots<'s> {
-    pub(crate) setting: &'s Setting<'s>,
-    pub(crate) indices: &'s [f64],
-}
-
-impl Leaves for Slots<'_> {
-    fn parameter(&self, parameter: ParameterId, indices: &[f64]) -> f64 {
-        self.setting.field(parameter, indices)
-    }
-
-    fn variable(&self, use_: &VariableUse, index: Option<f64>, component: usize) -> Option<usize> {
-        self.setting.slot_at(use_.variable, index, component)
-    }
-
-    fn index(&self, depth: usize) -> f64 {
-        self.indices.get(depth).copied().unwrap_or(f64::NAN)
-    }
-}
-
-/// One slot: its mean, linear in others, and the deviation of its own noise.
-#[derive(Default)]
-struct Equation {
-    parents: Vec<(usize, f64)>,
-    constant: f64,
-    deviation: f64,
-}
-
-/// The equations of slots, each made when it is first needed.
-struct Equations<'s> {
-    setting: &'s Setting<'s>,
-    instances: Vec<Option<(&'s LinearEquation, Instance)>>,
-    made: Vec<Option<Equation>>,
-}
-
-impl<'s> Equations<'s> {
-    fn new(setting: &'s Setting<'s>, plan: &'s Gaussian) -> Result<Self, Error> {
-        let slots = || 0..setting.slots();
-        let mut instances: Vec<Option<(&LinearEquation, Instance)>> = slots().map(|_| None).collect();
-        for source in &plan.sources {
-            for instance in setting.instances(source.factor)? {
-                let slot = instance.left[0];
-                instances[slot] = Some((source, instance));
-            }
-        }
-        Ok(Self { setting, instances, made: slots().map(|_| None).collect() })
-    }
-
-    /// Makes the equation of a slot.
-    fn make(&mut self, slot: usize) -> Result<(), Error> {
-        // A slot without a factor, such as the index of a plate, is 0.
-        let mut made = Equation::default();
-        if let Some((source, instance)) = &self.instances[slot] {
-            let leaves = Slots { setting: self.setting, indices: &instance.indices };
-            let model = self.setting.model;
-            let context = || {
-                let products = model.factors[source.factor].products.iter();
-                let named =
-                    products.zip(&instance.indices).map(|((name, _), index)| format!("{name} = {index}"));
-                named.collect::<Vec<_>>().join(", ")
-            };
-            let (form, deviation) = law_of(model, source, instance.component, &leaves, &context)?;
-            let parents = form.coefficients.into_iter().collect();
-            made = Equation { parents, constant: form.constant, deviation };
-        }
-        self.made[slot] = Some(made);
-        Ok(())
-    }
-
-    /// Adds a slot after those that it depends on; a slot with one of these marks is not added again.
-    fn add_with_parents(
-        &mut self,
-        of: usize,
-        (marks, mark): (&mut [usize], usize),
-        order: &mut Vec<usize>,
-    ) -> Result<(), Error> {
-        // With each slot, how many of its parents have been looked at.
-        let mut open = vec![(of, 0)];
-        while let Some((slot, parent)) = open.pop() {
-            if parent == 0 {
-                if marks[slot] == NEEDED || marks[slot] == mark {
-                    continue;
-                }
-                if self.made[slot].is_none() {
-                    self.make(slot)?;
-                }
-            }
-            match self.of(slot).parents.get(parent) {
-                Some((next, _)) => {
-                    let next = *next;
-                    open.push((slot, parent + 1));
-                    open.push((next, 0));
-                }
-                None if marks[slot] == NEEDED || marks[slot] == mark => {}
-                None => {
-                    marks[slot] = mark;
-                    order.push(slot);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn of(&self, slot: usize) -> &Equation {
-        self.made[slot].as_ref().expect("internal: the equation of a slot is made before it is read")
-    }
-
+impl Equations<'_> {
     /// An order, parents first, in which few slots are needed together: the children of a slot follow it at once, those
     /// without children first.
     fn ordered(&self, slots: &[usize]) -> Vec<usize> {
@@ -160,9 +53,6 @@ impl<'s> Equations<'s> {
         order
     }
 }
-
-/// The mark of the observed slots and their ancestors; those of the asks follow.
-const NEEDED: usize = 1;
 
 /// The slots that are still needed, with their normal law.
 struct Frontier {
@@ -200,7 +90,7 @@ pub(super) fn condition(
     plan: &Gaussian,
     observed: &[(usize, f64)],
 ) -> Result<Conditioned, Error> {
-    let mut equations = Equations::new(setting, plan)?;
+    let mut equations = Equations::new(setting, plan.sources.iter())?;
     let mut marks = vec![0; setting.slots()];
     let mut slots = Vec::new();
     for (slot, _) in observed {

@@ -4,6 +4,7 @@
 //! the program, checked by the offer; the numbers come when it runs.
 
 mod answer;
+mod equations;
 mod filter;
 mod frontier;
 mod law;
@@ -13,8 +14,8 @@ mod slots;
 mod smooth;
 
 pub(crate) use answer::{Named, divergences, part, rows, whether};
+pub(crate) use equations::Slots;
 pub use filter::{Belief, Filter};
-pub(crate) use frontier::Slots;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::Engine;
 pub use offer::{Gaussian, LinearEquation};

@@ -40,6 +40,8 @@ pub struct Gaussian {
     pub initial: Vec<LinearEquation>,
     /// The variables of an instant, parents first.
     pub sources: Vec<LinearEquation>,
+    /// The variables that have a form of their own at the first instant (`initial(X)`), with that form.
+    pub first: Vec<LinearEquation>,
     /// The variables whose law is carried to the next instant: (X, X^-1).
     pub carried: Vec<(VariableId, VariableId)>,
     /// The variables that are observed, in the order of the question.
@@ -58,10 +60,8 @@ pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
 /// Whether all variables that an ask uses, and their ancestors, are linear and Gaussian.
 pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let relevant = relevant(model, std::slice::from_ref(ask));
-    // The elements of families are answered where the program is of one instant.
-    let elements = model.plate.is_none()
-        && !ask.when.is_over_time()
-        && relevant.iter().all(|id| model.variables[*id].previous_of.is_none());
+    // Over a plate a family is one variable of each element; over time it is its elements.
+    let elements = model.plate.is_none() || ask.when.is_over_time();
     let degree = |id: ExpressionId| degree(model, id, elements);
     let predicate =
         |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id, elements).is_some();
@@ -74,13 +74,17 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let factors = model.factors.values().filter(|factor| {
         factor.left.iter().any(|use_| relevant.contains(&use_.variable) && !predicate(use_.variable))
     });
-    let linear = factors.clone().all(|factor| match initial(&factor.form) {
+    let is_linear = |form: &Form| match form {
         Form::Law { law: Law::Normal, arguments } => {
             degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
         }
         Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
         Form::Flat => !ask.when.is_over_time(),
         _ => false,
+    };
+    let linear = factors.clone().all(|factor| match &factor.form {
+        Form::Initial { first, later } => ask.when.is_over_time() && is_linear(first) && is_linear(later),
+        form => is_linear(initial(form)),
     });
     let first = factors.clone().all(|factor| {
         let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
@@ -155,27 +159,34 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         .filter(|(_, previous)| relevant.contains(previous))
         .collect();
     // A carried variable without an initial form is at rest before the first instant.
-    let mut initial_sources = Vec::new();
+    let (mut initial_sources, mut first) = (Vec::new(), Vec::new());
     for id in model.parents_first(&rest) {
         let factor = &model.factors[id];
-        let form = initial(&factor.form);
-        let (mean, deviation) = match (form, form.as_normal()) {
-            (_, Some((mean, deviation))) => (Some(mean), Some(deviation)),
-            (Form::Dirac(value), _) => (Some(*value), None),
-            (Form::Flat, _) => (None, None),
-            _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
-        };
         let variable = factor.left[0].variable;
-        let source = LinearEquation { variable, factor: id, mean, deviation };
-        match model.variables[variable].previous_of.is_some() {
-            true => initial_sources.push(source),
-            false => sources.push(source),
+        let equation = |form: &Form| {
+            let (mean, deviation) = match (form, form.as_normal()) {
+                (_, Some((mean, deviation))) => (Some(mean), Some(deviation)),
+                (Form::Dirac(value), _) => (Some(*value), None),
+                (Form::Flat, _) => (None, None),
+                _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
+            };
+            LinearEquation { variable, factor: id, mean, deviation }
+        };
+        match &factor.form {
+            form if model.variables[variable].previous_of.is_some() => {
+                initial_sources.push(equation(initial(form)));
+            }
+            Form::Initial { first: form, later } => {
+                first.push(equation(form));
+                sources.push(equation(later));
+            }
+            form => sources.push(equation(initial(form))),
         }
     }
     let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
     let derivation = derive(model, &carried, &observed);
     let families = relevant.iter().any(|id| model.variables[*id].family.is_some());
-    Ok(Gaussian { asks, initial: initial_sources, sources, carried, observed, families, derivation })
+    Ok(Gaussian { asks, initial: initial_sources, sources, first, carried, observed, families, derivation })
 }
 
 /// The ancestors of the searched and observed variables, now and before; all others are barren.
@@ -325,8 +336,12 @@ impl Offered for Gaussian {
     fn cost(&self, model: &Model) -> Option<f64> {
         let before = self.carried.iter().map(|(_, before)| *before);
         let all = self.sources.iter().map(|source| source.variable).chain(before);
-        let numbers: usize = all.map(|variable| model.components(variable)).sum();
-        Some((numbers as f64).powi(3))
+        let elements = |id: VariableId| match model.variables[id].family {
+            Some(family) => model.index_count(&family.over).map_or(16.0, |count| count as f64),
+            None => 1.0,
+        };
+        let numbers: f64 = all.map(|id| model.components(id) as f64 * elements(id)).sum();
+        Some(numbers.powi(3))
     }
 
     fn reason(&self) -> &'static str {

@@ -10,36 +10,38 @@
 use super::law::NormalLaw;
 use super::{Belief, Filter};
 use crate::error::{Error, Impossible};
+use crate::strategies::over_time::Instant;
 
 impl Filter {
-    /// The belief of each instant, given the observations up to it; variables that an instant does not name are not
+    /// The belief of each instant, given the observations up to it; slots that an instant does not name are not
     /// observed.
     ///
     /// # Errors
     /// An observation that is not finite, or that the others exclude.
-    pub fn filtered(&mut self, instants: &[Vec<(&str, f64)>]) -> Result<Vec<Belief>, Error> {
-        let step = |(number, observed): (usize, &Vec<(&str, f64)>)| {
+    pub(crate) fn filtered(&mut self, instants: &[Instant]) -> Result<Vec<Belief>, Error> {
+        let step = |(number, observed): (usize, &Instant)| {
             let (law, ln_evidence) = self.advance(self.predict(), observed).map_err(at(number))?;
-            self.law = law.select(self.carried.iter().copied()).reduced();
-            Ok(self.belief(&law.select(self.searched()), ln_evidence))
+            let belief = self.belief(&law.select(self.searched()), ln_evidence);
+            self.keep(law.select(self.carried()).reduced());
+            Ok(belief)
         };
         instants.iter().enumerate().map(step).collect()
     }
 
     /// The belief `steps` instants ahead without observations. The filter itself is unchanged.
-    pub fn predicted(&self, steps: usize) -> Result<Belief, Error> {
+    pub(crate) fn predicted(&self, steps: usize) -> Belief {
         let mut ahead = self.clone();
         for _ in 1..steps {
-            ahead.law = ahead.predict().select(self.carried.iter().copied()).reduced();
+            ahead.keep(ahead.predict().select(ahead.carried()).reduced());
         }
-        Ok(ahead.belief(&ahead.predict().select(self.searched()), 0.0))
+        ahead.belief(&ahead.predict().select(ahead.searched()), 0.0)
     }
 
     /// The belief of each instant, given all observations.
     ///
     /// # Errors
     /// As [`Filter::filtered`].
-    pub fn smoothed(&mut self, instants: &[Vec<(&str, f64)>]) -> Result<Vec<Belief>, Error> {
+    pub(crate) fn smoothed(&mut self, instants: &[Instant]) -> Result<Vec<Belief>, Error> {
         // For each instant, the law of the searched variables and of the noises carried from the previous instant.
         let mut steps = Vec::with_capacity(instants.len());
         for (number, observed) in instants.iter().enumerate() {
@@ -47,11 +49,11 @@ impl Filter {
             let noises = law.len()..law.len() + self.law.noises();
             (0..self.law.noises()).for_each(|noise| law.extend_by_noise(noise));
             let (mut law, ln_evidence) = self.advance(law, observed).map_err(at(number))?;
-            let on = law.concentrate(self.carried.clone());
-            self.law = law.select(self.carried.iter().copied());
-            self.law.keep_noises(on);
-            let law = law.select(self.searched().chain(noises));
-            steps.push((law, ln_evidence));
+            let on = law.concentrate(self.carried());
+            let mut kept = law.select(self.carried());
+            kept.keep_noises(on);
+            steps.push((law.select(self.searched().into_iter().chain(noises)), ln_evidence));
+            self.keep(kept);
         }
         let mut later: Option<NormalLaw> = None;
         let mut beliefs = Vec::with_capacity(steps.len());
@@ -59,7 +61,7 @@ impl Filter {
             if let Some(later) = &later {
                 law.replace_noises(later);
             }
-            let searched = self.searched.len();
+            let searched = self.searched().len();
             beliefs.push(self.belief(&law.select(0..searched), ln_evidence));
             later = Some(law.select(searched..law.len()).reduced());
         }

@@ -44,7 +44,7 @@ impl<'m> Follower<'m> {
                 let chain = chain::chain(&setting, &route)?;
                 State::Chain { chain: Box::new(chain), searched, last: None }
             }
-            By::Gaussian(gaussian) => State::Gaussian(Box::new(super::kalman(&setting, gaussian)?)),
+            By::Gaussian(gaussian) => State::Gaussian(Box::new(Filter::of(&setting, gaussian)?)),
             By::Particles { linear, .. } => {
                 let moves = Box::new(Moves::new(&setting, &route.carried, linear, sampling)?);
                 let (linear, kept): (Vec<usize>, Vec<usize>) =
@@ -101,10 +101,7 @@ impl<'m> Follower<'m> {
                 InstantLaw::Finite(numbers)
             }
             State::Gaussian(filter) => {
-                let named: Vec<(String, f64)> =
-                    (instant.iter()).map(|(slot, value)| (self.setting.slot_name(*slot), *value)).collect();
-                let named = named.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-                let beliefs = filter.filtered(&[named])?;
+                let beliefs = filter.filtered(std::slice::from_ref(&instant))?;
                 let belief = beliefs.into_iter().next().expect("internal: a belief for each instant");
                 self.ln_evidence += belief.ln_evidence;
                 InstantLaw::Normal(belief)
@@ -142,7 +139,7 @@ impl<'m> Follower<'m> {
                     chain.after(before.as_ref(), &step.product, |joint| joint.distribution(searched))?;
                 InstantLaw::Finite(numbers)
             }
-            State::Gaussian(filter) => InstantLaw::Normal(filter.predicted(steps)?),
+            State::Gaussian(filter) => InstantLaw::Normal(filter.predicted(steps)),
             State::Particles { moves, linear, kept, cloud } => {
                 let mut ahead = cloud.clone();
                 for step in 0..steps {

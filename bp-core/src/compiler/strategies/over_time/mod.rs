@@ -172,14 +172,6 @@ pub fn answer(
     }
 }
 
-/// A Kalman filter before the first instant.
-fn kalman(setting: &Setting<'_>, gaussian: &Gaussian) -> Result<Filter, Error> {
-    let parameters: Vec<(&str, f64)> = (setting.model.parameters.values())
-        .filter_map(|parameter| Some((parameter.name.as_str(), *setting.given(&parameter.name)?.first()?)))
-        .collect();
-    Filter::new(setting.model, gaussian, &parameters)
-}
-
 /// A Kalman filter, forward and backward.
 fn answer_gaussian(
     setting: &Setting<'_>,
@@ -188,18 +180,11 @@ fn answer_gaussian(
     instants: &[Instant],
     scope: Scope,
 ) -> Result<Answered, Error> {
-    let mut filter = kalman(setting, gaussian)?;
-    let names: Vec<Vec<(String, f64)>> = (instants.iter())
-        .map(|instant| instant.iter().map(|(slot, value)| (setting.slot_name(*slot), *value)).collect())
-        .collect();
-    let named: Vec<Vec<(&str, f64)>> = names
-        .iter()
-        .map(|instant| instant.iter().map(|(name, value)| (name.as_str(), *value)).collect())
-        .collect();
+    let mut filter = Filter::of(setting, gaussian)?;
     let (several, ahead) = (route.ask().when.is_every_instant(), route.ask().when.ahead());
     let beliefs = match several {
-        true => filter.smoothed(&named)?,
-        false => filter.filtered(&named)?,
+        true => filter.smoothed(instants)?,
+        false => filter.filtered(instants)?,
     };
     let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
     let posterior = |(instant, belief): (usize, Belief)| InstantPosterior {
@@ -208,7 +193,7 @@ fn answer_gaussian(
     };
     let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
     if ahead > 0 {
-        all.push((instants.len() - 1 + ahead, filter.predicted(ahead)?));
+        all.push((instants.len() - 1 + ahead, filter.predicted(ahead)));
     }
     let from = if several || scope == Scope::Each { 0 } else { all.len().saturating_sub(1) };
     let posteriors = all.split_off(from).into_iter().map(posterior).collect();
