@@ -363,7 +363,8 @@ fn families_over_time_are_filtered_element_by_element() {
     // An element known by a number at each instant, beside columns.
     let fixed: Vec<Vec<f64>> = rows.iter().map(|row| vec![row[0], row[2]]).collect();
     let (laws, ln) = asked_of(&model, "filter P(X | Z[1] Z[2] = 3.5 U)", &["Z[1]", "U"], &fixed);
-    let mut known: Vec<(usize, f64)> = (seen.concat()).into_iter().filter(|(_, z)| ![4.5, 3.6, 3.0].contains(z)).collect();
+    let mut known: Vec<(usize, f64)> =
+        (seen.concat()).into_iter().filter(|(_, z)| ![4.5, 3.6, 3.0].contains(z)).collect();
     known.push((seen[0][2].0, 3.0));
     known.extend(states[..4].iter().map(|state| (state[1] + 2, 3.5)));
     let (expected, ln_expected) = dense.given(states[3][1], &known);
@@ -373,10 +374,13 @@ fn families_over_time_are_filtered_element_by_element() {
     let entropy = ask_over_time(
         &model,
         &question(&model, "entropy filter P(X | Z U)"),
-        &rows.iter().map(|row| {
-            let cells = names.iter().zip(row).filter(|(_, value)| !value.is_nan());
-            cells.map(|(name, value)| ((*name).to_owned(), *value)).collect()
-        }).collect::<Vec<_>>(),
+        &rows
+            .iter()
+            .map(|row| {
+                let cells = names.iter().zip(row).filter(|(_, value)| !value.is_nan());
+                cells.map(|(name, value)| ((*name).to_owned(), *value)).collect()
+            })
+            .collect::<Vec<_>>(),
         &Inputs::new(),
         Sampling::default(),
     );

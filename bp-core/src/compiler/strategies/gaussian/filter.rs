@@ -103,8 +103,7 @@ impl Filter {
         };
         let before = slots(&mut plan.carried.iter().map(|(_, before)| *before));
         let carried = slots(&mut plan.carried.iter().map(|(now, _)| *now));
-        let searched =
-            slots(&mut plan.asks.iter().flat_map(|ask| &ask.searched).map(|item| item.variable));
+        let searched = slots(&mut plan.asks.iter().flat_map(|ask| &ask.searched).map(|item| item.variable));
         let real = |id: &VariableId| !model.variables[*id].domain.is_finite();
         let observed = slots(&mut plan.observed.iter().copied().filter(real));
         // The law of X^-1 before the first instant.
@@ -124,7 +123,15 @@ impl Filter {
             slots.into_iter().map(|slot| (setting.slot_name(slot), slot)).collect()
         };
         let question = model.ask_text(&plan.asks[0]);
-        Ok(Self { searched: named(searched), observed: named(observed), question, law, carried, first, later })
+        Ok(Self {
+            searched: named(searched),
+            observed: named(observed),
+            question,
+            law,
+            carried,
+            first,
+            later,
+        })
     }
 
     fn layout(&self) -> &Layout {
