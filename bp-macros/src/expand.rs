@@ -33,9 +33,9 @@ pub(crate) fn expand(input: TokenStream, root: &Path) -> Result<TokenStream, Tok
 
 fn module(program: &Program, origin: &Origin, body: TokenStream) -> TokenStream {
     let name = Ident::new(&snake(&program.name.text), origin.span(program.name.span()).0);
-    let said = program.comments.documentation();
+    let written = program.comments.documentation();
     let called = format!("The Bayesian Program `{}`.", program.name.text);
-    let documentation = if said.is_empty() { called } else { said };
+    let documentation = if written.is_empty() { called } else { written };
     // The module includes the file, so that the compiler recompiles when it changes.
     let file = origin.path().map(|path| quote! { const _: &[u8] = ::core::include_bytes!(#path); });
     quote! {

@@ -55,8 +55,8 @@ impl Written {
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
         let mut rest = tokens.as_slice();
         while let Some((token, after)) = rest.split_first() {
-            if let Some((opening, said, after)) = comment(rest) {
-                self.comment(opening, &said, token.span());
+            if let Some((opening, words, after)) = comment(rest) {
+                self.comment(opening, &words, token.span());
                 rest = after;
                 continue;
             }
@@ -93,9 +93,9 @@ impl Written {
         self.last = kind;
     }
 
-    fn comment(&mut self, opening: &str, said: &str, span: Span) {
+    fn comment(&mut self, opening: &str, words: &str, span: Span) {
         self.gap(span, Last::Comment);
-        let lines: Vec<String> = said.lines().map(|line| format!("{opening}{line}")).collect();
+        let lines: Vec<String> = words.lines().map(|line| format!("{opening}{line}")).collect();
         let text = if lines.is_empty() { opening.to_owned() } else { lines.join("\n") };
         let start = self.text.len();
         self.text.push_str(&text);
@@ -142,8 +142,8 @@ fn comment(tokens: &[TokenTree]) -> Option<(&'static str, String, &[TokenTree])>
     };
     let inside: Vec<TokenTree> = group.stream().into_iter().collect();
     match inside.as_slice() {
-        [TokenTree::Ident(doc), equal, TokenTree::Literal(said)] if doc == "doc" && is(equal, '=') => {
-            Some((opening, unquote(&said.to_string())?, after))
+        [TokenTree::Ident(doc), equal, TokenTree::Literal(words)] if doc == "doc" && is(equal, '=') => {
+            Some((opening, unquote(&words.to_string())?, after))
         }
         _ => None,
     }

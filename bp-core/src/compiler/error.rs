@@ -27,7 +27,7 @@ pub enum Error {
     Lookup {
         /// The question.
         question: String,
-        /// What was looked up, and what exists.
+        /// The name, and the existing ones.
         message: String,
     },
     /// A file that cannot be read or written.
@@ -43,7 +43,7 @@ pub enum Error {
     Input {
         /// The input.
         name: String,
-        /// What was found, and what was expected.
+        /// The value that was found, and the expected one.
         message: String,
     },
     /// Evidence that a variable of a network cannot have; the variable by its number, before its name is known.
@@ -51,7 +51,7 @@ pub enum Error {
     Evidence {
         /// Its number, from 0.
         variable: usize,
-        /// What was found, and what was expected.
+        /// The value that was found, and the expected one.
         message: String,
     },
     /// An invalid number in a form.
@@ -75,7 +75,7 @@ pub enum Error {
         column: String,
         /// Its text.
         value: String,
-        /// What was expected.
+        /// The expected value.
         message: String,
     },
     /// A case that has no answer.

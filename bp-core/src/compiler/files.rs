@@ -162,8 +162,8 @@ mod tests {
         assert!(write(&folder.path().join("no").join("a.txt"), b"three").is_err());
         let no_file = folder.path().join("new").join("");
         for path in [folder.path(), no_file.as_path()] {
-            let told = write(path, b"three").unwrap_err();
-            assert_eq!(told.to_string(), "it is a folder; write the name of a file in it");
+            let message = write(path, b"three").unwrap_err();
+            assert_eq!(message.to_string(), "it is a folder; write the name of a file in it");
         }
         assert_eq!(entries(folder.path()), ["a.txt"]);
         check_folder(folder.path()).unwrap();

@@ -82,7 +82,7 @@ struct Opened {
     known: Vec<Known>,
     ln_scale: f64,
     warnings: Vec<String>,
-    /// What its tables of rows say.
+    /// The data of its tables of rows.
     rows: Arc<PlateData>,
 }
 
@@ -130,7 +130,7 @@ impl Program {
     }
 
     fn with_settings(opened: Arc<Opened>, given: Settings, (sampling, options): (Sampling, Options)) -> Self {
-        let settings = Arc::new(given.clone().with_told(&opened.model));
+        let settings = Arc::new(given.clone().with_inferred_sizes(&opened.model));
         Self { opened, given: Arc::new(given), settings, inputs: OnceLock::new(), sampling, options }
     }
 
@@ -292,8 +292,8 @@ impl Program {
         groups::most_probable(self, evidence)
     }
 
-    /// The entropy in nats of some targets together, given some evidence, and what the observation of each of some other
-    /// variables (of all, if none is named) tells about the targets, the most informative first.
+    /// The entropy in nats of some targets together, given some evidence, and the information that the observation of each of
+    /// some other variables (of all, if none is named) gives about the targets, the most informative first.
     ///
     /// # Errors
     /// As [`Program::joint`].

@@ -146,7 +146,7 @@ impl Question {
         let mut inputs = settings.inputs();
         for (name, variable, values) in &self.given {
             inputs = inputs.array(name, values);
-            if let Some((name, size)) = settings.told_by_values(self.program.model(), *variable, values.len())
+            if let Some((name, size)) = settings.size_by_values(self.program.model(), *variable, values.len())
             {
                 inputs = inputs.size(&name, size).number(&name, size as f64);
             }

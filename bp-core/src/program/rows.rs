@@ -38,7 +38,7 @@ pub struct Rows {
     ignore: Vec<String>,
 }
 
-/// A table, and the set that its rows are elements of, where that is said.
+/// A table, and the set of which its rows are elements, if it is given.
 #[derive(Clone, Debug)]
 struct Table {
     of: Option<String>,
@@ -93,7 +93,7 @@ impl Rows {
         self
     }
 
-    /// The set, or the size that bounds a range, of the last table; by default its columns tell.
+    /// The set, or the size that bounds a range, of the last table; by default that of its columns.
     #[must_use]
     pub fn of(mut self, set: &str) -> Self {
         if let Some(table) = self.tables.last_mut() {
@@ -109,7 +109,7 @@ impl Rows {
         self
     }
 
-    /// What the tables say of a program.
+    /// The data of the tables for a program.
     fn read(self, model: &Model, settings: &Settings) -> Result<PlateData, Error> {
         let open = |table: Table| {
             let records = match table.source {
@@ -133,8 +133,8 @@ impl Settings {
         self
     }
 
-    /// The size that the largest of the indices given for a set tells, where it is not known.
-    pub(super) fn told_by_indices(&self, model: &Model) -> Option<(String, usize)> {
+    /// The size implied by the largest index given for a set, where it is not known.
+    pub(super) fn size_by_indices(&self, model: &Model) -> Option<(String, usize)> {
         model.parameters.values().find_map(|parameter| {
             let ParameterKind::Element(set) = parameter.kind else { return None };
             let name = &model.sets[set].name;
@@ -159,7 +159,7 @@ impl Program {
         Ok(Self::with_settings(opened.into(), given, (self.sampling, self.options)))
     }
 
-    /// What its tables of rows say.
+    /// The data of its tables of rows.
     pub fn plate_data(&self) -> &PlateData {
         &self.opened.rows
     }

@@ -169,17 +169,17 @@ impl Settings {
 
     /// With the sizes of sets that were not set, inferred from the lengths of fields, given or written: 3 from
     /// `mu[Grid] = [1, 2, 3]`.
-    pub fn with_told(mut self, model: &Model) -> Self {
+    pub fn with_inferred_sizes(mut self, model: &Model) -> Self {
         let fields = || model.parameters.values();
-        let told = |it: &Self| fields().find_map(|field| it.told_by(model, field));
-        while let Some((name, size)) = told(&self).or_else(|| self.told_by_indices(model)) {
+        let by_fields = |it: &Self| fields().find_map(|field| it.size_by_field(model, field));
+        while let Some((name, size)) = by_fields(&self).or_else(|| self.size_by_indices(model)) {
             self.sizes.insert(name, size);
         }
         self
     }
 
     /// The size of the only set of a field whose size is not known.
-    fn told_by(&self, model: &Model, field: &Parameter) -> Option<(String, usize)> {
+    fn size_by_field(&self, model: &Model, field: &Parameter) -> Option<(String, usize)> {
         let (mut open, mut known) = (None, 1);
         for over in &field.over {
             match over {
@@ -210,7 +210,7 @@ impl Settings {
     }
 
     /// The size implied by the values given for a family, where it is not known.
-    pub(super) fn told_by_values(
+    pub(super) fn size_by_values(
         &self,
         model: &Model,
         of: VariableId,
@@ -276,7 +276,7 @@ impl Settings {
             },
             Meaning::Value(variable) => {
                 let values = self.values(model, variable, name, value)?;
-                self.sizes.extend(self.told_by_values(model, variable, values.len()));
+                self.sizes.extend(self.size_by_values(model, variable, values.len()));
                 self.arrays.insert(name.to_owned(), values);
             }
             Meaning::Field => {

@@ -130,7 +130,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         })
         .collect::<Result<_, _>>()?;
     let names = names_of(&model, &compiled)?;
-    let settings = Settings::read(&model, &arguments.settings, &names)?.with_rows(&rows).with_told(&model);
+    let settings =
+        Settings::read(&model, &arguments.settings, &names)?.with_rows(&rows).with_inferred_sizes(&model);
     let sampling = arguments.inference.sampling();
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;

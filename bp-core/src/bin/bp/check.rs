@@ -30,12 +30,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             Err(failure) => {
                 // Results and errors are in the order of the files.
                 out.flush()?;
-                failure.tell();
+                failure.report();
                 right = false;
             }
         }
     }
-    if right { Ok(()) } else { Err(Failure::Told) }
+    if right { Ok(()) } else { Err(Failure::Reported) }
 }
 
 fn summary(model: &Model) -> String {

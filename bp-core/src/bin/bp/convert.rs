@@ -45,11 +45,11 @@ fn names() -> String {
     Format::ALL.map(|format| format!("`{}`", format.endings()[0])).join(", ")
 }
 
-fn format(path: &Path, said: Option<Format>, option: &str) -> Result<Format, Failure> {
-    if said.is_none() {
+fn format(path: &Path, given: Option<Format>, option: &str) -> Result<Format, Failure> {
+    if given.is_none() {
         program::format_of(path)?;
     }
-    said.or_else(|| Format::of(path)).ok_or_else(|| {
+    given.or_else(|| Format::of(path)).ok_or_else(|| {
         let message = format!(
             "the name `{}` does not determine its format; give `{option}` and one of",
             path.display()

@@ -185,13 +185,13 @@ fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl W
 }
 
 fn write_json(model: &Model, plans: &[Plan], with_layout: bool, out: &mut impl Write) -> Result<(), Failure> {
-    let mut told: Vec<_> = plans.iter().map(|plan| as_json(model, plan)).collect();
+    let mut documents: Vec<_> = plans.iter().map(|plan| as_json(model, plan)).collect();
     if with_layout {
-        for (told, plan) in told.iter_mut().zip(plans) {
-            told["layout"] = json!(layout(model, plan)?);
+        for (document, plan) in documents.iter_mut().zip(plans) {
+            document["layout"] = json!(layout(model, plan)?);
         }
     }
-    let text = match told.as_slice() {
+    let text = match documents.as_slice() {
         [one] => one.to_string(),
         several => json!(several).to_string(),
     };

@@ -18,20 +18,20 @@ pub(crate) enum Failure {
     /// A message.
     Words(String),
     /// Already reported.
-    Told,
+    Reported,
     /// Stdout cannot be written.
     Output(std::io::Error),
 }
 
 impl Failure {
     /// Prints it on stderr.
-    pub(crate) fn tell(self) -> ExitCode {
+    pub(crate) fn report(self) -> ExitCode {
         let words = match self {
             Failure::Wrong(wrong, source) => wrong.render(&source, colour(&std::io::stderr())),
             Failure::Data(Error::Program { text, wrong }) => wrong.render(&text, colour(&std::io::stderr())),
             Failure::Data(error) => format!("error: {error}\n"),
             Failure::Words(words) => format!("error: {words}\n"),
-            Failure::Told => String::new(),
+            Failure::Reported => String::new(),
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
             Failure::Output(error) => format!("error: stdout cannot be written: {error}\n"),
         };

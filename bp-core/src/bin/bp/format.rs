@@ -35,12 +35,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             Err(Failure::Output(error)) => return Err(Failure::Output(error)),
             Err(failure) => {
                 out.flush()?;
-                failure.tell();
+                failure.report();
                 right = false;
             }
         }
     }
-    if right { Ok(()) } else { Err(Failure::Told) }
+    if right { Ok(()) } else { Err(Failure::Reported) }
 }
 
 /// Whether the text is, or now is, formatted.

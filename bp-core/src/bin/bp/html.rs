@@ -26,9 +26,9 @@ pub(crate) fn write(model: &Model, text: &str, plans: &[Plan], out: &mut impl Wr
     writeln!(out, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>")?;
     writeln!(out, "<style>\n{STYLE}</style></head>\n<body><main>")?;
     writeln!(out, "<h1>{name}</h1>")?;
-    let said = model.documentation.trim();
-    for paragraph in said.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
-        writeln!(out, "<p class=\"said\">{}</p>", escaped(paragraph))?;
+    let documentation = model.documentation.trim();
+    for paragraph in documentation.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+        writeln!(out, "<p class=\"documentation\">{}</p>", escaped(paragraph))?;
     }
     if plans.len() != 1 {
         figure(model, None, out)?;
@@ -58,7 +58,7 @@ fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Resu
             mathematics(&equation)
         )?;
     }
-    writeln!(out, "</ol>\n<h3>What is computed</h3>")?;
+    writeln!(out, "</ol>\n<h3>Computation</h3>")?;
     for equation in plan.computed(model, Notation::MathMl) {
         writeln!(out, "{}", mathematics(&equation))?;
     }

@@ -27,7 +27,7 @@ pub(crate) fn open(model: &Model, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\\section*{{Program {}}}", escaped(&model.name))?;
     match model.documentation.trim() {
         "" => Ok(()),
-        said => writeln!(out, "{}\n", escaped(said)),
+        documentation => writeln!(out, "{}\n", escaped(documentation)),
     }
 }
 

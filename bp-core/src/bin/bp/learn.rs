@@ -111,7 +111,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     };
     let rows =
         rows::read(&model, &arguments.rows, &arguments.settings, &arguments.separator, &arguments.ignore)?;
-    let given = Given::read(&model, &arguments.settings, &names(&model))?.with_rows(&rows).with_told(&model);
+    let given = Given::read(&model, &arguments.settings, &names(&model))?
+        .with_rows(&rows)
+        .with_inferred_sizes(&model);
     let learner = match &arguments.data {
         Some(data) => {
             let table = data::open(data, &arguments.separator)?;

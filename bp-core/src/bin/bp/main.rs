@@ -108,6 +108,6 @@ fn main() -> ExitCode {
             ExitCode::from(signals::INTERRUPTED as u8)
         }
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.tell(),
+        Err(failure) => failure.report(),
     }
 }

@@ -34,7 +34,7 @@ impl RowTables {
         self.fill.is_some()
     }
 
-    /// What the tables say of a program.
+    /// The data of the tables for a program.
     pub(crate) fn read(
         &self,
         model: &Model,
@@ -46,7 +46,7 @@ impl RowTables {
     }
 }
 
-/// What tables say of a program; notes are shown.
+/// The data of tables for a program; notes are shown.
 pub(crate) fn read(
     model: &Model,
     tables: &[String],

@@ -11,7 +11,7 @@ mod spaces;
 use super::Records;
 use crate::ids::{ParameterId, VariableId};
 
-/// What tables say of the elements of sets.
+/// The data of tables about the elements of sets.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct PlateData {
     tables: Vec<Records>,

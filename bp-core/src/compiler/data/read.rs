@@ -59,7 +59,7 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
     }
     text.push_str(END);
     // Spreadsheets read a first line `sep=;`.
-    let said = match text.as_bytes() {
+    let declared = match text.as_bytes() {
         [b's', b'e', b'p', b'=', sign, b'\r' | b'\n', ..]
             if sign.is_ascii_punctuation() || *sign == b'\t' =>
         {
@@ -67,8 +67,8 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
         }
         _ => None,
     };
-    let separator = separator.or(said);
-    if said.is_some() {
+    let separator = separator.or(declared);
+    if declared.is_some() {
         text.replace_range(..5, "");
     }
     let length = text.len() - END.len();

@@ -3,7 +3,7 @@
 //! In: an output with a distribution. Out: fields for its most probable values and for the probability there, and the
 //! code that fills them. Invariant: ties are broken as in `answer::argmax`; the first value is returned.
 
-use super::documentation as told;
+use super::documentation;
 use super::names::{Names, local, snake};
 use super::text::Text;
 use super::value::constant;
@@ -17,7 +17,7 @@ use crate::model::{Domain, Model, SetKind, Statistic};
 struct Value {
     variable: VariableId,
     field: String,
-    told: Vec<String>,
+    documentation: Vec<String>,
     /// Its axes, three for a cell of a grid.
     axes: Vec<AxisId>,
     /// Its number: the first value and a step of 1, or the centres of bins.
@@ -109,11 +109,11 @@ impl Best {
                     "The value of `{name}` at which the distribution is largest: a number of `{}`. Of several, the first.",
                     model.domain_text(domain)
                 );
-                let told = vec![what, "`None` where the context is impossible.".to_owned()];
+                let documentation = vec![what, "`None` where the context is impossible.".to_owned()];
                 values.push(Value {
                     variable,
                     field,
-                    told,
+                    documentation,
                     axes: axes.to_vec(),
                     first: domain.base(),
                     centres,
@@ -123,16 +123,16 @@ impl Best {
         }
         let inner = if over_plate.is_empty() { plate.to_vec() } else { Vec::new() };
         let contexts: Vec<AxisId> = outer.iter().chain(&inner).copied().collect();
-        let shape = told::shape(kernel, &contexts);
-        let index = rows.iter().filter_map(|row| told::index(model, *row));
+        let shape = documentation::shape(kernel, &contexts);
+        let index = rows.iter().filter_map(|row| documentation::index(model, *row));
         let shared: Vec<String> = std::iter::once(shape).chain(index).collect();
-        values.iter_mut().for_each(|value| value.told.extend(shared.iter().cloned()));
+        values.iter_mut().for_each(|value| value.documentation.extend(shared.iter().cloned()));
         let searched = ask.searched.iter().map(|item| snake(&model.variable_name(item.variable)));
         let searched: Vec<String> = searched.map(|name| name.trim_matches('_').to_owned()).collect();
         let largest = names.unique(&format!("max_{}", searched.join("_")));
         let what = "The largest probability; 0 where the context is impossible.".to_owned();
-        let told = std::iter::once(what).chain(shared).collect();
-        Some(Self { nearest: field.map(nearest), values, largest: (largest, told), width, inner })
+        let documentation = std::iter::once(what).chain(shared).collect();
+        Some(Self { nearest: field.map(nearest), values, largest: (largest, documentation), width, inner })
     }
 
     /// The type of the most probable values, and the expression that reads them at the context `at`.
@@ -169,8 +169,8 @@ impl Best {
 
     /// The fields of the outputs.
     pub(super) fn fields(&self, text: &mut Text) {
-        for Value { field, told, .. } in &self.values {
-            text.documented(told);
+        for Value { field, documentation, .. } in &self.values {
+            text.documented(documentation);
             text.line(format!("pub {field}: Vec<Option<T>>,"));
         }
         text.documented(&self.largest.1);
@@ -213,7 +213,7 @@ impl Best {
         let mut after: Vec<AxisId> = Vec::new();
         for (number, value) in self.values.iter().enumerate().rev() {
             let ordinal = format!("at / ({}) % ({})", product(&after), product(&value.axes));
-            let told = match &value.centres {
+            let number = match &value.centres {
                 None => format!("({ordinal}) as f64 + {}", constant(value.first as f64)),
                 Some(centres) => {
                     let name = format!("CENTRES{}_{number}", id.position());
@@ -221,7 +221,10 @@ impl Best {
                     format!("{name}[{ordinal}]")
                 }
             };
-            text.line(format!("outputs.{}[context] = best.map(|(at, _)| T::from_f64({told}));", value.field));
+            text.line(format!(
+                "outputs.{}[context] = best.map(|(at, _)| T::from_f64({number}));",
+                value.field
+            ));
             after.splice(0..0, value.axes.iter().copied());
         }
         text.close();

@@ -30,8 +30,8 @@ pub(super) fn emit_filter(
     names.unique("filter");
     for parameter in model.parameters.values().filter(|parameter| parameter.over.is_empty()) {
         let default = parameter.default_number().map(|default| format!("By default {}.", constant(default)));
-        let told = std::iter::once(format!("The parameter `{}`.", parameter.name));
-        text.documented(&told.chain(default).collect::<Vec<_>>());
+        let documentation = std::iter::once(format!("The parameter `{}`.", parameter.name));
+        text.documented(&documentation.chain(default).collect::<Vec<_>>());
         text.open(format!("pub fn {}(mut self, value: f64) -> Self", names.unique(&snake(&parameter.name))));
         // Inserted first, so that the last of several settings takes effect.
         text.line(format!("self.parameters.insert(0, ({:?}, value));", parameter.name));

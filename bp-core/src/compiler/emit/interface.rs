@@ -4,7 +4,7 @@
 //! structure are unique; the documentation of an array lists its indices, slowest first, and its length.
 
 use super::best::{Best, is_scores};
-use super::documentation as told;
+use super::documentation;
 use super::door::METHODS;
 use super::names::{Names, snake};
 use super::reading::searched_by;
@@ -69,7 +69,7 @@ pub(super) struct SizeField {
 /// The field of an output's buffer.
 struct OutputField {
     field: String,
-    told: Vec<String>,
+    documentation: Vec<String>,
     /// The answer, if the question asks for the most probable values.
     best: Option<Best>,
 }
@@ -142,8 +142,9 @@ impl<'k> Interface<'k> {
                 Some(_) => "scores".to_owned(),
                 None => output_name(model, output),
             };
-            let (field, told) = (names.unique(&wanted), told::output(model, kernel, id, output));
-            interface.outputs.insert(id, OutputField { field, told, best });
+            let (field, documentation) =
+                (names.unique(&wanted), documentation::output(model, kernel, id, output));
+            interface.outputs.insert(id, OutputField { field, documentation, best });
             interface.order.push(id);
         }
         interface.fields = fields;
@@ -176,8 +177,8 @@ impl<'k> Interface<'k> {
     }
 
     /// The documentation of an output.
-    pub(super) fn told(&self, id: BufferId) -> Vec<String> {
-        self.outputs[&id].told.clone()
+    pub(super) fn documentation(&self, id: BufferId) -> Vec<String> {
+        self.outputs[&id].documentation.clone()
     }
 
     /// The outputs, in order.
@@ -264,7 +265,7 @@ impl<'k> Interface<'k> {
             };
             borrows |= matches!(given, Given::Slice(_));
             numbers = true;
-            fields.documented(&told::input(self.kernel, *id));
+            fields.documented(&documentation::input(self.kernel, *id));
             fields.line(format!("pub {field}: {kind},"));
         }
         for (name, field) in &self.fields {
@@ -274,7 +275,7 @@ impl<'k> Interface<'k> {
                 .documented(&[what, "Among equals the value is chosen at which it is smallest.".to_owned()]);
             fields.line(format!("pub {field}: &'a [T],"));
         }
-        text.line("/// What the question is given.\n#[derive(Clone, Copy, Debug)]");
+        text.line("/// The inputs of the question.\n#[derive(Clone, Copy, Debug)]");
         let (generics, used) = match (borrows, numbers) {
             (true, true) => ("<'a, T>", "<'_, T>"),
             (true, false) => ("<'a>", "<'_>"),
@@ -284,10 +285,10 @@ impl<'k> Interface<'k> {
         text.open(format!("struct Inputs{generics}"));
         text.line(fields.finish());
         text.close();
-        text.line("/// What the question answers.\n#[derive(Clone, Debug, Default)]");
+        text.line("/// The outputs of the question.\n#[derive(Clone, Debug, Default)]");
         text.open("struct Outputs<T>");
         for id in &self.order {
-            let OutputField { field, told, best } = &self.outputs[id];
+            let OutputField { field, documentation, best } = &self.outputs[id];
             match best {
                 Some(best) => {
                     best.fields(text);
@@ -295,7 +296,7 @@ impl<'k> Interface<'k> {
                     text.line(format!("{field}: Vec<T>,"));
                 }
                 None => {
-                    text.documented(told);
+                    text.documented(documentation);
                     text.line(format!("pub {field}: Vec<T>,"));
                 }
             }

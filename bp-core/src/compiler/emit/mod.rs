@@ -54,7 +54,7 @@ pub fn emit_rust(model: &Model, source: &Source, unlinked: Option<&Error>) -> Em
     let name = text::in_a_comment(&model.name);
     text.line(format!("/// The text of the program `{name}`."));
     text.line(format!("pub const SOURCE: &::core::primitive::str = {:?};", source.text));
-    text.open("/// What the program means.\npub fn model() -> ::bp_core::compiler::model::Model");
+    text.open("/// The model of the program.\npub fn model() -> ::bp_core::compiler::model::Model");
     text.line(format!("let source = ::bp_core::compiler::source::Source::new({:?}, SOURCE);", model.name));
     text.line(
         "::bp_core::compiler::syntax::compile(&source).expect(\"internal: it was checked when it was compiled\")",
@@ -140,8 +140,7 @@ fn emit_question(
                 question::emit((model, enums), &lowered, place, (is_linear, equation), &mut part);
             }
             None => {
-                let other =
-                    |ask: &&Ask| ask.statistic != Statistic::Distribution || speaks_of_derived(model, ask);
+                let other = |ask: &&Ask| ask.statistic != Statistic::Distribution || uses_derived(model, ask);
                 if let Some(ask) = route.offered().asks().iter().find(other) {
                     let reason = "emitted code makes the filter of a linear Gaussian program, and no statistic of its \
                         answer; `answer::ask` answers this one";
@@ -159,7 +158,7 @@ fn emit_question(
 }
 
 /// Whether an ask uses a variable that its question derives from the program.
-fn speaks_of_derived(model: &Model, ask: &Ask) -> bool {
+fn uses_derived(model: &Model, ask: &Ask) -> bool {
     let searched = ask.searched.iter().map(|item| item.variable);
     let mut all = searched.chain(ask.known.iter().map(|known| known.variable));
     all.any(|variable| model.variables[variable].derived.is_some())

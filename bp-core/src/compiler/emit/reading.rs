@@ -139,9 +139,7 @@ impl Interface<'_> {
         text.line("report: Report,");
         text.close();
         text.open("impl<T: Scalar> Answer<T>");
-        text.line(
-            "/// What is reported besides the numbers.\npub fn report(&self) -> Report { self.report }",
-        );
+        text.line("/// The report beside the numbers.\npub fn report(&self) -> Report { self.report }");
         let mut names = Names::default();
         names.unique("report");
         for (id, key) in self.kernel.outputs() {
@@ -164,7 +162,7 @@ impl Interface<'_> {
         names: &mut Names,
         text: &mut Text,
     ) {
-        let (told, array) = (self.told(id), format!("self.outputs.{}", self.output(id)));
+        let (documentation, array) = (self.documentation(id), format!("self.outputs.{}", self.output(id)));
         let axes = &self.kernel.buffers[id].axes;
         let (mut inside, mut rest) = (Vec::new(), axes.as_slice());
         for variable in output.variables.iter().filter(|variable| !is_over_plate(model, **variable)) {
@@ -217,7 +215,7 @@ impl Interface<'_> {
         // One number is read by its method; an array of them also as a whole.
         if own == "p" || whole || (over_plate && rows.is_empty()) || !rows.is_empty() {
             let name = names.unique(&format!("{whole_name}{suffix}"));
-            text.documented(&told);
+            text.documented(&documentation);
             text.open(format!("pub fn {name}(&self) -> &[T]"));
             text.line(format!("&{array}[..]"));
             text.close();
@@ -236,7 +234,7 @@ impl Interface<'_> {
             true => ("&[T]", ""),
             false => ("T", ".first().copied().unwrap_or(T::ZERO)"),
         };
-        text.documented(&told);
+        text.documented(&documentation);
         text.line("#[inline]");
         text.open(format!("pub fn {name}(&self{arguments}) -> {kind}"));
         text.line(format!("{conversions}let places = [{places}];"));

@@ -79,7 +79,7 @@ pub fn emit_wgsl_module(kernels: &[Kernel]) -> String {
 /// One kernel of a module.
 struct Part {
     /// Its comments.
-    told: String,
+    comments: String,
     /// Its entry points.
     bodies: String,
     passes: Vec<ShaderPass>,
@@ -91,15 +91,15 @@ impl Part {
     fn of(kernel: &Kernel, before: &str) -> Self {
         let schedule = Schedule::of(kernel);
         let layout = Layout::of(kernel, &schedule);
-        let mut told = Text::default();
-        told.line(format!("// {}: made from a Bayesian Program.", in_a_comment(&kernel.name)));
+        let mut comments = Text::default();
+        comments.line(format!("// {}: made from a Bayesian Program.", in_a_comment(&kernel.name)));
         for (id, axis) in kernel.axes.iter() {
             if let Term::Shape(place) = layout.extent(id) {
                 let name = in_a_comment(&axis.name);
-                told.line(format!("// shape[{place}]: how many values `{name}` has"));
+                comments.line(format!("// shape[{place}]: how many values `{name}` has"));
             }
         }
-        kernel.buffers.ids().for_each(|id| describe(kernel, &layout, id, &mut told));
+        kernel.buffers.ids().for_each(|id| describe(kernel, &layout, id, &mut comments));
         let (mut passes, mut bodies) = (Vec::new(), Text::default());
         for (number, group) in schedule.groups.iter().enumerate() {
             let entry = format!("{before}pass_{number}");
@@ -107,14 +107,14 @@ impl Part {
             Pass { kernel, layout: &layout, group, axes: &pass.axes }.write(&pass.entry, &mut bodies);
             passes.push(pass);
         }
-        Self { told: told.finish(), bodies: bodies.finish(), passes, layout }
+        Self { comments: comments.finish(), bodies: bodies.finish(), passes, layout }
     }
 }
 
 /// The text of a module.
 fn module(parts: &[Part]) -> String {
     let mut text = Text::default();
-    parts.iter().for_each(|part| text.line(&part.told));
+    parts.iter().for_each(|part| text.line(&part.comments));
     text.line("@group(0) @binding(0) var<storage, read_write> numbers: array<f32>;");
     text.line("@group(0) @binding(1) var<storage, read> positions: array<i32>;");
     text.line("@group(0) @binding(2) var<storage, read> shape: array<u32>;");
@@ -139,10 +139,10 @@ fn describe(kernel: &Kernel, layout: &Layout, id: BufferId, text: &mut Text) {
         let name = &kernel.axes[*axis].name;
         match stride {
             Term::Known(1) => format!("`{name}`"),
-            stride => format!("{} `{name}`", stride.told()),
+            stride => format!("{} `{name}`", stride.text()),
         }
     });
-    let first = (*first != Term::Known(0) || buffer.axes.is_empty()).then(|| first.told());
+    let first = (*first != Term::Known(0) || buffer.axes.is_empty()).then(|| first.text());
     let place: Vec<String> = first.into_iter().chain(axes).collect();
     let line = format!("// {array}[{}]: `{}`, {what}{}", place.join(" + "), buffer.name, read_as(buffer));
     text.line(in_a_comment(&line));

@@ -93,7 +93,7 @@ mod tests {
         let model = model.build().unwrap();
         let scopes: Vec<Scope> = ids.windows(2).map(|pair| pair.iter().copied().collect()).collect();
         let sums = sums(&model, &scopes, &ids[..3].iter().copied().collect());
-        let told: Vec<_> = sums.iter().map(|sum| (sum.variable, sum.weight, sum.inside.clone())).collect();
-        assert_eq!(told, [(ids[0], 18.0, vec![0]), (ids[1], 27.0, vec![1, 3]), (ids[2], 6.0, vec![2, 4])]);
+        let found: Vec<_> = sums.iter().map(|sum| (sum.variable, sum.weight, sum.inside.clone())).collect();
+        assert_eq!(found, [(ids[0], 18.0, vec![0]), (ids[1], 27.0, vec![1, 3]), (ids[2], 6.0, vec![2, 4])]);
     }
 }

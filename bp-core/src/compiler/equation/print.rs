@@ -37,8 +37,8 @@ impl Exact {
             let equation = printer.equation(*term);
             // Without known variables, the definition is trivial, and a normalising constant of 1 is not shown.
             let repeats = lines.last().is_some_and(|(_, _, before): &Line| *before == equation);
-            let says_nothing = printer.evidence().is_none() && *rule == DEFINITION;
-            if !repeats && !says_nothing {
+            let is_trivial = printer.evidence().is_none() && *rule == DEFINITION;
+            if !repeats && !is_trivial {
                 lines.push(((*rule).to_owned(), reason.clone(), equation));
             }
         }

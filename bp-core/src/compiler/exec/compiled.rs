@@ -201,8 +201,8 @@ mod tests {
         let mut made: Vec<f32> = Vec::new();
         make_room("P(X)", 3, &mut made).unwrap();
         assert_eq!(made, [0.0; 3]);
-        let told = make_room("P(X)", 2_000_000_000, &mut made).unwrap_err().to_string();
-        assert!(told.contains("`P(X)`"), "{told}");
+        let message = make_room("P(X)", 2_000_000_000, &mut made).unwrap_err().to_string();
+        assert!(message.contains("`P(X)`"), "{message}");
         assert_eq!(made.len(), 3, "nothing is half made");
     }
 }

@@ -52,7 +52,7 @@ pub trait Scalar:
     fn from_number(number: Self::Number) -> Self;
     /// Whether it is finite: then, and only then, x − x is 0.
     #[inline(always)]
-    #[allow(clippy::eq_op, reason = "the difference tells infinities and NaN without a branch")]
+    #[allow(clippy::eq_op, reason = "the difference detects infinities and NaN without a branch")]
     fn is_finite_number(self) -> bool {
         self - self == Self::ZERO
     }

@@ -71,8 +71,8 @@ impl Domain<'_> {
         };
         let wrong = |number: &T| self.find(number.to_f64()).is_none();
         if !valid && let Some(place) = numbers.iter().position(wrong) {
-            let told = (numbers.len() > 1).then_some(place);
-            return Err(self.refused(told, numbers[place].to_f64()));
+            let at = (numbers.len() > 1).then_some(place);
+            return Err(self.refused(at, numbers[place].to_f64()));
         }
         Ok(Cow::Borrowed(numbers))
     }
@@ -145,16 +145,19 @@ mod tests {
     fn values_outside_the_domain_are_refused_with_their_place() {
         let whole = domain(Numbers::Whole { first: 2, count: 11 });
         for number in [1.0, 13.0, 2.5, -1.0, 1e30, f64::NAN, f64::INFINITY] {
-            let told = whole.ordinal(number).unwrap_err().to_string();
-            assert!(told.contains("`s`") && told.contains("`Sum`") && told.contains("2..=12"), "{told}");
-            assert!(told.contains(&number.to_string()), "{told}");
-            let told = whole.ordinals(&[3.0, number]).unwrap_err().to_string();
-            assert!(told.contains("`s[1]`"), "{told}");
+            let message = whole.ordinal(number).unwrap_err().to_string();
+            assert!(
+                message.contains("`s`") && message.contains("`Sum`") && message.contains("2..=12"),
+                "{message}"
+            );
+            assert!(message.contains(&number.to_string()), "{message}");
+            let message = whole.ordinals(&[3.0, number]).unwrap_err().to_string();
+            assert!(message.contains("`s[1]`"), "{message}");
         }
         let from_zero = domain(Numbers::Whole { first: 0, count: 2 });
         for number in [2f32, 0.5, -1.0, 1e30, f32::NAN, f32::INFINITY, -1e-30] {
-            let told = from_zero.ordinals(&[1.0, 0.0, number]).unwrap_err().to_string();
-            assert!(told.contains("`s[2]`"), "{told}");
+            let message = from_zero.ordinals(&[1.0, 0.0, number]).unwrap_err().to_string();
+            assert!(message.contains("`s[2]`"), "{message}");
         }
         let real = domain(Numbers::Real);
         assert!(real.ordinals(&[1.0, f64::NAN]).is_err() && real.ordinal(f32::NEG_INFINITY).is_err());

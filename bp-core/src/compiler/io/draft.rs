@@ -21,7 +21,7 @@ const MOST_NUMBERS: usize = 1 << 26;
 const MOST_OFF: f64 = 0.01;
 
 /// Deviation above which the division is reported.
-const TOLD_OFF: f64 = 1e-9;
+const LEAST_REPORTED: f64 = 1e-9;
 
 /// The fastest variable of a flat table.
 #[derive(Clone, Copy, PartialEq)]
@@ -235,7 +235,7 @@ impl Draft {
                 return Err(Diagnostic::new(place, message).with_label(place, "these"));
             }
             numbers.iter_mut().for_each(|number| *number /= sum);
-            if off > TOLD_OFF {
+            if off > LEAST_REPORTED {
                 self.divided += 1;
                 if self.farthest.is_none_or(|(far, ..)| off > (far - 1.0).abs()) {
                     self.farthest = Some((sum, place, node));
@@ -297,9 +297,9 @@ impl Draft {
                         Place::Factor(id) | Place::Form(id) => spans[id.position()].1,
                         _ => whole,
                     };
-                    let mut told = Diagnostic::new(span, fault.message);
-                    told.help = fault.help;
-                    wrong.push(told);
+                    let mut diagnostic = Diagnostic::new(span, fault.message);
+                    diagnostic.help = fault.help;
+                    wrong.push(diagnostic);
                 }
                 wrong.sort();
                 Err(wrong)

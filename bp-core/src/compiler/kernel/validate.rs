@@ -93,21 +93,21 @@ impl Kernel {
     }
 
     fn node(&self, id: ValueId, node: &Node) -> Result<(), String> {
-        let told = |what: &str| format!("value {}: {what}", id.position());
+        let fault = |what: &str| format!("value {}: {what}", id.position());
         expect(self.operands(id).into_iter().all(|operand| operand < id), || {
-            told("an operand comes after it")
+            fault("an operand comes after it")
         })?;
         let known = node.axes().into_iter().all(|axis| axis.position() < self.axes.len());
-        expect(known, || told("an axis does not exist"))?;
+        expect(known, || fault("an axis does not exist"))?;
         let Node::Load { buffer, indices, otherwise } = node else { return Ok(()) };
-        expect(buffer.position() < self.buffers.len(), || told("a buffer does not exist"))?;
+        expect(buffer.position() < self.buffers.len(), || fault("a buffer does not exist"))?;
         let axes = &self.buffers[*buffer].axes;
-        expect(axes.len() == indices.len(), || told("a buffer is read with a wrong number of indices"))?;
+        expect(axes.len() == indices.len(), || fault("a buffer is read with a wrong number of indices"))?;
         let outside = indices.iter().zip(axes).any(|(index, axis)| match index {
             Index::Axis(running) => exceeds(self.axes[*running].extent, self.axes[*axis].extent),
             _ => false,
         });
-        expect(otherwise.is_some() || !outside, || told("a buffer is read beyond its end"))
+        expect(otherwise.is_some() || !outside, || fault("a buffer is read beyond its end"))
     }
 
     fn nest(
@@ -118,36 +118,36 @@ impl Kernel {
     ) -> Result<(), String> {
         expect(nest.out.position() < self.buffers.len(), || "its buffer does not exist".to_owned())?;
         let out = &self.buffers[nest.out];
-        let told = |what: &str| format!("`{}`: {what}", out.name);
+        let fault = |what: &str| format!("`{}`: {what}", out.name);
         let is_made = matches!(out.role, Role::Scratch | Role::Output(_));
-        expect(is_made && !finished.contains(&nest.out), || told("it is given, or made twice"))?;
+        expect(is_made && !finished.contains(&nest.out), || fault("it is given, or made twice"))?;
         let mut runs: BTreeSet<AxisId> = out.axes.iter().copied().collect();
-        expect(runs.len() == out.axes.len(), || told("it has an axis twice"))?;
+        expect(runs.len() == out.axes.len(), || fault("it has an axis twice"))?;
         match &nest.reduce {
             Reduce::None => {}
             Reduce::Fold(_, over) => {
                 let apart = over.iter().all(|axis| axis.position() < self.axes.len() && runs.insert(*axis));
-                expect(apart, || told("it is folded over an axis of its own, or twice"))?;
+                expect(apart, || fault("it is folded over an axis of its own, or twice"))?;
             }
             Reduce::Scan { axis, initial, .. } => {
                 let inside = runs.contains(axis) && !axes[initial.position()].contains(axis);
                 expect(inside, || {
-                    told("it is scanned along an axis that it has not, or on which it begins")
+                    fault("it is scanned along an axis that it has not, or on which it begins")
                 })?;
             }
         }
         let plate = out.axes.iter().filter(|axis| self.parallel.contains(axis)).count();
         let whole = plate == 0 || out.axes.ends_with(&self.parallel);
-        expect(whole, || told("it has some axes of the plate, but not all of them last"))?;
+        expect(whole, || fault("it has some axes of the plate, but not all of them last"))?;
         for root in roots(&nest.reduce, nest.value) {
             expect(axes[root.position()].is_subset(&runs), || {
-                told("a value depends on an axis that does not run")
+                fault("a value depends on an axis that does not run")
             })?;
             for value in reachable(self, root) {
                 if let Node::Load { buffer, .. } = &self.nodes[value] {
                     let read = &self.buffers[*buffer].name;
                     expect(finished.contains(buffer), || {
-                        told(&format!("`{read}` is read before it is made"))
+                        fault(&format!("`{read}` is read before it is made"))
                     })?;
                 }
             }

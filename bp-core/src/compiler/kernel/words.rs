@@ -27,14 +27,14 @@ pub fn in_words(kernel: &Kernel) -> Vec<String> {
     if !local.is_empty() {
         lines.push(format!("kept within a block of cells, never in memory: {}", local.join(", ")));
     }
-    let told = |what: &str, wanted: &dyn Fn(&Role) -> bool| {
+    let line = |verb: &str, wanted: &dyn Fn(&Role) -> bool| {
         let found = kernel.buffers.iter().filter(|(_, buffer)| wanted(&buffer.role));
         let found: Vec<String> = found.map(|(id, _)| buffer(kernel, id, false)).collect();
-        (!found.is_empty()).then(|| format!("{what}: {}", found.join(", ")))
+        (!found.is_empty()).then(|| format!("{verb}: {}", found.join(", ")))
     };
-    lines.extend(told("reads", &|role| matches!(role, Role::Input { .. })));
-    lines.extend(told("looks up", &|role| matches!(role, Role::Table { .. } | Role::Positions(..))));
-    lines.extend(told("writes", &|role| matches!(role, Role::Output(_))));
+    lines.extend(line("reads", &|role| matches!(role, Role::Input { .. })));
+    lines.extend(line("looks up", &|role| matches!(role, Role::Table { .. } | Role::Positions(..))));
+    lines.extend(line("writes", &|role| matches!(role, Role::Output(_))));
     lines
 }
 

@@ -127,12 +127,13 @@ pub(super) fn estimate(
                     together.push(position);
                     continue;
                 }
-                let found = own_law(learnable, &distribution, sample, step, position);
+                let law = (*law, arguments.as_slice());
+                let found = own_law(learnable, position, law, sample, step);
                 let (fitted, outcome) = match found {
                     Ok(found) => found,
                     Err(why) => {
                         let pools = pools.get_or_insert_with(|| pooled(learnable, statistics));
-                        law_of_all(learnable, position, sample, &pools[position], step, why)?
+                        law_of_all(learnable, position, law, [sample, &pools[position]], step, why)?
                     }
                 };
                 outcomes[position] = outcome;
@@ -245,19 +246,19 @@ fn known(arguments: &[Argument]) -> Vec<f64> {
 /// The parameters of a distribution from its own cases.
 fn own_law(
     learnable: &Learnable,
-    distribution: &Distribution,
+    position: usize,
+    (law, arguments): (Law, &[Argument]),
     sample: &Sample,
     step: &Step<'_>,
-    position: usize,
 ) -> Result<(Vec<f64>, Outcome), Refusal> {
-    let Kind::Law(law, arguments) = &distribution.kind else { unreachable!("internal: a law was expected") };
+    let distribution = &learnable.distributions()[position];
     let (fit, domain) = (distribution.fit.as_ref(), learnable.domain(distribution));
-    let numbers = fitted(*law, fit, &known(arguments), sample, domain)?;
+    let numbers = fitted(law, fit, &known(arguments), sample, domain)?;
     let (numbers, is_held) = match step.iterating {
-        true => held(*law, numbers, on_turn(*law, step.spreads[position], domain)),
+        true => held(law, numbers, on_turn(law, step.spreads[position], domain)),
         false => (numbers, false),
     };
-    let outcome = match (sample.is_empty(), is_held || is_narrowest(*law, &numbers)) {
+    let outcome = match (sample.is_empty(), is_held || is_narrowest(law, &numbers)) {
         (true, _) => Outcome::Empty,
         (false, true) => Outcome::Floored,
         (false, false) => Outcome::Fitted,
@@ -270,22 +271,21 @@ fn own_law(
 fn law_of_all(
     learnable: &Learnable,
     position: usize,
-    own: &Sample,
-    all: &Sample,
+    (law, arguments): (Law, &[Argument]),
+    [own, all]: [&Sample; 2],
     step: &Step<'_>,
     why: Refusal,
 ) -> Result<(Vec<f64>, Outcome), Error> {
     let distribution = &learnable.distributions()[position];
-    let Kind::Law(law, arguments) = &distribution.kind else { unreachable!("internal: a law was expected") };
     let (fit, domain) = (distribution.fit.as_ref(), learnable.domain(distribution));
     let floored = |sample: &Sample, why: Refusal| {
-        let (back, line) = on_line(*law, sample, domain);
-        let numbers = collapsed(*law, &line, step.spreads[position], why)?;
+        let (back, line) = on_line(law, sample, domain);
+        let numbers = collapsed(law, &line, step.spreads[position], why)?;
         Ok(back(numbers))
     };
     let found = match own.is_empty() {
         false => floored(own, why).map(|numbers| (numbers, Outcome::Floored)),
-        true => fitted(*law, fit, &known(arguments), all, domain)
+        true => fitted(law, fit, &known(arguments), all, domain)
             .or_else(|why| if all.is_empty() { Err(why) } else { floored(all, why) })
             .map(|numbers| (numbers, Outcome::Empty)),
     };

@@ -56,7 +56,7 @@ impl At<'_> {
 
     fn of_form(&self, form: &Form) -> Result<Found, Error> {
         let (program, model) = (self.program, &self.program.model);
-        if !program.speaks(form) {
+        if !program.is_learned(form) {
             return Ok(None);
         }
         match form {

@@ -104,7 +104,7 @@ impl Program {
     /// Finds slots and families, and initialises each element of the learned parameters.
     fn lay_out(&mut self) -> Result<(), Error> {
         let factors: Vec<FactorId> =
-            self.model.factors.ids().filter(|id| self.speaks(&self.model.factors[*id].form)).collect();
+            self.model.factors.ids().filter(|id| self.is_learned(&self.model.factors[*id].form)).collect();
         let setting = self.setting()?;
         let slots = (0..setting.slots()).map(|slot| {
             let variable = setting.variable_of(slot);
@@ -229,7 +229,7 @@ impl Program {
     }
 
     /// Whether a form contains learned numbers.
-    pub(super) fn speaks(&self, form: &Form) -> bool {
+    pub(super) fn is_learned(&self, form: &Form) -> bool {
         let mut found = false;
         form.each_expression(&mut |id| found = found || self.mentions(id));
         found

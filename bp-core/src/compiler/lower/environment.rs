@@ -48,16 +48,16 @@ impl Lowering<'_> {
             Some(Binding::Value(Value::Real(number))) => Ok(Meaning::Real(self.builder.constant(number))),
             Some(Binding::Value(Value::Given(given))) => Ok(self.given(variable, &given, element)),
             Some(Binding::Expression(expression)) => {
-                if let (Some(said), None) = (self.said.get(&variable), self.first) {
-                    return Ok(said.clone());
+                if let (Some(meaning), None) = (self.determined.get(&variable), self.first) {
+                    return Ok(meaning.clone());
                 }
                 if self.first.is_none() {
-                    self.say_below(expression)?;
+                    self.determine_below(expression)?;
                 }
                 let number = self.expression(expression)?;
                 let meaning = self.meaning_of(variable, number);
                 if self.first.is_none() {
-                    self.said.insert(variable, meaning.clone());
+                    self.determined.insert(variable, meaning.clone());
                 }
                 Ok(meaning)
             }
@@ -67,13 +67,14 @@ impl Lowering<'_> {
     }
 
     /// Lowers the Diracs below an expression, dependencies first, with a list instead of recursion: chains may be long.
-    fn say_below(&mut self, root: ExpressionId) -> Result<(), Error> {
-        let mut waiting: Vec<VariableId> = self.unsaid(root);
+    fn determine_below(&mut self, root: ExpressionId) -> Result<(), Error> {
+        let mut waiting: Vec<VariableId> = self.undetermined(root);
         while let Some(variable) = waiting.last().copied() {
             let Some(Binding::Expression(value)) = self.exact.bindings.get(&variable) else {
                 unreachable!("internal: what waits is bound by a Dirac")
             };
-            let open = if self.said.contains_key(&variable) { Vec::new() } else { self.unsaid(*value) };
+            let open =
+                if self.determined.contains_key(&variable) { Vec::new() } else { self.undetermined(*value) };
             if !open.is_empty() {
                 waiting.extend(open);
                 continue;
@@ -85,14 +86,14 @@ impl Lowering<'_> {
     }
 
     /// The variables in an expression that a Dirac binds and that are not lowered yet.
-    fn unsaid(&self, root: ExpressionId) -> Vec<VariableId> {
+    fn undetermined(&self, root: ExpressionId) -> Vec<VariableId> {
         let variable = |id: ExpressionId| match &self.model.expressions[id] {
             Expression::Variable(use_) => Some(use_.variable),
             _ => None,
         };
         let is_open = |variable: &VariableId| {
             matches!(self.exact.bindings.get(variable), Some(Binding::Expression(_)))
-                && !self.said.contains_key(variable)
+                && !self.determined.contains_key(variable)
                 && !self.running.contains_key(variable)
         };
         self.model.nodes_below(root).into_iter().filter_map(variable).filter(is_open).collect()

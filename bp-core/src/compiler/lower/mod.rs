@@ -88,7 +88,7 @@ struct Lowering<'m> {
     /// Loop variables.
     running: HashMap<VariableId, Meaning>,
     /// The values of Dirac variables while no loop begins or ends: chains of them are lowered once.
-    said: HashMap<VariableId, Meaning>,
+    determined: HashMap<VariableId, Meaning>,
     /// While an expression is lowered: its nodes so far.
     lowered: Option<HashMap<ExpressionId, ValueId>>,
     /// The indices of the surrounding `prod`s, outermost first.
@@ -121,7 +121,7 @@ impl<'m> Lowering<'m> {
             builder: KernelBuilder::new(name),
             plate: Vec::new(),
             running: HashMap::new(),
-            said: HashMap::new(),
+            determined: HashMap::new(),
             lowered: None,
             products: Vec::new(),
             first: None,
@@ -180,13 +180,13 @@ impl<'m> Lowering<'m> {
 
     /// Sets the meaning of a variable.
     fn run(&mut self, variable: VariableId, meaning: Meaning) {
-        self.said.clear();
+        self.determined.clear();
         self.running.insert(variable, meaning);
     }
 
     /// Removes the meaning of a variable.
     fn stop(&mut self, variable: VariableId) {
-        self.said.clear();
+        self.determined.clear();
         self.running.remove(&variable);
     }
 

@@ -20,8 +20,8 @@ enum Task {
     Term(TermId),
     /// Multiply the last two values.
     Multiply,
-    /// Replace the last value by 0 where this one is outside its domain.
-    Guard(TermId),
+    /// Replace the last value by 0 where this variable is outside its domain.
+    Guard(VariableId),
     /// Sum the last value over these axes of these loop variables.
     Sum(Vec<VariableId>, Vec<AxisId>),
 }
@@ -44,10 +44,7 @@ impl Lowering<'_> {
                     let (factor, product) = two(&mut values);
                     values.push(self.builder.binary(Binary::Multiply, product, factor));
                 }
-                Task::Guard(guard) => {
-                    let Term::Inside(variable) = self.exact.terms[guard] else {
-                        unreachable!("internal: a guard says that a value is inside")
-                    };
+                Task::Guard(variable) => {
                     let product = values.pop().expect("internal: a product is guarded");
                     let zero = self.builder.constant(0.0);
                     let (inside, holds) = self.inside(variable)?;
@@ -93,12 +90,13 @@ impl Lowering<'_> {
             }
             Term::Product(factors) => {
                 // A product with an indicator that is 0 is 0, even where its other factors are undefined.
-                let is_guard = |id: &TermId| matches!(self.exact.terms[*id], Term::Inside(_));
-                let (guards, factors): (Vec<_>, Vec<_>) = factors.into_iter().partition(is_guard);
-                tasks.extend(guards.into_iter().rev().map(Task::Guard));
-                tasks.extend(
-                    factors.into_iter().rev().flat_map(|factor| [Task::Multiply, Task::Term(factor)]),
-                );
+                let guard = |id: &TermId| match self.exact.terms[*id] {
+                    Term::Inside(variable) => Some(variable),
+                    _ => None,
+                };
+                tasks.extend(factors.iter().rev().filter_map(guard).map(Task::Guard));
+                let others = factors.iter().rev().filter(|id| guard(id).is_none());
+                tasks.extend(others.flat_map(|factor| [Task::Multiply, Task::Term(*factor)]));
                 self.builder.constant(1.0)
             }
             Term::Sum(over, body) => match over.as_slice() {

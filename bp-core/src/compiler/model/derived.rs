@@ -81,7 +81,7 @@ impl Model {
         question
     }
 
-    /// Adds the variables that a question derives, each with the factor that says what it is; gives the question in the ids of
+    /// Adds the variables that a question derives, each with the factor that defines it; gives the question in the ids of
     /// this program.
     pub(crate) fn named(&mut self, question: &Question) -> Question {
         let ids: Vec<VariableId> = question.derived.iter().map(|derived| self.add_derived(derived)).collect();

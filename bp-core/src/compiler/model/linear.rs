@@ -60,7 +60,7 @@ fn degree_of(
     }
 }
 
-/// What the leaves of an expression read as, where it is linear.
+/// The readings of the leaves of a linear expression.
 pub trait Leaves {
     /// A parameter; of a field, its element at these indices.
     fn parameter(&self, parameter: ParameterId, indices: &[f64]) -> f64;
@@ -146,7 +146,7 @@ impl LinearForm {
                 }
             }
             Expression::Vector(_, parts) => below.of(parts[component]).clone(),
-            _ => unreachable!("internal: not linear, though the plan said so"),
+            _ => unreachable!("internal: a linear variable has linear expressions"),
         }
     }
 

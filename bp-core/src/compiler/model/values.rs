@@ -20,7 +20,7 @@ const SPARSE: f64 = 4.0;
 /// Values that differ by at most this share are one value, rounded.
 const ROUNDING: f64 = 1e-12;
 
-/// What a node reads: variables, and elements of families; `None` where that is not known.
+/// The variables and elements of families that a node reads; `None` where they are not known.
 pub(super) type Reads = Option<BTreeSet<(VariableId, Option<i64>)>>;
 
 impl Domain {

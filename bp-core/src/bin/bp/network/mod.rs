@@ -178,10 +178,11 @@ pub(crate) fn network(
     settings: &[String],
 ) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
-    let told = Settings::read(&read.model, settings, &names(&read.model))?.with_told(&read.model);
+    let settings =
+        Settings::read(&read.model, settings, &names(&read.model))?.with_inferred_sizes(&read.model);
     let given = match table {
-        Some(table) => sizes(&read.model, table, told.inputs())?,
-        None => told.inputs(),
+        Some(table) => sizes(&read.model, table, settings.inputs())?,
+        None => settings.inputs(),
     };
     let mut named = Named::with(read.model.clone(), &read.known, &given)?;
     named.ln_scale = read.ln_scale;

@@ -1,7 +1,7 @@
 //! Questions to a program whose families have data.
 //!
-//! In: a question as asked. Out: the same, in which the observed elements are known. Invariant: what the question says of a
-//! family itself goes before the data; a family that is searched is searched where its cells are missing.
+//! In: a question as asked. Out: the same, in which the observed elements are known. Invariant: evidence for a family in
+//! the question goes before the data; a searched family is searched where its cells are missing.
 
 use super::{Family, PlateData};
 use crate::error::Error;

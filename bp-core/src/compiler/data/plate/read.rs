@@ -1,7 +1,7 @@
 //! Reads tables whose rows are elements.
 //!
-//! In: a program, tables, perhaps the set of each. Out: [`PlateData`]. Invariant: a table belongs to one set, which its columns
-//! name where it is not said; an index that is data is an element of its set.
+//! In: a program, tables, perhaps the set of each. Out: [`PlateData`]. Invariant: a table belongs to one set, by
+//! default that of its columns; an index that is data is an element of its set.
 
 use super::{Family, Field, Place, PlateData};
 use crate::data::{Records, Values, is_missing};

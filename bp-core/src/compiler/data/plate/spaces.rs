@@ -1,7 +1,7 @@
-//! What the rows of a table are elements of: a set, or a range of run-time length.
+//! The index space of the rows of a table: a set, or a range of run-time length.
 //!
-//! In: a table, perhaps a name. Out: an index space, and its size. Invariant: where no name is said, the columns name fields,
-//! families or elements of one space only.
+//! In: a table, perhaps a name. Out: an index space, and its size. Invariant: without a name, the columns name fields, families
+//! or elements of one space only.
 
 use super::read::Reader;
 use crate::data::Records;
@@ -38,10 +38,10 @@ impl Reader<'_> {
         fields.chain(families.filter_map(|it| Some((it.name.as_str(), it.family?.over))))
     }
 
-    /// What the rows of a table are elements of.
+    /// The index space of the rows of a table.
     ///
     /// # Errors
-    /// There is no such set; the columns do not tell one.
+    /// There is no such set; the columns do not determine one.
     pub(super) fn space(&self, of: Option<&str>, records: &Records) -> Result<IndexSpace, Error> {
         let mut spaces: Vec<IndexSpace> = Vec::new();
         for (_, space) in self.ranging() {

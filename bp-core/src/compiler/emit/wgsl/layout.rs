@@ -21,7 +21,7 @@ pub(super) enum Term {
 
 impl Term {
     /// Its notation in comments.
-    pub(super) fn told(self) -> String {
+    pub(super) fn text(self) -> String {
         match self {
             Self::Known(number) => format!("{number}"),
             Self::Shape(place) => format!("shape[{place}]"),

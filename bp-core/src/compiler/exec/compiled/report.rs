@@ -8,7 +8,7 @@ use super::super::scalar::Scalar;
 use super::tile::{Doubt, TILE, Tile};
 use crate::kernel::OutputKey;
 
-/// What a question reports besides its answer.
+/// The report of a question beside its answer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Report {
     /// The number of contexts of probability zero, whose answers are zeros. A context is an element of the plate

@@ -48,7 +48,7 @@ pub fn evidence(source: &Source, model: &Model) -> Result<Vec<Vec<Known>>, Diagn
         };
         rest = &after[pairs.len()..];
         let case: Vec<Known> =
-            pairs.chunks_exact(2).map(|pair| known(model, pair)).collect::<Result<_, _>>()?;
+            pairs.as_chunks().0.iter().map(|pair| known(model, *pair)).collect::<Result<_, _>>()?;
         let mut seen = HashSet::new();
         if let Some(twice) = case.iter().position(|known| !seen.insert(known.variable)) {
             let (variable, span) = pairs[2 * twice];
@@ -64,27 +64,22 @@ pub fn evidence(source: &Source, model: &Model) -> Result<Vec<Vec<Known>>, Diagn
     }
 }
 
-fn known(model: &Model, pair: &[(usize, Span)]) -> Result<Known, Diagnostic> {
-    let [(variable, at), (ordinal, there)] = pair else {
-        unreachable!("internal: pairs are taken two by two")
-    };
-    if *variable >= model.variables.len() {
-        return Err(Diagnostic::new(
-            *at,
-            format!("unknown variable {variable}: there are {}", model.variables.len()),
-        ));
+fn known(model: &Model, [(variable, at), (ordinal, there)]: [(usize, Span); 2]) -> Result<Known, Diagnostic> {
+    if variable >= model.variables.len() {
+        let message = format!("unknown variable {variable}: there are {}", model.variables.len());
+        return Err(Diagnostic::new(at, message));
     }
-    let id = VariableId::new(*variable);
+    let id = VariableId::new(variable);
     match model.variables[id].domain.count() {
-        Some(count) if *ordinal < count => {
-            Ok(Known { variable: id, evidence: Finding::Hard(Value::Ordinal(*ordinal)) })
+        Some(count) if ordinal < count => {
+            Ok(Known { variable: id, evidence: Finding::Hard(Value::Ordinal(ordinal)) })
         }
         count => {
             let message = format!(
                 "variable {variable} has {} values, and {ordinal} is not one of them",
                 count.unwrap_or(0)
             );
-            Err(Diagnostic::new(*there, message))
+            Err(Diagnostic::new(there, message))
         }
     }
 }

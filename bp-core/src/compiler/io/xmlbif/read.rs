@@ -163,10 +163,10 @@ impl Reader {
 
     /// The text of an element, without surrounding blanks.
     fn words(&self, node: Node<'_, '_>) -> (String, Span) {
-        let said: String =
+        let text: String =
             node.children().filter_map(|child| child.text().filter(|_| child.is_text())).collect();
         let span = node.children().find(Node::is_text).map_or(node.range(), |text| text.range());
-        (said.trim().to_owned(), Span::new(self.shift + span.start, self.shift + span.end))
+        (text.trim().to_owned(), Span::new(self.shift + span.start, self.shift + span.end))
     }
 
     /// The opening of an element.

@@ -4,7 +4,7 @@
 //! of the finite variables, parents first; weights are relative, as logarithms; components of weight zero are left out.
 
 use super::Mixture;
-use crate::distribution::{Distribution, Instance, LinearMean, Setting};
+use crate::distribution::{Instance, LinearMean, Setting};
 use crate::error::Error;
 use crate::exec::scalar::Scalar;
 use crate::sample::Observations;
@@ -85,15 +85,10 @@ fn branched(
     observations: &Observations,
     component: Component,
 ) -> Result<Vec<Component>, Error> {
-    let ln: Vec<f64> = match setting.distribution(instance, &component.values)? {
-        Distribution::Finite(probabilities) => probabilities.iter().map(|p| p.ln()).collect(),
-        Distribution::Wide(probabilities) => {
-            probabilities.iter().map(|p| p.natural_logarithm().to_f64()).collect()
-        }
-        _ => unreachable!("internal: a finite variable has one probability for each value"),
-    };
+    let probabilities = setting.distribution(instance, &component.values)?.extended().unwrap_or_default();
+    let ln = probabilities.iter().map(|p| p.natural_logarithm().to_f64());
     let mut branches = Vec::new();
-    for (ordinal, ln) in ln.into_iter().enumerate().filter(|(_, ln)| *ln > f64::NEG_INFINITY) {
+    for (ordinal, ln) in ln.enumerate().filter(|(_, ln)| *ln > f64::NEG_INFINITY) {
         let mut values = component.values.clone();
         setting.put(instance, ordinal as f64, &mut values);
         let observed = |slot: &usize| {

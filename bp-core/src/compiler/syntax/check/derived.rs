@@ -77,7 +77,7 @@ impl<'p> Checker<'p> {
         for item in items(ask) {
             let Some(name) = self.derived_name(item) else { continue };
             let holds = !searched.contains(&item.at.0) && item.evidence.is_none();
-            // What an ask knows may be in its functions.
+            // Known variables of an ask may occur in its functions.
             let same = |other: &Derived| other.name == name && (holds || other.kind != DerivedKind::Equation);
             let place = derived[start..].iter().position(same).map(|place| start + place).or_else(|| {
                 derived.push(self.derived(item, name, (holds, columns.contains(&item.at.0)), &given)?);
@@ -124,11 +124,11 @@ impl<'p> Checker<'p> {
             Subject::Term(term) => (term.clone(), true),
             Subject::Variable(occurrence) => (element(occurrence), false),
         };
-        let told = self.wrong.0.len();
+        let before = self.wrong.0.len();
         let typed = self.expression(&expr, &scope, None);
         if self.model.so_far().variables.len() > variables {
             self.model.forget_variables(variables);
-            self.wrong.0.truncate(told);
+            self.wrong.0.truncate(before);
             self.complain(
                 span,
                 format!("`{expr}` is of the previous instant, which the program does not use"),

@@ -22,7 +22,7 @@ impl Checker<'_> {
             Ok(model) => self.wrong.or(model),
             Err(faults) => {
                 for fault in faults {
-                    if !self.is_told(&before, fault.place) {
+                    if !self.is_reported(&before, fault.place) {
                         let span = self.span_of(fault.place);
                         self.wrong.push(diagnostic(&fault, span));
                     }
@@ -33,7 +33,7 @@ impl Checker<'_> {
         }
     }
 
-    fn is_told(&self, model: &Model, place: Place) -> bool {
+    fn is_reported(&self, model: &Model, place: Place) -> bool {
         match place {
             Place::Variable(id) => self.broken_variables.contains(&id),
             Place::Form(id) | Place::Expression(id, _) | Place::Row(id, ..) => {

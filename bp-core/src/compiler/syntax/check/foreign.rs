@@ -93,7 +93,7 @@ impl Checker<'_> {
         Some((self.node(span, Expression::Parameter { parameter, indices }), kind))
     }
 
-    /// What the value of a parameter is.
+    /// The kind of the value of a parameter.
     pub(super) fn kind_of(&self, parameter: ParameterId) -> Type {
         match self.model.so_far().parameters[parameter].kind {
             ParameterKind::Element(set) => Type::Element(set),

@@ -24,11 +24,11 @@ impl Checker<'_> {
         let mut read: Vec<(Ask, Span)> = Vec::new();
         let mut derived = Vec::new();
         for written in asks {
-            let told = self.wrong.0.len();
+            let before = self.wrong.0.len();
             let found = self.derive(written, &mut derived);
             let ask = ask_of(self.model.so_far(), written, (&derived, &found), &mut self.wrong);
             // Do not report a second error for the same ask.
-            if self.wrong.0.len() == told {
+            if self.wrong.0.len() == before {
                 read.push((ask, written.at.0));
             }
         }
@@ -214,7 +214,7 @@ fn weights(written: &[ast::Expr], what: &str, wrong: &mut Diagnostics) -> Option
         Diagnostic::new(entry.span(), format!("{what} must be a number that is known here"))
     };
     let weight = |entry: &ast::Expr| constant(entry).ok_or_else(|| unknown(entry));
-    written.iter().map(weight).collect::<Result<_, _>>().map_err(|told| wrong.push(told)).ok()
+    written.iter().map(weight).collect::<Result<_, _>>().map_err(|fault| wrong.push(fault)).ok()
 }
 
 fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> Option<VariableId> {

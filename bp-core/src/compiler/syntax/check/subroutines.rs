@@ -41,14 +41,14 @@ impl Checker<'_> {
         }
         let given = match given {
             None => target.right.clone(),
-            Some(written) => self.told(written, scope)?,
+            Some(written) => self.passed(written, scope)?,
         };
         let path: Vec<String> = path.iter().map(Segment::to_string).collect();
         right.then(|| Form::Ask { path: path.join("."), given })
     }
 
     /// The variables whose values are passed to another program.
-    fn told(&mut self, written: &[ast::Occurrence], scope: &Scope) -> Option<Vec<VariableId>> {
+    fn passed(&mut self, written: &[ast::Occurrence], scope: &Scope) -> Option<Vec<VariableId>> {
         let mut ids = Vec::new();
         let mut right = true;
         for occurrence in written {
@@ -87,21 +87,21 @@ impl Checker<'_> {
         let names: Vec<String> = wanted.iter().map(|id| program.variable_name(*id)).collect();
         let given = match written {
             Some(written) => {
-                let told = self.told(written, scope)?;
-                if told.len() != wanted.len() {
+                let passed = self.passed(written, scope)?;
+                if passed.len() != wanted.len() {
                     let expected = match names.is_empty() {
                         true => "nothing".to_owned(),
                         false => listed(names.iter().map(String::as_str), "and"),
                     };
                     let message =
-                        format!("`{path}` must be given {expected}, found {} variables", told.len());
+                        format!("`{path}` must be given {expected}, found {} variables", passed.len());
                     self.complain(question.span(), message);
                     return None;
                 }
-                told
+                passed
             }
             None => {
-                let mut told = Vec::new();
+                let mut passed = Vec::new();
                 for name in &names {
                     let model = self.model.so_far();
                     let same = target.right.iter().find(|id| model.variable_name(**id) == *name);
@@ -114,13 +114,13 @@ impl Checker<'_> {
                         self.complain_and_help(question.span(), message, help);
                         return None;
                     };
-                    told.push(*id);
+                    passed.push(*id);
                 }
-                told
+                passed
             }
         };
-        for (told, wanted) in given.iter().zip(&wanted) {
-            if !self.same_values(&program, *wanted, *told, question, "is given") {
+        for (passed, wanted) in given.iter().zip(&wanted) {
+            if !self.same_values(&program, *wanted, *passed, question, "is given") {
                 return None;
             }
         }
@@ -146,12 +146,12 @@ impl Checker<'_> {
             self.wrong.push(wrong);
             return None;
         };
-        let told = |ask: &Ask| ask.known.iter().all(|known| known.evidence == Finding::Each);
+        let is_open = |ask: &Ask| ask.known.iter().all(|known| known.evidence == Finding::Each);
         match asked.asks.as_slice() {
             [ask]
                 if ask.statistic == Statistic::Distribution
                     && !ask.when.is_over_time()
-                    && told(ask)
+                    && is_open(ask)
                     && program.plate.is_none() =>
             {
                 Some(ask.clone())

@@ -113,7 +113,7 @@ fn token_before(text: &str, position: usize) -> Span {
     Span::new(end - letters.max(last), end)
 }
 
-/// What was expected, as an English list.
+/// The expected tokens, as an English list.
 fn expected(rules: &[Rule]) -> String {
     let has = |rule| rules.contains(&rule);
     let mut words: Vec<&str> = Vec::new();
