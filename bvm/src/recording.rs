@@ -75,7 +75,7 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
     for (row, line) in text.lines().enumerate().filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
     {
         let cells: Vec<&str> = line.trim().split(',').collect();
-        let told = |cell: &str| format!("row {}: `{cell}` is not a finite number", row + 1);
+        let refusal = |cell: &str| format!("row {}: `{cell}` is not a finite number", row + 1);
         let [time, numbers @ ..] = cells.as_slice() else { continue };
         let time = time.parse().map_err(|_| format!("row {}: `{time}` is not a time in ns", row + 1))?;
         let mut values = [0.0; 6];
@@ -83,7 +83,8 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
             return Err(format!("row {}: {} cells, expected 7", row + 1, cells.len()));
         }
         for (value, cell) in values.iter_mut().zip(numbers) {
-            *value = cell.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| told(cell))?;
+            *value =
+                cell.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| refusal(cell))?;
         }
         if rows.last().is_some_and(|last| last.time >= time) {
             return Err(format!("row {}: time {time} is not after the previous one", row + 1));

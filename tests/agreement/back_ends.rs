@@ -27,27 +27,27 @@ pub(crate) fn verdict(
         Evidence::Virtual(weights) => weights.iter().all(fits),
         _ => true,
     });
-    let told = |error: Error| error.to_string();
-    let model = link(model).map_err(told)?;
+    let message = |error: Error| error.to_string();
+    let model = link(model).map_err(message)?;
     let narrow: Vec<(&str, Vec<f32>)> = given
         .iter()
         .map(|(name, numbers)| (name.as_str(), numbers.iter().map(|one| *one as f32).collect()))
         .collect();
     let double = given.iter().fold(Inputs::new(), |inputs, (name, numbers)| inputs.array(name, numbers));
     let single = narrow.iter().fold(Inputs::new(), |inputs, (name, numbers)| inputs.array(name, numbers));
-    for route in plan(&model, question, Options::default()).map_err(told)?.routes {
+    for route in plan(&model, question, Options::default()).map_err(message)?.routes {
         let Route::Exact(exact) = route else { continue };
-        let guarded = Lanes::new(lower_guarded(&model, &exact, &question.name).map_err(told)?.kernel);
-        let truth = guarded.run_guarded(&double, true).map_err(told)?.outputs;
-        let kernel = lower(&model, &exact, &question.name).map_err(told)?.kernel;
+        let guarded = Lanes::new(lower_guarded(&model, &exact, &question.name).map_err(message)?.kernel);
+        let truth = guarded.run_guarded(&double, true).map_err(message)?.outputs;
+        let kernel = lower(&model, &exact, &question.name).map_err(message)?.kernel;
         let lanes = Lanes::new(kernel.clone());
-        agree("interpreter", &truth, &interpret(&kernel, &double).map_err(told)?, near)?;
-        agree("lanes in f64", &truth, &lanes.run(&double).map_err(told)?, near)?;
+        agree("interpreter", &truth, &interpret(&kernel, &double).map_err(message)?, near)?;
+        agree("lanes in f64", &truth, &lanes.run(&double).map_err(message)?, near)?;
         if fits_single {
             // A logarithm in f32 has a relative error of 1e-7.
             let roughly =
                 |found: f64, expected: f64| near(found, expected) || (found - expected).abs() < 1e-3;
-            agree("lanes in f32", &truth, &lanes.run(&single).map_err(told)?, roughly)?;
+            agree("lanes in f32", &truth, &lanes.run(&single).map_err(message)?, roughly)?;
         }
         if shader {
             is_valid(&emit_wgsl(&kernel).text)?;

@@ -56,19 +56,19 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     let total: f64 = joint.iter().sum();
     let known: Vec<String> = names.iter().zip(&seen).map(|(name, seen)| format!("{name} = {seen}")).collect();
     let words = format!("P(K | {})", known.join(", "));
-    let told = |why: String| format!("{text}\n{words}\n{why}");
+    let context = |why: String| format!("{text}\n{words}\n{why}");
     let source = Source::new("hidden", text.as_str());
-    let model = syntax::compile(&source).map_err(|wrong| told(wrong.render(&source, false)))?;
+    let model = syntax::compile(&source).map_err(|wrong| context(wrong.render(&source, false)))?;
     let source = Source::new("question", words.as_str());
     let question =
-        syntax::parse_question(&source, &model).map_err(|wrong| told(wrong.render(&source, false)))?;
+        syntax::parse_question(&source, &model).map_err(|wrong| context(wrong.render(&source, false)))?;
     for method in [Strategy::Weighting, Strategy::Gibbs] {
         let compiled =
-            compile_by(&model, &question, Some(method)).map_err(|error| told(error.to_string()))?;
+            compile_by(&model, &question, Some(method)).map_err(|error| context(error.to_string()))?;
         let sampling = Sampling { particles: 8000, seed: 1 + random.below(1000) as u64 };
         let answers = compiled
             .ask_with(&Inputs::new(), sampling)
-            .map_err(|error| told(format!("{method:?}: {error}")))?;
+            .map_err(|error| context(format!("{method:?}: {error}")))?;
         for (k, row) in answers[0].answer.iter().enumerate() {
             let expected = joint[k] / total;
             let fits = match row.figure {
@@ -77,7 +77,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
                 _ => false,
             };
             if !fits {
-                return Err(told(format!("{method:?}: K = {k}: {:?}, expected {expected}", row.figure)));
+                return Err(context(format!("{method:?}: K = {k}: {:?}, expected {expected}", row.figure)));
             }
         }
     }

@@ -175,16 +175,16 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
         false => format!("P(X{searched} | {})", items.join(", ")),
     };
     let text = linear.text();
-    let told = |why: String| format!("{text}\n{words}\n{why}");
+    let context = |why: String| format!("{text}\n{words}\n{why}");
     let source = Source::new("linear", text.as_str());
-    let model = syntax::compile(&source).map_err(|wrong| told(wrong.render(&source, false)))?;
+    let model = syntax::compile(&source).map_err(|wrong| context(wrong.render(&source, false)))?;
     let source = Source::new("question", words.as_str());
     let question =
-        syntax::parse_question(&source, &model).map_err(|wrong| told(wrong.render(&source, false)))?;
+        syntax::parse_question(&source, &model).map_err(|wrong| context(wrong.render(&source, false)))?;
     let answers = match ask(&model, &question, &Inputs::new()) {
         Err(Error::Impossible(_)) if !possible => return Ok(()),
-        Err(error) => return Err(told(error.to_string())),
-        Ok(_) if !possible => return Err(told("answered, but expected to be impossible".to_owned())),
+        Err(error) => return Err(context(error.to_string())),
+        Ok(_) if !possible => return Err(context("answered, but expected to be impossible".to_owned())),
         Ok(answers) => answers,
     };
     let near = |found: f64, expected: f64, scale: f64| {
@@ -194,11 +194,13 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
         Figure::Normal { mean: found, deviation }
             if near(found, mean, scale + 1e5 * deviation)
                 && near(deviation * deviation, variance.max(0.0), 0.0) => {}
-        other => return Err(told(format!("{other:?}, expected mean {mean} and variance {variance}"))),
+        other => return Err(context(format!("{other:?}, expected mean {mean} and variance {variance}"))),
     }
-    entropy(random, &model, &words, variance).map_err(told)?;
+    entropy(random, &model, &words, variance).map_err(context)?;
     match answers[0].ln_evidence {
-        Some(found) if !near(found, ln, 100.0 * scale) => Err(told(format!("ln P = {found}, expected {ln}"))),
+        Some(found) if !near(found, ln, 100.0 * scale) => {
+            Err(context(format!("ln P = {found}, expected {ln}")))
+        }
         _ => Ok(()),
     }
 }

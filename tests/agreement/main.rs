@@ -82,13 +82,13 @@ fn asked(random: &mut Random, limits: Limits) -> Result<(), String> {
         let question = question_of(&model, &words);
         let inputs = given.iter().fold(Inputs::new(), |inputs, (name, values)| inputs.array(name, values));
         let found = compile(&model, &question).and_then(|compiled| compiled.ask(&inputs));
-        let told = |why: String| format!("{text}{words}\n{why}");
-        question::verdict(&ask, &found, &expected).map_err(told)?;
+        let context = |why: String| format!("{text}{words}\n{why}");
+        question::verdict(&ask, &found, &expected).map_err(context)?;
         if random.one_in(3) {
-            back_ends::verdict(&model, (&ask, &question), &given, random.one_in(4)).map_err(told)?;
+            back_ends::verdict(&model, (&ask, &question), &given, random.one_in(4)).map_err(context)?;
         }
         if program.variables.iter().all(|variable| variable.domain != Domain::Real) {
-            join_tree::verdict(&program, &model, &joint, &ask).map_err(told)?;
+            join_tree::verdict(&program, &model, &joint, &ask).map_err(context)?;
         }
     }
     Ok(())

@@ -251,7 +251,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
     for instant in &world.instants {
         file.push_str(&line(columns.iter().map(|slot| cell(instant, slot)).collect()));
     }
-    let told = || format!("{text}{file}");
+    let context = || format!("{text}{file}");
     let on = |question: &str| {
         let parsed = question_of(&model, question);
         // A slot that is never observed has no column.
@@ -276,25 +276,27 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
             Ok(answers) => {
                 return Err(format!(
                     "{}{words}\nanswered {:?}, but it is impossible",
-                    told(),
+                    context(),
                     rows(&answers[0])
                 ));
             }
-            Err(error) => return Err(format!("{}{words}\n{error}; ln P = {}", told(), ln_most + total.ln())),
+            Err(error) => {
+                return Err(format!("{}{words}\n{error}; ln P = {}", context(), ln_most + total.ln()));
+            }
         };
         let ln = answer.ln_evidence.unwrap_or(f64::NAN);
         if !near(ln, ln_most + total.ln()) {
-            return Err(format!("{}{words}\nln P = {ln}, expected {}", told(), ln_most + total.ln()));
+            return Err(format!("{}{words}\nln P = {ln}, expected {}", context(), ln_most + total.ln()));
         }
         if let Some(estimate) = &answer.estimate {
-            return Err(format!("{}{words}\nis estimated: {estimate:?}", told()));
+            return Err(format!("{}{words}\nis estimated: {estimate:?}", context()));
         }
         let found = rows(&answer);
         let check = |wanted: Vec<(Names, f64)>| {
             for (names, p) in &wanted {
                 let own = found.iter().find(|(own, _)| own == names).map(|(_, p)| *p);
                 if !own.is_some_and(|own| near(own, *p)) {
-                    return Err(format!("{}{words}\n{names:?}: {own:?}, expected {p}", told()));
+                    return Err(format!("{}{words}\n{names:?}: {own:?}, expected {p}", context()));
                 }
             }
             Ok(())
@@ -330,7 +332,7 @@ pub(crate) fn asked(random: &mut Random) -> Result<(), String> {
                 let path: Option<Vec<usize>> = path.into_iter().collect();
                 let weight = path.as_ref().and_then(|path| best.get(path)).copied();
                 if found.len() != length || !weight.is_some_and(|weight| near(weight / most, 1.0)) {
-                    return Err(format!("{}{words}\n{found:?} has {weight:?} of {most}", told()));
+                    return Err(format!("{}{words}\n{found:?} has {weight:?} of {most}", context()));
                 }
             }
             _ if later > 0.0 => check(of(&predicted, later))?,

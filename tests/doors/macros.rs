@@ -14,7 +14,7 @@ bayesian_program! {
     /// Is it the "rain" or the sprinkler?
     program WetGrass {
         variables { Rain, Sprinkler, Wet : bool; }
-        decomposition { P(Rain) P(Sprinkler | Rain) P(Wet | Rain Sprinkler) } // said nowhere
+        decomposition { P(Rain) P(Sprinkler | Rain) P(Wet | Rain Sprinkler) } // a comment
         forms {
             P(Rain)             = bernoulli(0.3);
             P(Sprinkler | Rain) = bernoulli(if Rain { 0.1 } else { 0.9 });

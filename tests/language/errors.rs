@@ -53,7 +53,7 @@ fn no_page_shows_the_names_of_rules() {
     for page in pages("txt") {
         let text = std::fs::read_to_string(&page).unwrap();
         for rule in ["kw_", "close_", "open_paren", "open_brace", "named_form", "occurrence"] {
-            assert!(!text.contains(rule), "{} says {rule}", page.display());
+            assert!(!text.contains(rule), "{} contains {rule}", page.display());
         }
     }
 }

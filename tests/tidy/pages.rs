@@ -75,13 +75,13 @@ fn mistakes_in_the_pages_have_the_messages_that_are_shown() {
     for (path, text) in pages() {
         for (line, block) in blocks(&text, "bp-error") {
             let place = format!("{}:{line}", path.display());
-            let said = block.lines().next().and_then(|first| first.strip_prefix("// "));
-            let said = said.unwrap_or_else(|| panic!("{place} does not begin with its message"));
+            let message = block.lines().next().and_then(|first| first.strip_prefix("// "));
+            let message = message.unwrap_or_else(|| panic!("{place} does not begin with its message"));
             let Err(mistakes) = compile(&Source::new("page", block.as_str())) else {
                 panic!("{place} compiles")
             };
             let found: Vec<_> = mistakes.iter().map(|mistake| mistake.message.as_str()).collect();
-            assert!(found.contains(&said), "{place} says `{said}`, but the messages are {found:#?}");
+            assert!(found.contains(&message), "{place} shows `{message}`, but the messages are {found:#?}");
         }
     }
 }

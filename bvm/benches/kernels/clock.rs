@@ -49,7 +49,7 @@ pub(crate) fn race_on(threads: usize, seconds: f64, tasks: &mut [Task<'_>]) -> V
 
 /// The subject of a row of the table.
 pub(crate) struct Work<'w> {
-    /// What is computed.
+    /// The computation.
     pub(crate) title: &'w str,
     /// Bytes read and written once by a run; 0 where that is meaningless.
     pub(crate) bytes: usize,

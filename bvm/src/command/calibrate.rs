@@ -55,11 +55,11 @@ struct Class {
     /// Share within one pixel of the truth.
     right: f64,
     /// Root mean square of the reported deviations, pixels.
-    told_sigma_px: f64,
+    reported_sigma_px: f64,
     /// Deviation of the inliers, identified, pixels.
     sigma_px: f64,
     /// Share of outliers, identified.
-    astray: f64,
+    outliers: f64,
 }
 
 /// The results of one matcher on all pairs.
@@ -169,11 +169,11 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
             "{:<12} {:>6.1} % {} % {} % {:>7.2} % {} % {} px",
             one.matcher,
             100.0 * one.density,
-            told(one.wrong_by_1_matched, 100.0, 5, 2),
-            told(one.wrong_by_2_matched, 100.0, 5, 2),
+            column(one.wrong_by_1_matched, 100.0, 5, 2),
+            column(one.wrong_by_2_matched, 100.0, 5, 2),
             100.0 * one.wrong_by_2_all,
-            told(one.covered_by_90, 100.0, 9, 1),
-            told(one.sigma_min_px, 1.0, 7, 3)
+            column(one.covered_by_90, 100.0, 9, 1),
+            column(one.sigma_min_px, 1.0, 7, 3)
         ));
     }
     print("");
@@ -183,8 +183,8 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
         for (way, first) in one.maps.iter().enumerate().take(ways) {
             let maps: Vec<String> = (one.maps.iter().skip(way).step_by(ways))
                 .map(|map| {
-                    let right = told(map.first_right_or_adjacent, 100.0, 1, 1);
-                    format!("{} nats, {right} %", told(map.log_loss, 1.0, 1, 3))
+                    let right = column(map.first_right_or_adjacent, 100.0, 1, 1);
+                    format!("{} nats, {right} %", column(map.log_loss, 1.0, 1, 3))
                 })
                 .collect();
             let (evidence, hidden) = (first.evidence.name(), first.hidden.name());
@@ -204,9 +204,9 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
             class.lambda,
             class.claims,
             100.0 * class.right,
-            class.told_sigma_px,
+            class.reported_sigma_px,
             class.sigma_px,
-            100.0 * class.astray
+            100.0 * class.outliers
         ));
     }
     files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
@@ -214,7 +214,7 @@ pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
 }
 
 /// A number in `width` columns with `decimals` decimals, times a factor; a dash if it is absent.
-fn told(number: Option<f64>, factor: f64, width: usize, decimals: usize) -> String {
+fn column(number: Option<f64>, factor: f64, width: usize, decimals: usize) -> String {
     let text = number.map_or_else(|| "–".to_owned(), |number| format!("{:.decimals$}", factor * number));
     format!("{text:>width$}")
 }
@@ -246,7 +246,7 @@ fn identified(scored: &[Scored]) -> Result<(f64, f64), Error> {
         let parameter = learned.model().parameters.values().find(|parameter| parameter.name == name);
         parameter.map(|parameter| parameter.default.clone()).expect("internal: a parameter of the program")
     };
-    Ok((numbers("sigma")[0], numbers("astray")[0]))
+    Ok((numbers("sigma")[0], numbers("outliers")[0]))
 }
 
 /// Ten classes of equal size, the most confident first.
@@ -256,14 +256,14 @@ fn classes(scored: &[Scored]) -> Result<Vec<Class>, Error> {
         claims.iter().map(|claim| f64::from(of(claim))).sum::<f64>() / claims.len() as f64
     };
     let class = |claims: &[Scored]| {
-        let (sigma_px, astray) = identified(claims)?;
+        let (sigma_px, outliers) = identified(claims)?;
         Ok(Class {
             lambda: mean(claims, |claim| claim.confidence),
             claims: claims.len(),
             right: 1.0 - wrong(claims, 1.0).unwrap_or(0.0),
-            told_sigma_px: mean(claims, |claim| claim.sigma * claim.sigma).sqrt(),
+            reported_sigma_px: mean(claims, |claim| claim.sigma * claim.sigma).sqrt(),
             sigma_px,
-            astray,
+            outliers,
         })
     };
     scored.chunks(size).map(class).collect()
@@ -278,7 +278,7 @@ fn against(
     again: bool,
     truth: &Truth,
 ) -> Result<Vec<MapFigures>, Error> {
-    let Seen { map, glance, .. } = mapped(pair, found, heard)?;
+    let Seen { map, view, .. } = mapped(pair, found, heard)?;
     let figures_of = |map: &Map, hidden, times| MapFigures {
         evidence: heard.evidence,
         hidden,
@@ -288,7 +288,7 @@ fn against(
     let mut figures = vec![figures_of(&map, HiddenCells::Uniform, 1)];
     for hidden in [HiddenCells::Uniform, HiddenCells::Map].into_iter().filter(|_| again) {
         let before = (hidden == HiddenCells::Map).then_some(&map);
-        let likelihood = Sight::default().likelihood_of(map.grid(), &glance, before)?;
+        let likelihood = Sight::default().likelihood_of(map.grid(), &view, before)?;
         let mut next = map.clone();
         next.observe(&[&likelihood])?;
         figures.push(figures_of(&next, hidden, 2));
@@ -318,8 +318,8 @@ fn compared(pair: &Pair, map: &Map, truth: &Truth) -> MapFigures {
         directions += 1;
         let occupied = |depth: usize| f64::from(map.occupancy()[depth * grid.directions() + at]);
         for depth in 0..surface {
-            let told = if depth + 1 == surface { occupied(depth) } else { 1.0 - occupied(depth) };
-            loss -= told.max(1e-6).ln();
+            let probability = if depth + 1 == surface { occupied(depth) } else { 1.0 - occupied(depth) };
+            loss -= probability.max(1e-6).ln();
             cells += 1;
         }
         let first = (0..grid.cells_rho()).find(|depth| occupied(*depth) > 0.55);

@@ -13,10 +13,10 @@ use bvm::report::{
     ColourMap, Panorama, TopView, Window, first_occupied_range, mean, panorama, top_view, write_atomically,
 };
 use bvm::vision::image::write_png_rgb;
-use bvm::vision::readings::speakers;
+use bvm::vision::readings::pixel_readings;
 use bvm::vision::stereo::coherence::cyclopean;
 use bvm::vision::{
-    DisparityMap, EvidenceKind, FrameEvidence, Glance, Matcher, Pair, RangeReading, Sight, cloud, pfm,
+    DisparityMap, EvidenceKind, FrameEvidence, Matcher, Pair, RangeReading, Sight, ViewReadings, cloud, pfm,
 };
 use clap::Args;
 use serde::Serialize;
@@ -195,9 +195,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     };
     if let Some(folder) = &folder {
         let heard = FrameEvidence { evidence, population: population.as_ref() };
-        let Seen { map, glance, figures: told } = mapped(&pair, &found, &heard)?;
-        figures.map = Some(told);
-        files.extend(write(folder, &pair, &found, &map, &glance.readings, &figures)?);
+        let Seen { map, view, figures: of_map } = mapped(&pair, &found, &heard)?;
+        figures.map = Some(of_map);
+        files.extend(write(folder, &pair, &found, &map, &view.readings, &figures)?);
     }
     if arguments.json {
         print(&serde_json::to_string(&figures).expect("internal: figures are numbers"));
@@ -227,7 +227,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
 /// The map from a pair.
 pub(super) struct Seen {
     pub(super) map: Map,
-    pub(super) glance: Glance,
+    pub(super) view: ViewReadings,
     figures: MapFigures,
 }
 
@@ -237,9 +237,10 @@ pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &FrameEvidence<'_
     let azimuth_cells = (360.0 / CELL_DEGREES) as usize;
     let step = CELL_DEGREES.to_radians();
     let direction = |x, y| calibration.direction(x, y);
-    let speakers = speakers(found, calibration, direction, [azimuth_cells, azimuth_cells / 2], [step; 2])?;
+    let pixel_readings =
+        pixel_readings(found, calibration, direction, [azimuth_cells, azimuth_cells / 2], [step; 2])?;
     // Ignore outliers among the readings, so that they do not enlarge the grid.
-    let mut ranges: Vec<f32> = speakers.iter().flatten().map(|speaker| speaker.reading.range_m).collect();
+    let mut ranges: Vec<f32> = pixel_readings.iter().flatten().map(|found| found.reading.range_m).collect();
     ranges.sort_by(f32::total_cmp);
     let (nearest, farthest) = match ranges.len() {
         0 => (0.5, 5.0),
@@ -252,13 +253,13 @@ pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &FrameEvidence<'_
         azimuth_cells,
         elevation_cells: azimuth_cells / 2,
     })?;
-    let glance = Glance::of(&speakers, found, calibration, &grid, f64::from(nearest), heard);
+    let view = ViewReadings::of(&pixel_readings, found, calibration, &grid, f64::from(nearest), heard);
     let mut map = Map::new(grid.clone())?;
-    map.observe(&[&Sight::default().likelihood_of(&grid, &glance, None)?])?;
+    map.observe(&[&Sight::default().likelihood_of(&grid, &view, None)?])?;
     let gaze = Gradient::default().choose(&map, &Heading::default())?;
     let figures = MapFigures {
         frame: DESCRIPTION,
-        readings: glance.readings.iter().flatten().count(),
+        readings: view.readings.iter().flatten().count(),
         nearest_m: nearest,
         farthest_m: farthest,
         grid: *map.grid().configuration(),
@@ -266,7 +267,7 @@ pub(super) fn mapped(pair: &Pair, found: &DisparityMap, heard: &FrameEvidence<'_
         gaze_azimuth_degrees: gaze.azimuth.to_degrees(),
         gaze_elevation_degrees: gaze.elevation.to_degrees(),
     };
-    Ok(Seen { map, glance, figures })
+    Ok(Seen { map, view, figures })
 }
 
 fn write(

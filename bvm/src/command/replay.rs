@@ -17,8 +17,10 @@ use bvm::report::{
 };
 use bvm::vision::calibration::raw::RawPair;
 use bvm::vision::image::{self, write_png_rgb};
-use bvm::vision::readings::speakers;
-use bvm::vision::{DisparityMap, EvidenceKind, FrameEvidence, Glance, HiddenCells, Pair, Sight, VisionError};
+use bvm::vision::readings::pixel_readings;
+use bvm::vision::{
+    DisparityMap, EvidenceKind, FrameEvidence, HiddenCells, Pair, Sight, ViewReadings, VisionError,
+};
 use clap::Args;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -136,17 +138,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         };
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
-        let speakers = speakers(&found, &rig, direction, cells, steps)?;
+        let pixel_readings = pixel_readings(&found, &rig, direction, cells, steps)?;
         let heard = FrameEvidence { evidence, population: population.as_ref() };
-        let glance = Glance::of(&speakers, &found, &rig, grid, REACH_M[0], &heard);
+        let view = ViewReadings::of(&pixel_readings, &found, &rig, grid, REACH_M[0], &heard);
         let before = (HiddenCells::from(arguments.hidden) == HiddenCells::Map).then_some(&map);
-        let likelihood = sight.likelihood_of(grid, &glance, before)?;
+        let likelihood = sight.likelihood_of(grid, &view, before)?;
         map.observe(&[&likelihood])?;
         let entropies = map.occupancy_entropy();
         frames.push(Frame {
             time_ns: *time,
             density: found.density(),
-            readings: glance.readings.iter().flatten().count(),
+            readings: view.readings.iter().flatten().count(),
             yaw_degrees: posture.yaw().to_degrees(),
             entropy: entropies.iter().map(|&entropy| f64::from(entropy)).sum::<f64>()
                 / entropies.len() as f64,

@@ -98,7 +98,7 @@ pub enum GridError {
     NotFinite {
         /// Name of the configuration key.
         key: &'static str,
-        /// What was found.
+        /// The value that was found.
         value: f64,
     },
     /// A distance is zero or less: the logarithm has no such value.
@@ -106,7 +106,7 @@ pub enum GridError {
     NotPositive {
         /// Name of the configuration key.
         key: &'static str,
-        /// What was found.
+        /// The value that was found.
         value: f64,
     },
     /// The gap is not smaller than the reach.
@@ -147,7 +147,7 @@ pub enum GridError {
     /// Neighbouring radial edges coincide in floating point.
     #[error(
         "`cells_rho` = {cells_rho} between `rho_min_m` = {rho_min_m} and `rho_max_m` = {rho_max_m}: the cells are \
-         too thin to tell apart"
+         too thin to distinguish"
     )]
     CellsTooThin {
         /// Cells along a line of sight asked for.

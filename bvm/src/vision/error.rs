@@ -45,13 +45,13 @@ pub enum VisionError {
     ImageFile {
         /// The file.
         path: PathBuf,
-        /// What was found and what was expected.
+        /// The value that was found and the expected one.
         reason: String,
     },
     /// Pixels that do not make an image: a size of zero, a wrong count, a value outside 0..=255.
     #[error("not an image: {reason}")]
     Pixels {
-        /// What was found and what was expected.
+        /// The value that was found and the expected one.
         reason: String,
     },
     /// A calibration file that is not TOML.
@@ -69,7 +69,7 @@ pub enum VisionError {
         path: PathBuf,
         /// The key at fault.
         key: String,
-        /// What was found and what was expected.
+        /// The value that was found and the expected one.
         reason: String,
     },
     /// The two images of a pair have different sizes.

@@ -29,5 +29,5 @@ pub use image::GreyImage;
 pub use pair::Pair;
 pub use population::{Codes, Population};
 pub use readings::{RangeReading, readings};
-pub use sight::{EvidenceKind, FrameEvidence, Glance, HiddenCells, Sight};
+pub use sight::{EvidenceKind, FrameEvidence, HiddenCells, Sight, ViewReadings};
 pub use stereo::{DisparityMap, Matcher, match_pair};

@@ -14,7 +14,7 @@
 //! likelihood. Without a posterior, the remainder 1 − λ is uniform. Invariant: codes are finite, not negative, and sum
 //! to one.
 
-use super::readings::Speaker;
+use super::readings::PixelReading;
 use super::{Calibration, DisparityMap};
 use crate::grid::Grid;
 
@@ -48,18 +48,18 @@ impl Population {
 
 /// The codes of the selected pixels. Without a `population`, only each estimate and its λ are known.
 pub fn codes(
-    speakers: &[Option<Speaker>],
+    pixel_readings: &[Option<PixelReading>],
     map: &DisparityMap,
     population: Option<&Population>,
     calibration: &Calibration,
     grid: &Grid,
 ) -> Codes {
-    let code = |speaker: &Option<Speaker>| {
-        let pixel = speaker.as_ref()?.pixel;
+    let code = |reading: &Option<PixelReading>| {
+        let pixel = reading.as_ref()?.pixel;
         let places = places(map, population, calibration.max_disparity_px(), pixel);
         Some(heard(&places, &edges(map, calibration, grid, pixel)))
     };
-    speakers.iter().map(code).collect()
+    pixel_readings.iter().map(code).collect()
 }
 
 /// Intervals of disparities with their probabilities: from, to, P.
@@ -112,7 +112,7 @@ fn heard(places: &Places, bins: &[[f64; 2]]) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::grid::GridConfiguration;
-    use crate::vision::readings::speakers;
+    use crate::vision::readings::pixel_readings;
     use std::path::Path;
 
     /// f·B = 8 px·m and no offset: ranges of 1, 2 and 4 m on the axis are disparities of 8, 4 and 2.
@@ -141,8 +141,8 @@ mod tests {
         let rig = calibration();
         let direction = |x, y| rig.direction(x, y);
         let steps = [grid.azimuth_step(), grid.elevation_step()];
-        let speakers = speakers(&map, &rig, direction, [4, 2], steps).unwrap();
-        let codes = codes(&speakers, &map, population, &rig, &grid);
+        let pixel_readings = pixel_readings(&map, &rig, direction, [4, 2], steps).unwrap();
+        let codes = codes(&pixel_readings, &map, population, &rig, &grid);
         assert_eq!(codes.iter().flatten().count(), 1);
         codes.into_iter().flatten().next().unwrap()
     }

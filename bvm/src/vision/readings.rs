@@ -4,14 +4,14 @@
 //! most confident pixel, or `None`. The pixels of one direction see nearly the same place in the same pair of images:
 //! they are not independent sensors, so only one is used. It is the one with the least deviation σ_d, then the nearest,
 //! then the first; a mean would put a surface between the two sides of a depth edge. Its λ is that of Eq. 3, in
-//! disparities: σ_d = [`GRAIN_PX`] / λ. Invariant: a reading has a finite positive range and a confidence in ]0, 1];
+//! disparities: σ_d = [`SIGMA_MIN_PX`] / λ. Invariant: a reading has a finite positive range and a confidence in ]0, 1];
 //! directions outside the image or without an estimate have none.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::calibration::Calibration;
 use super::error::VisionError;
-use super::stereo::{DisparityMap, GRAIN_PX};
+use super::stereo::{DisparityMap, SIGMA_MIN_PX};
 
 /// A reading of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ pub struct RangeReading {
 
 /// A reading with its pixel in the left picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Speaker {
+pub struct PixelReading {
     /// The reading.
     pub reading: RangeReading,
     /// The pixel, `y * width + x`.
@@ -45,24 +45,24 @@ pub fn readings(
 ) -> Result<Vec<Option<RangeReading>>, VisionError> {
     let direction = |x, y| calibration.direction(x, y);
     let (cells, steps) = ([azimuth_cells, elevation_cells], [azimuth_step_rad, elevation_step_rad]);
-    let speakers = speakers(map, calibration, direction, cells, steps)?;
-    Ok(speakers.iter().map(|speaker| speaker.map(|speaker| speaker.reading)).collect())
+    let pixel_readings = pixel_readings(map, calibration, direction, cells, steps)?;
+    Ok(pixel_readings.iter().map(|found| found.map(|found| found.reading)).collect())
 }
 
 /// [`readings`] with their pixels, for a turned head: `direction` gives the azimuth and elevation of a pixel, radians.
 ///
 /// # Errors
 /// Steps that are not positive or that go beyond the sphere.
-pub fn speakers(
+pub fn pixel_readings(
     map: &DisparityMap,
     calibration: &Calibration,
     direction: impl Fn(f64, f64) -> (f64, f64),
     [azimuth_cells, elevation_cells]: [usize; 2],
     [azimuth_step_rad, elevation_step_rad]: [f64; 2],
-) -> Result<Vec<Option<Speaker>>, VisionError> {
+) -> Result<Vec<Option<PixelReading>>, VisionError> {
     check_axis("azimuth", azimuth_cells, azimuth_step_rad, TAU)?;
     check_axis("elevation", elevation_cells, elevation_step_rad, PI)?;
-    let mut best: Vec<Option<Speaker>> = vec![None; azimuth_cells * elevation_cells];
+    let mut best: Vec<Option<PixelReading>> = vec![None; azimuth_cells * elevation_cells];
     for (at, (&disparity, &confidence)) in map.disparity.iter().zip(&map.confidence).enumerate() {
         if confidence.is_nan() || confidence <= 0.0 {
             continue;
@@ -73,10 +73,10 @@ pub fn speakers(
         let column = cell_of(azimuth + PI, azimuth_step_rad, azimuth_cells);
         let row = cell_of(elevation + FRAC_PI_2, elevation_step_rad, elevation_cells);
         let (Some(column), Some(row)) = (column, row) else { continue };
-        let reading = RangeReading { range_m: range as f32, confidence: GRAIN_PX / map.sigma_px(at) };
+        let reading = RangeReading { range_m: range as f32, confidence: SIGMA_MIN_PX / map.sigma_px(at) };
         let place = &mut best[row * azimuth_cells + column];
         if place.is_none_or(|held| beats(reading, held.reading)) {
-            *place = Some(Speaker { reading, pixel: at });
+            *place = Some(PixelReading { reading, pixel: at });
         }
     }
     Ok(best)
@@ -131,7 +131,7 @@ mod tests {
             map.disparity[y * 5 + x] = disparity;
             map.confidence[y * 5 + x] = confidence;
             // The spread for which λ of Eq. 3 is the given confidence.
-            map.spread[y * 5 + x] = GRAIN_PX * (confidence.powi(-2) - 1.0).sqrt();
+            map.spread[y * 5 + x] = SIGMA_MIN_PX * (confidence.powi(-2) - 1.0).sqrt();
         }
         map
     }

@@ -6,8 +6,8 @@
 //! reading is one everywhere (paper: it is predicted, not estimated).
 
 use super::population::{Codes, Population, codes};
-use super::readings::Speaker;
-use super::stereo::GRAIN_PX;
+use super::readings::PixelReading;
+use super::stereo::SIGMA_MIN_PX;
 use super::{Calibration, DisparityMap, RangeReading};
 use crate::error::Error;
 use crate::grid::Grid;
@@ -67,38 +67,38 @@ pub struct FrameEvidence<'p> {
     pub population: Option<&'p Population>,
 }
 
-/// The readings of one frame in all directions.
+/// The readings of a view in all directions.
 #[derive(Clone, Debug)]
-pub struct Glance {
+pub struct ViewReadings {
     /// One for each direction `[φ][θ]`, or none.
     pub readings: Vec<Option<RangeReading>>,
     codes: Option<Codes>,
     sigma_min_m: f64,
 }
 
-impl Glance {
+impl ViewReadings {
     /// The selected pixels of each direction, as readings with the λ of Eq. 3, or as codes: then the code contains the
-    /// spread, and λ is that of the grain. σ_min is that of a disparity of confidence 1 at a range of `nearest_m`: the
-    /// grain of a disparity is a fixed part of a pixel, which in metres grows with the square of the range (A20).
+    /// spread, and λ is that of the least deviation. σ_min is that of a disparity of confidence 1 at a range of `nearest_m`: the
+    /// least deviation of a disparity is a fixed part of a pixel, which in metres grows with the square of the range (A20).
     pub fn of(
-        speakers: &[Option<Speaker>],
+        pixel_readings: &[Option<PixelReading>],
         map: &DisparityMap,
         calibration: &Calibration,
         grid: &Grid,
         nearest_m: f64,
         heard: &FrameEvidence<'_>,
     ) -> Self {
-        let grain = |range_m: f64| calibration.range_sigma_m(range_m, f64::from(GRAIN_PX));
-        let sigma_min_m = grain(nearest_m);
+        let sigma = |range_m: f64| calibration.range_sigma_m(range_m, f64::from(SIGMA_MIN_PX));
+        let sigma_min_m = sigma(nearest_m);
         let is_hard = heard.evidence == EvidenceKind::Hard;
-        let one = |Speaker { reading, .. }: Speaker| {
+        let one = |PixelReading { reading, .. }: PixelReading| {
             let own = if is_hard { f64::from(reading.confidence) } else { 1.0 };
-            let confidence = (own * sigma_min_m / grain(f64::from(reading.range_m))).min(1.0);
+            let confidence = (own * sigma_min_m / sigma(f64::from(reading.range_m))).min(1.0);
             RangeReading { confidence: confidence as f32, ..reading }
         };
         Self {
-            readings: speakers.iter().map(|speaker| speaker.map(one)).collect(),
-            codes: (!is_hard).then(|| codes(speakers, map, heard.population, calibration, grid)),
+            readings: pixel_readings.iter().map(|found| found.map(one)).collect(),
+            codes: (!is_hard).then(|| codes(pixel_readings, map, heard.population, calibration, grid)),
             sigma_min_m,
         }
     }
@@ -166,10 +166,10 @@ impl Sight {
     pub fn likelihood_of(
         &mut self,
         grid: &Grid,
-        glance: &Glance,
+        view: &ViewReadings,
         before: Option<&Map>,
     ) -> Result<Likelihood, Error> {
-        let Glance { readings, codes, sigma_min_m } = glance;
+        let ViewReadings { readings, codes, sigma_min_m } = view;
         if codes.is_none() && before.is_none() {
             return self.likelihood(grid, readings, *sigma_min_m, EvidenceKind::Hard);
         }
@@ -181,7 +181,7 @@ impl Sight {
         let mut code = vec![0f32; (bins + 1) * rays];
         for (at, (ray, reading)) in seen.rays.iter().zip(&seen.readings).enumerate() {
             match codes.as_ref().and_then(|codes| codes[*ray].as_ref()) {
-                Some(told) => (0..=bins).for_each(|z| code[z * rays + at] = told[z]),
+                Some(code_of_ray) => (0..=bins).for_each(|z| code[z * rays + at] = code_of_ray[z]),
                 None => code[bin(grid, reading) * rays + at] = 1.0,
             }
         }

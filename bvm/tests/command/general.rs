@@ -39,11 +39,11 @@ fn succeeds(arguments: &[&str]) -> Output {
 #[track_caller]
 fn refuses(arguments: &[&str], names: &[&str]) {
     let output = bvm(arguments);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
-    assert!(told.starts_with("error: ") && told.lines().count() == 1, "{arguments:?}: {told}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
+    assert!(message.starts_with("error: ") && message.lines().count() == 1, "{arguments:?}: {message}");
     for name in names {
-        assert!(told.contains(name), "{arguments:?}: {told} should name {name}");
+        assert!(message.contains(name), "{arguments:?}: {message} should name {name}");
     }
     assert!(output.stdout.is_empty(), "{arguments:?}: a refusal answers nothing");
 }
@@ -130,10 +130,10 @@ fn explore_leaves_a_folder_and_the_same_figures_twice() {
     let runs = ["first", "second"].map(|name| folder.path().join(name));
     for out in &runs {
         let output = succeeds(&["explore", "--steps", "2", "--seed", "3", "--out", text(out)]);
-        let told = String::from_utf8(output.stdout).unwrap();
+        let page = String::from_utf8(output.stdout).unwrap();
         for entry in std::fs::read_dir(out).unwrap() {
             let path = entry.unwrap().path();
-            assert!(told.contains(&format!("wrote {}", path.display())), "{told}");
+            assert!(page.contains(&format!("wrote {}", path.display())), "{page}");
         }
     }
     let [first, second] = runs.map(|out| std::fs::read(out.join("run.json")).unwrap());
@@ -160,14 +160,14 @@ fn look_makes_a_map_of_a_synthetic_pair() {
         (pair.path("left.png"), pair.path("right.png"), pair.path("pair.toml"), pair.path("out"));
     let arguments = ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
     let output = succeeds(&[&arguments[..], &["--out", text(&out), "--json"]].concat());
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let kept: serde_json::Value =
         serde_json::from_slice(&std::fs::read(out.join("look.json")).unwrap()).unwrap();
-    assert_eq!(told, kept);
-    assert!(told["density"].as_f64().unwrap() > 0.6, "{told}");
+    assert_eq!(answer, kept);
+    assert!(answer["density"].as_f64().unwrap() > 0.6, "{answer}");
     // Disparities of 10 and 4 pixels are 1.0 and 2.5 m deep.
-    let (nearest, farthest) = (told["nearest_m"].as_f64().unwrap(), told["farthest_m"].as_f64().unwrap());
-    assert!((0.95..1.1).contains(&nearest) && (2.4..3.1).contains(&farthest), "{told}");
+    let (nearest, farthest) = (answer["nearest_m"].as_f64().unwrap(), answer["farthest_m"].as_f64().unwrap());
+    assert!((0.95..1.1).contains(&nearest) && (2.4..3.1).contains(&farthest), "{answer}");
     for name in ["disparity.png", "confidence.png", "range_panorama.png", "top_view.png"] {
         bvm::vision::image::read(&out.join(name)).unwrap();
     }
@@ -184,12 +184,12 @@ fn a_look_hears_codes_where_they_are_asked_for() {
                 ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
             let more = ["--matcher", matcher, "--evidence", evidence, "--out", text(&out), "--json"];
             let output = succeeds(&[&arguments[..], &more].concat());
-            let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-            assert_eq!(told["evidence"], evidence);
+            let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            assert_eq!(answer["evidence"], evidence);
             let panorama = std::fs::read(out.join("occupancy_panorama.png")).unwrap();
-            (told["readings"].clone(), panorama)
+            (answer["readings"].clone(), panorama)
         });
-        assert_eq!(seen[0].0, seen[1].0, "the same directions speak");
+        assert_eq!(seen[0].0, seen[1].0, "the same directions have readings");
         assert!(seen[0].1 != seen[1].1, "the map hears something else");
     }
 }
@@ -211,8 +211,8 @@ fn look_at_a_recorded_pair() {
     let (left, right) = (folder.join("motorcycle_left.png"), folder.join("motorcycle_right.png"));
     let arguments = ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
     let output = succeeds(&[&arguments[..], &["--out", text(&out), "--json"]].concat());
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(told["density"].as_f64().unwrap() > 0.8, "{told}");
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(answer["density"].as_f64().unwrap() > 0.8, "{answer}");
 }
 
 #[test]
@@ -300,9 +300,9 @@ fn help_is_at_most_80_columns_wide() {
     for command in [&[][..], &["explore"], &["look"], &["replay"], &["calibrate"], &["calibrate", "vision"]] {
         for flag in ["-h", "--help"] {
             let output = succeeds(&[command, &[flag]].concat());
-            let told = String::from_utf8(output.stdout).unwrap();
-            let long = told.lines().find(|line| line.chars().count() > 80);
-            assert!(told.contains("Usage:") && long.is_none(), "{command:?} {flag}: {long:?}");
+            let page = String::from_utf8(output.stdout).unwrap();
+            let long = page.lines().find(|line| line.chars().count() > 80);
+            assert!(page.contains("Usage:") && long.is_none(), "{command:?} {flag}: {long:?}");
         }
     }
 }
@@ -317,12 +317,14 @@ fn look_writes_disparities_alone_where_they_are_asked_for() {
             ["look", "--left", text(&left), "--right", text(&right), "--calibration", text(&toml)];
         let more = ["--matcher", matcher, "--disparity", text(&field), "--json"];
         let output = succeeds(&[&arguments[..], &more].concat());
-        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(told["matcher"], matcher);
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(answer["matcher"], matcher);
         let field = bvm::vision::pfm::read(&field).unwrap();
         assert_eq!((field.width, field.values.len()), (WIDTH, WIDTH * HEIGHT));
         let claims = field.values.iter().filter(|value| value.is_finite()).count();
-        assert!((told["density"].as_f64().unwrap() - claims as f64 / field.values.len() as f64).abs() < 1e-9);
+        assert!(
+            (answer["density"].as_f64().unwrap() - claims as f64 / field.values.len() as f64).abs() < 1e-9
+        );
         // The middle of the board; the file's rows are turned back.
         let board = field.values[32 * WIDTH + 48];
         assert!((board - 10.0).abs() < 0.5 || board.is_infinite(), "{board}");
@@ -349,15 +351,15 @@ fn calibration_of_sight_leaves_out_cells_that_are_not_numbers() {
     let paths: Vec<&str> = files.iter().map(|file| text(file)).collect();
     let arguments =
         [&["calibrate", "vision", "--pair"], &paths[..], &["--out", text(&out), "--json"]].concat();
-    let told: serde_json::Value = serde_json::from_slice(&succeeds(&arguments).stdout).unwrap();
-    assert_eq!(told[0]["matcher"], "scanline");
-    assert!(told[0]["wrong_by_2_matched"].as_f64().unwrap() < 0.05, "{}", told[0]);
-    assert_eq!(told[2]["wrong_by_2_all"], 0.0, "exact depth is never wrong");
+    let answer: serde_json::Value = serde_json::from_slice(&succeeds(&arguments).stdout).unwrap();
+    assert_eq!(answer[0]["matcher"], "scanline");
+    assert!(answer[0]["wrong_by_2_matched"].as_f64().unwrap() < 0.05, "{}", answer[0]);
+    assert_eq!(answer[2]["wrong_by_2_all"], 0.0, "exact depth is never wrong");
     for name in ["reliability.png", "sparsification.png"] {
         bvm::vision::image::read(&out.join(name)).unwrap();
     }
     // The evidence of the pair for the map: a reading, or a code, for each direction.
-    let maps = told[0]["maps"].as_array().unwrap();
+    let maps = answer[0]["maps"].as_array().unwrap();
     assert!(maps.iter().any(|map| map["evidence"] == "virtual" && map["hidden"] == "map"), "{maps:?}");
     assert!(maps.iter().all(|map| map["log_loss"].as_f64().unwrap() < 0.7), "{maps:?}");
     for (name, value) in [("none.pfm", f32::NAN), ("far.pfm", f32::INFINITY), ("zero.pfm", 0.0)] {
@@ -373,9 +375,9 @@ fn calibration_of_sight_leaves_out_cells_that_are_not_numbers() {
     let own = arguments.iter().map(|word| word.replace("truth.pfm", "own.pfm")).collect::<Vec<_>>();
     let output = succeeds(&own.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(!String::from_utf8_lossy(&output.stdout).contains("null"), "what there is none of is left out");
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((&told[0]["sigma_min_px"], &told[0]["wrong_by_1_matched"]), (&0.0.into(), &0.0.into()));
-    for class in told[0]["classes"].as_array().unwrap() {
-        assert_eq!((&class["sigma_px"], &class["astray"]), (&0.0.into(), &0.0.into()), "{class}");
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&answer[0]["sigma_min_px"], &answer[0]["wrong_by_1_matched"]), (&0.0.into(), &0.0.into()));
+    for class in answer[0]["classes"].as_array().unwrap() {
+        assert_eq!((&class["sigma_px"], &class["outliers"]), (&0.0.into(), &0.0.into()), "{class}");
     }
 }

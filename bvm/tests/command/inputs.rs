@@ -14,10 +14,12 @@ const ENDLESS: &str = "/dev/zero";
 fn refuses(folder: &Path, arguments: &[&str], names: &[&str]) {
     let output =
         Command::new(env!("CARGO_BIN_EXE_bvm")).current_dir(folder).args(arguments).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
-    assert!(told.starts_with("error: ") && told.lines().count() == 1, "{arguments:?}: {told}");
-    names.iter().for_each(|name| assert!(told.contains(name), "{arguments:?}: {told} should name {name}"));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
+    assert!(message.starts_with("error: ") && message.lines().count() == 1, "{arguments:?}: {message}");
+    names
+        .iter()
+        .for_each(|name| assert!(message.contains(name), "{arguments:?}: {message} should name {name}"));
     assert!(!folder.join("out").exists(), "{arguments:?}: something is left");
 }
 

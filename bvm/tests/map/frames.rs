@@ -98,9 +98,9 @@ fn a_look_is_not_mirrored() {
     let text =
         "focal_px = 150\ncx_px = 100\ncy_px = 48\nbaseline_m = 0.1\ndoffs_px = 0\nmax_disparity_px = 32\n";
     std::fs::write(&rig, text).unwrap();
-    let told =
+    let answer =
         run(&["look", "--left", &left, "--right", &right, "--calibration", &rig, "--out", &out, "--json"]);
-    assert!(told["frame"].as_str().unwrap().starts_with("x ahead, y left, z up"), "{told}");
+    assert!(answer["frame"].as_str().unwrap().starts_with("x ahead, y left, z up"), "{answer}");
     let out = Path::new(&out);
 
     let ply = std::fs::read(out.join("cloud.ply")).unwrap();
@@ -140,7 +140,7 @@ fn a_look_is_not_mirrored() {
     }
     // From above: 540 pixels for 1.04 times the reach to either side, ahead upwards.
     let above = Written::read(&out.join("top_view.png"));
-    let reach = told["grid"]["rho_max_m"].as_f64().unwrap();
+    let reach = answer["grid"]["rho_max_m"].as_f64().unwrap();
     let dark = |ahead: f64, to_the_left: f64| {
         let scale = 270.0 / (1.04 * reach);
         let places = (-4..=4).flat_map(|dx| (-4..=4).map(move |dy| (f64::from(dx), f64::from(dy))));
@@ -187,7 +187,7 @@ fn a_replay_turns_to_the_left() {
     let folder = TempDir::new().unwrap();
     write_recording(folder.path());
     let out = folder.path().join("out");
-    let told = run(&[
+    let answer = run(&[
         "replay",
         "--recording",
         folder.path().to_str().unwrap(),
@@ -195,8 +195,8 @@ fn a_replay_turns_to_the_left() {
         out.to_str().unwrap(),
         "--json",
     ]);
-    assert!(told["frame"].as_str().unwrap().contains("left positive"), "{told}");
-    let yaw = told["frames"][1]["yaw_degrees"].as_f64().unwrap();
+    assert!(answer["frame"].as_str().unwrap().contains("left positive"), "{answer}");
+    let yaw = answer["frames"][1]["yaw_degrees"].as_f64().unwrap();
     assert!((yaw - 0.5f64.to_degrees()).abs() < 0.6, "{yaw}");
     // The board is 18° left of the head's axis: 47° left in the map. On the right, only the first frame saw the wall,
     // and the map is unknown beyond 34°.
@@ -220,9 +220,9 @@ fn a_replay_turns_to_the_left() {
 fn an_exploration_looks_in_the_reported_directions() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("out");
-    let told = run(&["explore", "--steps", "4", "--out", out.to_str().unwrap(), "--json"]);
-    assert!(told["frame"].as_str().unwrap().starts_with("x ahead, y left, z up"));
-    for rule in told["rules"].as_array().unwrap() {
+    let answer = run(&["explore", "--steps", "4", "--out", out.to_str().unwrap(), "--json"]);
+    assert!(answer["frame"].as_str().unwrap().starts_with("x ahead, y left, z up"));
+    for rule in answer["rules"].as_array().unwrap() {
         for step in rule["steps"].as_array().unwrap() {
             let angle = |value: &Value| value.as_f64().unwrap();
             let off = angle(&step["true_yaw"]) - angle(&step["gaze"]["azimuth"]);

@@ -116,11 +116,11 @@ fn figures_stay_figures() {
 fn sensors_that_contradict_one_another_leave_figures() {
     let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
     let cells = grid.cells();
-    let says = |empty: f32, occupied: f32| [vec![empty; cells], vec![occupied; cells]].concat();
+    let likelihood = |empty: f32, occupied: f32| [vec![empty; cells], vec![occupied; cells]].concat();
     for (first, second) in [
-        (says(1.0, 0.0), says(0.0, 1.0)),
-        (says(1e-30, 1e-32), says(1e-30, 1e-32)),
-        (says(1e30, 1e30), says(1e30, 1e32)),
+        (likelihood(1.0, 0.0), likelihood(0.0, 1.0)),
+        (likelihood(1e-30, 1e-32), likelihood(1e-30, 1e-32)),
+        (likelihood(1e30, 1e30), likelihood(1e30, 1e32)),
     ] {
         let mut map = Map::new(grid.clone()).unwrap();
         map.observe(&[&first, &second]).unwrap();

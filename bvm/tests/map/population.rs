@@ -139,11 +139,11 @@ fn scene() -> (Grid, Vec<Option<RangeReading>>) {
 #[test]
 fn an_unknown_map_hides_cells_as_in_the_paper() {
     let (grid, readings) = scene();
-    let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
+    let view = bvm::vision::ViewReadings::hard(readings.clone(), 0.05);
     let unknown = Map::new(grid.clone()).unwrap();
     let mut sight = Sight::default();
     let paper = sight.likelihood(&grid, &readings, 0.05, EvidenceKind::Hard).unwrap();
-    let mapped = sight.likelihood_of(&grid, &glance, Some(&unknown)).unwrap();
+    let mapped = sight.likelihood_of(&grid, &view, Some(&unknown)).unwrap();
     assert_eq!(paper.len(), 2 * grid.cells());
     for (paper, mapped) in paper.iter().zip(&mapped) {
         assert!((paper - mapped).abs() < 1e-5, "{mapped} is not {paper}");
@@ -155,7 +155,7 @@ fn an_unknown_map_hides_cells_as_in_the_paper() {
 #[test]
 fn cells_known_to_be_empty_hide_nothing() {
     let (grid, readings) = scene();
-    let glance = bvm::vision::Glance::hard(readings.clone(), 0.05);
+    let view = bvm::vision::ViewReadings::hard(readings.clone(), 0.05);
     let mut sight = Sight::default();
     let mut map = Map::new(grid.clone()).unwrap();
     for _ in 0..3 {
@@ -166,7 +166,7 @@ fn cells_known_to_be_empty_hide_nothing() {
     let z = grid.rho_of(f64::from(readings[ray].unwrap().range_m)).unwrap();
     let occupied = |likelihood: &[f32]| likelihood[grid.cells() + z * grid.directions() + ray];
     let paper = sight.likelihood(&grid, &readings, 0.05, EvidenceKind::Hard).unwrap();
-    let mapped = sight.likelihood_of(&grid, &glance, Some(&map)).unwrap();
+    let mapped = sight.likelihood_of(&grid, &view, Some(&map)).unwrap();
     // With ½ for each nearer cell, the reading hardly ever reaches this one.
     assert!(occupied(&mapped) > 4.0 * occupied(&paper), "{} and {}", occupied(&mapped), occupied(&paper));
 }

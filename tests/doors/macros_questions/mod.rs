@@ -140,40 +140,43 @@ fn an_answer_is_read_by_value_and_values_outside_the_domain_have_probability_0()
 
 #[test]
 fn missing_inputs_without_a_default_are_named() {
-    let told = dice::first().ask().unwrap_err().to_string();
-    assert!(told.contains("`s`") && told.contains("was not given") && told.contains(".s(…)"), "{told}");
+    let message = dice::first().ask().unwrap_err().to_string();
+    assert!(
+        message.contains("`s`") && message.contains("was not given") && message.contains(".s(…)"),
+        "{message}"
+    );
 }
 
 #[test]
 fn values_outside_the_domain_are_refused_with_the_domain() {
-    let told = |told: Result<Vec<f64>, String>, number: f64, words: &[&str]| {
-        let told = told.unwrap_err();
+    let refuses = |found: Result<Vec<f64>, String>, number: f64, words: &[&str]| {
+        let message = found.unwrap_err();
         let number = if number.abs() > 1e21 { format!("{number:e}") } else { number.to_string() };
         let number = format!("{number} is not a value of");
-        assert!(words.iter().chain([&number.as_str()]).all(|word| told.contains(word)), "{told}");
+        assert!(words.iter().chain([&number.as_str()]).all(|word| message.contains(word)), "{message}");
     };
     for s in [-1, 1, 13, i64::MAX] {
-        told(asked!(dice::first().s(s)), s as f64, &["`s`", "`Sum`", "2..=12"]);
+        refuses(asked!(dice::first().s(s)), s as f64, &["`s`", "`Sum`", "2..=12"]);
     }
     for s in [-1.0, 1.0, 13.0, 3.5, f64::NAN, 1e30, f64::INFINITY] {
-        told(of_text(&dice::model(), "first", "s", s), s, &["`s`", "`Sum`", "2..=12"]);
+        refuses(of_text(&dice::model(), "first", "s", s), s, &["`s`", "`Sum`", "2..=12"]);
     }
     for f in [0, 7] {
-        told(asked!(dice::at().f(f).s(9)), f as f64, &["`f`", "`First`", "1..=6"]);
+        refuses(asked!(dice::at().f(f).s(9)), f as f64, &["`f`", "`First`", "1..=6"]);
     }
-    told(asked!(dice::far().d(11)), 11.0, &["`d`", "`Far`", "5..=10"]);
-    told(asked!(lamps::volt().volt(11.0)), 11.0, &["`volt`", "bins[0, 1, 10]"]);
+    refuses(asked!(dice::far().d(11)), 11.0, &["`d`", "`Far`", "5..=10"]);
+    refuses(asked!(lamps::volt().volt(11.0)), 11.0, &["`volt`", "bins[0, 1, 10]"]);
     for angle in [f64::NAN, f64::INFINITY] {
-        told(asked!(lamps::angle().angle(angle)), angle, &["`angle`", "circle"]);
-        told(asked!(lamps::x().x(angle)), angle, &["`x`", "real"]);
+        refuses(asked!(lamps::angle().angle(angle)), angle, &["`angle`", "circle"]);
+        refuses(asked!(lamps::x().x(angle)), angle, &["`x`", "real"]);
     }
 }
 
 #[test]
 fn impossible_evidence_is_an_error_where_there_is_no_plate() {
     // X above 4 is impossible; so is Far if Near.
-    let told = lamps::x().x(5.0).ask().unwrap_err();
-    assert!(matches!(&told, Error::Impossible(why) if why.question == "P(Fault | X = x)"), "{told}");
+    let error = lamps::x().x(5.0).ask().unwrap_err();
+    assert!(matches!(&error, Error::Impossible(why) if why.question == "P(Fault | X = x)"), "{error}");
     assert!(dice::far().d(Far::Near).ask().is_err());
     // The whole table has no impossible context; zero probabilities within a context do not count.
     let mut table = dice::whole::Answer::<f32>::default();
@@ -197,9 +200,9 @@ fn over_a_plate_values_are_values_and_the_impossible_is_counted() {
     for (place, wrong) in [(0, 2.0), (5, 6.0), (7, 3.5), (2, f64::NAN)] {
         let mut z = z;
         z[place] = wrong;
-        let told = run(&z).unwrap_err();
+        let message = run(&z).unwrap_err();
         let words = [format!("`z[{place}]`"), format!("{wrong} is not"), "3..=5".to_owned()];
-        assert!(words.iter().all(|word| told.contains(word.as_str())), "{told}");
+        assert!(words.iter().all(|word| message.contains(word.as_str())), "{message}");
     }
     // By lanes, the same.
     let model = family::model();

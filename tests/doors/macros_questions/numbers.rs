@@ -61,14 +61,14 @@ fn a_number_that_a_form_cannot_have_is_reported_with_its_form() {
     // 1 : 2 : 3
     assert!([1.0, 2.0, 3.0].iter().all(|x| (answer.p(*x as i64) - x / 6.0).abs() < 1e-15), "{answer:?}");
     for rate in [-0.5, 2.0, f64::NAN, f64::INFINITY] {
-        let told = rates::x().rate(rate).y(true).ask().unwrap_err();
-        assert!(told.to_string().contains("rate"), "{told}");
+        let error = rates::x().rate(rate).y(true).ask().unwrap_err();
+        assert!(error.to_string().contains("rate"), "{error}");
     }
     // By default the rate is 0.5.
-    let told = rates::x().y(true).ask().unwrap_err();
-    assert!(matches!(&told, Error::Number { .. }), "{told}");
-    let told = told.to_string();
-    assert!(["P(Y | X)", "bernoulli", "X = 3", "1.5"].iter().all(|word| told.contains(word)), "{told}");
+    let error = rates::x().y(true).ask().unwrap_err();
+    assert!(matches!(&error, Error::Number { .. }), "{error}");
+    let message = error.to_string();
+    assert!(["P(Y | X)", "bernoulli", "X = 3", "1.5"].iter().all(|word| message.contains(word)), "{message}");
     let asked = plate::x().cells(3).y(&[1f32; 3]);
     assert!(asked.rate(&[0.1, 0.5, 0.2]).ask().is_err());
     assert_eq!(asked.rate(&[0.1, 0.0, 0.2]).ask().unwrap().report().impossible, 1);
@@ -76,6 +76,6 @@ fn a_number_that_a_form_cannot_have_is_reported_with_its_form() {
 
 #[test]
 fn the_factor_that_makes_evidence_impossible_is_named() {
-    let told = rates::z().rate(0.25).y(true).ask().unwrap_err();
-    assert!(matches!(told, Error::Impossible(_)) && told.to_string().contains("P(Z | Y)"), "{told}");
+    let error = rates::z().rate(0.25).y(true).ask().unwrap_err();
+    assert!(matches!(error, Error::Impossible(_)) && error.to_string().contains("P(Z | Y)"), "{error}");
 }

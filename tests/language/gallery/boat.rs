@@ -122,8 +122,8 @@ fn a_clue_about_the_view_changes_how_sure_the_place_is() {
         near(&[*found.last().unwrap()], &[entropy(&expected)], 1e-11);
     }
     // Jeffrey's rule: the probabilities of the view, unclear or clear, weigh the two answers.
-    let told: Vec<f64> = with(0.0).iter().zip(with(1.0)).map(|(p, q)| 0.9 * p + 0.1 * q).collect();
-    near(&probabilities(&model, "told", &[]), &told, 1e-10);
+    let expected: Vec<f64> = with(0.0).iter().zip(with(1.0)).map(|(p, q)| 0.9 * p + 0.1 * q).collect();
+    near(&probabilities(&model, "clue", &[]), &expected, 1e-10);
     assert!(found.windows(2).all(|pair| pair[0] < pair[1]), "the less clear, the less sure: {found:?}");
 }
 

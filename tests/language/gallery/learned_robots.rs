@@ -88,7 +88,7 @@ fn learns_to_drive(behaviour: usize, count: usize) {
     });
     near(&rows, &expected.collect::<Vec<f64>>(), 1e-9);
     contexts.retain(|_, speeds| fitted(speeds).1 > 0.0);
-    assert!(contexts.len() >= 8, "{} contexts tell a law", contexts.len());
+    assert!(contexts.len() >= 8, "{} contexts determine a law", contexts.len());
     // The answer follows its own driver: each square is about 1, with a deviation of √2. (A law truncated at both ends
     // is fitted as if it were not, which moves means near the ends to the middle: by no more than the noise, here.)
     let misfits = [0, 1, 2].map(|other| misfit(&rows, other, &contexts));

@@ -213,10 +213,10 @@ const TABLE: [Entry; 14] = [
 /// and have its context; records with missing cells add information.
 fn is_the_network(learned: &Learned, records: &[Vec<f64>]) {
     for (variable, parents, truth) in TABLE {
-        let tells = |record: &&Vec<f64>| {
+        let is_informative = |record: &&Vec<f64>| {
             !record[variable].is_nan() && parents.iter().all(|(parent, value)| record[*parent] == *value)
         };
-        let count = records.iter().filter(tells).count() as f64;
+        let count = records.iter().filter(is_informative).count() as f64;
         let given = parents.iter().map(|(parent, value)| format!("{} = {}", RECORD[*parent], *value == 1.0));
         let given = given.collect::<Vec<_>>().join(", ");
         let bar = if parents.is_empty() { "" } else { " | " };

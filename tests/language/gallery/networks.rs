@@ -81,10 +81,10 @@ fn follows(file: &str, bins: usize, moved: Option<[i32; 2]>, deviation: f64) {
     let model = program(file);
     let mut belief = [vec![1.0 / bins as f64; bins], vec![1.0 / bins as f64; bins]];
     for bearings in [[225, 180, 270], [222, 184, 265], [220, 188, 262]] {
-        let told = moved.unwrap_or([0, 0]);
-        let expected = step(&belief, told.map(f64::from), deviation, bearings);
+        let command = moved.unwrap_or([0, 0]);
+        let expected = step(&belief, command.map(f64::from), deviation, bearings);
         let numbers: Vec<[f64; 1]> = bearings.iter().map(|b| [*b as f64]).collect();
-        let moves = told.map(|by| [f64::from(by)]);
+        let moves = command.map(|by| [f64::from(by)]);
         let mut given: Vec<(&str, &[f64])> = vec![
             ("previous X", &belief[0]),
             ("previous Y", &belief[1]),

@@ -30,9 +30,9 @@ pub(super) fn drop_unsupported(map: &mut DisparityMap, support: &[Support]) {
         let row = &support[y * width..][..width];
         for (sums, Support { cost, worse }) in columns[SUPPORT_RADIUS..].iter_mut().zip(row) {
             // Pixels without an estimate do not count.
-            let says = sign * i32::from(*cost != Support::NONE.cost);
-            sums[0] += says * (MOST_COST - i32::from(*cost));
-            sums[1] += says * (i32::from(*worse) - LEAST_WORSE);
+            let counts = sign * i32::from(*cost != Support::NONE.cost);
+            sums[0] += counts * (MOST_COST - i32::from(*cost));
+            sums[1] += counts * (i32::from(*worse) - LEAST_WORSE);
         }
     };
     (0..SUPPORT_RADIUS.min(height)).for_each(|y| add(&mut columns, y, 1));

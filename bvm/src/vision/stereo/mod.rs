@@ -81,12 +81,12 @@ impl Support {
     const NONE: Self = Self { cost: u8::MAX, worse: 0 };
 }
 
-/// Standard deviation of a disparity that is otherwise certain, pixels: the grain of pictures and windows.
-pub const GRAIN_PX: f32 = 0.2;
+/// Standard deviation of a disparity that is otherwise certain, pixels: the resolution of pictures and windows.
+pub const SIGMA_MIN_PX: f32 = 0.2;
 
 impl DisparityMap {
     /// A map without estimates.
-    fn silent(width: usize, height: usize) -> Self {
+    fn empty(width: usize, height: usize) -> Self {
         let count = width * height;
         Self {
             width,
@@ -104,9 +104,9 @@ impl DisparityMap {
         self.spread[at] = f32::INFINITY;
     }
 
-    /// Standard deviation of a pixel's disparity, pixels: the spread of the posterior, and the grain.
+    /// Standard deviation of a pixel's disparity, pixels: the spread of the posterior, and the least deviation.
     pub fn sigma_px(&self, at: usize) -> f32 {
-        self.spread[at].hypot(GRAIN_PX)
+        self.spread[at].hypot(SIGMA_MIN_PX)
     }
 
     /// Share of the pixels with an estimate, 0..=1.

@@ -66,8 +66,8 @@ pub(super) fn detect(left: &[u8], right: &[u8], width: usize, levels: usize) -> 
     let mut rows: [[Vec<f32>; 2]; SCALES] =
         std::array::from_fn(|_| [vec![f32::INFINITY; width], vec![0.0; width]]);
     let arch = Arch::new();
-    let told = found.disparity.chunks_exact_mut(width).zip(found.verification.chunks_exact_mut(width));
-    for (y, (disparity, verification)) in told.take(height).enumerate() {
+    let output = found.disparity.chunks_exact_mut(width).zip(found.verification.chunks_exact_mut(width));
+    for (y, (disparity, verification)) in output.take(height).enumerate() {
         for (scale, ([disparities, members], (classes, size))) in rows.iter_mut().zip(&scales).enumerate() {
             let first = (y >> scale).min(classes.disparity.len() / size - 1) * size;
             let unit = (1u32 << scale) as f32;
@@ -99,21 +99,21 @@ impl WithSimd for Directions<'_> {
         let width = self.disparity.len();
         let rows = self.rows.each_ref().map(|[disparity, members]| (&disparity[..width], &members[..width]));
         for (x, (disparity, verification)) in self.disparity.iter_mut().zip(self.verification).enumerate() {
-            let told: [(f32, f32); SCALES] = rows.map(|(disparity, members)| (disparity[x], members[x]));
+            let classes: [(f32, f32); SCALES] = rows.map(|(disparity, members)| (disparity[x], members[x]));
             // The largest class; among equals the finest.
-            let larger = |held: (f32, f32), told: &(f32, f32)| if told.1 > held.1 { *told } else { held };
-            let (best, _) = told[1..].iter().fold(told[0], larger);
+            let larger = |held: (f32, f32), class: &(f32, f32)| if class.1 > held.1 { *class } else { held };
+            let (best, _) = classes[1..].iter().fold(classes[0], larger);
             // Classes that agree are merged with it; the finest gives the disparity.
             let (mut total, mut finest) = (0.0, best);
             for scale in (0..SCALES).rev() {
-                let (disparity, members) = told[scale];
+                let (disparity, members) = classes[scale];
                 let agrees = (members > 0.0) & ((disparity - best).abs() <= AGREE * (1u32 << scale) as f32);
                 total += if agrees { members } else { 0.0 };
                 finest = if agrees { disparity } else { finest };
             }
-            let speaks = total >= LEAST_UNITS;
-            *disparity = if speaks { finest.clamp(0.0, self.most) } else { f32::INFINITY };
-            *verification = if speaks { total / self.units } else { 0.0 };
+            let is_claimed = total >= LEAST_UNITS;
+            *disparity = if is_claimed { finest.clamp(0.0, self.most) } else { f32::INFINITY };
+            *verification = if is_claimed { total / self.units } else { 0.0 };
         }
     }
 }
@@ -155,7 +155,7 @@ impl Cyclopean {
     /// nearer occludes the other; a pixel between two of one surface belongs to it.
     pub(super) fn left_claims(&self) -> DisparityMap {
         let width = self.width;
-        let mut map = DisparityMap::silent(width, self.disparity.len() / width.max(1));
+        let mut map = DisparityMap::empty(width, self.disparity.len() / width.max(1));
         for (y, row) in self.disparity.chunks_exact(width).enumerate() {
             let mut before: Option<(f32, f32)> = None;
             for (x, &disparity) in row.iter().enumerate() {

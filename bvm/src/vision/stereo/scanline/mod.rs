@@ -30,7 +30,7 @@ use cost::Costs;
 pub(super) use law::Law;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use read_out::{ReadOut, Row, Said};
+use read_out::{ReadOut, Row, RowEstimates};
 
 /// Pixels of a row in one task of a thread.
 const CHUNK: usize = 128;
@@ -120,7 +120,7 @@ fn up(
     if let Some(kept) = &mut kept {
         kept.resize(believed * frame.height, 0);
     }
-    let mut map = DisparityMap::silent(width, frame.height);
+    let mut map = DisparityMap::empty(width, frame.height);
     let mut support = vec![Support::NONE; width * frame.height];
     let mut carried = Carried::new(frame);
     let arch = Arch::new();
@@ -151,23 +151,26 @@ fn up(
             Some(kept) => kept[first * believed..].chunks_exact_mut(believed).take(count).map(Some).collect(),
             None => (0..count).map(|_| None).collect(),
         };
-        let said = (map.disparity[block.clone()].par_chunks_exact_mut(width))
+        let estimates = (map.disparity[block.clone()].par_chunks_exact_mut(width))
             .zip(map.confidence[block.clone()].par_chunks_exact_mut(width))
             .zip(map.spread[block.clone()].par_chunks_exact_mut(width))
             .zip(support[block].par_chunks_exact_mut(width))
-            .map(|(((disparity, confidence), spread), support)| Said {
+            .map(|(((disparity, confidence), spread), support)| RowEstimates {
                 disparity,
                 confidence,
                 spread,
                 support,
             });
-        said.zip(evidence.par_chunks_exact(width * stride)).zip(&mut rows).zip(kept).enumerate().for_each(
-            |(row, (((said, evidence), read_out), kept))| {
+        estimates
+            .zip(evidence.par_chunks_exact(width * stride))
+            .zip(&mut rows)
+            .zip(kept)
+            .enumerate()
+            .for_each(|(row, (((estimates, evidence), read_out), kept))| {
                 let y = first + row;
                 let costs = costs.row(y, width);
-                arch.dispatch(Row { read_out, frame, tables, y, evidence, costs, said, kept });
-            },
-        );
+                arch.dispatch(Row { read_out, frame, tables, y, evidence, costs, estimates, kept });
+            });
     }
     drop_unsupported(&mut map, &support);
     map

@@ -53,7 +53,7 @@ impl ReadOut {
 }
 
 /// The output of a row.
-pub(super) struct Said<'s> {
+pub(super) struct RowEstimates<'s> {
     pub(super) disparity: &'s mut [f32],
     pub(super) confidence: &'s mut [f32],
     pub(super) spread: &'s mut [f32],
@@ -68,7 +68,7 @@ pub(super) struct Row<'f> {
     pub(super) y: usize,
     pub(super) evidence: &'f [f32],
     pub(super) costs: &'f [u8],
-    pub(super) said: Said<'f>,
+    pub(super) estimates: RowEstimates<'f>,
     /// The output of the posteriors of pixels, `levels` each, if they are kept.
     pub(super) kept: Option<&'f mut [u8]>,
 }
@@ -100,7 +100,7 @@ impl WithSimd for Row<'_> {
             let costs = &self.costs[own][..levels];
             *place = (winner < seen).then(|| claim(posterior, total, winner, &costs[..seen]));
         }
-        let Said { disparity, confidence, spread, support } = self.said;
+        let RowEstimates { disparity, confidence, spread, support } = self.estimates;
         for (x, claim) in claims.iter().enumerate() {
             let agrees = |claim: &&Estimate| {
                 let named = named[width - 1 - x + usize::from(claim.winner)] & INDEX;
