@@ -1,4 +1,4 @@
-//! Golden pages of error messages: what the author of a wrong program reads.
+//! Golden pages of error messages: the messages for the author of a wrong program.
 //!
 //! In: `tests/errors/*.bp`, and network files of other formats there, each with mistakes. Out: the rendered
 //! diagnostics, compared with the `.txt` file of the same name; with `BLESS=1` in the environment the files are written

@@ -126,7 +126,7 @@ fn examples_are_short_and_end_in_an_assert() {
     for path in entries.filter(|path| path.extension().is_some_and(|found| found == "rs")) {
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<_> = text.lines().collect();
-        assert!(lines[0].starts_with("//!"), "{} does not say what it is", path.display());
+        assert!(lines[0].starts_with("//!"), "{} has no documentation", path.display());
         assert!(lines.len() < 60, "{} has {} lines", path.display(), lines.len());
         assert!(text.contains("assert"), "{} asserts nothing", path.display());
     }

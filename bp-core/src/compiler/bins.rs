@@ -36,7 +36,8 @@ impl Bins {
         valid.then_some(Self { edges, even: false, circle: false, points: None })
     }
 
-    /// These numbers, ascending, as values: each has the bin of what is nearest to it. `None` if there are none, or too many.
+    /// These numbers, ascending, as values: each has the bin of the points nearest to it. `None` if there are none, or
+    /// too many.
     pub fn of_values(values: Vec<f64>) -> Option<Self> {
         let (low, high) = (*values.first()?, *values.last()?);
         let beyond = |value: f64| value.abs().max(1.0);

@@ -2,7 +2,7 @@
 //!
 //! In: spans and messages from the parser and the checker. Out: [`Diagnostics`], which a macro maps onto its tokens,
 //! and which [`Diagnostics::render`] shows as source lines with carets. Invariant: a message is lower case, puts names
-//! in backticks, and states what was found and what was expected; `help` is given only if there is an obvious
+//! in backticks, and states the found and the expected text; `help` is given only if there is an obvious
 //! correction.
 
 use crate::source::{Source, Span};

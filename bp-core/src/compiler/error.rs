@@ -1,8 +1,8 @@
 //! Errors of programs, data and questions.
 //!
-//! In: a name and what was found; for a wrong program its diagnostics and its text. Out: an [`Error`] that states how
-//! to correct it. Invariant: the stages of the compiler report a wrong program as [`Diagnostics`], which becomes an
-//! [`Error`] together with the text.
+//! In: a name and the value that was found; for a wrong program its diagnostics and its text. Out: an [`Error`] that
+//! states how to correct it. Invariant: the stages of the compiler report a wrong program as [`Diagnostics`], which
+//! becomes an [`Error`] together with the text.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::memory::{self, bytes_text, count_text};
@@ -61,7 +61,7 @@ pub enum Error {
         form: String,
         /// The values of the right-hand variables, `X = 3`; empty if there are none.
         context: String,
-        /// The number that was found, and what was expected.
+        /// The number that was found, and the expected one.
         message: String,
     },
     /// A cell of a table that is not a value of its variable.

@@ -113,7 +113,7 @@ pub(super) fn learn(program: &Program, learning: &Learning) -> Result<Learned, E
     finished(program, learner.learned_with(&learning.settings, &mut |_, _| {})?, &given)
 }
 
-/// The program with what was learned.
+/// The program with the learned numbers.
 pub(super) fn finished(
     program: &Program,
     learned: learn::Learned,
@@ -131,13 +131,13 @@ pub(super) fn finished(
 
 /// The author's text with the learned numbers.
 fn grafted(source: &Source, learned: &str) -> Result<Source, Error> {
-    let learned = Source::new("what was learned", learned);
+    let learned = Source::new("the learned program", learned);
     let forms = parse(&learned).map_err(|wrong| Error::program(&learned, wrong))?;
     let mut file = parse(source).map_err(|wrong| Error::program(source, wrong))?;
     if let Some(forms) = forms.programs.first() {
         graft(&mut file, forms);
     }
-    let read_back = Source::new("what was learned", file.to_string());
+    let read_back = Source::new("the learned program", file.to_string());
     compile(&read_back).map_err(|wrong| Error::program(&read_back, wrong))?;
     Ok(read_back)
 }

@@ -1,7 +1,7 @@
 //! Programs, for Rust users: opened, configured, asked.
 //!
 //! In: a file, a text or a [`Model`]. Out: a [`Program`], whose questions are answered by a [`Posterior`]. Invariant: a
-//! program is immutable: setting a value returns a new one; every error states what was found, what was expected, and
+//! program is immutable: setting a value returns a new one; every error states the found value, the expected one, and
 //! where.
 
 mod evidence;
@@ -292,8 +292,8 @@ impl Program {
         groups::most_probable(self, evidence)
     }
 
-    /// The entropy in nats of some targets together, given some evidence, and the information that the observation of each of
-    /// some other variables (of all, if none is named) gives about the targets, the most informative first.
+    /// The entropy in nats of some targets together, given some evidence, and the information that the observation of
+    /// each of some other variables (of all, if none is named) gives about the targets, the most informative first.
     ///
     /// # Errors
     /// As [`Program::joint`].

@@ -1,7 +1,7 @@
 //! Data as a plate: the rows of tables are the elements of sets of a program.
 //!
 //! In: files, or columns in memory. Out: a [`Program`] that knows them: sizes, numbers of fields, values of families. Invariant:
-//! what is observed is known in every question; a missing cell is not.
+//! observations are known in every question; a missing cell is not.
 
 use super::settings::Settings;
 use super::{Learned, Posterior, Program, Value, learned};
@@ -198,7 +198,8 @@ impl Program {
         Ok(found)
     }
 
-    /// Learns what is `unknown`, and the parameters that `identification` names, from its rows: their elements are pooled.
+    /// Learns the `unknown` forms, and the parameters that `identification` names, from its rows: their elements are
+    /// pooled.
     ///
     /// # Errors
     /// There are no rows, or nothing is to be learned.

@@ -334,7 +334,7 @@ fn a_row_without_an_element_of_a_slice_is_answered_without_it() {
         let output = folder.bp(&["ask", "line.bp", question, "--data", "rows.csv"]);
         let text = String::from_utf8(output.stdout.clone()).unwrap();
         assert_eq!(output.status.code(), Some(0), "{question}: {}", String::from_utf8_lossy(&output.stderr));
-        // The sum of what is observed, divided by one more than how many: 1.5 / 3, 2 / 2, 2 / 3.
+        // The sum of the observations, divided by one more than their number: 1.5 / 3, 2 / 2, 2 / 3.
         for expected in ["0.5", "1", "0.666667"] {
             assert!(
                 text.split_whitespace()

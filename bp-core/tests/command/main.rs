@@ -1,6 +1,6 @@
 //! The command `bp`, run as a process.
 //!
-//! In: arguments, files and pipes. Out: what it prints, its exit status, and the files that it leaves.
+//! In: arguments, files and pipes. Out: its output, its exit status, and the files that it leaves.
 
 mod cases;
 mod data;

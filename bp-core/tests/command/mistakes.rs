@@ -1,4 +1,4 @@
-//! Golden mistakes: what a user reads who asks wrongly, or gives wrong data.
+//! Golden mistakes: the messages for wrong questions and wrong data.
 //!
 //! In: the transcripts of `tests/mistakes`: a program, then commands (`$ bp ask program.bp 'P(X)'`), each with the lines that it
 //! prints; `data: A,B | 1,2` before a command is its file `data.csv`, with `|` between lines. Out: the same lines. With `BLESS=1` in
@@ -24,7 +24,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// What a command prints on the standard error, beside these files.
+/// The standard error of a command, run beside these files.
 fn printed(program: &str, data: &str, line: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("program.bp"), program).unwrap();

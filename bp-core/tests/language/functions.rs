@@ -1,4 +1,4 @@
-//! Functions of finite variables, equations of reals, operands without a value, evidence on what is derived.
+//! Functions of finite variables, equations of reals, operands without a value, evidence on derived variables.
 //!
 //! In: programs and questions. Out: probabilities. Invariant: an expected value is counted or worked out by hand.
 
@@ -87,7 +87,7 @@ fn operands_without_a_value_are_errors() {
         if by != "weighting" {
             close(ask(&two, "P(A != 0 and 1 / A > 0.4)").number().unwrap(), 0.5);
             close(ask(&two, "P(A = 0 or 1 / A > 0.4)").number().unwrap(), 0.75);
-            // What is known may exclude it: A is 1, 2 or 3.
+            // Evidence may exclude it: A is 1, 2 or 3.
             close(ask(&two, "P(1 / A > 0.4 | A != 0)").number().unwrap(), 2.0 / 3.0);
             close(ask(&two, "expectation P(1 / A | A > 0)").number().unwrap(), (1.0 + 0.5 + 1.0 / 3.0) / 3.0);
         }

@@ -25,7 +25,7 @@ fn golden(name: &str, found: &str) {
         std::fs::write(&path, found).unwrap();
     }
     let expected = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(found == expected, "{} is not what it was; BLESS=1 writes it anew\n{found}", path.display());
+    assert!(found == expected, "{} has changed; BLESS=1 writes it anew\n{found}", path.display());
 }
 
 fn parsed(xml: &str) -> Document<'_> {

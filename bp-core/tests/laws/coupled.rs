@@ -1,7 +1,7 @@
 //! Forms that distribute the components of a vector together: `multinomial` and `ordered`.
 //!
-//! In: programs with a vector. Out: probabilities of what is observed, and estimates. Invariant: expected values are those
-//! of mpmath, 50 digits, or of the literature.
+//! In: programs with a vector. Out: probabilities of the observations, and estimates. Invariant: expected values are
+//! those of mpmath, 50 digits, or of the literature.
 
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Answer, Figure, ask_with, compile_by};

@@ -13,7 +13,7 @@ fn near(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
 }
 
-/// Mean and deviation of each searched variable, and ln of the density of what was observed.
+/// Mean and deviation of each searched variable, and ln of the density of the observations.
 fn posterior(text: &str, asked: &str) -> Result<(Vec<[f64; 2]>, f64), Error> {
     let model = model_of(text);
     let answer = ask(&model, &question(&model, asked), &Inputs::new())?.remove(0);
@@ -37,7 +37,7 @@ fn a_flat_variable_is_determined_by_the_observations() {
     near(found[0][0], 3.0, 1e-14);
     near(found[0][1], 2.0, 1e-14);
     near(ln, -2f64.ln(), 1e-14);
-    // What is only predicted from it follows.
+    // Variables that it only predicts follow.
     let (found, _) = posterior(text, "P(B | A = 1)").unwrap();
     near(found[0][0], 2.0, 1e-14);
     near(found[0][1], 20f64.sqrt(), 1e-13);

@@ -98,7 +98,7 @@ fn questions_over_the_budget_are_estimated_with_a_notice() {
     assert!(answer.warning().unwrap().contains("more than the budget of 10"), "{answer}");
     // A budget that suffices changes nothing.
     assert!(program.clone().budget(1_000_000).ask("P(X3 | X0 = 2)").unwrap().estimate().is_none());
-    // What cannot be estimated is answered all the same.
+    // A question that cannot be estimated is answered exactly.
     let entropy = program.budget(10).ask("entropy P(X3 | X0 = 2)").unwrap();
     let p = same(3, 8.0, 0.5);
     let expected = -p * p.ln() - (1.0 - p) * ((1.0 - p) / 7.0).ln();

@@ -34,7 +34,7 @@ mod tests {
     fn objects_ahead_of_a_head_turned_left_are_on_the_left_of_the_map() {
         let heading = Heading { yaw: FRAC_PI_2 };
         assert_eq!(heading.absolute(0.0), FRAC_PI_2);
-        assert_eq!(heading.relative(0.0), -FRAC_PI_2, "what was ahead is now on the right");
+        assert_eq!(heading.relative(0.0), -FRAC_PI_2, "the former direction ahead is now on the right");
         assert_eq!(heading.absolute(FRAC_PI_2), PI);
         assert!((heading.relative(heading.absolute(-2.5)) + 2.5).abs() < 1e-15);
     }

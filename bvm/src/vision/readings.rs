@@ -4,8 +4,8 @@
 //! most confident pixel, or `None`. The pixels of one direction see nearly the same place in the same pair of images:
 //! they are not independent sensors, so only one is used. It is the one with the least deviation σ_d, then the nearest,
 //! then the first; a mean would put a surface between the two sides of a depth edge. Its λ is that of Eq. 3, in
-//! disparities: σ_d = [`SIGMA_MIN_PX`] / λ. Invariant: a reading has a finite positive range and a confidence in ]0, 1];
-//! directions outside the image or without an estimate have none.
+//! disparities: σ_d = [`SIGMA_MIN_PX`] / λ. Invariant: a reading has a finite positive range and a confidence in ]0,
+//! 1]; directions outside the image or without an estimate have none.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -78,8 +78,9 @@ pub struct ViewReadings {
 
 impl ViewReadings {
     /// The selected pixels of each direction, as readings with the λ of Eq. 3, or as codes: then the code contains the
-    /// spread, and λ is that of the least deviation. σ_min is that of a disparity of confidence 1 at a range of `nearest_m`: the
-    /// least deviation of a disparity is a fixed part of a pixel, which in metres grows with the square of the range (A20).
+    /// spread, and λ is that of the least deviation. σ_min is that of a disparity of confidence 1 at a range of
+    /// `nearest_m`: the least deviation of a disparity is a fixed part of a pixel, which in metres grows with the
+    /// square of the range (A20).
     pub fn of(
         pixel_readings: &[Option<PixelReading>],
         map: &DisparityMap,

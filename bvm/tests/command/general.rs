@@ -374,7 +374,7 @@ fn calibration_of_sight_leaves_out_cells_that_are_not_numbers() {
     succeeds(&[&look[..], &["--disparity", text(&pair.path("own.pfm"))]].concat());
     let own = arguments.iter().map(|word| word.replace("truth.pfm", "own.pfm")).collect::<Vec<_>>();
     let output = succeeds(&own.iter().map(String::as_str).collect::<Vec<_>>());
-    assert!(!String::from_utf8_lossy(&output.stdout).contains("null"), "what there is none of is left out");
+    assert!(!String::from_utf8_lossy(&output.stdout).contains("null"), "absent figures are left out");
     let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&answer[0]["sigma_min_px"], &answer[0]["wrong_by_1_matched"]), (&0.0.into(), &0.0.into()));
     for class in answer[0]["classes"].as_array().unwrap() {

@@ -1,6 +1,6 @@
 //! The command `bvm`, run as a process.
 //!
-//! In: arguments and files. Out: what it prints, its exit status, and the files that it leaves.
+//! In: arguments and files. Out: its output, its exit status, and the files that it leaves.
 
 mod general;
 mod inputs;

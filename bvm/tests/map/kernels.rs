@@ -67,7 +67,7 @@ fn is_sound(map: &Map, when: &str) {
         assert!(wrong.is_none(), "{when}: {name} is {wrong:?}");
     }
     let possible = |values: &[f32]| values.iter().all(|p| (0.0..=1.000_01).contains(p));
-    assert!(possible(map.occupancy()) && possible(map.velocity()), "{when}: a probability is none");
+    assert!(possible(map.occupancy()) && possible(map.velocity()), "{when}: a probability is outside [0, 1]");
     for cell in 0..cells {
         let sum: f32 = map.velocity().chunks_exact(cells).map(|plane| plane[cell]).sum();
         assert!((sum - 1.0).abs() < 1e-5, "{when}: P(V) of cell {cell} sums to {sum}");

@@ -53,8 +53,8 @@ fn cones() {
     let (density, wrong) = score(&map, true_disparity, seen);
     println!("cones: density {density:.4}, wrong by more than 2 px {wrong:.4}");
     assert!(density >= 0.95 && wrong <= 0.023, "density {density}, wrong {wrong}");
-    // 90 % of a normal law lies within 1.645 deviations: so should 90 % of the truth, with the resolution of a quarter pixel
-    // included.
+    // 90 % of a normal law lies within 1.645 deviations: so should 90 % of the truth, with the resolution of a quarter
+    // pixel included.
     let claimed: Vec<usize> =
         (0..map.disparity.len()).filter(|&at| seen(at) && map.confidence[at] > 0.0).collect();
     let near = |at: &&usize| (map.disparity[**at] - true_disparity(**at)).abs() <= 1.645 * map.sigma_px(**at);

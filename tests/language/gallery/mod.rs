@@ -82,7 +82,7 @@ fn every_program_compiles_and_prints_to_itself() {
         let source = Source::new(name.as_str(), text.as_str());
         let tree = parse(&source).unwrap_or_else(|wrong| panic!("{}", wrong.render(&source, false)));
         assert_eq!(tree.to_string(), text, "`bp fmt examples/{name}.bp` changes it");
-        assert!(text.starts_with("/// "), "{name} does not say what it is");
+        assert!(text.starts_with("/// "), "{name} has no documentation");
         assert!(!program(&name).questions.is_empty(), "{name} asks nothing");
         assert!(page.contains(&format!("../examples/{name}.bp")), "docs/gallery.md does not list {name}");
         let known = ANSWERS.iter().any(|known| known.file == name);

@@ -193,7 +193,7 @@ fn progress(iterations: usize) -> ProgressBar {
 
 /// The author's text with the learned numbers, under a comment that names the data.
 fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Result<String, Failure> {
-    let wrong = |wrong, text: &str| Failure::Wrong(wrong, Source::new("what was learned", text));
+    let wrong = |wrong, text: &str| Failure::Wrong(wrong, Source::new("the learned program", text));
     let text = learned.text();
     let forms = parse(&Source::new("learned", text.as_str())).map_err(|error| wrong(error, &text))?;
     let mut file = parse(source).map_err(|error| wrong(error, &source.text))?;
@@ -224,7 +224,7 @@ fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Re
         program.comments.before.insert(0, remark);
     }
     let text = file.to_string();
-    let read_back = Source::new("what was learned", text.as_str());
+    let read_back = Source::new("the learned program", text.as_str());
     match compile(&read_back) {
         Ok(_) => Ok(text),
         Err(error) => Err(Failure::Wrong(error, read_back)),

@@ -73,7 +73,7 @@ pub(crate) fn questions(network: &mut Network, typed: Option<&str>) -> Result<Ve
     questions_of_rows(network, typed, &PlateData::default())
 }
 
-/// The same, where rows of tables are elements: what they observe is known.
+/// The same, where rows of tables are elements: their observations are known.
 pub(crate) fn questions_of_rows(
     network: &mut Network,
     typed: Option<&str>,

@@ -1,7 +1,7 @@
 //! Data as a plate on the command line: `--rows`, `--fill`.
 //!
-//! In: tables whose rows are elements of sets. Out: what they say of a program; a table with its missing cells filled. Invariant:
-//! a filled table has all cells of the one that was read, and a column of how sure each filled value is.
+//! In: tables whose rows are elements of sets. Out: their data for a program; a table with its missing cells filled.
+//! Invariant: a filled table has all cells of the one that was read, and a column of how sure each filled value is.
 
 use crate::ask::Arguments;
 use crate::data::{self, Separator};

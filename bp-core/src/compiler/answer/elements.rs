@@ -1,8 +1,8 @@
 //! Questions that expand families into single variables once their sizes are known.
 //!
 //! In: a compiled question and its inputs. Out: the answers of the program that is written out, in the words of the one that
-//! was asked. Invariant: it is written out where the question uses elements and no closed form answers it, or where sums
-//! would need all elements of a family, some of which are missing.
+//! was asked. Invariant: it is written out where the question uses elements and no closed form answers it, or where
+//! sums would need all elements of a family, some of which are missing.
 
 use super::compiled::{CompiledQuestion, together};
 use super::{Answer, Part, Table};

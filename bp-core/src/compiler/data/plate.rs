@@ -19,7 +19,7 @@ pub struct PlateData {
     pub sizes: Vec<(String, usize)>,
     fields: Vec<Field>,
     families: Vec<Family>,
-    /// Notes for the user on what was read.
+    /// Notes for the user on the reading.
     pub notes: Vec<String>,
 }
 

@@ -171,7 +171,7 @@ impl Interface<'_> {
     /// The builder.
     pub(super) fn builder(&self, model: &Model, enums: &Enums, text: &mut Text) {
         let (spaces, setters) = (self.spaces(), self.setters(model, enums));
-        text.line("/// The question, with what it has been given.\n#[derive(Clone, Copy, Debug)]");
+        text.line("/// The question, with its inputs so far.\n#[derive(Clone, Copy, Debug)]");
         text.open("pub struct Question<'a, T>");
         spaces.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
         setters.iter().for_each(|own| text.line(format!("{}: Option<{}>,", own.field, own.kind)));

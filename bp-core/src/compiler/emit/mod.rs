@@ -117,7 +117,7 @@ fn emit_question(
         !(emitted || ask.when.is_over_time()) || plan::parts(model, ask) != [(*ask).clone()]
     };
     if let Some(ask) = asked.asks.iter().find(made_by_the_host) {
-        let reason = "emitted code answers `P(…)`, `max`, `argmax` and `entropy` of what is known without `soft`; \
+        let reason = "emitted code answers `P(…)`, `max`, `argmax` and `entropy` of questions without `soft`; \
             `answer::ask` answers this one";
         return Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() });
     }

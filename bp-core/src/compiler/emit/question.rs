@@ -331,7 +331,7 @@ fn parallel(
     let made: Vec<BufferId> = group.nests.iter().map(|nest| kernel.nests[nest.nest].out).collect();
     let fields = pass.captured(kernel, &made);
     text.open("");
-    text.line("/// One pass: what it reads.");
+    text.line("/// The inputs of one pass.");
     text.open("struct Group<'g, T>");
     fields.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
     text.line("number: ::core::marker::PhantomData<&'g T>,");

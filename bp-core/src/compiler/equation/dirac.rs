@@ -85,7 +85,7 @@ fn solve(draft: &Draft<'_>, term: TermId) -> Option<(VariableId, Binding)> {
     let Form::Dirac(value) = draft.model.factors[factor].form else { return None };
     let [left] = draft.model.factors[factor].left.as_slice() else { return None };
     let variable = &draft.model.variables[left.variable];
-    // A part stays a variable: it has fewer values than what it is made of has combinations.
+    // A part stays a variable: it has fewer values than its operands have combinations.
     if variable.family.is_some() || variable.derived == Some(DerivedKind::Part) {
         return None;
     }
@@ -112,7 +112,7 @@ fn displaced(model: &Model, factor: FactorId, value: ExpressionId) -> Option<(Va
         _ => false,
     };
     let used = scope::of_form(model, factor);
-    debug_assert!(used.contains(&left) && used.contains(&right), "internal: a form uses what it mentions");
+    debug_assert!(used.contains(&left) && used.contains(&right), "internal: a form uses its variables");
     match (moves(left), moves(right)) {
         (false, true) => Some((left, right)),
         (true, false) => Some((right, left)),

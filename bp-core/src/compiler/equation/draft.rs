@@ -129,7 +129,7 @@ impl<'m> Draft<'m> {
                     reasons.push(format!("`{name}` is known by likelihoods, which multiply (Pearl)"));
                     continue;
                 }
-                Finding::Soft(_) => unreachable!("internal: what is known softly is searched first"),
+                Finding::Soft(_) => unreachable!("internal: softly known variables are searched first"),
             };
             self.bindings.insert(known.variable, Binding::Value(value));
         }

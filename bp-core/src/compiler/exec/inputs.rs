@@ -1,7 +1,7 @@
 //! The inputs and outputs of a kernel.
 //!
 //! In: sizes, numbers and arrays by name. Out: a [`Bound`] kernel: every extent known, every array of the right
-//! length. Invariant: errors name the input, what was found and what was expected.
+//! length. Invariant: errors name the input, the found and the expected value.
 
 use super::scalar::{Extended, Scalar};
 use super::values;

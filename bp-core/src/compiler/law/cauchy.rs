@@ -57,12 +57,12 @@ pub(super) fn tails(x: f64, [m, s]: [f64; 2]) -> (f64, f64) {
     if t > 0.0 { (1.0 - tail, tail) } else { (tail, 1.0 - tail) }
 }
 
-/// It has none.
+/// It is undefined: NaN.
 pub(super) fn mean(_: [f64; 2]) -> f64 {
     f64::NAN
 }
 
-/// It has none.
+/// It is undefined: NaN.
 pub(super) fn variance(_: [f64; 2]) -> f64 {
     f64::NAN
 }

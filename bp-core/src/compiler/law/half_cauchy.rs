@@ -1,4 +1,4 @@
-//! Half-Cauchy law with scale s: the size of what has a Cauchy law around 0.
+//! Half-Cauchy law with scale s: the absolute value of a Cauchy variable around 0.
 //!
 //! f(x) = 2 / (π s (1 + (x/s)²)) for x ≥ 0,  F(x) = 2 arctan(x/s)/π. Its mean is infinite.
 
@@ -46,7 +46,7 @@ pub(super) fn mean(_: [f64; 1]) -> f64 {
     f64::INFINITY
 }
 
-/// It has none.
+/// It is undefined: NaN.
 pub(super) fn variance(_: [f64; 1]) -> f64 {
     f64::NAN
 }
@@ -60,7 +60,7 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
     if sample.mean_of(|x| if x == 0.0 { 1.0 } else { 0.0 }) >= 0.5 {
         return Err("needs values more than half of which are greater than 0");
     }
-    // Relative to the median of what is positive, which is of the size of the scale.
+    // Relative to the median of the positive values, which is of the order of the scale.
     let start = sample.map(|x| if x > 0.0 { x } else { f64::MIN_POSITIVE }).median();
     let share = |s: f64, x: f64| {
         let t = x / s;

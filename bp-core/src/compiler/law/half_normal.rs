@@ -1,4 +1,4 @@
-//! Half-normal law with scale s: the size of what is normal around 0.
+//! Half-normal law with scale s: the absolute value of a normal variable around 0.
 //!
 //! f(x) = 2 N(x; 0, s) for x ≥ 0,  F(x) = 2 Φ(x/s) − 1,  E = s √(2/π),  Var = s² (1 − 2/π).
 

@@ -164,9 +164,9 @@ laws! {
     Binomial in binomial, mass by no_closed_form::<_, 2>;
     /// Number of events at a constant rate.
     Poisson in poisson, mass by no_closed_form::<_, 1>;
-    /// The size of what is normal around 0.
+    /// The absolute value of a normal variable around 0.
     HalfNormal in half_normal, mass by half_normal::mass;
-    /// The size of what has a Cauchy law around 0.
+    /// The absolute value of a Cauchy variable around 0.
     HalfCauchy in half_cauchy, mass by half_cauchy::mass;
     /// Student's, with heavier tails than the normal law.
     StudentT in student_t, mass by no_closed_form::<_, 3>;

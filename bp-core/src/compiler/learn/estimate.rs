@@ -157,7 +157,7 @@ const TOO_FEW: Refusal = "divides by the number of cases less one, and needs mor
 /// Refuses unbiased deviations of one case or less.
 ///
 /// # Errors
-/// There is one that some cases belong to; it names the context.
+/// A context has one case or less, but not none; the error names it.
 pub(super) fn check_unbiased(learnable: &Learnable, statistics: &[Statistic]) -> Result<(), Error> {
     for (position, distribution) in learnable.distributions().iter().enumerate() {
         let Statistic::Sample(sample) = &statistics[position] else { continue };

@@ -34,7 +34,7 @@ impl Statistic {
                 let bits = numbers.iter().map(|number| (number + 0.0).to_bits()).collect();
                 *rows.entry(bits).or_default() += weight;
             }
-            _ => unreachable!("internal: what is seen of a distribution is of its kind"),
+            _ => unreachable!("internal: observations are of the kind of their distribution"),
         }
     }
 

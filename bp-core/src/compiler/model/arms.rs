@@ -66,7 +66,7 @@ impl Model {
         self.arm(id).map(|(_, _, otherwise)| otherwise)
     }
 
-    /// One choice: the variable, its value and what is selected there, and the expression for all other values.
+    /// One choice: the variable, its value and the expression selected there, and the expression for all other values.
     fn arm(&self, id: ExpressionId) -> Option<(VariableId, (f64, ExpressionId), ExpressionId)> {
         let Expression::If { condition, then, otherwise } = &self.expressions[id] else { return None };
         let Expression::Binary(Binary::Equal, left, right) = &self.expressions[*condition] else {

@@ -81,8 +81,8 @@ impl Model {
         question
     }
 
-    /// Adds the variables that a question derives, each with the factor that defines it; gives the question in the ids of
-    /// this program.
+    /// Adds the variables that a question derives, each with the factor that defines it; gives the question in the ids
+    /// of this program.
     pub(crate) fn named(&mut self, question: &Question) -> Question {
         let ids: Vec<VariableId> = question.derived.iter().map(|derived| self.add_derived(derived)).collect();
         let place = |id: VariableId| (u32::MAX as usize).checked_sub(id.position());
@@ -134,7 +134,7 @@ impl Model {
         variable
     }
 
-    /// Whether a variable is the difference of what a question knows to be equal.
+    /// Whether a variable is the difference of two sides that a question knows to be equal.
     pub fn is_equation(&self, variable: VariableId) -> bool {
         self.variables[variable].derived == Some(DerivedKind::Equation)
     }

@@ -1,7 +1,7 @@
 //! Predicates and functions of many variables, as functions of few.
 //!
 //! In: the Dirac of a variable that a question derives. Out: the same Dirac, of variables for parts of its expression. Invariant: a
-//! part reads what nothing else in the expression reads, and has fewer values than what it reads has combinations.
+//! part reads variables that nothing else in the expression reads, and has fewer values than these have combinations.
 //!
 //! before: P(F₁ + F₂ + F₃ > 9)                            all combinations of F₁ F₂ F₃
 //! after:  P(S₃ > 9), S₃ = S₂ + F₃, S₂ = F₁ + F₂           all combinations of two of them

@@ -40,7 +40,7 @@ pub enum Place {
 pub struct Fault {
     /// Its location.
     pub place: Place,
-    /// The message: what was found and what was expected.
+    /// The message: the found and the expected value.
     pub message: String,
     /// The suggested correction, if there is an obvious one.
     pub help: Option<String>,

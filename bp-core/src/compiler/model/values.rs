@@ -1,7 +1,7 @@
 //! The values that an expression of finite variables can take.
 //!
 //! In: an expression. Out: its values, and a domain of them. Invariant: where two operands read nothing in common, their values are
-//! combined; else all combinations of what is read are gone through. No value that can be taken is missing.
+//! combined; else all combinations of the variables read are gone through. No value that can be taken is missing.
 
 use super::{Domain, Expression, Model, VariableUse};
 use crate::bins::Bins;
@@ -64,7 +64,7 @@ impl Model {
         }
     }
 
-    /// The number of combinations of values of what is read; `None` if it is not known, or too large to count.
+    /// The number of combinations of values of the variables read; `None` if it is not known, or too large to count.
     pub(super) fn combinations(&self, reads: &Reads) -> Option<usize> {
         let counts = reads.as_ref()?.iter().map(|(variable, _)| self.variables[*variable].domain.count());
         counts.into_iter().try_fold(1usize, |all, count| all.checked_mul(count?))
@@ -102,7 +102,7 @@ impl Model {
         }
     }
 
-    /// The values of an expression for each combination of what it reads.
+    /// The values of an expression for each combination of the variables that it reads.
     fn values_one_by_one(&self, root: ExpressionId, reads: &Reads) -> Option<Vec<f64>> {
         let total = self.combinations(reads).filter(|total| *total <= MOST_COMBINATIONS)?;
         let all: Vec<(VariableId, Option<i64>)> = reads.iter().flatten().copied().collect();

@@ -48,7 +48,7 @@ impl<T> Folded<T> {
     /// If the node is not part of the expression, or comes after the node that uses it.
     pub fn of(&self, id: ExpressionId) -> &T {
         let position = self.values.binary_search_by_key(&id, |(node, _)| *node);
-        &self.values[position.expect("internal: an operand comes before what is made of it")].1
+        &self.values[position.expect("internal: an operand comes before its expression")].1
     }
 
     /// The value of the root.

@@ -1,8 +1,8 @@
 //! Values of laws with heavy tails, of halves of laws, and of counts until a success; masses of their intervals.
 //!
 //! In: nothing. Out: parameters, a number, and the law's density and tails there. Invariant: each value was computed in 50
-//! digits or more, as in `main.rs`: atan, erfc and exp; Student's tails by betainc or, of more than 10⁵ degrees of freedom,
-//! by quad; counts by sums of their probabilities.
+//! digits or more, as in `main.rs`: atan, erfc and exp; Student's tails by betainc or, of more than 10⁵ degrees of
+//! freedom, by quad; counts by sums of their probabilities.
 
 use super::functions::Mass;
 use super::laws::Values;

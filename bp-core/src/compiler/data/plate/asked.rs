@@ -1,7 +1,7 @@
 //! Questions to a program whose families have data.
 //!
-//! In: a question as asked. Out: the same, in which the observed elements are known. Invariant: evidence for a family in
-//! the question goes before the data; a searched family is searched where its cells are missing.
+//! In: a question as asked. Out: the same, in which the observed elements are known. Invariant: evidence for a family
+//! in the question goes before the data; a searched family is searched where its cells are missing.
 
 use super::{Family, PlateData};
 use crate::error::Error;
@@ -21,7 +21,7 @@ impl PlateData {
     /// The question where the observed elements are known.
     ///
     /// # Errors
-    /// It searches what is observed, or observes it anew.
+    /// It searches an observed element, or observes it again.
     pub fn known_in(&self, model: &Model, question: &Question) -> Result<Question, Error> {
         let mut question = question.clone();
         for family in &self.families {

@@ -1,7 +1,7 @@
 //! The index space of the rows of a table: a set, or a range of run-time length.
 //!
-//! In: a table, perhaps a name. Out: an index space, and its size. Invariant: without a name, the columns name fields, families
-//! or elements of one space only.
+//! In: a table, perhaps a name. Out: an index space, and its size. Invariant: without a name, the columns name fields,
+//! families or elements of one space only.
 
 use super::read::Reader;
 use crate::data::Records;
@@ -28,7 +28,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The fields and families of a program, with what they range over.
+    /// The fields and families of a program, with their index spaces.
     pub(super) fn ranging(&self) -> impl Iterator<Item = (&str, IndexSpace)> {
         let fields = self.model.parameters.values().filter_map(|it| match it.over.as_slice() {
             [over] => Some((it.name.as_str(), *over)),

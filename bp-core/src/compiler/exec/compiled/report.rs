@@ -25,7 +25,7 @@ pub struct Report {
 )]
 pub trait Compiled {}
 
-/// The number if it is one that its form can have, else NaN. What is computed from the number does not wait for the
+/// The number if it is one that its form can have, else NaN. Computations from the number do not wait for the
 /// condition, which a selection of one of two values would do.
 #[inline(always)]
 pub fn only_if(holds: bool, number: f64) -> f64 {

@@ -260,7 +260,7 @@ impl<T: Scalar> Machine<T> {
     }
 
     fn plane(&self, target: &Target) -> usize {
-        self.find(&target.terms, target.base).expect("internal: what is made is inside")
+        self.find(&target.terms, target.base).expect("internal: a made cell is inside")
     }
 
     #[inline(always)]

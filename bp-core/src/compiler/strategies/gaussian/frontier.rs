@@ -1,9 +1,9 @@
-//! One conditioning of a program of one instant, element by element: only what is still needed is kept.
+//! One conditioning of a program of one instant, element by element: only slots that are still needed are kept.
 //!
-//! In: a [`Gaussian`] plan that carries nothing, a setting, the observations. Out: the law of each ask. Invariant: a value
-//! enters after those that it depends on, is conditioned at once where it is observed, and leaves when nothing depends on it
-//! any more: a chain of n variables takes n steps and the memory of two, a plate of n rows n steps and the memory of what they
-//! share.
+//! In: a [`Gaussian`] plan that carries nothing, a setting, the observations. Out: the law of each ask. Invariant: a
+//! value enters after those that it depends on, is conditioned at once where it is observed, and leaves when nothing
+//! depends on it any more: a chain of n variables takes n steps and the memory of two, a plate of n rows n steps and
+//! the memory of what they share.
 
 use super::equations::{Equation, Equations, NEEDED};
 use super::filter::{observe, proper};

@@ -20,7 +20,7 @@ pub(crate) fn of_normal(model: &Model, variable: VariableId, elements: bool) -> 
         let nodes = model.nodes_below(*leaf).into_iter();
         let variable = |id| match &model.expressions[id] {
             Expression::Variable(use_) => {
-                // Of a family the element; its index is a number in what a question derives.
+                // Of a family the element; in derived variables its index is a number.
                 let index = |element| model.constant(element).map_or(u64::MAX, f64::to_bits);
                 Some((use_.variable, use_.element.map(index)))
             }

@@ -1,7 +1,8 @@
 //! The components of a mixture: one for each combination of values of the finite variables.
 //!
-//! In: a [`Mixture`], the setting and the observations. Out: [`Component`]s. Invariant: their order is that of the values
-//! of the finite variables, parents first; weights are relative, as logarithms; components of weight zero are left out.
+//! In: a [`Mixture`], the setting and the observations. Out: [`Component`]s. Invariant: their order is that of the
+//! values of the finite variables, parents first; weights are relative, as logarithms; components of weight zero are
+//! left out.
 
 use super::Mixture;
 use crate::distribution::{Instance, LinearMean, Setting};

@@ -1,7 +1,8 @@
 //! An online filter: takes one instant after the other and keeps the carried variables only.
 //!
-//! In: a question over time, then the observations of an instant. Out: an [`InstantPosterior`] for that instant. Invariant: the
-//! results equal those of [`super::answer`] for all instants together; a refused instant leaves the filter unchanged.
+//! In: a question over time, then the observations of an instant. Out: an [`InstantPosterior`] for that instant.
+//! Invariant: the results equal those of [`super::answer`] for all instants together; a refused instant leaves the
+//! filter unchanged.
 
 use super::{By, Instant, InstantLaw, InstantPosterior, OverTime, always, unmet};
 use crate::distribution::Setting;

@@ -1,7 +1,7 @@
 //! Time: beliefs about hidden variables, instant by instant.
 //!
-//! In: a model with numbers, an [`OverTime`] route, and the observations of each instant. Out: an [`InstantPosterior`] for each
-//! instant asked about. Invariant: an instant without observations is still an instant.
+//! In: a model with numbers, an [`OverTime`] route, and the observations of each instant. Out: an [`InstantPosterior`]
+//! for each instant asked about. Invariant: an instant without observations is still an instant.
 
 mod answer;
 mod follow;

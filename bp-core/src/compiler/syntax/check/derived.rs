@@ -105,8 +105,8 @@ impl<'p> Checker<'p> {
         }
     }
 
-    /// What an item derives; `holds` where it is known to be true, `given` is all that is; `has_column` of an element that is read
-    /// from the data at each instant.
+    /// The variable that an item derives; `holds` where it is known to be true, `given` is all that is; `has_column` of
+    /// an element that is read from the data at each instant.
     fn derived(
         &mut self,
         item: &Item,

@@ -1,8 +1,8 @@
 //! Factors of the first instant: `P(initial(X))` beside `P(X | X^-1)`.
 //!
-//! In: factors and forms that are headed by `initial`. Out: a [`Form::Initial`] for the factor of X. Invariant: at the first
-//! instant X depends on nothing but what the right-hand side of its initial factor names, and on nothing that its own factor
-//! does not.
+//! In: factors and forms that are headed by `initial`. Out: a [`Form::Initial`] for the factor of X. Invariant: at the
+//! first instant X depends on the right-hand variables of its initial factor alone, which are among those of its own
+//! factor.
 
 use super::Checker;
 use super::decomposition::key;

@@ -69,7 +69,8 @@ impl Checker<'_> {
         !self.may_be_undefined(condition) && self.model.so_far().values_of(condition).is_some()
     }
 
-    /// 0 where all that is compared is a number; `None` where it always is. Operands that `and` and `or` need not evaluate are left out.
+    /// 0 where all that is compared is a number; `None` where it always is. Operands that `and` and `or` need not
+    /// evaluate are left out.
     fn guard(&mut self, id: ExpressionId, span: Span) -> Option<ExpressionId> {
         let node = self.model.so_far().expressions[id].clone();
         match node {

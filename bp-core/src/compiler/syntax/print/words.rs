@@ -1,6 +1,6 @@
 //! The parts that fit on a line: names, domains, factors, asks, expressions.
 //!
-//! In: nodes of the tree. Out: `Display` for each, in normal spacing. Invariant: what is printed parses to an equal
+//! In: nodes of the tree. Out: `Display` for each, in normal spacing. Invariant: printed text parses to an equal
 //! node; two variables are separated by a comma only if one of them has a value or an index.
 
 use crate::spelling::quoted;
