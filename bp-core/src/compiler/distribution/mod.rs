@@ -68,15 +68,15 @@ impl Distribution {
     /// −∞.
     pub fn ln_density(&self, value: f64) -> f64 {
         match self {
+            Distribution::Finite(_) | Distribution::Wide(_) if value < 0.0 || value.fract() != 0.0 => {
+                f64::NEG_INFINITY
+            }
             Distribution::Finite(probabilities) => {
-                let inside = value >= 0.0 && value.fract() == 0.0;
-                let probability = inside.then(|| probabilities.get(value as usize)).flatten();
-                probability.map_or(f64::NEG_INFINITY, |probability| probability.ln())
+                probabilities.get(value as usize).map_or(f64::NEG_INFINITY, |p| p.ln())
             }
             Distribution::Wide(probabilities) => {
-                let inside = value >= 0.0 && value.fract() == 0.0;
-                let probability = inside.then(|| probabilities.get(value as usize)).flatten();
-                probability.map_or(f64::NEG_INFINITY, |probability| probability.natural_logarithm().to_f64())
+                let ln = |p: &Extended| p.natural_logarithm().to_f64();
+                probabilities.get(value as usize).map_or(f64::NEG_INFINITY, ln)
             }
             Distribution::Law(law, parameters) => law::ln_density(*law, value, parameters),
             Distribution::Truncated { law, parameters, bounds: [low, high], mass } => {

@@ -9,7 +9,7 @@
 use super::elision;
 use crate::ids::VariableId;
 use crate::latex;
-use crate::model::{DerivedKind, Model};
+use crate::model::{DerivedKind, Factor, Model, VariableUse};
 use crate::xml;
 
 /// Brackets in MathML, as high as a letter.
@@ -174,6 +174,14 @@ impl Notation {
     /// The likelihood that virtual evidence gives.
     pub(crate) fn likelihood(self, variable: &str) -> String {
         format!("{}{}", self.choose("λ", "\\lambda", "<mi>λ</mi>"), self.group(variable))
+    }
+
+    /// The head of a factor: `P(Z[i] | V O C)`.
+    pub(crate) fn head(self, model: &Model, factor: &Factor) -> String {
+        let names = |uses: &[VariableUse]| -> Vec<String> {
+            uses.iter().map(|use_| self.label(&model.use_name(use_, &factor.products))).collect()
+        };
+        self.distribution(&names(&factor.left), &names(&factor.right))
     }
 
     /// `P(left | right)`.

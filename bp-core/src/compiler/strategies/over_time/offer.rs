@@ -228,11 +228,7 @@ impl OverTime {
         let mut heads = Vec::with_capacity(wanted.len());
         for id in wanted {
             let factor = &model.factors[id];
-            let of = |uses: &[crate::model::VariableUse]| {
-                let label = |use_| notation.label(&model.use_name(use_, &factor.products));
-                uses.iter().map(label).collect::<Vec<_>>()
-            };
-            heads.push(notation.distribution(&of(&factor.left), &of(&factor.right)));
+            heads.push(notation.head(model, factor));
             let left = factor.left.iter().map(|use_| use_.variable);
             hidden.extend(left.filter(|id| !axes.contains(id) && !observed.contains(id)));
         }

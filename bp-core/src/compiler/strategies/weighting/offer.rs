@@ -256,15 +256,7 @@ impl Sampled {
         right.extend(model.plate_index().filter(|index| !right.contains(index)));
         let names = notation.names(model, &searched);
         let left = notation.distribution(&names, &notation.names(model, &right));
-        let head = |id: FactorId| {
-            let factor = &model.factors[id];
-            let of = |uses: &[crate::model::VariableUse]| {
-                uses.iter()
-                    .map(|use_| notation.label(&model.use_name(use_, &factor.products)))
-                    .collect::<Vec<_>>()
-            };
-            notation.distribution(&of(&factor.left), &of(&factor.right))
-        };
+        let head = |id: FactorId| notation.head(model, &model.factors[id]);
         let of = |wanted: &dyn Fn(Treatment) -> bool| {
             self.steps
                 .iter()
