@@ -9,7 +9,7 @@
 //! `exponential` (a + N) / (b + Σx), probability of `binomial` (a + Σx) / (a + b + nN), mean of `normal` (m/t² + Σx/s²)
 //! / (1/t² + N/s²).
 
-use super::distribution::{Argument, Cell, Distribution, Kind, Learnable, Share, cells_of};
+use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
 use super::floor::{collapsed, held, is_narrowest, spread};
 use super::normals::normals;
 use super::regression::least_squares;
