@@ -39,20 +39,39 @@ impl Setting<'_> {
     ) -> Result<LinearMean, Error> {
         let at_zero: Vec<f64> =
             values.iter().zip(linear).map(|(value, linear)| if *linear { 0.0 } else { *value }).collect();
-        let (constant, deviation) = match self.distribution(instance, &at_zero)? {
+        self.linear_mean_at_zero(instance, &at_zero, linear)
+    }
+
+    /// As [`Setting::linear_mean`], where the linear slots have the value 0.
+    ///
+    /// # Errors
+    /// As [`Setting::distribution`].
+    pub(crate) fn linear_mean_at_zero(
+        &self,
+        instance: &Instance,
+        at_zero: &[f64],
+        linear: &[bool],
+    ) -> Result<LinearMean, Error> {
+        let (constant, deviation) = match self.distribution(instance, at_zero)? {
             Distribution::Law(Law::Normal, [mean, deviation, _]) => (mean, deviation),
             Distribution::Point(point) => (point, 0.0),
             _ => unreachable!("internal: a linear variable is normal or a Dirac"),
         };
-        let scope = Scope {
-            setting: self,
-            values: &at_zero,
-            indices: &instance.indices,
-            component: instance.component,
-            instead: None,
-        };
+        let scope = self.scope(instance, at_zero);
         let mean = scope.mean(&self.model.factors[instance.factor].form);
         Ok(LinearMean { terms: scope.coefficients(mean, linear), constant, deviation })
+    }
+
+    /// An expression that is linear in some slots, whose values are 0: (slot, coefficient), and the constant.
+    pub(crate) fn linear_form(
+        &self,
+        id: ExpressionId,
+        instance: &Instance,
+        at_zero: &[f64],
+        linear: &[bool],
+    ) -> (Vec<(usize, f64)>, f64) {
+        let scope = self.scope(instance, at_zero);
+        (scope.coefficients(id, linear), scope.number(id))
     }
 }
 

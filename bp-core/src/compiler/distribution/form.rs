@@ -227,7 +227,7 @@ impl Evaluation<'_> {
                     }
                 }))
             }
-            Form::Flat => {
+            Form::Flat | Form::HalfFlat => {
                 let head = setting.model.head(&setting.model.factors[self.instance.factor]);
                 return Err(self.unplanned(format!("`{head}` is improper: {}", Form::FLAT)));
             }

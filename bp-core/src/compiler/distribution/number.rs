@@ -77,7 +77,7 @@ impl Setting<'_> {
         self.place_at(parameter, indices.iter().map(index))
     }
 
-    fn scope<'s>(&'s self, instance: &'s Instance, values: &'s [f64]) -> Scope<'s> {
+    pub(super) fn scope<'s>(&'s self, instance: &'s Instance, values: &'s [f64]) -> Scope<'s> {
         Scope {
             setting: self,
             values,

@@ -15,6 +15,18 @@ impl Setting<'_> {
         let factor = &self.model.factors[instance.factor];
         let mut slots = BTreeSet::new();
         factor.form.each_expression(&mut |id| slots.extend(self.slots_read(id, &instance.indices)));
+        slots.extend(self.looked_up(instance));
+        // A component depends on the earlier ones.
+        if has(&factor.form, &Form::couples) {
+            slots.extend(instance.left[0] - instance.component..instance.left[0]);
+        }
+        slots
+    }
+
+    /// The slots by whose values a table or the answer of a subroutine is looked up, in the order of the factor.
+    pub(crate) fn looked_up(&self, instance: &Instance) -> Vec<usize> {
+        let factor = &self.model.factors[instance.factor];
+        let mut slots = Vec::new();
         // A table is looked up by the values of all right-hand variables.
         if has(&factor.form, &|form| matches!(form, Form::Table(_) | Form::Constants(_))) {
             let of = |use_: &VariableUse| self.slots_used(use_, &instance.indices);
@@ -25,14 +37,11 @@ impl Setting<'_> {
                 slots.extend(given.iter().flat_map(|variable| self.slots_of(*variable)));
             }
         });
-        // A component depends on the earlier ones.
-        if has(&factor.form, &Form::couples) {
-            slots.extend(instance.left[0] - instance.component..instance.left[0]);
-        }
         slots
     }
 
-    fn slots_read(&self, id: ExpressionId, indices: &[f64]) -> BTreeSet<usize> {
+    /// The slots that an expression reads in an instance with these indices.
+    pub(crate) fn slots_read(&self, id: ExpressionId, indices: &[f64]) -> BTreeSet<usize> {
         let mut slots = BTreeSet::new();
         for node in self.model.nodes_below(id) {
             match &self.model.expressions[node] {
@@ -66,7 +75,7 @@ impl Setting<'_> {
     }
 
     /// The slots that a use may refer to: the whole family, where the index depends on a variable.
-    fn slots_used(&self, use_: &VariableUse, indices: &[f64]) -> Range<usize> {
+    pub(crate) fn slots_used(&self, use_: &VariableUse, indices: &[f64]) -> Range<usize> {
         let slots = self.slots_of(use_.variable);
         let Some(element) = use_.element.filter(|element| self.slots_read(*element, indices).is_empty())
         else {

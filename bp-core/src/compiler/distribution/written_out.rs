@@ -180,7 +180,7 @@ impl Writer<'_, '_> {
             ids.iter().map(|id| writer.expression(*id, at)).collect::<Option<Vec<_>>>()
         };
         Some(match form {
-            Form::Uniform | Form::Flat | Form::Constants(_) => form.clone(),
+            Form::Uniform | Form::Flat | Form::HalfFlat | Form::Constants(_) => form.clone(),
             Form::Bernoulli(p) => Form::Bernoulli(one(self, p)?),
             Form::Dirac(value) => Form::Dirac(one(self, value)?),
             Form::Weights(weight) => Form::Weights(one(self, weight)?),

@@ -92,7 +92,7 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
         // Outside its support a law cannot be normalised.
         Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
         Form::Truncated { .. } => matches!(domain, Domain::Real),
-        Form::Unknown(_) | Form::Flat => false,
+        Form::Unknown(_) | Form::Flat | Form::HalfFlat => false,
         // An impossible context has a row of zeros.
         Form::Constants(numbers) => {
             let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));

@@ -176,7 +176,7 @@ impl Lowering<'_> {
                 let name = form.name();
                 Err(self.unplanned(format!("`{name}` distributes a vector, which has no kernel")))
             }
-            Form::Flat => {
+            Form::Flat | Form::HalfFlat => {
                 let head = self.model.head(factor);
                 Err(self.unplanned(format!("`{head}` is improper: {}", Form::FLAT)))
             }

@@ -88,6 +88,8 @@ pub enum Form {
     },
     /// Density 1 at every real: improper, a distribution only together with observations that determine the variable.
     Flat,
+    /// Density 1 above 0: improper, as `Flat`.
+    HalfFlat,
     /// One form at the first instant, another at those after it.
     Initial {
         /// The form at the first instant.
@@ -183,8 +185,14 @@ impl Form {
     }
 
     /// Where a `flat` form has an answer.
-    pub(crate) const FLAT: &str = "`flat` is answered at one instant where all is linear and Gaussian and the observations \
-                                   determine the variable; elsewhere give it a proper form, such as `normal(0, 100)`";
+    pub(crate) const FLAT: &str = "`flat` is answered at one instant where all is linear and Gaussian, or by `gibbs`, and the \
+                                   observations determine the variable; elsewhere give it a proper form, such as \
+                                   `normal(0, 100)`";
+
+    /// Whether it has no total.
+    pub fn is_improper(&self) -> bool {
+        matches!(self, Form::Flat | Form::HalfFlat)
+    }
 
     /// Whether it has a form of its own at the first instant.
     pub fn is_initial(&self) -> bool {
@@ -235,6 +243,7 @@ impl Form {
             Form::NormalBins { .. } => "normal_bins",
             Form::Dirac(_) => "dirac",
             Form::Flat => "flat",
+            Form::HalfFlat => "half_flat",
             Form::Previous { .. } => "previous",
             Form::Initial { .. } => "initial",
             Form::Ask { .. } => "ask",
@@ -246,7 +255,12 @@ impl Form {
     /// Calls `visit` with each direct expression of the form, including those of its branches.
     pub fn each_expression(&self, visit: &mut impl FnMut(ExpressionId)) {
         match self {
-            Form::Uniform | Form::Flat | Form::Constants(_) | Form::Ask { .. } | Form::Unknown(_) => {}
+            Form::Uniform
+            | Form::Flat
+            | Form::HalfFlat
+            | Form::Constants(_)
+            | Form::Ask { .. }
+            | Form::Unknown(_) => {}
             Form::NormalBins { mean: first, deviation: second } => {
                 visit(*first);
                 visit(*second);

@@ -97,7 +97,9 @@ impl Model {
         let arguments = match form {
             // As the question has it, without what was added to it.
             Form::Dirac(_) if derived => self.variable_name(factor.left[0].variable),
-            Form::Uniform | Form::Flat => return format!("{} = {}", self.head(factor), form.name()),
+            Form::Uniform | Form::Flat | Form::HalfFlat => {
+                return format!("{} = {}", self.head(factor), form.name());
+            }
             Form::Table(_) | Form::Constants(_) => {
                 return format!("{} = table {{ … }}", self.head(factor));
             }

@@ -59,13 +59,20 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
     };
     let mut drawn = None;
     for strategy in estimates {
-        // Gibbs sampling is used only where the user chooses it: no rule predicts whether it beats likelihood
-        // weighting.
-        let wanted = estimate && named(strategy) && (strategy != Strategy::Gibbs || options.by.is_some());
-        if options.all_offers || wanted && drawn.is_none() {
+        // No rule predicts whether Gibbs sampling beats likelihood weighting, unless it marginalises.
+        let wanted = estimate && named(strategy);
+        if options.all_offers || wanted && (drawn.is_none() || strategy == Strategy::Gibbs) {
             market.offer(strategy);
-            let is_offered = market.made.last().is_some_and(|(_, route)| route.is_some());
-            drawn = drawn.or((wanted && is_offered).then(|| market.made.len() - 1));
+            let is_better = match market.made.last().and_then(|(_, route)| route.as_ref()) {
+                Some(Route::Sampled(sampled)) if strategy == Strategy::Gibbs && options.by.is_none() => {
+                    sampled.marginalises() && (drawn.is_none() || sampled.many)
+                }
+                Some(_) => drawn.is_none(),
+                None => false,
+            };
+            if wanted && is_better {
+                drawn = Some(market.made.len() - 1);
+            }
         }
     }
     match drawn.or(cheapest) {

@@ -56,6 +56,10 @@ fn branch_faults(
             let message = format!("`flat` is a density of reals, but {}", is());
             faults.push(fault_with_help(place, message, "`uniform` gives each value the same probability"));
         }
+        Form::HalfFlat if *domain != Domain::Real => {
+            let message = format!("`half_flat` is a density of one real, but {}", is());
+            faults.push(fault_with_help(place, message, "`uniform` gives each value the same probability"));
+        }
         Form::Bernoulli(argument) => {
             if *domain != Domain::Boolean {
                 let message = format!("`bernoulli` distributes a `bool`, but {}", is());
@@ -133,8 +137,9 @@ fn branch_faults(
                     format!("the weights of a mixture must sum to 1, but these sum to {}", rounded(sum));
                 faults.push(fault(place, message));
             }
-            if parts.iter().any(|(_, part)| matches!(part, Form::Flat)) {
-                faults.push(fault(place, "`flat` has no total, and so no weight in a `mixture`"));
+            if let Some((_, part)) = parts.iter().find(|(_, part)| part.is_improper()) {
+                let message = format!("`{}` has no total, and so no weight in a `mixture`", part.name());
+                faults.push(fault(place, message));
             }
             if let Some((_, part)) = parts.iter().find(|(_, part)| part.couples()) {
                 let name = part.name();
@@ -186,7 +191,7 @@ fn branch_faults(
             branch_faults(model, id, then, domain, name, faults);
             branch_faults(model, id, otherwise, domain, name, faults);
         }
-        Form::Uniform | Form::Flat | Form::Weights(_) | Form::Ask { .. } => {}
+        Form::Uniform | Form::Flat | Form::HalfFlat | Form::Weights(_) | Form::Ask { .. } => {}
     }
 }
 

@@ -5,13 +5,18 @@
 //!
 //! P(x | all else) ∝ P(x | parents) Π P(child | its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
 
+use super::finite_rest::{FiniteRest, Memory};
+use super::integrated::may_follow;
+use super::linear_rest::LinearRest;
+use super::sites::{Part, behind, check_moves, is_point, site, stuck, summed};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Form, Model};
+use crate::law::Law;
+use crate::model::Form;
+use crate::random::Random;
 use crate::sample::Observations;
-use crate::strategies::particles::is_linear_in;
-use crate::strategies::weighting::{Step, has_point, solve};
+use crate::strategies::weighting::{Step, draw_or_weigh, has_point, solve};
 use std::collections::BTreeSet;
 
 /// One term of the joint density, or one deterministic assignment.
@@ -22,6 +27,10 @@ pub(super) enum Node {
     Determined(Instance),
     /// A left-hand side with a density, solved from an observed Dirac.
     Solved(Instance, Instance),
+    /// A left-hand side that is integrated out, or that depends on such.
+    Integrated(Instance),
+    /// A left-hand side that is summed out, or that depends on such, and the place of the sum.
+    Summed(Instance, usize),
     /// Virtual evidence: a slot with a likelihood for each value.
     Likelihood(usize, Vec<f64>),
 }
@@ -36,6 +45,10 @@ pub(super) struct Site {
     pub(super) blanket: Vec<usize>,
     /// Whether its full conditional is normal: every node of its blanket is normal and linear in it.
     pub(super) is_normal: bool,
+    /// Whether what is integrated out depends on its value.
+    pub(super) moves_rest: bool,
+    /// The sums that depend on its value.
+    pub(super) clumps: Vec<usize>,
 }
 
 /// A model prepared for Markov chains.
@@ -44,10 +57,17 @@ pub(super) struct Blankets<'s> {
     pub(super) observations: &'s Observations,
     pub(super) nodes: Vec<Node>,
     pub(super) sites: Vec<Site>,
+    /// What is integrated out.
+    rest: Option<LinearRest<'s>>,
+    /// What is summed out, and of this what is drawn after a sweep.
+    finite: FiniteRest<'s>,
+    clumps: Vec<usize>,
+    /// What is drawn after a sweep, parents first: nothing observed depends on it.
+    forward: Vec<Node>,
 }
 
 impl<'s> Blankets<'s> {
-    /// The sites of a route.
+    /// The sites of a route, where some variables are integrated out and some slots are kept.
     ///
     /// # Errors
     /// A variable that single-site moves cannot change, because a Dirac ties it to others.
@@ -55,44 +75,71 @@ impl<'s> Blankets<'s> {
         setting: &'s Setting<'s>,
         steps: &[Step],
         observations: &'s Observations,
+        integrated: &[VariableId],
+        kept: &[usize],
     ) -> Result<Self, Error> {
-        let hidden = |slot: usize| observations.values[slot].is_nan();
-        let (mut nodes, mut drawn) = (Vec::new(), Vec::new());
-        for (step, instance) in
-            steps.iter().flat_map(|step| step.instances.iter().map(move |own| (step, own)))
-        {
+        let hidden = |slot: &usize| observations.values[*slot].is_nan();
+        let parts: Vec<Part<'_>> = steps.iter().flat_map(|step| Part::of(setting, step)).collect();
+        let seeds = observations.likelihoods.iter().map(|(slot, _)| *slot);
+        let needed = behind(&parts, seeds.collect(), &|part| {
+            part.dirac.is_some()
+                || !part.instance.left.iter().all(hidden)
+                || !may_follow(setting.model, part.instance.factor)
+        });
+        let wanted = behind(&parts, kept.iter().copied().collect(), &|_| false);
+        let mut linear = vec![false; setting.slots()];
+        let own = integrated.iter().flat_map(|variable| setting.slots_of(*variable));
+        own.filter(hidden).for_each(|slot| linear[slot] = needed.slots.contains(&slot));
+        let is_integrated =
+            |part: &Part<'_>| linear[part.instance.left[0]] || part.reads.iter().any(|slot| linear[*slot]);
+        let of_needed = parts.iter().zip(&needed.parts).filter(|(_, needed)| **needed).map(|(part, _)| part);
+        let finite = summed(setting, of_needed, observations, &is_integrated);
+        let (mut nodes, mut reads, mut drawn, mut forward) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (number, part) in parts.into_iter().enumerate() {
+            let instance = part.instance;
             let form = &setting.model.factors[instance.factor].form;
-            let hides = instance.left.iter().any(|slot| hidden(*slot));
-            nodes.push(match &step.dirac {
-                Some(dirac) => Node::Solved(instance.clone(), dirac.clone()),
-                None if hides && is_point(form, instance.component) => Node::Determined(instance.clone()),
-                None => {
-                    let slots: Vec<usize> =
-                        instance.left.iter().copied().filter(|slot| hidden(*slot)).collect();
-                    if let Some(slot) = slots.first().filter(|_| may_count(form)) {
-                        return Err(stuck(
-                            setting,
-                            *slot,
-                            "is a count of `multinomial`, tied to the others by their sum",
-                        ));
-                    }
-                    let real = |slot: &&usize| !is_finite(setting, **slot);
-                    if let Some(slot) =
-                        slots.iter().find(real).filter(|_| may_be_point(form, instance.component))
-                    {
-                        return Err(stuck(setting, *slot, "has a `dirac` in part of its form"));
-                    }
-                    drawn.extend(slots);
-                    Node::Weighed(instance.clone())
-                }
-            });
+            let slots: Vec<usize> = instance.left.iter().copied().filter(hidden).collect();
+            let is_determined = !slots.is_empty() && is_point(form, instance.component);
+            let clump = instance.left.iter().chain(&part.reads).find_map(|slot| finite.clump(*slot));
+            let node = match (part.dirac, clump) {
+                _ if needed.parts[number] && is_integrated(&part) => Node::Integrated(instance.clone()),
+                (None, Some(clump)) if needed.parts[number] => Node::Summed(instance.clone(), clump),
+                (Some(dirac), _) => Node::Solved(instance.clone(), dirac.clone()),
+                (None, _) if is_determined => Node::Determined(instance.clone()),
+                (None, _) => Node::Weighed(instance.clone()),
+            };
+            if !needed.parts[number] {
+                forward.extend(wanted.parts[number].then_some(node));
+                continue;
+            }
+            let own = linear[instance.left[0]] || finite.clump(instance.left[0]).is_some();
+            if !own && !matches!(node, Node::Solved(..) | Node::Determined(_)) {
+                check_moves(setting, form, instance.component, &slots)?;
+                drawn.extend(slots);
+            }
+            nodes.push(node);
+            reads.push(part.reads);
         }
         for (slot, likelihoods) in &observations.likelihoods {
-            nodes.push(Node::Likelihood(*slot, likelihoods.clone()));
+            if finite.clump(*slot).is_none() {
+                nodes.push(Node::Likelihood(*slot, likelihoods.clone()));
+                reads.push(BTreeSet::from([*slot]));
+            }
         }
-        let reads: Vec<BTreeSet<usize>> = nodes.iter().map(|node| reads(setting, node)).collect();
+        let is_integrated = |node: &Node| match node {
+            Node::Integrated(instance) => Some(instance.clone()),
+            _ => None,
+        };
+        let instances: Vec<Instance> = nodes.iter().filter_map(is_integrated).collect();
+        let hidden: Vec<bool> = (0..setting.slots()).map(|slot| hidden(&slot) && !linear[slot]).collect();
+        let rest = match instances.is_empty() {
+            true => None,
+            false => Some(LinearRest::new(setting, &instances, linear, &hidden, &observations.values)?),
+        };
         let sites = drawn.into_iter().map(|slot| site(setting, &nodes, &reads, slot)).collect();
-        let blankets = Self { setting, observations, nodes, sites };
+        let clumps: BTreeSet<usize> = wanted.slots.iter().filter_map(|slot| finite.clump(*slot)).collect();
+        let clumps = clumps.into_iter().collect();
+        let blankets = Self { setting, observations, nodes, sites, rest, finite, clumps, forward };
         match blankets.tied() {
             Some(slot) => Err(stuck(
                 setting,
@@ -101,6 +148,140 @@ impl<'s> Blankets<'s> {
             )),
             None => Ok(blankets),
         }
+    }
+
+    /// A state from which a chain may begin, drawn from the prior, and ln of its density.
+    ///
+    /// # Errors
+    /// A parameter outside the range that its law accepts.
+    pub(super) fn begin(&self, memory: &mut Memory, random: &mut Random) -> Result<(Vec<f64>, f64), Error> {
+        let mut values = self.observations.values.clone();
+        if let Some(rest) = &self.rest {
+            rest.withdraw(&mut values);
+        }
+        let mut ln = 0.0;
+        for node in &self.nodes {
+            ln += match node {
+                Node::Weighed(instance) if self.is_flat(instance) => {
+                    let drawn = Law::Normal.draw(random, &[0.0, 1.0]);
+                    values[instance.left[0]] = if self.is_half_flat(instance) { drawn.abs() } else { drawn };
+                    0.0
+                }
+                Node::Weighed(instance) => {
+                    draw_or_weigh(self.setting, instance, self.observations, random, &mut values)?
+                }
+                // Its density comes with the integral; what is to be drawn begins at a value near those of its parents.
+                Node::Integrated(instance) if values[instance.left[0]].is_nan() => {
+                    draw_or_weigh(self.setting, instance, self.observations, random, &mut values)?;
+                    0.0
+                }
+                Node::Summed(instance, _) if values[instance.left[0]].is_nan() => {
+                    draw_or_weigh(self.setting, instance, self.observations, random, &mut values)?.min(0.0)
+                }
+                other => self.ln_density(other, &mut values)?,
+            };
+            if ln == f64::NEG_INFINITY || ln.is_nan() {
+                return Ok((values, f64::NEG_INFINITY));
+            }
+        }
+        self.finite.withdraw(&mut values);
+        let all: Vec<usize> = (0..self.finite.clumps()).collect();
+        ln += self.finite.ln_sum(&all, &mut values, memory)?;
+        if let Some(rest) = &self.rest {
+            ln += rest.ln_density(&values)?;
+        }
+        Ok((values, ln))
+    }
+
+    /// Completes a state by what is not drawn site by site: what is integrated out, and what nothing observed depends on.
+    ///
+    /// # Errors
+    /// A parameter outside the range that its law accepts.
+    pub(super) fn complete(
+        &self,
+        values: &mut [f64],
+        memory: &mut Memory,
+        random: &mut Random,
+    ) -> Result<(), Error> {
+        self.finite.draw(&self.clumps, values, memory, random)?;
+        if let Some(rest) = &self.rest {
+            rest.draw(values, random)?;
+            for instance in rest.determined() {
+                self.determine(instance, values)?;
+            }
+        }
+        for node in &self.forward {
+            match node {
+                Node::Weighed(instance) => {
+                    draw_or_weigh(self.setting, instance, self.observations, random, values)?;
+                }
+                other => {
+                    self.ln_density(other, values)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a flat variable whose density, given all others, falls too slowly to have a total: not faster than 1/x far from 0,
+    /// or than 1/x rises towards 0.
+    ///
+    /// # Errors
+    /// The posterior is improper.
+    pub(super) fn check_tails(&self, values: &mut [f64], memory: &mut Memory) -> Result<(), Error> {
+        for site in &self.sites {
+            let own = site.blanket.iter().find_map(|node| match &self.nodes[*node] {
+                Node::Weighed(instance) if instance.left.contains(&site.slot) => Some(instance),
+                _ => None,
+            });
+            let Some(own) = own.filter(|instance| self.is_flat(instance)) else { continue };
+            let before = values[site.slot];
+            let other = if self.is_half_flat(own) { [1e-20, 1e-24] } else { [-1e20, -1e24] };
+            for tail in [[1e20, 1e24], other] {
+                let ln = tail.map(|value| {
+                    values[site.slot] = value;
+                    self.ln_conditional(site, values, memory).unwrap_or(f64::NEG_INFINITY)
+                });
+                let steps = (tail[1].abs() / tail[0].abs()).ln();
+                let slope = (ln[1] - ln[0]) / steps;
+                let has_total =
+                    ln[1] == f64::NEG_INFINITY || if steps > 0.0 { slope < -1.001 } else { slope > -0.999 };
+                if !has_total {
+                    let name = self.setting.slot_name(site.slot);
+                    let reason = format!(
+                        "the posterior is improper: the observations do not bound `{name}`, which is flat; observe more, or give \
+                         a proper form such as `normal(0, 100)` or `half_normal(100)`"
+                    );
+                    return Err(Error::Unplanned { question: self.setting.model.name.clone(), reason });
+                }
+            }
+            values[site.slot] = before;
+            self.ln_conditional(site, values, memory)?;
+        }
+        Ok(())
+    }
+
+    /// Takes back what [`Blankets::complete`] has added.
+    pub(super) fn withdraw(&self, values: &mut [f64]) {
+        self.finite.withdraw(values);
+        if let Some(rest) = &self.rest {
+            rest.withdraw(values);
+        }
+        for node in &self.forward {
+            if let Node::Weighed(instance) | Node::Determined(instance) = node {
+                let hidden = instance.left.iter().filter(|slot| self.observations.values[**slot].is_nan());
+                hidden.for_each(|slot| values[*slot] = f64::NAN);
+            }
+        }
+    }
+
+    /// Whether its form is `flat` or `half_flat`.
+    fn is_flat(&self, instance: &Instance) -> bool {
+        matches!(self.setting.model.factors[instance.factor].form, Form::Flat | Form::HalfFlat)
+    }
+
+    fn is_half_flat(&self, instance: &Instance) -> bool {
+        matches!(self.setting.model.factors[instance.factor].form, Form::HalfFlat)
     }
 
     /// An observed slot whose Dirac depends on several sites.
@@ -118,7 +299,12 @@ impl<'s> Blankets<'s> {
     ///
     /// # Errors
     /// A parameter outside the range that its law accepts.
-    pub(super) fn ln_conditional(&self, site: &Site, values: &mut [f64]) -> Result<f64, Error> {
+    pub(super) fn ln_conditional(
+        &self,
+        site: &Site,
+        values: &mut [f64],
+        memory: &mut Memory,
+    ) -> Result<f64, Error> {
         let mut sum = 0.0;
         for node in &site.blanket {
             let ln = self.ln_density(&self.nodes[*node], values)?;
@@ -128,12 +314,23 @@ impl<'s> Blankets<'s> {
                 return Ok(f64::NEG_INFINITY);
             }
         }
-        Ok(sum)
+        if !site.clumps.is_empty() {
+            sum += self.finite.ln_sum(&site.clumps, values, memory)?;
+        }
+        match &self.rest {
+            Some(rest) if site.moves_rest && sum > f64::NEG_INFINITY => Ok(sum + rest.ln_density(values)?),
+            _ => Ok(sum),
+        }
     }
 
     fn ln_density(&self, node: &Node, values: &mut [f64]) -> Result<f64, Error> {
         match node {
+            Node::Weighed(instance) if self.is_flat(instance) => {
+                let outside = self.is_half_flat(instance) && values[instance.left[0]] <= 0.0;
+                Ok(if outside { f64::NEG_INFINITY } else { 0.0 })
+            }
             Node::Weighed(instance) => self.setting.ln_density(instance, values),
+            Node::Integrated(_) | Node::Summed(..) => Ok(0.0),
             Node::Determined(instance) => self.determine(instance, values),
             Node::Solved(instance, dirac) => solve(self.setting, instance, dirac, self.observations, values),
             Node::Likelihood(slot, likelihoods) => Ok(likelihoods[values[*slot] as usize].ln()),
@@ -180,80 +377,4 @@ impl<'s> Blankets<'s> {
         }
         Ok(Some(residuals))
     }
-}
-
-fn is_finite(setting: &Setting<'_>, slot: usize) -> bool {
-    setting.model.variables[setting.variable_of(slot)].domain.is_finite()
-}
-
-/// Whether a form determines its value for all values of its parents.
-fn is_point(form: &Form, component: usize) -> bool {
-    match form {
-        Form::Dirac(_) => true,
-        Form::Dirichlet(parameters) => component + 1 == parameters.len(),
-        Form::If { then, otherwise, .. } => is_point(then, component) && is_point(otherwise, component),
-        _ => false,
-    }
-}
-
-/// Whether a form determines its value for some values of its parents.
-fn may_be_point(form: &Form, component: usize) -> bool {
-    let mut found = is_point(form, component);
-    form.each_part(&mut |part| found |= may_be_point(part, component));
-    found
-}
-
-/// Whether a form gives counts that are tied to each other, for some values of its parents.
-fn may_count(form: &Form) -> bool {
-    let mut found = matches!(form, Form::Multinomial { .. });
-    form.each_part(&mut |part| found |= may_count(part));
-    found
-}
-
-fn reads(setting: &Setting<'_>, node: &Node) -> BTreeSet<usize> {
-    match node {
-        Node::Weighed(instance) | Node::Determined(instance) => setting.reads(instance),
-        Node::Solved(instance, dirac) => {
-            let mut both = setting.reads(instance);
-            both.extend(setting.reads(dirac));
-            both.retain(|slot| !instance.left.contains(slot));
-            both
-        }
-        Node::Likelihood(slot, _) => BTreeSet::from([*slot]),
-    }
-}
-
-fn site(setting: &Setting<'_>, nodes: &[Node], reads: &[BTreeSet<usize>], slot: usize) -> Site {
-    let mut moved = BTreeSet::from([slot]);
-    let mut blanket = Vec::new();
-    for (position, node) in nodes.iter().enumerate() {
-        let own = matches!(node, Node::Weighed(instance) if instance.left.contains(&slot));
-        if !own && reads[position].is_disjoint(&moved) {
-            continue;
-        }
-        blanket.push(position);
-        if let Node::Determined(instance) | Node::Solved(instance, _) = node {
-            moved.extend(&instance.left);
-        }
-    }
-    let variable = setting.variable_of(slot);
-    let moved: BTreeSet<VariableId> = moved.into_iter().map(|slot| setting.variable_of(slot)).collect();
-    let is_normal = blanket.iter().all(|node| node_is_linear(setting.model, &nodes[*node], &moved));
-    let count = is_finite(setting, slot).then(|| setting.count(variable));
-    Site { slot, count, blanket, is_normal: is_normal && count.is_none() }
-}
-
-fn node_is_linear(model: &Model, node: &Node, moved: &BTreeSet<VariableId>) -> bool {
-    let (Node::Weighed(instance) | Node::Determined(instance)) = node else { return false };
-    let factor = &model.factors[instance.factor];
-    !model.variables[factor.left[0].variable].domain.is_finite() && is_linear_in(model, &factor.form, moved)
-}
-
-fn stuck(setting: &Setting<'_>, slot: usize, why: &str) -> Error {
-    let name = setting.slot_name(slot);
-    let reason = format!(
-        "`{name}` {why}; Gibbs sampling would never leave where it begins: add some noise, \
-         `normal(…, deviation)`, or take `--by weighting`"
-    );
-    Error::Unplanned { question: setting.model.name.clone(), reason }
 }

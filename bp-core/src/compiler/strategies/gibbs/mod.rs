@@ -8,20 +8,31 @@
 //! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling.
 
 mod blanket;
+mod derive;
+mod elimination;
+mod finite_rest;
+mod integrated;
+mod linear_rest;
+mod signature;
+mod sites;
 mod slice;
+
+pub(crate) use derive::derivation;
+pub(crate) use integrated::{chooses_labels, integrated};
 
 use crate::distribution::{Distribution, Setting};
 use crate::equation::Strategy;
 use crate::error::Error;
-use crate::ids::FactorId;
+use crate::ids::{FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{Ask, Model};
 use crate::progress::{self, Work};
 use crate::random::Random;
 use crate::sample::{Draws, Observations, Sampling, Streams};
-use crate::strategies::weighting::{Step, Treatment, draw_one, drawn, instances};
+use crate::strategies::weighting::{Treatment, drawn, instances};
 use crate::strategies::{self, Route, Turn};
 use blanket::{Blankets, Site};
+use finite_rest::Memory;
 use rayon::prelude::*;
 use slice::Slice;
 
@@ -46,7 +57,7 @@ const BURN_IN: usize = 5;
 /// Upper limit on the prior draws that are tried as a starting state.
 const MOST_BEGINNINGS: usize = 10_000;
 
-/// Draws by Gibbs sampling; keeps the slots `kept`.
+/// Draws by Gibbs sampling, with some variables integrated out, where the chains move; keeps the slots `kept`.
 ///
 /// # Errors
 /// A parameter outside the range that its law accepts; a variable that single-site moves cannot change; no prior draw
@@ -55,19 +66,22 @@ pub fn gibbs(
     setting: &Setting<'_>,
     steps: &[(FactorId, Treatment)],
     observations: &Observations,
+    integrated: &[VariableId],
     kept: &[usize],
     sampling: Sampling,
 ) -> Result<Draws, Error> {
     let steps = instances(setting, steps)?;
-    let blankets = Blankets::new(setting, &steps, observations)?;
+    let blankets = Blankets::new(setting, &steps, observations, integrated, kept)?;
     let streams = Streams::new(sampling.seed, "gibbs");
     let sweeps = sampling.particles.div_ceil(CHAINS).max(FEWEST_SWEEPS);
     let work = Work::of(CHAINS * sweeps);
     let chain = |number: usize| {
         let mut random = streams.stream(number);
-        let values = beginning(&blankets, &steps, &mut random)?;
+        let mut memory = Memory::default();
+        let mut values = beginning(&blankets, &mut memory, &mut random)?;
+        blankets.check_tails(&mut values, &mut memory)?;
         let slices = blankets.sites.iter().map(|_| Slice::default()).collect();
-        let mut chain = Chain { blankets: &blankets, values, slices, random };
+        let mut chain = Chain { blankets: &blankets, values, slices, memory, random };
         let mut draws = Vec::new();
         for sweep in 0..sweeps {
             if !work.goes_on() {
@@ -78,7 +92,9 @@ pub fn gibbs(
                 chain.renew(site, burns_in)?;
             }
             if !burns_in {
+                blankets.complete(&mut chain.values, &mut chain.memory, &mut chain.random)?;
                 draws.extend(kept.iter().map(|slot| chain.values[*slot]));
+                blankets.withdraw(&mut chain.values);
             }
         }
         Ok(draws)
@@ -97,10 +113,9 @@ pub fn gibbs(
 }
 
 /// A prior draw under which the evidence has a positive density.
-fn beginning(blankets: &Blankets<'_>, steps: &[Step], random: &mut Random) -> Result<Vec<f64>, Error> {
+fn beginning(blankets: &Blankets<'_>, memory: &mut Memory, random: &mut Random) -> Result<Vec<f64>, Error> {
     for _ in 0..MOST_BEGINNINGS {
-        let mut values = blankets.observations.values.clone();
-        let ln = draw_one(blankets.setting, steps, blankets.observations, random, &mut values)?;
+        let (values, ln) = blankets.begin(memory, random)?;
         if ln > f64::NEG_INFINITY {
             return Ok(values);
         }
@@ -113,6 +128,7 @@ struct Chain<'b> {
     blankets: &'b Blankets<'b>,
     values: Vec<f64>,
     slices: Vec<Slice>,
+    memory: Memory,
     random: Random,
 }
 
@@ -127,18 +143,18 @@ impl Chain<'_> {
             None => None,
         };
         let Some(value) = value else {
-            let (values, random) = (&mut self.values, &mut self.random);
+            let (values, memory, random) = (&mut self.values, &mut self.memory, &mut self.random);
             let start = values[site.slot];
             let mut ln_density = |value: f64| {
                 values[site.slot] = value;
-                blankets.ln_conditional(site, values)
+                blankets.ln_conditional(site, values, memory)
             };
             self.slices[number].draw(start, &mut ln_density, random, burns_in)?;
             return Ok(());
         };
         self.values[site.slot] = value;
         // Recompute the values that depend on the new one.
-        blankets.ln_conditional(site, &mut self.values)?;
+        blankets.ln_conditional(site, &mut self.values, &mut self.memory)?;
         Ok(())
     }
 
@@ -147,7 +163,7 @@ impl Chain<'_> {
         let mut logarithms = Vec::with_capacity(count);
         for value in 0..count {
             self.values[site.slot] = value as f64;
-            logarithms.push(self.blankets.ln_conditional(site, &mut self.values)?);
+            logarithms.push(self.blankets.ln_conditional(site, &mut self.values, &mut self.memory)?);
         }
         let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights = logarithms.into_iter().map(|ln| (ln - most).exp()).collect();

@@ -49,8 +49,10 @@ fn answers(
     kept.sort_unstable();
     kept.dedup();
     fits(model.ask_text(ask), &kept, sampling)?;
-    let by = if route.by == Strategy::Gibbs { gibbs } else { weigh };
-    let drawn = by(&setting, &route.steps, &observations, &kept, sampling);
+    let drawn = match route.by {
+        Strategy::Gibbs => gibbs(&setting, &route.steps, &observations, &route.integrated, &kept, sampling),
+        _ => weigh(&setting, &route.steps, &observations, &kept, sampling),
+    };
     let unmet = match &drawn {
         Ok(draws) => draws.is_impossible().then(|| draws.count()),
         Err(Error::Unmet { draws, .. }) => Some(*draws),

@@ -69,7 +69,7 @@ pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) 
 }
 
 /// Makes one draw in `values`, which already holds the observations; returns its ln weight.
-pub(crate) fn draw_one(
+fn draw_one(
     setting: &Setting<'_>,
     steps: &[Step],
     observations: &Observations,

@@ -13,6 +13,7 @@ use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
+use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
 
@@ -40,7 +41,16 @@ pub struct Sampled {
     pub over_budget: bool,
     /// Likelihood weighting or Gibbs sampling.
     pub by: Strategy,
+    /// The reals that Gibbs sampling integrates out.
+    pub integrated: Vec<VariableId>,
+    /// Whether there are so many observations that few draws of the prior agree with them.
+    pub(crate) many: bool,
+    /// Whether the elements of a family depend on hidden finite elements of their own.
+    labels: bool,
 }
+
+/// More observations than this are many; the elements of a family are many.
+const MANY: usize = 8;
 
 /// Plans draws.
 ///
@@ -77,8 +87,20 @@ fn offer(
     if let Some(why) = factors.iter().find_map(|id| refused_factor(model, &model.factors[*id])) {
         return Err(refused(why));
     }
+    let improper = |id: &&FactorId| model.factors[**id].form.is_improper();
+    if let Some(id) = factors.iter().find(improper).filter(|_| by == Strategy::Weighting) {
+        let head = model.head(&model.factors[*id]);
+        return Err(refused(format!("`{head}` is improper: {}", Form::FLAT)));
+    }
     let steps = steps(model, &factors, &observed).map_err(refused)?;
-    Ok(Sampled { asks, steps, reason, over_budget: turn.over_budget, by })
+    let known: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
+    let integrated = match by {
+        Strategy::Gibbs => integrated(model, &steps, &observed, &known),
+        _ => Vec::new(),
+    };
+    let many = known.len() > MANY || known.iter().any(|id| model.variables[*id].family.is_some());
+    let labels = factors.iter().any(|id| chooses_labels(model, *id, &observed));
+    Ok(Sampled { asks, steps, reason, over_budget: turn.over_budget, by, integrated, many, labels })
 }
 
 /// The strategy.
@@ -248,6 +270,11 @@ fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool 
 }
 
 impl Sampled {
+    /// Whether chains integrate reals out, or sum over the labels of a family.
+    pub(crate) fn marginalises(&self) -> bool {
+        self.labels || !self.integrated.is_empty()
+    }
+
     /// The estimator, as lines: which variables are drawn, which are weighed.
     pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
         let searched: Vec<VariableId> =
@@ -278,6 +305,13 @@ impl Sampled {
                 format!("{left}<mo>≈</mo><mfrac>{counted}<mrow>{sum}</mrow></mfrac>")
             }
         };
+        if self.by == Strategy::Gibbs {
+            let none = if self.over_budget { "" } else { "no exact strategy applies: " };
+            let reason = format!("{none}{}; the answer is estimated by Markov chains", self.reason);
+            let mut lines = derivation(model, self, notation);
+            lines.push(("Gibbs sampling".to_owned(), reason, estimator));
+            return lines;
+        }
         let mut lines = Vec::new();
         let space = notation.text(" ", "\\, ");
         let drawn = of(&|treatment| treatment == Treatment::Drawn);

@@ -16,7 +16,7 @@ use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 
 /// The forms that are not in [`Law`].
-const OTHERS: [&str; 22] = [
+const OTHERS: [&str; 23] = [
     "bernoulli",
     "categorical",
     "table",
@@ -34,6 +34,7 @@ const OTHERS: [&str; 22] = [
     "truncated",
     "zero_inflated",
     "flat",
+    "half_flat",
     Dirichlet::NAME,
     "multinomial",
     "ordered",
@@ -66,6 +67,10 @@ impl Checker<'_> {
             "flat" => {
                 let [] = self.arguments(span, name, given)?;
                 Some(Form::Flat)
+            }
+            "half_flat" => {
+                let [] = self.arguments(span, name, given)?;
+                Some(Form::HalfFlat)
             }
             "bernoulli" => {
                 let [argument] = self.arguments(span, name, given)?;
