@@ -98,8 +98,8 @@ fn hidden_states_are_summed_one_after_the_other() {
             P(B | A) = bernoulli(if A { 0.8 } else { 0.2 });
             P(C | B) = bernoulli(if B { 0.8 } else { 0.2 });
             P(D | C) = bernoulli(if C { 0.8 } else { 0.2 });
-            P(W | A S) = normal(3 * A, S); P(X | B S) = normal(3 * B, S);
-            P(Y | C S) = normal(3 * C, S); P(Z | D S) = normal(3 * D, S);
+            P(W | A S) = normal(if A { 3 } else { 0 }, S); P(X | B S) = normal(if B { 3 } else { 0 }, S);
+            P(Y | C S) = normal(if C { 3 } else { 0 }, S); P(Z | D S) = normal(if D { 3 } else { 0 }, S);
         }
     }";
     let chain = program(text).by("gibbs").unwrap().draws(20_000);
