@@ -23,11 +23,14 @@ pub(crate) fn derivation(model: &Model, route: &Sampled, notation: Notation) -> 
         let heads = route.steps.iter().map(|(id, _)| *id).filter(|id| reads(id));
         let heads: Vec<String> = heads.map(|id| notation.head(model, &model.factors[id])).collect();
         let over: Vec<String> = notation.names(model, &route.integrated);
-        let over: Vec<String> = over.iter().map(|name| format!("{}{name}", notation.text("d", "\\mathrm{d}"))).collect();
+        let over: Vec<String> =
+            over.iter().map(|name| format!("{}{name}", notation.text("d", "\\mathrm{d}"))).collect();
         let integral = notation.text("∫ ", "\\int ");
         let text = format!("{integral}{}{space}{}", heads.join(&space), over.join(&space));
         let names = plain(&route.integrated);
-        let reason = format!("linear and Gaussian given the others: {names} are integrated out, and drawn after a sweep if they are asked");
+        let reason = format!(
+            "linear and Gaussian given the others: {names} are integrated out, and drawn after a sweep if they are asked"
+        );
         lines.push(("integral".to_owned(), reason, text));
     }
     let left = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable).collect::<Vec<_>>();
@@ -39,7 +42,8 @@ pub(crate) fn derivation(model: &Model, route: &Sampled, notation: Notation) -> 
         let reason = format!(
             "{names}: finite ones are summed out where the tables are small, the others drawn in turn, each given all that is drawn"
         );
-        let conditional = |name: String| notation.distribution(&[name], &[notation.text("all else", "\\text{all else}")]);
+        let conditional =
+            |name: String| notation.distribution(&[name], &[notation.text("all else", "\\text{all else}")]);
         let all: Vec<String> = notation.names(model, &drawn).into_iter().map(conditional).collect();
         lines.push(("full conditionals".to_owned(), reason, all.join(&space)));
     }
