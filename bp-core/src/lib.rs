@@ -49,6 +49,6 @@ use compiler::{
     answer, bins, data, diagnostic, distribution, elimination, emit, equation, error, exec, files, forms,
     guess, ids, io, kernel, latex, law, learn, loops, lower, memory, model, numbers, operators, plan,
     posterior, potential, progress, radix, random, sample, source, space, special, spelling, strategies,
-    syntax, wrap, xml,
+    syntax, units, wrap, xml,
 };
 pub use error::Error;

@@ -1,4 +1,6 @@
 //! The names that a program in Rust needs to work with Bayesian Programs: `use bp_core::prelude::*;`.
 
 pub use crate::evidence;
-pub use crate::program::{Evidence, Filter, Learned, Learning, Posterior, Program, Question, Rows, Value};
+pub use crate::program::{
+    Batch, Cases, Evidence, Filter, Learned, Learning, Posterior, Program, Question, Rows, Value,
+};

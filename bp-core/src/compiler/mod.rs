@@ -42,5 +42,6 @@ pub mod special;
 pub mod spelling;
 pub mod strategies;
 pub mod syntax;
+pub(crate) mod units;
 pub mod wrap;
 pub mod xml;

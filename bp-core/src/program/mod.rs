@@ -4,6 +4,7 @@
 //! program is immutable: setting a value returns a new one; every error states the found value, the expected one, and
 //! where.
 
+mod batch;
 mod evidence;
 mod filter;
 mod groups;
@@ -17,6 +18,7 @@ mod rows;
 pub mod settings;
 mod value;
 
+pub use batch::{Batch, Cases};
 pub use evidence::Evidence;
 pub use filter::Filter;
 pub use groups::Observation;
@@ -273,6 +275,24 @@ impl Program {
     /// As [`Program::marginals`].
     pub fn marginals_of(&self, names: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
         marginals::marginals(self, names, evidence)
+    }
+
+    /// The posteriors of many cases, the rows of a table with a column for each observed variable:
+    /// `batch("cases.csv")`, `batch(Cases::from("cases.csv").only(["lung"]))`.
+    ///
+    /// # Errors
+    /// A table that cannot be read or does not fit, with file, row and column. A case without an answer has its error in
+    /// its row.
+    pub fn batch(&self, cases: impl Into<Cases>) -> Result<Batch, Error> {
+        self.batch_with(&cases.into(), || ())
+    }
+
+    /// The same; `done` is called after each case, from any thread.
+    ///
+    /// # Errors
+    /// As [`Program::batch`].
+    pub fn batch_with(&self, cases: &Cases, done: impl Fn() + Sync) -> Result<Batch, Error> {
+        batch::batch(self, cases, &done)
     }
 
     /// The joint posterior of some variables, or of elements of families (`Z[2]`), given some evidence.

@@ -4,7 +4,7 @@
 //! variable and element; a lookup of a name that does not exist is an error that lists those that do.
 
 use super::lookup::{one_slot, slots_named};
-use super::value::{ordinal, value};
+use super::value::{of_text, ordinal, value};
 use super::{Evidence, Program, Value};
 use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
 use crate::error::Error;
@@ -148,6 +148,12 @@ impl Posterior {
     /// # Errors
     /// As [`Posterior::p`]; nothing is possible in this context.
     pub fn mode(&self) -> Result<Evidence, Error> {
+        if let ([], [row]) = (self.answer.parts.as_slice(), self.answer.answer.as_slice())
+            && !row.values.is_empty()
+        {
+            let values = row.values.iter();
+            return Ok(values.map(|(name, text)| (name.clone(), of_text(self.model(), name, text))).collect());
+        }
         let part = self.one()?;
         if let PartLaw::Normal { mean, .. } = &part.law {
             return Ok(part

@@ -12,6 +12,7 @@ use crate::data;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
+use crate::learn::sizes;
 use crate::model;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -120,7 +121,7 @@ impl Question {
             }
             observed.push(instant);
         }
-        self.over_observed(&observed)
+        self.over_observed(&observed, &self.inputs())
     }
 
     /// Answers it over time, given a table (CSV) with a row for each instant; an empty cell is not observed.
@@ -129,14 +130,19 @@ impl Question {
     /// As [`Question::over`]; a table that cannot be read, or a cell that is not a value of its variable.
     pub fn over_table(&self, path: impl AsRef<Path>) -> Result<Posterior, Error> {
         let table = data::open(path.as_ref(), None)?;
-        let instants = read_instants(self.program.model(), &self.asked, &table, &self.inputs())?;
-        self.over_observed(&instants)
+        let inputs = sizes(self.program.model(), &table, self.inputs())?;
+        let instants = read_instants(self.program.model(), &self.asked, &table, &inputs)?;
+        self.over_observed(&instants, &inputs)
     }
 
-    fn over_observed(&self, instants: &[Vec<(String, f64)>]) -> Result<Posterior, Error> {
+    fn over_observed(
+        &self,
+        instants: &[Vec<(String, f64)>],
+        inputs: &Inputs<'_, f64>,
+    ) -> Result<Posterior, Error> {
         let (model, sampling) = (self.program.model(), self.program.sampling);
         let by = self.program.options;
-        let answers = ask_over_time_by(model, &self.asked, instants, &self.inputs(), sampling, by)?;
+        let answers = ask_over_time_by(model, &self.asked, instants, inputs, sampling, by)?;
         one(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
     }
 

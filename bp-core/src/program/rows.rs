@@ -155,7 +155,9 @@ impl Program {
     pub fn rows(self, rows: impl Into<Rows>) -> Result<Self, Error> {
         let rows = rows.into().read(&self.opened.model, &self.given)?;
         let given = (*self.given).clone().with_rows(&rows);
-        let opened = super::Opened { rows: rows.into(), ..(*self.opened).clone() };
+        let mut opened = (*self.opened).clone();
+        rows.name_elements(&mut opened.model);
+        opened.rows = rows.into();
         Ok(Self::with_settings(opened.into(), given, (self.sampling, self.options)))
     }
 

@@ -14,6 +14,7 @@ use crate::kernel::{InputKey, Role};
 use crate::model::{self, Finding, Form, IndexSpace, Model, Parameter, ParameterKind, SetKind, Statistic};
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
+use crate::units;
 use std::collections::BTreeMap;
 
 /// The meaning of a settable name.
@@ -373,7 +374,10 @@ fn number(name: &str, text: &str) -> Result<f64, Error> {
     let finite = text.parse().ok().filter(|number: &f64| number.is_finite());
     // −0 is 0.
     let finite = finite.map(|number| number + 0.0);
-    finite.ok_or_else(|| Error::input(name, format!("`{text}` is not a finite number")))
+    finite.ok_or_else(|| {
+        let help = units::in_value(text).map_or_else(String::new, |help| format!(": {help}"));
+        Error::input(name, format!("`{text}` is not a finite number{help}"))
+    })
 }
 
 fn one_size(name: &str, value: &Value) -> Result<usize, Error> {

@@ -216,3 +216,16 @@ pub(super) fn value(model: &Model, slot: &Slot, ordinal: usize) -> Value {
         _ => Value::Integer(domain.number(ordinal) as i64),
     }
 }
+
+/// The value that an answer shows of a variable, or of an element.
+pub(super) fn of_text(model: &Model, name: &str, text: &str) -> Value {
+    let plain = name.split('[').next().unwrap_or(name);
+    let id = model.variable(name).or_else(|| model.variable(plain));
+    let label = || Value::Label(text.to_owned());
+    match id.map(|id| &model.variables[id].domain) {
+        Some(Domain::Boolean) => Value::Bool(text == "true"),
+        Some(Domain::Finite { labels, .. }) if labels.iter().any(|own| own == text) => label(),
+        Some(Domain::Finite { .. } | Domain::Set(_)) => text.parse().map_or_else(|_| label(), Value::Integer),
+        _ => text.parse().map_or_else(|_| label(), Value::Real),
+    }
+}

@@ -386,3 +386,31 @@ fn batches_of_programs_with_reals() {
     near(numbers(lines[2])[1], 0.5);
     near(numbers(lines[2])[2], 1.75f64.sqrt());
 }
+
+#[test]
+fn a_table_over_time_has_the_size_of_a_set() {
+    let walk = "program Walk {
+        variables { T, T^-1 : real; S[i in Sensors] : real; }
+        decomposition { P(T^-1) P(T | T^-1) prod(i in Sensors) { P(S[i] | T) } }
+        forms { P(T^-1) = normal(0, 1); P(T | T^-1) = normal(T^-1, 1); P(S[i] | T) = normal(T, 1); }
+    }
+    ";
+    let folder = Folder::with(&[("walk.bp", walk), ("t.csv", "S[0],S[1]\n1,1\n"), ("half.csv", "S[0],S[1]\n,1\n")]);
+    let mean = |question: &str, table: &str| {
+        let found = folder.json(0, &["ask", "walk.bp", question, "--data", table, "--json"]);
+        let row = &found["answer"][0];
+        (row["mean"].as_f64().unwrap(), row["deviation"].as_f64().unwrap())
+    };
+    // T is N(0, 2) before: precision 1/2 + 2, mean 2 / (5/2).
+    let (found, deviation) = mean("filter P(T | S)", "t.csv");
+    assert!((found - 0.8).abs() < 1e-12 && (deviation - 0.4f64.sqrt()).abs() < 1e-12, "{found} {deviation}");
+    // One of them: precision 1/2 + 1, mean 1 / (3/2).
+    for question in ["filter P(T | S)", "smooth P(T | S)"] {
+        let (found, deviation) = mean(question, "half.csv");
+        let expected = 2.0f64 / 3.0;
+        assert!((found - expected).abs() < 1e-12 && (deviation - expected.sqrt()).abs() < 1e-12, "{question}");
+    }
+    // A sequence has no value that is fixed.
+    let (_, message) = folder.ends(1, &["ask", "walk.bp", "sequence P(T = 1 | S)", "--data", "t.csv"]);
+    assert!(message.contains("leave its value out"), "{message}");
+}

@@ -79,6 +79,11 @@ fn each_set_has_a_table_of_its_own() {
     // The mean of two marks is 4 = Mu + 3 + noise of variance 3/2: Mu has the mean 1/(1 + 3/2) = 2/5. That of Hill, given
     // them, is (2 · 4 + 3 / 2) / (2 + 1/2).
     near(&numbers(&asked, "mean"), &[0.4, 0.4, 3.8]);
+    // The elements have the names of the table, in answers and in questions.
+    let hill = folder.well(&[&["ask", "schools.bp", "P(Alpha[Hill])"], &files[..]].concat());
+    assert!(hill.contains("Alpha[Hill]") && hill.contains("3.8"), "{hill}");
+    let all = folder.well(&[&["ask", "schools.bp", "P(Alpha)"], &files[..]].concat());
+    assert!(all.contains("Alpha[Lake]") && all.contains("Alpha[Hill]"), "{all}");
 }
 
 #[test]
@@ -107,6 +112,8 @@ fn tables_that_do_not_fit_are_refused() {
             "x,y\n1,2\n",
             "no field and no family over `Rows` has the name of the column `y`; did you mean `Y`?",
         ),
+        ("line.bp", "x,Y\n1,3 cm\n", "numbers have no units: write `3`"),
+        ("line.bp", "x,Y\n30%,2\n", "write the share itself: `30%` is `0.3`"),
         ("line.bp", "x,Y,who\n1,2,Ann\n", "there are `x` and `Y`; or ignore the column: `--ignore who`"),
         ("line.bp", "x,A\n1,2\n", "`A` does not range over `Rows`: it has no value for each row"),
         ("line.bp", "x,Y\n1,2\n1\n", "row 3 has 1 cell, but there are 2 columns"),

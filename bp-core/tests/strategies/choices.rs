@@ -102,3 +102,23 @@ fn equally_probable_values_are_in_the_order_of_the_table() {
         assert_eq!(values(ordered(&dice, "best(3) P(A | Sum = 10, B = 3)")), ["1", "2", "3"], "{by}");
     }
 }
+
+#[test]
+fn a_dirac_of_known_reals_agrees_up_to_rounding() {
+    // 0.1 + 2 · 0.1 is 0.30000000000000004 in f64; N = false would make D 0.2.
+    let program = Program::parse(
+        "program Sum { variables { X, Y, D : real; N : bool; }
+         decomposition { P(X) P(Y) P(N) P(D | X Y N) }
+         forms { P(X) = normal(0, 1); P(Y) = normal(0, 1); P(N) = bernoulli(0.25);
+                 P(D | X Y N) = if N { dirac(X + 2 * Y) } else { dirac(X + Y) }; } }",
+    )
+    .unwrap();
+    for by in ["sums", "weighting", "gibbs"] {
+        let program = program.clone().by(by).unwrap();
+        let p = |d: &str| program.ask(&format!("P(N | X = 0.1, Y = 0.1, D = {d})"))?.p(true);
+        assert_eq!(p("0.3").unwrap(), 1.0, "{by}");
+        assert_eq!(p("0.2").unwrap(), 0.0, "{by}");
+        let message = p("0.30000001").unwrap_err().to_string();
+        assert!(message.contains("cannot be observed") || message.contains("evidence"), "{by}: {message}");
+    }
+}

@@ -16,6 +16,7 @@ mod gibbs;
 mod histories;
 mod join_trees;
 mod kalman;
+mod many_parents;
 mod mixtures;
 mod normal_laws;
 mod particles;

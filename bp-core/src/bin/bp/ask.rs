@@ -108,6 +108,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let mut network = program::linked(&arguments.file)?;
     let rows =
         arguments.rows.read(&network.model, &arguments.settings, &arguments.separator, &arguments.ignore)?;
+    rows.name_elements(&mut network.model);
     let asked = program::questions_of_rows(&mut network, arguments.question.as_deref(), &rows)?;
     let model = network.model;
     let questions: Vec<Question> =

@@ -9,6 +9,7 @@ use crate::failure::Failure;
 use bp_core::compiler::answer::{OtherColumns, ask_over_time_by, read_sequences};
 use bp_core::compiler::data::Records;
 use bp_core::compiler::error::Error;
+use bp_core::compiler::learn::sizes;
 use bp_core::compiler::model::{Finding, Model, Question, Value};
 use bp_core::compiler::plan::Options;
 use bp_core::compiler::sample::Sampling;
@@ -23,7 +24,7 @@ pub(crate) fn answers(
     (sampling, options): (Sampling, Options),
 ) -> Result<Vec<(String, Answered)>, Failure> {
     questions.iter().try_for_each(|question| refuse_set(model, question, settings))?;
-    let inputs = settings.inputs();
+    let inputs = sizes(model, table, settings.inputs())?;
     let mut all: Vec<(String, Answered)> = Vec::new();
     for question in questions {
         let sequences = read_sequences(model, question, table, others, &inputs)?;

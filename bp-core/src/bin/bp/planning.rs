@@ -44,11 +44,6 @@ impl Inference {
         self.planning.options()
     }
 
-    /// Whether the user chose a strategy or a budget.
-    pub(crate) fn is_chosen(&self) -> bool {
-        self.planning.by.is_some() || self.planning.budget.is_some()
-    }
-
     /// The options of sampling.
     pub(crate) fn sampling(&self) -> Sampling {
         Sampling { particles: self.particles, seed: self.seed }

@@ -86,7 +86,7 @@ fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
 fn posed<'m>(model: &'m Model, asked: Asked<'_>) -> Result<(Cow<'m, Model>, Question), Error> {
     let mut model = link(model)?;
     let question = model.question(asked.question).expect("internal: the question has been compiled").clone();
-    match question.derived.is_empty() {
+    match model.is_posed(&question) {
         true => Ok((model, question)),
         false => {
             let question = model.to_mut().pose(&question);

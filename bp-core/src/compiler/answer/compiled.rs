@@ -119,7 +119,7 @@ pub(super) fn together(
 
 /// The program, extended by what the question derives from it.
 fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
-    if question.derived.is_empty() {
+    if model.is_posed(question) {
         return (model, question.clone());
     }
     let mut model = model.into_owned();

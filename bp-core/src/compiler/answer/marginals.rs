@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Known, Model, Question, Searched, Statistic, Value, When};
-use crate::plan::{Group, Options, Strategy};
+use crate::plan::{self, Group, Options, Strategy};
 use crate::sample::Sampling;
 use crate::strategies::{Case, Findings};
 
@@ -108,6 +108,29 @@ pub fn marginals(
         }
     }
     Ok(all)
+}
+
+/// The question for the marginal of each variable, without evidence.
+pub(crate) fn of_each_variable(model: &Model) -> Question {
+    let ask = |variable: VariableId| Ask {
+        statistic: Statistic::Distribution,
+        when: When::Now,
+        searched: vec![Searched { variable, at: None }],
+        known: Vec::new(),
+    };
+    let asks = model.variables.ids().map(ask).collect();
+    Question { name: "marginals".to_owned(), asks, derived: Vec::new() }
+}
+
+/// The strategy that the planner takes for the marginals of all variables together.
+///
+/// # Errors
+/// No strategy answers them.
+pub(crate) fn marginals_strategy(model: &Model, options: Options) -> Result<Strategy, Error> {
+    let elements = model.variables.values().any(|variable| variable.family.is_some());
+    let options = Options { group: Group::Marginals, elements, ..options };
+    let plan = plan::plan(model, &of_each_variable(model), options)?;
+    Ok(plan.routes.first().map_or(Strategy::JoinTree, |route| route.strategy()))
 }
 
 /// The answers of asks with the same evidence, which may include single elements of families.

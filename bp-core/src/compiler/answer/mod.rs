@@ -20,6 +20,7 @@ pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, compile_by, compile_sized};
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
+pub(crate) use marginals::{marginals_strategy, of_each_variable};
 pub use marginals::{Knowledge, marginals, together};
 pub use open::{filled, open};
 

@@ -9,7 +9,8 @@ mod read;
 mod spaces;
 
 use super::Records;
-use crate::ids::{ParameterId, VariableId};
+use crate::ids::{ParameterId, SetId, VariableId};
+use crate::model::Model;
 
 /// The data of tables about the elements of sets.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -19,6 +20,8 @@ pub struct PlateData {
     pub sizes: Vec<(String, usize)>,
     fields: Vec<Field>,
     families: Vec<Family>,
+    /// The names of the elements of sets.
+    names: Vec<(SetId, Vec<String>)>,
     /// Notes for the user on the reading.
     pub notes: Vec<String>,
 }
@@ -54,6 +57,13 @@ impl PlateData {
     /// Whether there is no table.
     pub fn is_empty(&self) -> bool {
         self.tables.is_empty()
+    }
+
+    /// Gives the elements of sets the names that they have in the tables.
+    pub fn name_elements(&self, model: &mut Model) {
+        for (set, names) in &self.names {
+            model.sets[*set].elements.clone_from(names);
+        }
     }
 
     /// The tables, in the order in which they were given.

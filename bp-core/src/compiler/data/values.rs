@@ -6,6 +6,7 @@
 use crate::guess::near;
 use crate::ids::VariableId;
 use crate::model::{Domain, Model};
+use crate::units;
 
 /// The notations of a missing value, besides an empty cell, as in pandas, R, spreadsheets and UCI data.
 pub const MISSING: [&str; 17] = [
@@ -158,6 +159,8 @@ impl<'m> Values<'m> {
             },
             _ => String::new(),
         };
+        let unit = if self.domain == &Domain::Boolean { None } else { units::in_value(text) };
+        let help = unit.map_or(help, |help| format!(": {help}"));
         format!("not a value of `{}`, which is {}{help}", self.name, self.text)
     }
 }

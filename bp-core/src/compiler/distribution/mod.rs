@@ -25,7 +25,8 @@ pub use setting::{Instance, Setting};
 pub(crate) use written_out::{WrittenOut, uses_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
-use crate::law::{Law, Parameters, Share};
+use crate::forms::dirac;
+use crate::law::{Law, Numbers, Parameters, Share};
 use rand::Rng;
 use rand::RngExt;
 
@@ -84,13 +85,7 @@ impl Distribution {
                 let ln_mass = || mass.natural_logarithm().to_f64();
                 if inside { law::ln_density(*law, value, parameters) - ln_mass() } else { f64::NEG_INFINITY }
             }
-            Distribution::Point(point) => {
-                if value == *point {
-                    0.0
-                } else {
-                    f64::NEG_INFINITY
-                }
-            }
+            Distribution::Point(point) => dirac::probability_of_real(&mut Numbers, value, *point).ln(),
             Distribution::Share(share) => share.ln_density(value),
             Distribution::Least(least) => least.ln_density(value),
             Distribution::Mixture(parts) => {

@@ -5,9 +5,9 @@
 //! element, a vector one for each component.
 
 use crate::error::Error;
-use crate::exec::Inputs;
+use crate::exec::{Inputs, SIZE_NOT_GIVEN};
 use crate::ids::{ExpressionId, FactorId, Id, ParameterId, SetId, VariableId};
-use crate::model::{Arms, Bound, Domain, IndexSpace, Model, ParameterKind, VariableUse};
+use crate::model::{Arms, Bound, Domain, IndexSpace, Model, Parameter, ParameterKind, VariableUse};
 use crate::spelling::number as written;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -75,7 +75,7 @@ impl<'m> Setting<'m> {
             let size = inputs.find_size(name).map(|size| vec![size as f64]);
             let given = inputs.find(name).map(<[f64]>::to_vec).or(size).unwrap_or(parameter.default.clone());
             if given.is_empty() {
-                return Err(Error::input(name, "this parameter was not given, and it has no default"));
+                return Err(Error::input(name, not_given(model, parameter)));
             }
             if let Some((value, expected)) =
                 given.iter().find_map(|value| Some((value, parameter.kind.refuses(*value)?)))
@@ -184,17 +184,17 @@ impl<'m> Setting<'m> {
     /// The name of a slot: `X`, `Z[2]`.
     pub fn slot_name(&self, slot: usize) -> String {
         let variable = self.variable_of(slot);
-        let (slots, name) = (self.slots_of(variable), self.model.variable_name(variable));
+        let slots = self.slots_of(variable);
         let family = self.model.variables[variable].family;
         // A family of one element is still indexed.
         if family.is_none() && slots.len() == 1 {
-            return name;
+            return self.model.variable_name(variable);
         }
         let low = match family.map(|family| family.over) {
             Some(IndexSpace::Range(range)) => range.low,
             _ => 0,
         };
-        format!("{name}[{}]", (slot - slots.start) as i64 + low)
+        self.model.element_name(variable, (slot - slots.start) as i64 + low)
     }
 
     /// The number of values of a finite variable.
@@ -240,7 +240,7 @@ impl<'m> Setting<'m> {
     fn set_size(&self, set: SetId) -> Result<usize, Error> {
         self.sets[set.position()].ok_or_else(|| {
             let name = &self.model.sets[set].name;
-            Error::input(name, "this size was not given; give the number of its elements")
+            Error::input(name, SIZE_NOT_GIVEN)
         })
     }
 
@@ -322,5 +322,19 @@ impl<'m> Setting<'m> {
             instances.extend(self.instances(factor)?);
         }
         Ok(instances)
+    }
+}
+
+/// The error of a parameter without numbers.
+fn not_given(model: &Model, parameter: &Parameter) -> String {
+    let set = parameter.over.iter().find_map(|over| match over {
+        IndexSpace::Set(set) => Some(&model.sets[*set].name),
+        IndexSpace::Range(_) => None,
+    });
+    match set {
+        Some(set) => format!(
+            "it was not given: it has a number for each element of `{set}`; give them, or a table with a row for each element"
+        ),
+        None => "this parameter was not given, and it has no default".to_owned(),
     }
 }

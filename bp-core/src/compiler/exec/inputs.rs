@@ -21,6 +21,10 @@ use std::ops::RangeInclusive;
 /// Size of the largest array that is allocated without a memory check, in cells.
 pub(super) const MOST_CELLS: f64 = 1e9;
 
+/// The error of a set, or of a bound of a range, without a size.
+pub(crate) const SIZE_NOT_GIVEN: &str =
+    "its size was not given: give the number of its elements, or a table with a row for each";
+
 /// The inputs of the host, by name.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs<'a, T: Clone> {
@@ -141,7 +145,7 @@ impl<'a, T: Clone> Inputs<'a, T> {
         let size = |key: SizeKey| {
             let size = kernel.size(key);
             let given = self.find_size(&size.name).or(size.default);
-            let missing = "this size was not given; give the number of its elements";
+            let missing = SIZE_NOT_GIVEN;
             given.ok_or_else(|| Error::input(&size.name, missing))
         };
         let mut extents = Vec::with_capacity(kernel.axes.len());

@@ -15,6 +15,7 @@ pub use guarded::Guarded;
 pub(crate) use guarded::beyond_range;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};
+pub(crate) use inputs::SIZE_NOT_GIVEN;
 pub use inputs::{Inputs, Outputs};
 pub use interpreter::interpret;
 pub use lanes::Lanes;

@@ -1,13 +1,26 @@
 //! `dirac(v)`: probability 1 at v.
 //!
 //! In: v. Out: P(x) = 1 where x = v, else 0. Invariant: v is a finite number; a v outside the domain has probability 0.
+//! Reals are equal up to rounding, since 0.1 + 2·0.1 is not 0.3 in f64.
 
 use crate::law::{Arithmetic, Constraint};
-use crate::operators::Binary;
+use crate::operators::{Binary, Unary};
+
+/// Reals that differ by at most this share of the larger one are equal.
+const ROUNDING: f64 = 1e-12;
 
 /// The probability of x.
 pub(crate) fn probability<A: Arithmetic>(by: &mut A, x: A::Number, v: A::Number) -> A::Number {
     by.binary(Binary::Equal, x, v)
+}
+
+/// The probability of a real x.
+pub(crate) fn probability_of_real<A: Arithmetic>(by: &mut A, x: A::Number, v: A::Number) -> A::Number {
+    let difference = by.subtract(x, v);
+    let [difference, x, v] = [difference, x, v].map(|number| by.unary(Unary::Absolute, number));
+    let (larger, rounding) = (by.binary(Binary::Maximum, x, v), by.constant(ROUNDING));
+    let most = by.multiply(rounding, larger);
+    by.binary(Binary::LessOrEqual, difference, most)
 }
 
 /// The constraint on v.

@@ -5,21 +5,17 @@
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support, cauchy,
     fit::{NOT_NEGATIVE, positive_root},
+    half,
 };
-use crate::operators::Binary;
 use rand::Rng;
-use std::f64::consts::{FRAC_2_PI, LN_2};
+use std::f64::consts::FRAC_2_PI;
 
 pub(super) const NAME: &str = "half_cauchy";
 pub(super) const PARAMETERS: [(&str, Constraint); 1] = [("scale", Constraint::Positive)];
 pub(super) const SUPPORT: Support = Support::Positive;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [s]: [A::Number; 1]) -> A::Number {
-    let (zero, ln_2) = (by.constant(0.0), by.constant(LN_2));
-    let whole = cauchy::ln_density(by, x, [zero, s]);
-    let value = by.add(whole, ln_2);
-    let inside = by.binary(Binary::GreaterOrEqual, x, zero);
-    by.within(inside, value)
+    half::ln_density(by, x, cauchy::ln_density, s)
 }
 
 pub(super) fn mass<A: Arithmetic>(
@@ -28,10 +24,7 @@ pub(super) fn mass<A: Arithmetic>(
     high: A::Number,
     [s]: [A::Number; 1],
 ) -> Option<A::Number> {
-    let (zero, two) = (by.constant(0.0), by.constant(2.0));
-    let [low, high] = [low, high].map(|end| by.binary(Binary::Maximum, end, zero));
-    let whole = cauchy::mass(by, low, high, [zero, s])?;
-    Some(by.multiply(two, whole))
+    half::mass(by, [low, high], cauchy::mass, s)
 }
 
 pub(super) fn tails(x: f64, [s]: [f64; 1]) -> (f64, f64) {

@@ -2,21 +2,16 @@
 //!
 //! f(x) = 2 N(x; 0, s) for x ≥ 0,  F(x) = 2 Φ(x/s) − 1,  E = s √(2/π),  Var = s² (1 − 2/π).
 
-use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_NEGATIVE, normal};
-use crate::operators::Binary;
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_NEGATIVE, half, normal};
 use rand::Rng;
-use std::f64::consts::{FRAC_2_PI, LN_2};
+use std::f64::consts::FRAC_2_PI;
 
 pub(super) const NAME: &str = "half_normal";
 pub(super) const PARAMETERS: [(&str, Constraint); 1] = [("scale", Constraint::Positive)];
 pub(super) const SUPPORT: Support = Support::Positive;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [s]: [A::Number; 1]) -> A::Number {
-    let (zero, ln_2) = (by.constant(0.0), by.constant(LN_2));
-    let whole = normal::ln_density(by, x, [zero, s]);
-    let value = by.add(whole, ln_2);
-    let inside = by.binary(Binary::GreaterOrEqual, x, zero);
-    by.within(inside, value)
+    half::ln_density(by, x, normal::ln_density, s)
 }
 
 pub(super) fn mass<A: Arithmetic>(
@@ -25,10 +20,7 @@ pub(super) fn mass<A: Arithmetic>(
     high: A::Number,
     [s]: [A::Number; 1],
 ) -> Option<A::Number> {
-    let (zero, two) = (by.constant(0.0), by.constant(2.0));
-    let [low, high] = [low, high].map(|end| by.binary(Binary::Maximum, end, zero));
-    let whole = normal::mass(by, low, high, [zero, s])?;
-    Some(by.multiply(two, whole))
+    half::mass(by, [low, high], normal::mass, s)
 }
 
 /// 1 − 2 (1 − Φ(z)) = P(½, z²/2), which has digits near 0.

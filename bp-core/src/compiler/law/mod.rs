@@ -14,6 +14,7 @@ mod exponential;
 mod fit;
 mod gamma;
 mod geometric;
+mod half;
 mod half_cauchy;
 mod half_normal;
 mod laplace;

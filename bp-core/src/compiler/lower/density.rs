@@ -204,7 +204,10 @@ impl Lowering<'_> {
                     (Domain::Bins(bins), Meaning::Ordinal(bin)) => (*bin, self.bin_holding(bins, value)),
                     _ => (self.number_of(variable, at)?, value),
                 };
-                let equal = dirac::probability(&mut self.builder, x, value);
+                let equal = match domain.is_finite() {
+                    true => dirac::probability(&mut self.builder, x, value),
+                    false => dirac::probability_of_real(&mut self.builder, x, value),
+                };
                 Ok(self.only_if(holds, equal))
             }
             Form::Previous { of, at: cell, otherwise } => {

@@ -50,7 +50,7 @@ impl ModelBuilder {
 
     /// A set given at run time.
     pub fn set(&mut self, name: &str, kind: SetKind) -> SetId {
-        self.model.sets.push(Set { name: name.to_owned(), kind })
+        self.model.sets.push(Set { name: name.to_owned(), kind, elements: Vec::new() })
     }
 
     /// Sets the kind of a set's elements.

@@ -68,17 +68,21 @@ impl Ask {
 }
 
 impl Model {
-    /// Adds the derived variables of a question to the program; returns the question with their ids.
+    /// Adds the derived variables of a question to the program, and splits forms of many parents; returns the question with
+    /// the ids of the derived variables.
     pub fn pose(&mut self, question: &Question) -> Question {
-        if question.derived.is_empty() {
-            return question.clone();
-        }
+        self.divorce(question);
         let first = self.factors.len();
         let question = self.named(question);
         for place in first..self.factors.len() {
             self.split(FactorId::new(place));
         }
         question
+    }
+
+    /// Whether a question changes nothing of the program when it is posed.
+    pub fn is_posed(&self, question: &Question) -> bool {
+        question.derived.is_empty() && self.with_many_parents(question).is_empty()
     }
 
     /// Adds the variables that a question derives, each with the factor that defines it; gives the question in the ids
@@ -92,7 +96,7 @@ impl Model {
 
     /// The program with the question's derived variables, and the question with their ids: the input of all strategies.
     pub fn posed<'m, 'q>(&'m self, question: &'q Question) -> (Cow<'m, Model>, Cow<'q, Question>) {
-        if question.derived.is_empty() {
+        if self.is_posed(question) {
             return (Cow::Borrowed(self), Cow::Borrowed(question));
         }
         let mut model = self.clone();

@@ -48,6 +48,9 @@ pub struct Set {
     pub name: String,
     /// The kind of its elements.
     pub kind: SetKind,
+    /// The names of its elements, such as those in a column of data; empty where they are numbered.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<String>,
 }
 
 /// The kind of a set's elements.

@@ -266,7 +266,21 @@ impl Model {
 
     /// The name of a value of a variable, given its ordinal.
     pub fn value_name(&self, variable: VariableId, ordinal: usize) -> String {
-        self.variables[variable].domain.value_name(ordinal)
+        let domain = &self.variables[variable].domain;
+        let named = if let Domain::Set(set) = domain { self.sets[*set].elements.get(ordinal) } else { None };
+        named.cloned().unwrap_or_else(|| domain.value_name(ordinal))
+    }
+
+    /// The name of an element of a family, or of a component of a vector: `Z[2]`, `Level[Hill]`.
+    pub fn element_name(&self, variable: VariableId, index: i64) -> String {
+        let name = self.variable_name(variable);
+        match self.variables[variable].family.map(|family| family.over) {
+            Some(IndexSpace::Set(set)) => {
+                let element = usize::try_from(index).ok().and_then(|at| self.sets[set].elements.get(at));
+                element.map_or_else(|| format!("{name}[{index}]"), |element| format!("{name}[{element}]"))
+            }
+            _ => format!("{name}[{index}]"),
+        }
     }
 
     /// A domain, as written.

@@ -89,10 +89,9 @@ impl Slot {
 
     /// Its name as written: `X`, `Z[2]`.
     pub fn name(&self, model: &Model) -> String {
-        let name = model.variable_name(self.variable);
         match self.index {
-            Some(index) => format!("{name}[{index}]"),
-            None => name,
+            Some(index) => model.element_name(self.variable, index),
+            None => model.variable_name(self.variable),
         }
     }
 }

@@ -126,7 +126,7 @@ fn columns(model: &Model, id: VariableId, extents: &[usize]) -> Vec<Column> {
                 IndexSpace::Range(range) => range.low,
                 IndexSpace::Set(_) => 0,
             };
-            let element = |position: usize| format!("{name}[{}]", first + position as i64);
+            let element = |position: usize| model.element_name(id, first + position as i64);
             extents.iter().enumerate().map(|(at, count)| column(at, element(at), named(*count))).collect()
         }
         (None, [count]) => vec![column(0, name, named(*count))],

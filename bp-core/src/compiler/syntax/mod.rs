@@ -8,7 +8,6 @@ mod check;
 mod graft;
 mod parse;
 mod print;
-mod units;
 
 pub use check::{check, compile, parse_question};
 pub use graft::graft;

@@ -13,9 +13,8 @@ pub(crate) mod size;
 use crate::ask::setting;
 use crate::failure::Failure;
 use crate::program;
-use bp_core::compiler::data::{Records, Values};
+use bp_core::compiler::data::Values;
 use bp_core::compiler::io::{Network, uai};
-use bp_core::compiler::learn::sizes;
 use bp_core::compiler::model::{self, Known};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::strategies::join_tree::{Named, NetworkEvidence};
@@ -55,7 +54,7 @@ pub(crate) struct Written {
 impl Asked {
     /// A network and its evidence, by number.
     pub(crate) fn read(&self) -> Result<(Named, NetworkEvidence), Failure> {
-        let (named, network) = network(&self.file, None, &self.settings)?;
+        let (named, network) = network(&self.file, &self.settings)?;
         let written = self.written(&network)?;
         let evidence = named.evidence(
             written.values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
@@ -157,34 +156,11 @@ pub(crate) fn uai_cases(source: &Source, network: &Network) -> Result<Vec<Vec<Kn
     uai::evidence(source, &network.model).map_err(|wrong| Failure::Wrong(wrong, source.clone()))
 }
 
-/// The variables and values of a case, by number.
-pub(crate) fn numbered(
-    named: &Named,
-    network: &Network,
-    case: &[Known],
-) -> Result<Vec<(usize, usize)>, Failure> {
-    let one = |known: &Known| {
-        let (name, ordinal) = observed(network, known)?;
-        Ok((named.number_of(&name)?, ordinal))
-    };
-    case.iter().map(one).collect()
-}
-
-/// Reads a network, by names and as a network. Its settings, its fields and the columns of the table determine the sizes
-/// of its sets.
-pub(crate) fn network(
-    path: &Path,
-    table: Option<&Records>,
-    settings: &[String],
-) -> Result<(Named, Network), Failure> {
+/// Reads a network, by names and as a network. Its settings and its fields determine the sizes of its sets.
+fn network(path: &Path, settings: &[String]) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
-    let settings =
-        Settings::read(&read.model, settings, &names(&read.model))?.with_inferred_sizes(&read.model);
-    let given = match table {
-        Some(table) => sizes(&read.model, table, settings.inputs())?,
-        None => settings.inputs(),
-    };
-    let mut named = Named::with(read.model.clone(), &read.known, &given)?;
+    let settings = Settings::read(&read.model, settings, &names(&read.model))?.with_inferred_sizes(&read.model);
+    let mut named = Named::with(read.model.clone(), &read.known, &settings.inputs())?;
     named.ln_scale = read.ln_scale;
     Ok((named, read))
 }

@@ -132,7 +132,7 @@ fn indices(derived: &Derived, family: VariableId) -> Vec<i64> {
 fn element(model: &Model, family: &Family, index: i64) -> Derived {
     let use_ = VariableUse { element: Some(ExpressionId::new(0)), ..VariableUse::from(family.variable) };
     Derived {
-        name: format!("{}[{index}]", model.spelled(family.variable)),
+        name: model.element_name(family.variable, index),
         kind: DerivedKind::Element,
         domain: model.variables[family.variable].domain.clone(),
         over: None,

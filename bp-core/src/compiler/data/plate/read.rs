@@ -43,7 +43,8 @@ impl PlateData {
             reader.columns(table, space)?;
         }
         reader.indices()?;
-        Ok(reader.data)
+        let names = reader.names.into_iter().map(|(set, (names, _))| (set, names));
+        Ok(Self { names: names.collect(), ..reader.data })
     }
 }
 

@@ -66,10 +66,11 @@ impl Named {
         &self.model
     }
 
-    /// The variables that an answer shows: all except those known for every question.
+    /// The variables that an answer shows: all except those known for every question, and parts of forms.
     pub fn shown(&self) -> Vec<usize> {
         let hidden: HashSet<usize> = self.known.iter().map(|(variable, _)| *variable).collect();
-        (0..self.network.cardinalities.len()).filter(|one| !hidden.contains(one)).collect()
+        let is_own = |one: &usize| self.model.variables[self.names[*one].1].derived.is_none();
+        (0..self.network.cardinalities.len()).filter(|one| !hidden.contains(one) && is_own(one)).collect()
     }
 
     /// The name of a variable.

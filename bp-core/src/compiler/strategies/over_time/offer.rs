@@ -76,21 +76,30 @@ pub(crate) fn check(model: &Model, ask: &Ask) -> Result<(), Error> {
     })
 }
 
-/// Refuses a sequence that does not search all carried variables.
+/// Refuses a sequence that does not search all carried variables, or that fixes the value of one.
 pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
-    let asked: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
-    let missing = carried(model).into_iter().map(|(now, _)| now).find(|now| !asked.contains(now));
-    match (ask.when, missing) {
-        (When::Sequence, Some(now)) => {
-            let name = model.variable_name(now);
-            let word = ask.statistic.word();
-            let word = if word.is_empty() { word } else { format!("{word} ") };
-            let reason = format!(
-                "`{word}sequence` is of all that is carried from instant to instant: search `{name}` too"
-            );
-            Err(Error::Unplanned { question: model.ask_text(ask), reason })
-        }
-        _ => Ok(()),
+    if ask.when != When::Sequence {
+        return Ok(());
+    }
+    let refused = |reason: String| Err(Error::Unplanned { question: model.ask_text(ask), reason });
+    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some() && !model.is_predicate(item.variable))
+    {
+        let name = model.variable_name(item.variable);
+        return refused(format!("a sequence finds the value of `{name}` at each instant: leave its value out"));
+    }
+    let is_asked = |now: &VariableId| ask.searched.iter().any(|item| item.variable == *now);
+    let Some(now) = carried(model).into_iter().map(|(now, _)| now).find(|now| !is_asked(now)) else {
+        return Ok(());
+    };
+    let (name, word) = (model.variable_name(now), ask.statistic.word());
+    let word = match ask.statistic {
+        Statistic::Distribution | Statistic::Argmax { .. } => String::new(),
+        _ => format!("{word} "),
+    };
+    let all = format!("`{word}sequence` is of all that is carried from instant to instant");
+    match ask.known.iter().any(|known| known.variable == now) {
+        true => refused(format!("{all}, but `{name}` is known: ask `smooth`")),
+        false => refused(format!("{all}: search `{name}` too")),
     }
 }
 

@@ -162,6 +162,13 @@ impl Checker<'_> {
     /// An index of a field or a family with this range.
     pub(super) fn index(&mut self, expr: &Expr, over: &IndexSpace, scope: &Scope) -> Option<ExpressionId> {
         if let IndexSpace::Set(set) = over {
+            if let ExprKind::Name(name) = &expr.kind
+                && scope.numbered
+                && let elements = &self.model.so_far().sets[*set].elements
+                && let Some(place) = elements.iter().position(|element| *element == name.text)
+            {
+                return Some(self.node(expr.span(), Expression::Number(place as f64)));
+            }
             self.declare_index(expr, *set, scope);
         }
         let (id, found) = self.expression(expr, scope, None)?;

@@ -13,7 +13,7 @@ use crate::ids::{Id, VariableId};
 use crate::model::{Ask, Derived, Domain, Finding, Known, Model, Question, Searched, Statistic, Value};
 use crate::source::Span;
 use crate::syntax::ast::{self, Expr, ExprKind, Item, Name, Occurrence, Sign, Subject, ValueKind};
-use crate::syntax::units;
+use crate::units;
 use std::borrow::Cow;
 
 impl Checker<'_> {

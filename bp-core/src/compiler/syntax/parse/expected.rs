@@ -8,7 +8,7 @@ use super::grammar::Rule;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::spelling::{RESERVED, quoted_length};
-use crate::syntax::units;
+use crate::units;
 use pest::error::{Error, ErrorVariant, InputLocation};
 
 /// The diagnostic of a parse error.

@@ -9,8 +9,16 @@ const UNITS: [&str; 38] = [
     "dB", "percent",
 ];
 
+/// The help for a cell, or an option, that is a number with a unit: `3 cm`, `3cm`, `30%`.
+pub(crate) fn in_value(text: &str) -> Option<String> {
+    let text = text.trim();
+    let end = text.rfind(|sign: char| sign.is_ascii_digit())? + 1;
+    let (number, unit) = (text[..end].trim_start_matches(['-', '+']), text[end..].trim());
+    number.parse::<f64>().is_ok().then(|| help(number, unit)).flatten()
+}
+
 /// The help for a token that was not expected behind this text.
-pub(super) fn help(before: &str, found: &str) -> Option<String> {
+pub(crate) fn help(before: &str, found: &str) -> Option<String> {
     let is_number = |text: &str| text.starts_with(|first: char| first.is_ascii_digit());
     if is_number(found) {
         let digits = found.trim_end_matches(|letter: char| letter.is_alphabetic());
@@ -37,7 +45,7 @@ pub(super) fn help(before: &str, found: &str) -> Option<String> {
 }
 
 /// The help for a name that is no variable, and may be the unit of the number before it.
-pub(super) fn behind_number(name: &str) -> Option<String> {
+pub(crate) fn behind_number(name: &str) -> Option<String> {
     let help = "numbers have no units: write the number alone, and name the unit in a comment";
     UNITS.contains(&name).then(|| help.to_owned())
 }
