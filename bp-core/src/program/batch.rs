@@ -7,8 +7,8 @@ use super::{Evidence, Program};
 use crate::answer::{Answer, Figure, marginals_strategy, of_each_variable};
 use crate::data::{self, Records, Value, Values};
 use crate::error::Error;
-use crate::learn::sizes;
 use crate::ids::VariableId;
+use crate::learn::sizes;
 use crate::plan::Strategy;
 use crate::strategies::join_tree::{Named, NetworkEvidence, answer_cases};
 use rayon::prelude::*;
@@ -223,7 +223,9 @@ fn numbers(answer: &Answer) -> Vec<(String, f64)> {
             all.extend([(format!("{name}.mean"), mean), (format!("{name}.deviation"), deviation)]);
         };
         match &row.figure {
-            Figure::Probability { p } | Figure::Estimated { p, .. } => all.push((format!("{name}={value}"), *p)),
+            Figure::Probability { p } | Figure::Estimated { p, .. } => {
+                all.push((format!("{name}={value}"), *p))
+            }
             Figure::Normal { mean, deviation } | Figure::Mixture { mean, deviation, .. } => {
                 real(*mean, *deviation);
             }

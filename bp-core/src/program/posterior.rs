@@ -152,7 +152,9 @@ impl Posterior {
             && !row.values.is_empty()
         {
             let values = row.values.iter();
-            return Ok(values.map(|(name, text)| (name.clone(), of_text(self.model(), name, text))).collect());
+            return Ok(values
+                .map(|(name, text)| (name.clone(), of_text(self.model(), name, text)))
+                .collect());
         }
         let part = self.one()?;
         if let PartLaw::Normal { mean, .. } = &part.law {

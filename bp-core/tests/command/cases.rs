@@ -395,7 +395,8 @@ fn a_table_over_time_has_the_size_of_a_set() {
         forms { P(T^-1) = normal(0, 1); P(T | T^-1) = normal(T^-1, 1); P(S[i] | T) = normal(T, 1); }
     }
     ";
-    let folder = Folder::with(&[("walk.bp", walk), ("t.csv", "S[0],S[1]\n1,1\n"), ("half.csv", "S[0],S[1]\n,1\n")]);
+    let folder =
+        Folder::with(&[("walk.bp", walk), ("t.csv", "S[0],S[1]\n1,1\n"), ("half.csv", "S[0],S[1]\n,1\n")]);
     let mean = |question: &str, table: &str| {
         let found = folder.json(0, &["ask", "walk.bp", question, "--data", table, "--json"]);
         let row = &found["answer"][0];
@@ -408,7 +409,10 @@ fn a_table_over_time_has_the_size_of_a_set() {
     for question in ["filter P(T | S)", "smooth P(T | S)"] {
         let (found, deviation) = mean(question, "half.csv");
         let expected = 2.0f64 / 3.0;
-        assert!((found - expected).abs() < 1e-12 && (deviation - expected.sqrt()).abs() < 1e-12, "{question}");
+        assert!(
+            (found - expected).abs() < 1e-12 && (deviation - expected.sqrt()).abs() < 1e-12,
+            "{question}"
+        );
     }
     // A sequence has no value that is fixed.
     let (_, message) = folder.ends(1, &["ask", "walk.bp", "sequence P(T = 1 | S)", "--data", "t.csv"]);

@@ -90,9 +90,8 @@ fn a_noisy_or_and_a_noisy_and_of_many() {
     let (p, q, leak) = (|at: usize| 0.02 * (at + 1) as f64, |at: usize| 0.9 - 0.03 * at as f64, 0.01);
     let pairs: Vec<String> = (0..causes.len()).map(|at| q(at).to_string()).collect();
     let or = format!("noisy_or({}, {leak})", pairs.join(", "));
-    let program_of = |form: &str| {
-        program(&causes, "bool", |at| format!("bernoulli({})", p(at)), ["X", "bool", form])
-    };
+    let program_of =
+        |form: &str| program(&causes, "bool", |at| format!("bernoulli({})", p(at)), ["X", "bool", form]);
     // P(X = false | C) = (1 − leak) Π (1 − q)^C, and the causes are independent.
     let factor = |at: usize| 1.0 - p(at) * q(at);
     let no_effect: f64 = (1.0 - leak) * (0..24).map(factor).product::<f64>();
@@ -105,8 +104,7 @@ fn a_noisy_or_and_a_noisy_and_of_many() {
     close(by_tree.of("C7").unwrap().p(true).unwrap(), p(6) * without / no_effect, "by a join tree");
     // P(X = true | C) = (1 − leak) Π (1 − q)^(1 − C).
     let and = format!("noisy_and({}, {leak})", pairs.join(", "));
-    let effect: f64 =
-        (1.0 - leak) * (0..24).map(|at| 1.0 - (1.0 - p(at)) * q(at)).product::<f64>();
+    let effect: f64 = (1.0 - leak) * (0..24).map(|at| 1.0 - (1.0 - p(at)) * q(at)).product::<f64>();
     close(program_of(&and).ask("P(X)").unwrap().p(true).unwrap(), effect, "noisy and");
 }
 
@@ -149,9 +147,7 @@ fn what_is_split_is_what_is_enumerated() {
         above_with += if is(2) { joint } else { 0.0 };
     }
     let (yes, one) = (Value::from(true), Value::from(1));
-    for (program, value, total, third) in
-        [(&noisy, yes, effect, with), (&many, one, above, above_with)]
-    {
+    for (program, value, total, third) in [(&noisy, yes, effect, with), (&many, one, above, above_with)] {
         let found = program.ask("P(C3 | X = true)").unwrap();
         assert!((found.p(value).unwrap() - third / total).abs() < 1e-12);
         assert!((found.ln_evidence().unwrap() - total.ln()).abs() < 1e-12);

@@ -20,8 +20,8 @@ pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, compile_by, compile_sized};
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
-pub(crate) use marginals::{marginals_strategy, of_each_variable};
 pub use marginals::{Knowledge, marginals, together};
+pub(crate) use marginals::{marginals_strategy, of_each_variable};
 pub use open::{filled, open};
 
 use crate::error::Error;

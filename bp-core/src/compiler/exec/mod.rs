@@ -13,9 +13,9 @@ pub mod values;
 
 pub use guarded::Guarded;
 pub(crate) use guarded::beyond_range;
+pub(crate) use inputs::SIZE_NOT_GIVEN;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};
-pub(crate) use inputs::SIZE_NOT_GIVEN;
 pub use inputs::{Inputs, Outputs};
 pub use interpreter::interpret;
 pub use lanes::Lanes;

@@ -97,9 +97,7 @@ impl Model {
         for (place, operand) in operands.into_iter().enumerate() {
             let value = match so_far {
                 None => operand,
-                Some(before) => {
-                    self.expressions.push(Expression::Binary(Binary::Multiply, before, operand))
-                }
+                Some(before) => self.expressions.push(Expression::Binary(Binary::Multiply, before, operand)),
             };
             so_far = Some(value);
             let is_last = place + 1 == count;

@@ -116,7 +116,8 @@ fn uai(network: &Network, path: &Path) -> Result<Records, Failure> {
     let failure = |error: csv::Error| Failure::Output(std::io::Error::other(error));
     page.write_record(&columns).map_err(failure)?;
     for case in &cases {
-        page.write_record(columns.iter().map(|name| case.get(*name).map_or("", String::as_str))).map_err(failure)?;
+        page.write_record(columns.iter().map(|name| case.get(*name).map_or("", String::as_str)))
+            .map_err(failure)?;
     }
     let page =
         page.into_inner().map_err(|error| Failure::Output(std::io::Error::other(error.to_string())))?;

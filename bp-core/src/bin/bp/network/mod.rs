@@ -159,7 +159,8 @@ pub(crate) fn uai_cases(source: &Source, network: &Network) -> Result<Vec<Vec<Kn
 /// Reads a network, by names and as a network. Its settings and its fields determine the sizes of its sets.
 fn network(path: &Path, settings: &[String]) -> Result<(Named, Network), Failure> {
     let read = program::network(path, program::format_of(path)?)?;
-    let settings = Settings::read(&read.model, settings, &names(&read.model))?.with_inferred_sizes(&read.model);
+    let settings =
+        Settings::read(&read.model, settings, &names(&read.model))?.with_inferred_sizes(&read.model);
     let mut named = Named::with(read.model.clone(), &read.known, &settings.inputs())?;
     named.ln_scale = read.ln_scale;
     Ok((named, read))

@@ -82,10 +82,13 @@ pub(crate) fn check_sequence(model: &Model, ask: &Ask) -> Result<(), Error> {
         return Ok(());
     }
     let refused = |reason: String| Err(Error::Unplanned { question: model.ask_text(ask), reason });
-    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some() && !model.is_predicate(item.variable))
+    if let Some(item) =
+        ask.searched.iter().find(|item| item.at.is_some() && !model.is_predicate(item.variable))
     {
         let name = model.variable_name(item.variable);
-        return refused(format!("a sequence finds the value of `{name}` at each instant: leave its value out"));
+        return refused(format!(
+            "a sequence finds the value of `{name}` at each instant: leave its value out"
+        ));
     }
     let is_asked = |now: &VariableId| ask.searched.iter().any(|item| item.variable == *now);
     let Some(now) = carried(model).into_iter().map(|(now, _)| now).find(|now| !is_asked(now)) else {
