@@ -14,6 +14,9 @@ pub enum Error {
     /// Images and calibrations.
     #[error(transparent)]
     Vision(#[from] crate::vision::VisionError),
+    /// Sounds, heads and their calibrations.
+    #[error(transparent)]
+    Audition(#[from] crate::audition::AuditionError),
     /// Pictures.
     #[error(transparent)]
     Report(#[from] crate::report::ReportError),

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version)]
 #[command(
-    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n\n\
+    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n  bvm listen --wav in.wav --calibration head.json\n\n\
 Frame: x ahead, y left, z up; azimuth and yaw are positive to the left."
 )]
 struct Arguments {
@@ -25,16 +25,20 @@ enum Command {
     #[command(subcommand)]
     Calibrate(command::calibrate::Sense),
     Explore(command::explore::Arguments),
+    Listen(command::listen::Arguments),
     Look(command::look::Arguments),
     Replay(command::replay::Arguments),
+    Synth(command::synth::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Calibrate(sense) => command::calibrate::run(&sense),
         Command::Explore(arguments) => command::explore::run(&arguments),
+        Command::Listen(arguments) => command::listen::run(&arguments),
         Command::Look(arguments) => command::look::run(&arguments),
         Command::Replay(arguments) => command::replay::run(&arguments),
+        Command::Synth(arguments) => command::synth::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -10,6 +10,7 @@ bayesian_program!("models/line_of_sight.bp");
 bayesian_program!("models/range_code.bp");
 bayesian_program!("models/population_code.bp");
 bayesian_program!("models/binaural.bp");
+bayesian_program!("models/listening.bp");
 bayesian_program!("models/stereo_error.bp");
 bayesian_program!("models/vestibular.bp");
 bayesian_program!("models/gaze.bp");

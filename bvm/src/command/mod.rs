@@ -5,8 +5,10 @@
 
 pub(crate) mod calibrate;
 pub(crate) mod explore;
+pub(crate) mod listen;
 pub(crate) mod look;
 pub(crate) mod replay;
+pub(crate) mod synth;
 
 use bvm::error::Error;
 use std::io::Write;

@@ -20,16 +20,16 @@ const KEYS: [(&str, &str); 6] = [
 const WIDTH: usize = 96;
 const HEIGHT: usize = 64;
 
-fn bvm(arguments: &[&str]) -> Output {
+pub(crate) fn bvm(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_bvm")).args(arguments).output().unwrap()
 }
 
-fn text(path: &Path) -> &str {
+pub(crate) fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
 #[track_caller]
-fn succeeds(arguments: &[&str]) -> Output {
+pub(crate) fn succeeds(arguments: &[&str]) -> Output {
     let output = bvm(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     output
@@ -37,7 +37,7 @@ fn succeeds(arguments: &[&str]) -> Output {
 
 /// An error in the data: exit status 1, and one line that contains all of these.
 #[track_caller]
-fn refuses(arguments: &[&str], names: &[&str]) {
+pub(crate) fn refuses(arguments: &[&str], names: &[&str]) {
     let output = bvm(arguments);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");

@@ -3,4 +3,5 @@
 //! In: arguments and files. Out: its output, its exit status, and the files that it leaves.
 
 mod general;
+mod hearing;
 mod inputs;

@@ -1,11 +1,11 @@
-//! `bvm calibrate`: the error distribution and reliability of a sense, from data with ground truth.
+//! `bvm calibrate vision`: the error distribution and reliability of stereo vision, from data with ground truth.
 //!
 //! In: pairs of pictures with true disparities. Out: the distribution of their errors (`models/stereo_error.bp`,
 //! identified), the reliability of the confidence, and the accuracy of the map; pictures, and `calibration.json`.
 //! Invariant: pixels that the right camera does not see do not count.
 
-use super::look::{Seen, mapped};
-use super::{check_folder, print};
+use super::super::look::{Seen, mapped};
+use super::super::{check_folder, print};
 use bp_core::compiler::learn::{Case, Learner, Settings};
 use bvm::error::Error;
 use bvm::map::Map;
@@ -13,15 +13,9 @@ use bvm::programs::stereo_error;
 use bvm::report::{Line, lines, write_atomically};
 use bvm::vision::evaluation::{Scored, Truth, part, wrong};
 use bvm::vision::{DisparityMap, EvidenceKind, FrameEvidence, HiddenCells, Matcher, Pair, Sight};
-use clap::{Args, Subcommand};
+use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-
-/// Calibrate a sense against data with known truth.
-#[derive(Subcommand)]
-pub(crate) enum Sense {
-    Vision(Vision),
-}
 
 /// Calibrate stereo vision: error distribution, reliability and map.
 #[derive(Args)]
@@ -102,7 +96,7 @@ struct MapFigures {
     first_right_or_adjacent: Option<f64>,
 }
 
-pub(crate) fn run(Sense::Vision(arguments): &Sense) -> Result<(), Error> {
+pub(super) fn run(arguments: &Vision) -> Result<(), Error> {
     check_folder(&arguments.out)?;
     let mut pairs = Vec::new();
     for files in arguments.pair.chunks_exact(4) {

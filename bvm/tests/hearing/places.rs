@@ -1,0 +1,174 @@
+//! The posterior of the place of a sound.
+//!
+//! In: a calibrated sphere, sounds from known places. Out: the program's posterior, as densities multiplied by hand say;
+//! directions, their mirror images behind the head, distances.
+
+use bp_core::compiler::random::seeded;
+use bvm::audition::synthesis::{Waypoint, add_noise, binaural};
+use bvm::audition::{BinauralUnit, Calibration, Directions, Found, Head, Listening, Origin, Source};
+use bvm::frame::Spherical;
+use bvm::programs::listening;
+use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+const RATE_HZ: f64 = 32_000.0;
+
+/// Calibrated once for all tests.
+fn sphere() -> &'static Calibration {
+    static SPHERE: OnceLock<Calibration> = OnceLock::new();
+    SPHERE
+        .get_or_init(|| Calibration::of(&Head::Sphere(0.0875), Origin::Sphere { radius_m: 0.0875 }).unwrap())
+}
+
+/// Half a second of noise from a place, and noise in the ears.
+fn heard(degrees: f64, rho_m: f64, snr_db: f64, directions: Directions) -> Found {
+    let mut random = seeded(9, "source");
+    let sound: Vec<f64> = (0..16_000).map(|_| StandardNormal.sample(&mut random)).collect();
+    let place = Spherical { rho_m, azimuth: degrees.to_radians(), elevation: 0.0 };
+    let mut ears = binaural(&Head::Sphere(0.0875), &sound, RATE_HZ, &[Waypoint { time_s: 0.0, place }]);
+    add_noise(&mut ears, snr_db, 4);
+    let independent = std::array::from_fn(|band| sphere().independent[band]);
+    let cues = BinauralUnit::new(RATE_HZ, &independent).hear(&ears[0], &ears[1]).bands();
+    Listening::new(sphere(), directions).unwrap().find(&cues).unwrap()
+}
+
+#[test]
+fn the_program_multiplies_the_densities_of_all_bands() {
+    // By hand, for two bands and three places.
+    let (frequency, coherence) = ([0.5, 3.0], [0.9, 0.5]);
+    let (count, level_count) = ([20.0, 8.0], [10.0, 0.0]);
+    let (tau, l) = ([0.21, -0.10], [2.0, 0.0]);
+    let mu_tau = [0.20, 0.21, -0.30, 0.25, 0.25, 0.24];
+    let mu_l = [2.5, 7.0, -3.0, 1.0, 9.0, 5.0];
+    let normal = |x: f64, mu: f64, s: f64| (-0.5 * ((x - mu) / s).powi(2)).exp() / (s * (2.0 * PI).sqrt());
+    let weigh = |place: usize| -> f64 {
+        (0..2)
+            .map(|k| {
+                let lost: f64 = 1.0 - coherence[k];
+                let stray = 0.05 + 2.0 * (lost - 0.4_f64).max(0.0);
+                let cycle = 1.0 / frequency[k];
+                let growth = if k == 0 { 6.5 } else { 4.5 };
+                let ears = f64::max(0.0015 * cycle, 0.001) * (growth * lost).exp();
+                let head = 0.008 * (1.0 + 0.6 * cycle);
+                let sigma = ((1.0 + 4.0 / count[k]) * ears * ears + head * head + 1e-4).sqrt();
+                let mu = mu_tau[2 * place + k];
+                let peaks: f64 = [(-2.0, 0.05), (-1.0, 0.15), (0.0, 0.6), (1.0, 0.15), (2.0, 0.05)]
+                    .iter()
+                    .map(|(cycles, weight)| weight * normal(tau[k], mu + cycles * cycle, sigma))
+                    .sum();
+                let of_time = stray / 2.0 + (1.0 - stray) * peaks;
+                // The second band has no level.
+                let ears = 0.3 * (5.8 * lost).exp();
+                let sigma = ((1.0 + 4.0 / 10.0) * ears * ears + 1.5 * 1.5 + 1.0).sqrt();
+                let of_level = if k == 0 {
+                    stray / 80.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma)
+                } else {
+                    1.0 / 80.0
+                };
+                of_time * of_level
+            })
+            .product()
+    };
+    let weights: Vec<f64> = (0..3).map(weigh).collect();
+    let total: f64 = weights.iter().sum();
+    let found = listening::place()
+        .places(3)
+        .bands(2)
+        .mu_tau(&mu_tau)
+        .mu_l(&mu_l)
+        .frequency(&frequency)
+        .coherence(&coherence)
+        .count(&count)
+        .level_count(&level_count)
+        .tau(&tau)
+        .l(&l)
+        .ask()
+        .unwrap();
+    for (place, weight) in weights.iter().enumerate() {
+        assert!(
+            (found.p(place) - weight / total).abs() < 1e-12,
+            "{place}: {} {}",
+            found.p(place),
+            weight / total
+        );
+    }
+}
+
+#[test]
+fn a_sound_is_where_it_came_from() {
+    for (degrees, snr_db, tolerance) in
+        [(0.0, 20.0, 2.0), (25.0, 20.0, 2.0), (-50.0, 10.0, 2.5), (70.0, 10.0, 6.0)]
+    {
+        let found = heard(degrees, 1.6, snr_db, Directions::Frontal);
+        let first = &found.sources[0];
+        assert!(
+            !found.flat && (first.azimuth_deg - degrees).abs() < tolerance,
+            "{degrees}: {}",
+            first.azimuth_deg
+        );
+        assert!(first.probability > 0.8, "{degrees}: {}", first.probability);
+    }
+}
+
+#[test]
+fn a_sphere_leaves_the_cone_of_confusion() {
+    // A sphere has no pinnae: all directions of one lateral angle are alike, in front, above and behind.
+    let found = heard(40.0, 1.6, 20.0, Directions::All);
+    let sides = |ahead: bool| {
+        let on_side = |one: &&Source| (one.azimuth_deg.abs() < 90.0) == ahead;
+        found.sources.iter().filter(on_side).map(|one| one.probability).sum::<f64>()
+    };
+    assert!(found.sources.len() > 2 && sides(true) > 0.05 && sides(false) > 0.05, "{found:?}");
+    assert!(found.sources.iter().map(|one| one.probability).sum::<f64>() < 1.0 + 1e-9);
+    for one in &found.sources {
+        let [azimuth, elevation] = [one.azimuth_deg, one.elevation_deg].map(f64::to_radians);
+        let lateral = (azimuth.sin() * elevation.cos()).asin().to_degrees();
+        assert!((lateral - 40.0).abs() < 6.0, "{lateral}");
+    }
+}
+
+#[test]
+fn near_sources_at_the_side_have_a_distance() {
+    for rho_m in [0.25, 0.4, 1.6] {
+        let found = heard(70.0, rho_m, 20.0, Directions::Frontal);
+        let ratio = found.sources[0].distance_m / rho_m;
+        assert!((0.6..1.7).contains(&ratio), "{rho_m}: {}", found.sources[0].distance_m);
+    }
+}
+
+#[test]
+fn a_source_that_moves_is_followed() {
+    let mut random = seeded(2, "moving");
+    let sound: Vec<f64> = (0..64_000).map(|_| StandardNormal.sample(&mut random)).collect();
+    let at = |time_s: f64, degrees: f64| Waypoint {
+        time_s,
+        place: Spherical { rho_m: 1.6, azimuth: degrees.to_radians(), elevation: 0.0 },
+    };
+    let ears = binaural(&Head::Sphere(0.0875), &sound, RATE_HZ, &[at(0.0, -40.0), at(2.0, 40.0)]);
+    let independent = std::array::from_fn(|band| sphere().independent[band]);
+    let mut unit = BinauralUnit::new(RATE_HZ, &independent);
+    let mut listening = Listening::new(sphere(), Directions::Frontal).unwrap();
+    for (look, expected) in [-35.0, -25.0, -15.0, -5.0, 5.0, 15.0, 25.0, 35.0].iter().enumerate() {
+        let mut cues = unit.silence();
+        unit.add(
+            &ears[0][8000 * look..8000 * (look + 1)],
+            &ears[1][8000 * look..8000 * (look + 1)],
+            &mut cues,
+        );
+        let found = listening.find(&cues.bands()).unwrap();
+        // It moves by 10 degrees during a look.
+        assert!(
+            (found.sources[0].azimuth_deg - expected).abs() < 6.0,
+            "{look}: {}",
+            found.sources[0].azimuth_deg
+        );
+    }
+}
+
+#[test]
+fn silence_is_flat() {
+    let unit = BinauralUnit::new(RATE_HZ, &[0.5; 32]);
+    let found = Listening::new(sphere(), Directions::All).unwrap().find(&unit.silence().bands()).unwrap();
+    assert_eq!(found, Found { flat: true, sources: Vec::new() });
+}
