@@ -17,10 +17,10 @@ fn pupils_of_schools() {
     near(&pupils.ask("effect").unwrap(), 2.750_498_194_437_285, 0.272_624_920_564_734_86);
     let levels = pupils.ask("schools").unwrap();
     let expected = [
-        ("Level[0]", 61.300_864_868_918_53, 1.878_972_320_963_287),
-        ("Level[1]", 55.229_550_213_310_73, 2.118_195_688_155_591),
-        ("Level[2]", 57.551_754_920_392_11, 1.712_102_633_903_365_1),
-        ("Level[3]", 66.353_620_842_806_4, 2.747_561_744_650_931_7),
+        ("Level[Hill]", 61.300_864_868_918_53, 1.878_972_320_963_287),
+        ("Level[Lake]", 55.229_550_213_310_73, 2.118_195_688_155_591),
+        ("Level[Park]", 57.551_754_920_392_11, 1.712_102_633_903_365_1),
+        ("Level[Mill]", 66.353_620_842_806_4, 2.747_561_744_650_931_7),
     ];
     expected.iter().for_each(|(name, mean, deviation)| near(&levels.of(name).unwrap(), *mean, *deviation));
     // Two pupils were ill on the day, one has not been marked yet.

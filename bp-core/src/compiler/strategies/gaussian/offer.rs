@@ -59,12 +59,20 @@ pub(crate) fn applies(model: &Model, ask: &Ask) -> bool {
 
 /// Whether all variables that an ask uses, and their ancestors, are linear and Gaussian.
 pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
-    let relevant = relevant(model, std::slice::from_ref(ask));
     // Over a plate a family is one variable of each element; over time it is its elements.
     let elements = model.plate.is_none() || ask.when.is_over_time();
     let degree = |id: ExpressionId| degree(model, id, elements);
     let predicate =
         |id: VariableId| asks_whether(ask, id) && predicate::of_normal(model, id, elements).is_some();
+    // A finite variable that the ask names decides at once, without a look at its ancestors.
+    let is_finite = |id: VariableId| {
+        model.variables[id].domain.is_finite() && Some(id) != model.plate_index() && !predicate(id)
+    };
+    let named = ask.searched.iter().map(|item| item.variable);
+    if named.chain(ask.known.iter().map(|known| known.variable)).any(is_finite) {
+        return false;
+    }
+    let relevant = relevant(model, std::slice::from_ref(ask));
     let reals = relevant.iter().all(|id| {
         let variable = &model.variables[*id];
         Some(*id) == model.plate_index()

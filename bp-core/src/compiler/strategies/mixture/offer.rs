@@ -44,6 +44,10 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         return Err(why);
     }
     let is_finite = |id: &VariableId| model.variables[*id].domain.is_finite();
+    let of_finite = || Err("it takes reals that are linear given finite variables".to_owned());
+    if model.variables.ids().all(|id| is_finite(&id)) {
+        return of_finite();
+    }
     let factors = relevant(model, asks);
     let predicate = |id: &FactorId| {
         let left = model.factors[*id].left[0].variable;
@@ -58,8 +62,8 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         variables.sort_unstable();
         variables.dedup();
     }
-    if finite.is_empty() || linear.is_empty() {
-        return Err("it takes finite variables and reals together".to_owned());
+    if linear.is_empty() {
+        return of_finite();
     }
     let scope = linear.iter().copied().collect();
     for id in &factors {
