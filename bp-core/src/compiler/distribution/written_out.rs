@@ -105,7 +105,7 @@ impl Writer<'_, '_> {
         };
         for element in 0..self.elements(id) {
             self.model.variables.push(Variable {
-                name: self.model.element_name(id, family.over.first() + element as i64),
+                name: self.setting.model.element_name(id, family.over.first() + element as i64),
                 family: None,
                 derived: Some(DerivedKind::Element),
                 ..variable.clone()

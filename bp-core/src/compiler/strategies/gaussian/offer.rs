@@ -8,7 +8,7 @@
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
 use super::predicate;
-use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
+use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
@@ -206,9 +206,9 @@ fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
         searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
     while let Some(variable) = rest.pop() {
         if relevant.insert(variable) {
+            // A form may use fewer variables than its factor names.
             let factor = distributions[variable.position()];
-            let parents = factor.map_or(&[][..], |factor| &model.factors[factor].right);
-            rest.extend(parents.iter().map(|use_| use_.variable));
+            rest.extend(factor.into_iter().flat_map(|factor| of_form(model, factor)));
             rest.extend(model.variables[variable].previous_of);
         }
     }

@@ -44,9 +44,9 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         return Err(why);
     }
     let is_finite = |id: &VariableId| model.variables[*id].domain.is_finite();
-    let of_finite = || Err("it takes reals that are linear given finite variables".to_owned());
+    let one_kind = || Err("it takes finite variables and reals together".to_owned());
     if model.variables.ids().all(|id| is_finite(&id)) {
-        return of_finite();
+        return one_kind();
     }
     let factors = relevant(model, asks);
     let predicate = |id: &FactorId| {
@@ -62,8 +62,8 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         variables.sort_unstable();
         variables.dedup();
     }
-    if linear.is_empty() {
-        return of_finite();
+    if finite.is_empty() || linear.is_empty() {
+        return one_kind();
     }
     let scope = linear.iter().copied().collect();
     for id in &factors {
