@@ -85,7 +85,10 @@ fn proper_form(model: &Model, form: &Form, domain: &Domain) -> bool {
         Form::Dirac(value) => match domain {
             Domain::Boolean => is_truth(model, *value),
             Domain::Real | Domain::Vector(_) => true,
-            _ => false,
+            _ => match (model.whole_bounds(*value), domain.whole_bounds()) {
+                (Some([low, high]), Some([first, last])) => first <= low && high <= last,
+                _ => false,
+            },
         },
         // Over the plate's own set weights are not normalised.
         Form::Weights(_) => !model.plate.is_some_and(|plate| *domain == Domain::Set(plate.set)),

@@ -8,6 +8,7 @@
 //! Program = { Description = { Specification = { Variables, Decomposition, Forms }, Identification }, Question }.
 
 mod arms;
+mod bounds;
 mod builder;
 mod derived;
 mod domain;

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 /// The expression of a predicate that a normal law answers; whether elements of families may stand in it.
 pub(crate) fn of_normal(model: &Model, variable: VariableId, elements: bool) -> Option<ExpressionId> {
-    let factor = model.factor_of(variable).filter(|_| model.is_predicate(variable))?;
+    let factor = Some(variable).filter(|id| model.is_predicate(*id)).and_then(|id| model.factor_of(id))?;
     let Form::Dirac(root) = model.factors[factor].form else { return None };
     let mut leaves = Vec::new();
     comparisons(model, root, elements, &mut leaves)?;
