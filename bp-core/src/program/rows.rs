@@ -5,11 +5,13 @@
 
 use super::settings::Settings;
 use super::{Learned, Posterior, Program, Value, learned};
-use crate::answer::{Answer, compile_sized};
+use crate::answer::{self, Answer, Knowledge, Part, compile_sized};
 use crate::data::{self, PlateData, Records};
 use crate::error::Error;
+use crate::ids::VariableId;
 use crate::learn::{self, Learner};
 use crate::model::{Model, ParameterKind};
+use crate::plan::Strategy;
 use std::path::{Path, PathBuf};
 
 /// Tables whose rows are elements: `Rows::from("points.csv")`, `Rows::from("pupils.csv").and("schools.csv")`.
@@ -171,45 +173,75 @@ impl Program {
     /// # Errors
     /// As [`Program::ask`].
     pub fn missing(&self) -> Result<Vec<Posterior>, Error> {
-        let asked = self.opened.rows.missing(self.model());
-        if asked.asks.is_empty() {
-            return Ok(Vec::new());
+        let model = self.model();
+        let finite = model.plate.is_none() && model.variables.values().all(|it| it.domain.is_finite());
+        let by_tree = self.options.by.is_none_or(|by| by == Strategy::JoinTree) && self.options.budget.is_none();
+        if finite && by_tree {
+            match self.missing_finite() {
+                Err(Error::Unplanned { .. }) => {}
+                found => return found,
+            }
         }
-        let (program, asked) = self.posed(asked);
-        let compiled = compile_sized(program.model(), &asked, self.options)?;
-        let answers = compiled.ask_with(program.inputs(), self.sampling)?;
         let mut found = Vec::new();
-        for answer in answers {
-            for part in &answer.parts {
-                for place in 0..part.of.len() {
-                    let part = part.marginal(&[place]);
-                    let slot = part.of[0].name(program.model());
-                    let answer = Answer {
-                        question: format!("P({slot})"),
-                        ln_evidence: answer.ln_evidence,
-                        estimate: answer.estimate.clone(),
-                        answer: part.rows(program.model()),
-                        strategy: answer.strategy,
-                        when: answer.when,
-                        parts: vec![part],
-                    };
-                    found.push(Posterior::new(&program, answer));
+        for asked in self.opened.rows.missing(model) {
+            let (program, asked) = self.posed(asked);
+            let compiled = compile_sized(program.model(), &asked, self.options)?;
+            for answer in compiled.ask_with(program.inputs(), self.sampling)? {
+                for part in &answer.parts {
+                    let places = 0..part.of.len();
+                    found.extend(places.map(|place| alone(&program, &answer, part.marginal(&[place]))));
                 }
             }
         }
         Ok(found)
     }
 
+    /// The same where all is finite: all cells by one propagation of a join tree.
+    fn missing_finite(&self) -> Result<Vec<Posterior>, Error> {
+        let (model, rows) = (self.model(), &self.opened.rows);
+        let mut knowledge = Knowledge { known: self.opened.known.clone(), ..Knowledge::default() };
+        knowledge.elements.hard.extend(rows.observed().filter_map(|(id, index, number)| {
+            let variable = &model.variables[id];
+            let element = usize::try_from(index - variable.family?.over.first()).ok()?;
+            Some((id, element, variable.domain.ordinal_among(number, None)?))
+        }));
+        let missing: Vec<(VariableId, Vec<bool>)> = rows.missing_elements().collect();
+        let wanted: Vec<VariableId> = missing.iter().map(|(id, _)| *id).collect();
+        if wanted.is_empty() {
+            return Ok(Vec::new());
+        }
+        let by = (self.sampling, self.options);
+        let mut all = answer::marginals(model, &wanted, &knowledge, self.inputs(), by)?;
+        let parts = std::mem::take(&mut all.parts).into_iter();
+        let cells = parts.zip(missing.into_iter().flat_map(|(_, elements)| elements));
+        Ok(cells.filter(|(_, missing)| *missing).map(|(part, _)| alone(self, &all, part)).collect())
+    }
+
     /// Learns the `unknown` forms, and the parameters that `identification` names, from its rows: their elements are
     /// pooled.
     ///
     /// # Errors
-    /// There are no rows, or nothing is to be learned.
+    /// There are no rows, or nothing is to be learned; a family without a column is not declared `hidden`.
     pub fn learn_from_rows(&self, settings: &learn::Settings) -> Result<Learned, Error> {
         let model = self.model();
         let given = self.settings.inputs();
         let mut learner = Learner::with(model, &given)?;
-        learner.observe_rows(&self.opened.rows)?;
+        learner.observe_rows(&self.opened.rows, &[])?;
         learned::finished(self, learner.learned_with(settings, &mut |_, _| {})?, &given)
     }
+}
+
+/// The posterior of one cell, of an answer.
+fn alone(program: &Program, answer: &Answer, part: Part) -> Posterior {
+    let model = program.model();
+    let answer = Answer {
+        question: format!("P({})", part.of[0].name(model)),
+        ln_evidence: answer.ln_evidence,
+        estimate: answer.estimate.clone(),
+        answer: part.rows(model),
+        strategy: answer.strategy,
+        when: answer.when,
+        parts: vec![part],
+    };
+    Posterior::new(program, answer)
 }

@@ -220,3 +220,40 @@ fn tables_that_do_not_fit_are_refused_with_row_and_column() {
     let message = full.ask("P(Y)").unwrap_err().to_string();
     assert!(message.contains("there is nothing to predict"), "{message}");
 }
+
+#[test]
+fn each_missing_cell_of_thousands_is_answered_alone() {
+    let tosses = "program Tosses {
+        variables { Fair : bool; Toss[row in Rows] : bool; }
+        decomposition { P(Fair) prod(row in Rows) { P(Toss[row] | Fair) } }
+        forms { P(Fair) = bernoulli(0.5); P(Toss[row] | Fair) = bernoulli(if Fair { 0.5 } else { 0.75 }); }
+    }";
+    // 1026 heads, 600 tails and 2000 missing cells: the odds against a fair coin are 1.5^1026 0.5^600.
+    let cell = |row: usize| ["true", "false", "NA"][usize::from(row >= 1026) + usize::from(row >= 1626)];
+    let missing = program(tosses).rows(Rows::new().column("Toss", (0..3626).map(cell))).unwrap().missing().unwrap();
+    let fair = 1.0 / (1.0 + (1026.0 * 1.5f64.ln() + 600.0 * 0.5f64.ln()).exp());
+    assert_eq!((missing.len(), missing[1].question()), (2000, "P(Toss[1627])"));
+    for cell in [&missing[0], &missing[1999]] {
+        let p = cell.p(true).unwrap();
+        assert!((p - (0.5 * fair + 0.75 * (1.0 - fair))).abs() < 1e-10, "{p}");
+    }
+}
+
+#[test]
+fn missing_labels_are_predicted_from_reals() {
+    let mixed = "program Mixed {
+        variables { K[row in Rows] : bool; Y[row in Rows] : real; }
+        decomposition { prod(row in Rows) { P(K[row]) } prod(row in Rows) { P(Y[row] | K[row]) } }
+        forms { P(K[row]) = bernoulli(0.4); P(Y[row] | K[row]) = normal(if K[row] { 3 } else { 0 }, 1); }
+    }";
+    let y = |row: usize| 0.25 * row as f64 - 2.0;
+    let k = (0..40).map(|row| if row % 8 == 0 { "true" } else { "NA" });
+    let rows = Rows::new().column("K", k).column("Y", (0..40).map(y));
+    let missing = program(mixed).rows(rows).unwrap().missing().unwrap();
+    assert_eq!(missing.len(), 35);
+    // The density at 3 over that at 0 is exp(3 y - 9/2).
+    for (row, cell) in (0..40).filter(|row| row % 8 != 0).zip(&missing) {
+        let odds = 0.4 / 0.6 * (3.0 * y(row) - 4.5).exp();
+        near(cell.p(true).unwrap(), odds / (1.0 + odds));
+    }
+}

@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
         None => {
             let mut learner = Learner::with(&model, &given.inputs())?;
-            learner.observe_rows(&rows)?;
+            learner.observe_rows(&rows, &arguments.hidden)?;
             learner
         }
     };

@@ -10,12 +10,14 @@ mod spaces;
 
 use super::Records;
 use crate::ids::{ParameterId, SetId, VariableId};
-use crate::model::Model;
+use crate::model::{IndexSpace, Model};
 
 /// The data of tables about the elements of sets.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct PlateData {
     tables: Vec<Records>,
+    /// The index space of the rows of each table.
+    spaces: Vec<IndexSpace>,
     /// The sizes of sets, and of parameters that bound ranges, by name.
     pub sizes: Vec<(String, usize)>,
     fields: Vec<Field>,
@@ -77,13 +79,35 @@ impl PlateData {
         fields.chain(self.families.iter().map(|family| (family.name.as_str(), family.values.as_slice())))
     }
 
-    /// The observed elements: the family, the index of the element, its number.
-    pub fn observed(&self) -> impl Iterator<Item = (VariableId, i64, f64)> {
+    /// The families that have no column, though the rows of a table could be their elements.
+    pub fn without_column(&self, model: &Model) -> Vec<VariableId> {
+        let lacks = |id: &VariableId| {
+            let variable = &model.variables[*id];
+            variable.previous_of.is_none()
+                && variable.family.is_some_and(|family| self.spaces.contains(&family.over))
+                && !self.families.iter().any(|family| family.variable == *id)
+        };
+        model.variables.ids().filter(lacks).collect()
+    }
+
+    /// The elements of families: the family, the index of the element, its number; NaN where it is missing.
+    pub fn elements(&self) -> impl Iterator<Item = (VariableId, i64, f64)> {
         self.families.iter().flat_map(|family| {
-            let indices = family.first..;
-            let all = indices.zip(&family.values).map(|(index, value)| (family.variable, index, *value));
-            all.filter(|(.., value)| !value.is_nan())
+            let all = (family.first..).zip(&family.values);
+            all.map(|(index, value)| (family.variable, index, *value))
         })
+    }
+
+    /// The elements that are observed.
+    pub fn observed(&self) -> impl Iterator<Item = (VariableId, i64, f64)> {
+        self.elements().filter(|(.., value)| !value.is_nan())
+    }
+
+    /// The families with missing cells: whether each element is missing, in the order of [`PlateData::missing`].
+    pub fn missing_elements(&self) -> impl Iterator<Item = (VariableId, Vec<bool>)> {
+        let elements =
+            |family: &Family| (family.variable, family.values.iter().map(|value| value.is_nan()).collect());
+        self.families.iter().filter(|family| family.missing().next().is_some()).map(elements)
     }
 
     /// The missing cells of families, in the order of [`PlateData::missing`]: of which table, its row, its column.

@@ -4,10 +4,10 @@
 //! for each family the posterior of its hidden values given the case. Invariant: only logarithms are added, so nonzero
 //! numbers do not underflow, for any number of families.
 //!
-//! Variables are eliminated one by one, next the one whose clique is smallest; messages go to the root and back (Lauritzen
-//! and Spiegelhalter 1988; Jensen, Lauritzen and Olesen 1990).
+//! Variables are eliminated one by one; messages go to the root and back (Lauritzen and Spiegelhalter 1988; Jensen,
+//! Lauritzen and Olesen 1990).
 
-use std::collections::BTreeSet;
+use crate::elimination::order;
 
 /// One clique.
 #[derive(Clone, Debug)]
@@ -40,40 +40,45 @@ impl Cliques {
         count: &dyn Fn(usize) -> usize,
         most: usize,
     ) -> Result<Self, Vec<usize>> {
-        let mut scopes: Vec<BTreeSet<usize>> =
-            families.iter().map(|family| family.iter().copied().collect()).collect();
-        let mut open: BTreeSet<usize> = scopes.iter().flatten().copied().collect();
-        let mut order: Vec<(usize, Vec<usize>)> = Vec::new();
-        while !open.is_empty() {
-            let around = |slot: usize| -> BTreeSet<usize> {
-                scopes.iter().filter(|scope| scope.contains(&slot)).flatten().copied().collect()
-            };
-            let cells = |slot: usize| around(slot).iter().map(|one| count(*one) as f64).product::<f64>();
-            let next = open.iter().copied().min_by(|one, other| cells(*one).total_cmp(&cells(*other)));
-            let next = next.expect("internal: a slot is open");
-            let clique = around(next);
-            if cells(next) > most as f64 {
-                return Err(clique.into_iter().collect());
+        let mut slots: Vec<usize> = families.iter().flatten().copied().collect();
+        slots.sort_unstable();
+        slots.dedup();
+        let number = |slot: &usize| slots.partition_point(|one| one < slot);
+        let scopes: Vec<Vec<u32>> =
+            families.iter().map(|family| family.iter().map(|slot| number(slot) as u32).collect()).collect();
+        let all: Vec<u32> = (0..slots.len() as u32).collect();
+        let found = order(slots.iter().map(|slot| count(*slot) as f64).collect(), &scopes, &all).variables;
+        let mut turns = vec![0; slots.len()];
+        found.iter().enumerate().for_each(|(turn, one)| turns[*one as usize] = turn);
+        let first = |scope: &[usize]| scope.iter().map(|slot| turns[number(slot)]).min();
+        // The slots that each clique takes from families and messages: those that are first eliminated in it.
+        let mut taken: Vec<Vec<usize>> = vec![Vec::new(); slots.len()];
+        let homes: Vec<usize> = (families.iter())
+            .map(|family| first(family).expect("internal: a family has a hidden slot"))
+            .collect();
+        homes.iter().zip(families).for_each(|(home, family)| taken[*home].extend(family));
+        let mut made: Vec<(Vec<usize>, Vec<usize>, Option<usize>)> = Vec::with_capacity(slots.len());
+        for (turn, own) in found.iter().map(|one| slots[*one as usize]).enumerate() {
+            let mut scope = std::mem::take(&mut taken[turn]);
+            scope.sort_unstable();
+            scope.dedup();
+            if scope.iter().map(|one| count(*one) as f64).product::<f64>() > most as f64 {
+                return Err(scope);
             }
-            open.remove(&next);
-            scopes.retain(|scope| !scope.contains(&next));
-            scopes.push(clique.iter().copied().filter(|slot| *slot != next).collect());
-            order.push((next, clique.into_iter().collect()));
+            let message: Vec<usize> = scope.iter().copied().filter(|slot| *slot != own).collect();
+            let parent = first(&message);
+            parent.into_iter().for_each(|parent| taken[parent].extend(&message));
+            made.push((scope, message, parent));
         }
-        let eliminated = |slot: usize| order.iter().position(|(one, _)| *one == slot);
-        let first = |slots: &[usize]| slots.iter().filter_map(|slot| eliminated(*slot)).min();
-        let cliques = order.iter().map(|(own, scope)| {
-            let message: Vec<usize> = scope.iter().copied().filter(|slot| slot != own).collect();
-            let parent = first(&message).map(|parent| {
-                (parent, places(scope, &message, count), places(&order[parent].1, &message, count))
+        let cliques = made.iter().map(|(scope, message, parent)| {
+            let parent = parent.map(|parent| {
+                (parent, places(scope, message, count), places(&made[parent].0, message, count))
             });
             let cells = |slots: &[usize]| slots.iter().map(|slot| count(*slot)).product();
-            Clique { cells: cells(scope), parent, message: cells(&message) }
+            Clique { cells: cells(scope), parent, message: cells(message) }
         });
-        let homes = families.iter().map(|family| {
-            let home = first(family).expect("internal: a family has a hidden slot");
-            (home, places(&order[home].1, family, count))
-        });
+        let homes =
+            homes.iter().zip(families).map(|(home, family)| (*home, places(&made[*home].0, family, count)));
         Ok(Self { cliques: cliques.collect(), homes: homes.collect() })
     }
 

@@ -8,13 +8,14 @@ use super::expect::MISSING;
 use super::learner::{Learner, NO_WEIGHT, is_weight};
 use super::over_time::carried;
 use super::program::Program;
-use crate::data::{Records, Values, is_missing};
+use crate::data::{PlateData, Records, Values, is_missing};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::near;
+use crate::ids::VariableId;
 use crate::model::{Domain, IndexSpace, Model};
 use crate::spelling::quoted;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The roles of the columns of a table, besides their names.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -155,28 +156,7 @@ fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Ro
             }
         });
     }
-    for name in &columns.hidden {
-        let slots = program.slots.iter();
-        let names = || {
-            let variables = program.model.variables.ids().map(|id| program.model.variable_name(id));
-            variables.chain(program.slots.iter().map(|slot| slot.name.clone())).collect::<Vec<String>>()
-        };
-        if !names().contains(name) {
-            let all = names();
-            let help = near(name, all.iter().map(String::as_str));
-            let help = help.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            return Err(wrong_name(program, name, &help));
-        }
-        let mut shown = slots.enumerate().filter(|(_, slot)| is_named(program, slot, name));
-        if let Some((_, slot)) = shown.find(|(slot, _)| roles.contains(&Role::Slot(*slot))) {
-            let message = format!(
-                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
-                slot.name,
-                argument(&slot.name)
-            );
-            return Err(Error::input(name, message));
-        }
-    }
+    are_hidden(program, &columns.hidden, &|slot| roles.contains(&Role::Slot(slot)))?;
     for (position, slot) in program.slots.iter().enumerate() {
         let variable = &program.model.variables[slot.variable];
         let is_hidden = columns.hidden.iter().any(|name| is_named(program, slot, name))
@@ -195,15 +175,61 @@ fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Ro
         }
         let help = match near {
             Some(near) => format!("did you mean the column `{near}`?"),
-            None => format!(
-                "if it is hidden, declare it: `--hidden {}`, or `hidden {};` in `identification`",
-                argument(&slot.name),
-                quoted(&program.model.variable_name(slot.variable)),
-            ),
+            None => declare(program, slot.variable, &slot.name),
         };
         return Err(wrong(format!("there is no column for the variable `{}`; {help}", slot.name)));
     }
     Ok(roles)
+}
+
+/// Refuses names that are not variables, or that have a column, among those declared hidden.
+fn are_hidden(program: &Program, hidden: &[String], has_column: &dyn Fn(usize) -> bool) -> Result<(), Error> {
+    for name in hidden {
+        let names = || {
+            let variables = program.model.variables.ids().map(|id| program.model.variable_name(id));
+            variables.chain(program.slots.iter().map(|slot| slot.name.clone()))
+        };
+        if !names().any(|own| own == *name) {
+            let all: Vec<String> = names().collect();
+            let help = near(name, all.iter().map(String::as_str));
+            let help = help.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            return Err(wrong_name(program, name, &help));
+        }
+        let mut shown = program.slots.iter().enumerate().filter(|(_, slot)| is_named(program, slot, name));
+        if let Some((_, slot)) = shown.find(|(slot, _)| has_column(*slot)) {
+            let message = format!(
+                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
+                slot.name,
+                argument(&slot.name)
+            );
+            return Err(Error::input(name, message));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses rows without a column for a family whose elements they could be, if it is not declared hidden.
+pub(super) fn are_columns(program: &Program, rows: &PlateData, hidden: &[String]) -> Result<(), Error> {
+    let model = &program.model;
+    let seen: HashSet<VariableId> = rows.elements().map(|(family, ..)| family).collect();
+    are_hidden(program, hidden, &|slot| seen.contains(&program.slots[slot].variable))?;
+    for id in rows.without_column(model) {
+        let name = model.variable_name(id);
+        if !hidden.contains(&name) && !model.hidden.contains(&id) {
+            let message = format!("there is no column for the variable `{name}`; {}", declare(program, id, &name));
+            return Err(Error::input(&model.name, message));
+        }
+    }
+    Ok(())
+}
+
+/// How a variable is declared hidden.
+fn declare(program: &Program, variable: VariableId, name: &str) -> String {
+    format!(
+        "if it is hidden, declare it: `--hidden {}`, or `hidden {};` in `identification`",
+        argument(name),
+        quoted(&program.model.variable_name(variable)),
+    )
 }
 
 fn wrong_name(program: &Program, name: &str, help: &str) -> Error {

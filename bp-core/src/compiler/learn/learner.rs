@@ -4,6 +4,7 @@
 //! result depends on the cases and their counts, not on their order: a stream and a batch give the same.
 
 use super::case::{Case, no_value};
+use super::columns::are_columns;
 use super::distribution::{Distribution, Learnable, cells_of};
 use super::estimate::{Step, check_unbiased, estimate, spreads};
 use super::expect::{Cases, Expectation, Key, MISSING};
@@ -31,6 +32,8 @@ pub struct Learner {
     pub(super) cases: usize,
     /// The number of observations of each slot.
     pub(super) seen: Vec<usize>,
+    /// Whether each slot is a row of a column of elements.
+    pub(super) of_rows: Vec<bool>,
     /// Whether cases have weights.
     pub(super) weighted: bool,
 }
@@ -50,13 +53,14 @@ impl Learner {
     /// See [`Learner::new`].
     pub fn with(model: &Model, given: &Inputs<'_, f64>) -> Result<Self, Error> {
         let learnable = Learnable::new(model, given)?;
-        let seen = vec![0; learnable.program.slots.len()];
+        let count = learnable.program.slots.len();
         Ok(Self {
             learnable,
             observed: BTreeMap::new(),
             sequences: Vec::new(),
             cases: 0,
-            seen,
+            seen: vec![0; count],
+            of_rows: vec![false; count],
             weighted: false,
         })
     }
@@ -129,16 +133,20 @@ impl Learner {
     /// Observes the rows of tables, whose elements are one case together.
     ///
     /// # Errors
-    /// There are no rows.
-    pub fn observe_rows(&mut self, rows: &PlateData) -> Result<(), Error> {
+    /// There are no rows; a family that could be a column is none, and is not declared hidden.
+    pub fn observe_rows(&mut self, rows: &PlateData, hidden: &[String]) -> Result<(), Error> {
         let program = &self.learnable.program;
         if rows.is_empty() {
             return Err(Error::input(&program.model.name, "there are no rows to learn from"));
         }
+        are_columns(program, rows, hidden)?;
         let mut key = vec![MISSING; program.slots.len()];
-        for (family, index, number) in rows.observed() {
+        for (family, index, number) in rows.elements() {
             if let Some(slot) = program.element_slot(family, index) {
-                key[slot] = (number + 0.0).to_bits();
+                self.of_rows[slot] = true;
+                if !number.is_nan() {
+                    key[slot] = (number + 0.0).to_bits();
+                }
             }
         }
         self.take(key, 1.0);

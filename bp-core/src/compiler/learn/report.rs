@@ -116,11 +116,14 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
             form.learned = format!("{}{separator}{learned}", form.learned);
         }
     }
-    let missing = |seen: &usize| if *seen == 0 { 0 } else { learner.cases - seen };
+    let missing = |(seen, of_rows): (&usize, &bool)| match *seen == 0 && !of_rows {
+        true => 0,
+        false => learner.cases - seen,
+    };
     Report {
         cases: learner.cases,
         weight: learner.weighted.then(|| learner.observed.values().sum()),
-        cells_missing: learner.seen.iter().map(missing).sum(),
+        cells_missing: learner.seen.iter().zip(&learner.of_rows).map(missing).sum(),
         hidden: never_seen(program, &learner.seen),
         ln_likelihood: figures.ln_likelihood,
         expectation: figures.course,

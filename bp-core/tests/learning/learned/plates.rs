@@ -7,7 +7,8 @@ use crate::support::learning::{learned, near, seen, written};
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;
-use bp_core::compiler::learn::{Case, Learned, Learner};
+use bp_core::compiler::learn::{Case, Learned, Learner, Settings};
+use bp_core::program::{Program, Rows};
 
 fn default(learned: &Learned, name: &str) -> Vec<f64> {
     learned.model().parameters.values().find(|it| it.name == name).unwrap().default.clone()
@@ -184,4 +185,24 @@ fn the_index_and_sizes_are_checked() {
     let asked = question(learned.model(), "P(T = 4)");
     let answer = ask(learned.model(), &asked, &Inputs::new().size("House", 3));
     assert!(answer.unwrap_err().to_string().contains("2 numbers were given, but 3 are expected"));
+}
+
+#[test]
+fn thousands_of_missing_elements_are_learned_from_rows() {
+    let text = "program Tests {
+        variables { K[row in Rows] : bool; Y[row in Rows] : bool; }
+        decomposition { prod(row in Rows) { P(K[row]) } prod(row in Rows) { P(Y[row] | K[row]) } }
+        forms { P(K[row]) = unknown(histogram); P(Y[row] | K[row]) = bernoulli(if K[row] { 0.9 } else { 0.2 }); }
+    }";
+    // Half of K is seen, half of it true; of the rest 55 in 100 have Y: the derivative of ln L,
+    // 1000 / p - 1000 / (1 - p) + 1100 (0.7 / (0.2 + 0.7 p)) - 900 (0.7 / (0.8 - 0.7 p)), is 0 at p = 1/2.
+    let cell = |row: usize| if row < 2000 { ["false", "true"][row % 2] } else { "NA" };
+    let seen = |row: usize| if row < 2000 { row % 4 < 2 } else { row < 3100 };
+    let rows = Rows::new().column("K", (0..4000).map(cell)).column("Y", (0..4000).map(seen));
+    let learned = Program::parse(text).unwrap().rows(rows).unwrap().learn_from_rows(&Settings::default()).unwrap();
+    let report = learned.report();
+    assert_eq!(report.cells_missing, 2000);
+    // 500 rows of each kind that is seen.
+    let kinds = [0.9f64, 0.1, 0.2, 0.8].map(|p| 500.0 * (0.5 * p).ln()).iter().sum::<f64>();
+    near(&[report.ln_likelihood], &[kinds + 1100.0 * 0.55f64.ln() + 900.0 * 0.45f64.ln()], 1e-9);
 }

@@ -17,6 +17,9 @@ const MOST_MISSING: usize = 1000;
 /// Missing cells of reals that are asked together where each is wanted alone.
 const TOGETHER: usize = 250;
 
+/// The most joint values of missing cells that are asked together where each is wanted alone.
+const MOST_JOINT: usize = 256;
+
 impl PlateData {
     /// The question where the observed elements are known.
     ///
@@ -39,24 +42,37 @@ impl PlateData {
         Ok(question)
     }
 
-    /// Questions for the missing cells of each family, each cell alone for finite values, some together for reals.
-    pub fn missing(&self, model: &Model) -> Question {
-        let mut question = Question { name: "missing".to_owned(), asks: Vec::new(), derived: Vec::new() };
+    /// Questions for the missing cells, in their order, some cells together: reals in one question for each family, finite
+    /// values in one question for at most [`MOST_JOINT`] joint values.
+    pub fn missing(&self, model: &Model) -> Vec<Question> {
+        let mut questions = Vec::new();
         for family in &self.families {
             let missing: Vec<i64> = family.missing().collect();
-            let together = if model.variables[family.variable].domain.is_finite() { 1 } else { TOGETHER };
-            for indices in missing.chunks(together) {
-                let searched = indices.iter().map(|index| {
-                    question.derived.push(element(model, family, *index));
-                    Searched { variable: Derived::id(question.derived.len() - 1), at: None }
-                });
-                let (searched, known) = (searched.collect(), Vec::new());
-                let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known };
-                question.asks.push(ask);
-            }
+            let domain = &model.variables[family.variable].domain;
+            let together = match domain.count() {
+                None if !domain.is_finite() => TOGETHER,
+                Some(count @ 2..) => MOST_JOINT.ilog(count).max(1) as usize,
+                _ => 1,
+            };
+            let asks: Vec<&[i64]> = missing.chunks(together).collect();
+            let in_one = if domain.is_finite() { 1 } else { asks.len().max(1) };
+            questions.extend(asks.chunks(in_one).map(|asks| self.question(model, family, asks)));
         }
-        for ask in &mut question.asks {
-            self.families.iter().for_each(|family| know(&mut ask.known, family));
+        questions
+    }
+
+    /// A question with an ask for each of some groups of elements of a family, given all data.
+    fn question(&self, model: &Model, family: &Family, asks: &[&[i64]]) -> Question {
+        let mut question = Question { name: "missing".to_owned(), asks: Vec::new(), derived: Vec::new() };
+        for indices in asks {
+            let searched = indices.iter().map(|index| {
+                question.derived.push(element(model, family, *index));
+                Searched { variable: Derived::id(question.derived.len() - 1), at: None }
+            });
+            let (searched, mut known) = (searched.collect(), Vec::new());
+            self.families.iter().for_each(|family| know(&mut known, family));
+            let ask = Ask { statistic: Statistic::Distribution, when: When::Now, searched, known };
+            question.asks.push(ask);
         }
         question
     }

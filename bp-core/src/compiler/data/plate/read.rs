@@ -43,6 +43,7 @@ impl PlateData {
             reader.columns(table, space)?;
         }
         reader.indices()?;
+        reader.data.spaces = spaces;
         let names = reader.names.into_iter().map(|(set, (names, _))| (set, names));
         Ok(Self { names: names.collect(), ..reader.data })
     }
