@@ -175,7 +175,8 @@ impl Program {
     pub fn missing(&self) -> Result<Vec<Posterior>, Error> {
         let model = self.model();
         let finite = model.plate.is_none() && model.variables.values().all(|it| it.domain.is_finite());
-        let by_tree = self.options.by.is_none_or(|by| by == Strategy::JoinTree) && self.options.budget.is_none();
+        let by_tree =
+            self.options.by.is_none_or(|by| by == Strategy::JoinTree) && self.options.budget.is_none();
         if finite && by_tree {
             match self.missing_finite() {
                 Err(Error::Unplanned { .. }) => {}

@@ -230,7 +230,8 @@ fn each_missing_cell_of_thousands_is_answered_alone() {
     }";
     // 1026 heads, 600 tails and 2000 missing cells: the odds against a fair coin are 1.5^1026 0.5^600.
     let cell = |row: usize| ["true", "false", "NA"][usize::from(row >= 1026) + usize::from(row >= 1626)];
-    let missing = program(tosses).rows(Rows::new().column("Toss", (0..3626).map(cell))).unwrap().missing().unwrap();
+    let missing =
+        program(tosses).rows(Rows::new().column("Toss", (0..3626).map(cell))).unwrap().missing().unwrap();
     let fair = 1.0 / (1.0 + (1026.0 * 1.5f64.ln() + 600.0 * 0.5f64.ln()).exp());
     assert_eq!((missing.len(), missing[1].question()), (2000, "P(Toss[1627])"));
     for cell in [&missing[0], &missing[1999]] {

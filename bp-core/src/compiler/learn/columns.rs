@@ -216,7 +216,8 @@ pub(super) fn are_columns(program: &Program, rows: &PlateData, hidden: &[String]
     for id in rows.without_column(model) {
         let name = model.variable_name(id);
         if !hidden.contains(&name) && !model.hidden.contains(&id) {
-            let message = format!("there is no column for the variable `{name}`; {}", declare(program, id, &name));
+            let message =
+                format!("there is no column for the variable `{name}`; {}", declare(program, id, &name));
             return Err(Error::input(&model.name, message));
         }
     }

@@ -199,7 +199,8 @@ fn thousands_of_missing_elements_are_learned_from_rows() {
     let cell = |row: usize| if row < 2000 { ["false", "true"][row % 2] } else { "NA" };
     let seen = |row: usize| if row < 2000 { row % 4 < 2 } else { row < 3100 };
     let rows = Rows::new().column("K", (0..4000).map(cell)).column("Y", (0..4000).map(seen));
-    let learned = Program::parse(text).unwrap().rows(rows).unwrap().learn_from_rows(&Settings::default()).unwrap();
+    let learned =
+        Program::parse(text).unwrap().rows(rows).unwrap().learn_from_rows(&Settings::default()).unwrap();
     let report = learned.report();
     assert_eq!(report.cells_missing, 2000);
     // 500 rows of each kind that is seen.
