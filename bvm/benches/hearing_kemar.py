@@ -71,6 +71,8 @@ def case(job):
     look = json.loads(run("listen", "--wav", wav, "--calibration", folder / "listen.json", "--json",
                           "--directions", "all" if whole else "frontal").splitlines()[0])
     wav.unlink()
+    if not look["sources"]:  # not heard: counts as straight ahead
+        look["sources"] = [dict(azimuth_deg=0, elevation_deg=0, region90=[])]
     first = look["sources"][0]
     truth, found = unit(azimuth, elevation), unit(first["azimuth_deg"], first["elevation_deg"])
     within = lambda value, edges: any(edges[0] <= value + turn <= edges[1] for turn in (-360, 0, 360))

@@ -1,6 +1,6 @@
 //! Listening: the place of a sound, as a posterior (`models/listening.bp`).
 //!
-//! In: a calibration, and the cues of a look. Out: P(C | τ ΔL) over places, which are directions times distances.
+//! In: a calibration, and the cues of a look. Out: P(S C | τ ΔL), over places, which are directions times distances.
 //! Invariant: every probability is that of the program; what is computed here are the expected cues of places, and sums of
 //! probabilities over places.
 
@@ -25,6 +25,8 @@ const APART_DEG: f64 = 20.0;
 /// Least probability of a further source, and most sources.
 const LEAST: f64 = 0.05;
 const MOST_SOURCES: usize = 5;
+/// Level differences beyond this are this, dB: the bound of the program.
+const MOST_ILD_DB: f64 = 60.0;
 /// Most boxes of a region.
 const MOST_BOXES: usize = 200;
 
@@ -78,10 +80,19 @@ pub struct Source {
 /// The sources of a look.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Found {
-    /// Whether the posterior says nothing, or nothing that fits into boxes.
+    /// Whether there is no direction: no source, or one whose direction does not fit into boxes.
     pub flat: bool,
+    /// The probability of a source.
+    pub sounding: f64,
     /// The sources, most probable first.
     pub sources: Vec<Source>,
+}
+
+impl Found {
+    /// No source.
+    pub fn flat() -> Found {
+        Found { flat: true, sounding: 0.0, sources: Vec::new() }
+    }
 }
 
 /// A listener with a calibrated head.
@@ -136,14 +147,16 @@ impl Listening {
         })
     }
 
-    /// The posterior over places given the cues of a look: `[direction][distance]`.
+    /// The probability of a source in each place given the cues of a look: `[direction][distance]`. They sum to that of a
+    /// source.
     ///
     /// # Errors
     /// Only the kernel's own checks, which valid data pass.
     pub fn posterior(&mut self, cues: &[BandCue; BANDS]) -> Result<&[f64], Error> {
         let each = |value: fn(&BandCue) -> f64| cues.iter().map(value).collect::<Vec<f64>>();
+        let places = self.directions.len() * self.distances_m.len();
         listening::place()
-            .places(self.directions.len() * self.distances_m.len())
+            .places(places)
             .bands(BANDS)
             .mu_tau(&self.mu_tau)
             .mu_l(&self.mu_l)
@@ -152,9 +165,9 @@ impl Listening {
             .count(&each(|cue| cue.count))
             .level_count(&each(|cue| cue.level_count))
             .tau(&each(|cue| 1e3 * cue.itd_s))
-            .l(&each(|cue| cue.ild_db))
+            .l(&each(|cue| cue.ild_db.clamp(-MOST_ILD_DB, MOST_ILD_DB)))
             .run_into(&mut self.answer)?;
-        Ok(self.answer.distribution())
+        Ok(&self.answer.distribution()[places..])
     }
 
     /// The sources of a look.
@@ -163,7 +176,7 @@ impl Listening {
     /// Only the kernel's own checks, which valid data pass.
     pub fn find(&mut self, cues: &[BandCue; BANDS]) -> Result<Found, Error> {
         if cues.iter().all(|cue| cue.count == 0.0) {
-            return Ok(Found { flat: true, sources: Vec::new() });
+            return Ok(Found::flat());
         }
         let posterior = self.posterior(cues)?.to_vec();
         Ok(self.sources(&posterior))
@@ -175,7 +188,11 @@ impl Listening {
             posterior.chunks_exact(distances).map(|places| places.iter().sum()).collect();
         let mut free: Vec<bool> = vec![true; of_direction.len()];
         let region = self.region(posterior, &of_direction);
-        let mut found = Found { flat: region.is_empty(), sources: Vec::new() };
+        let sounding = of_direction.iter().sum::<f64>().min(1.0);
+        if sounding < 0.5 {
+            return Found { sounding, ..Found::flat() };
+        }
+        let mut found = Found { flat: region.is_empty(), sounding, sources: Vec::new() };
         while found.sources.len() < MOST_SOURCES {
             let likelier = |best: Option<usize>, at: usize| match best {
                 Some(best) if of_direction[best] >= of_direction[at] => Some(best),
@@ -243,6 +260,7 @@ impl Listening {
         let mut order: Vec<usize> = (0..of_direction.len()).collect();
         order.sort_by(|one, other| of_direction[*other].total_cmp(&of_direction[*one]));
         let (mut boxes, mut sum) = (Vec::new(), 0.0);
+        let enough = 0.9 * of_direction.iter().sum::<f64>();
         for at in order {
             if boxes.len() == MOST_BOXES {
                 return Vec::new();
@@ -257,7 +275,7 @@ impl Listening {
                     .distances(&posterior[at * self.distances_m.len()..][..self.distances_m.len()]),
             });
             sum += of_direction[at];
-            if sum >= 0.9 {
+            if sum >= enough {
                 break;
             }
         }

@@ -42,11 +42,11 @@ fn the_program_multiplies_the_densities_of_all_bands() {
     let mu_tau = [0.20, 0.21, -0.30, 0.25, 0.25, 0.24];
     let mu_l = [2.5, 7.0, -3.0, 1.0, 9.0, 5.0];
     let normal = |x: f64, mu: f64, s: f64| (-0.5 * ((x - mu) / s).powi(2)).exp() / (s * (2.0 * PI).sqrt());
-    let weigh = |place: usize| -> f64 {
+    let weigh = |source: bool, place: usize| -> f64 {
         (0..2)
             .map(|k| {
                 let lost: f64 = 1.0 - coherence[k];
-                let stray = 0.05 + 2.0 * (lost - 0.4_f64).max(0.0);
+                let stray = if source { 0.05 + 2.0 * (lost - 0.4_f64).max(0.0) } else { 1.0 };
                 let cycle = 1.0 / frequency[k];
                 let growth = if k == 0 { 6.5 } else { 4.5 };
                 let ears = f64::max(0.0015 * cycle, 0.001) * (growth * lost).exp();
@@ -57,21 +57,23 @@ fn the_program_multiplies_the_densities_of_all_bands() {
                     .iter()
                     .map(|(cycles, weight)| weight * normal(tau[k], mu + cycles * cycle, sigma))
                     .sum();
-                let of_time = stray / 2.0 + (1.0 - stray) * peaks;
+                let of_time = stray / 2.4 + (1.0 - stray) * peaks;
                 // The second band has no level.
                 let ears = 0.3 * (5.8 * lost).exp();
                 let sigma = ((1.0 + 4.0 / 10.0) * ears * ears + 1.5 * 1.5 + 1.0).sqrt();
                 let of_level = if k == 0 {
-                    stray / 80.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma)
+                    stray / 120.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma)
                 } else {
-                    1.0 / 80.0
+                    1.0 / 120.0
                 };
                 of_time * of_level
             })
             .product()
     };
-    let weights: Vec<f64> = (0..3).map(weigh).collect();
-    let total: f64 = weights.iter().sum();
+    let weights = [false, true].map(|source| [0, 1, 2].map(|place| weigh(source, place)));
+    // A source has the probability 0.1.
+    let weights = [weights[0].map(|weight| 0.9 * weight), weights[1].map(|weight| 0.1 * weight)];
+    let total: f64 = weights.iter().flatten().sum();
     let found = listening::place()
         .places(3)
         .bands(2)
@@ -85,13 +87,11 @@ fn the_program_multiplies_the_densities_of_all_bands() {
         .l(&l)
         .ask()
         .unwrap();
-    for (place, weight) in weights.iter().enumerate() {
-        assert!(
-            (found.p(place) - weight / total).abs() < 1e-12,
-            "{place}: {} {}",
-            found.p(place),
-            weight / total
-        );
+    for source in [false, true] {
+        for (place, weight) in weights[usize::from(source)].iter().enumerate() {
+            let p = found.p(source, place);
+            assert!((p - weight / total).abs() < 1e-12, "{source} {place}: {p} {}", weight / total);
+        }
     }
 }
 
@@ -167,8 +167,20 @@ fn a_source_that_moves_is_followed() {
 }
 
 #[test]
+fn independent_noises_are_no_source() {
+    let noise = |name| -> Vec<f64> {
+        let mut random = seeded(1, name);
+        (0..32_000).map(|_| StandardNormal.sample(&mut random)).collect()
+    };
+    let independent = std::array::from_fn(|band| sphere().independent[band]);
+    let cues = BinauralUnit::new(RATE_HZ, &independent).hear(&noise("left"), &noise("right")).bands();
+    let found = Listening::new(sphere(), Directions::All).unwrap().find(&cues).unwrap();
+    assert!(found.flat && found.sounding < 0.5 && found.sources.is_empty(), "{}", found.sounding);
+}
+
+#[test]
 fn silence_is_flat() {
     let unit = BinauralUnit::new(RATE_HZ, &[0.5; 32]);
     let found = Listening::new(sphere(), Directions::All).unwrap().find(&unit.silence().bands()).unwrap();
-    assert_eq!(found, Found { flat: true, sources: Vec::new() });
+    assert_eq!(found, Found::flat());
 }
