@@ -108,7 +108,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
                 None => listening.find(&cues.bands())?,
             };
             let [start_s, end_s] = [first, at].map(|frame| frame as f64 / rate_hz);
-            let reason = reason.or_else(|| found.sources.is_empty().then(|| "no sound that is coherent between the ears".to_owned()));
+            let reason = reason.or_else(|| {
+                found.sources.is_empty().then(|| "no sound that is coherent between the ears".to_owned())
+            });
             tell(&Look { start_s, end_s, found, reason, warnings: channels.warnings() }, arguments.json);
             first = at;
             (cues, channels) = (unit.silence(), Channels::new(rate_hz));
