@@ -418,3 +418,32 @@ fn a_table_over_time_has_the_size_of_a_set() {
     let (_, message) = folder.ends(1, &["ask", "walk.bp", "sequence P(T = 1 | S)", "--data", "t.csv"]);
     assert!(message.contains("leave its value out"), "{message}");
 }
+
+#[test]
+fn elements_of_real_families_are_known_over_time() {
+    let state = "program State {
+        variables { X, X^-1 : bool; R[k in 0..=1] : real; }
+        decomposition { P(X^-1) P(X | X^-1) prod(k) { P(R[k] | X) } }
+        forms {
+            P(X^-1) = bernoulli(0.5); P(X | X^-1) = dirac(X^-1);
+            P(R[k] | X) = normal(if X { 1 + k } else { 0 }, 1);
+        }
+    }
+    ";
+    let folder = Folder::with(&[("state.bp", state), ("r.csv", "R[0],R[1]\n1,3\n")]);
+    let p = |question: &str| {
+        let found = folder.json(0, &["ask", "state.bp", question, "--data", "r.csv", "--json"]);
+        assert_eq!(found["question"], question);
+        found["answer"][1]["p"].as_f64().unwrap()
+    };
+    // The odds of X are exp(R − ½) by R[0] = 1, and exp(2 R − 2) by R[1] = 3.
+    let share = |ln_odds: f64| 1.0 / (1.0 + (-ln_odds).exp());
+    for (question, ln_odds) in [
+        ("filter P(X | R[0])", 0.5),
+        ("smooth P(X | R[1])", 4.0),
+        ("filter P(X | R[0] R[1])", 4.5),
+        ("filter P(X | R[0..=1])", 4.5),
+    ] {
+        assert!((p(question) - share(ln_odds)).abs() < 1e-12, "{question}");
+    }
+}

@@ -8,10 +8,10 @@ use crate::data::{Records, Values, is_missing};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::{listed, near};
-use crate::ids::VariableId;
+use crate::ids::{Id, VariableId};
 use crate::model::{DerivedKind, Finding, Known, Model, Question, Value};
 use crate::strategies::Observed;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{Error as Wrong, ErrorKind};
 
 /// The columns of a table that are not variables.
@@ -35,6 +35,30 @@ pub fn read_instants(
 ) -> Result<Vec<Observed>, Error> {
     let sequences = read_sequences(model, question, table, &OtherColumns::default(), inputs)?;
     Ok(sequences.into_iter().flat_map(|(_, instants)| instants).collect())
+}
+
+/// The question in which elements of families that have columns are families observed in part, unless it searches other
+/// elements of them.
+pub(super) fn of_families(model: &Model, question: &Question) -> Question {
+    let mut changed = question.clone();
+    let derived = |id: VariableId| question.derived.get((u32::MAX as usize).checked_sub(id.position())?);
+    let read = |id: VariableId| -> Vec<VariableId> {
+        derived(id).map_or(vec![id], |own| own.right.iter().map(|use_| use_.variable).collect())
+    };
+    let family = |id: VariableId| match derived(id) {
+        Some(own) if own.kind == DerivedKind::Element && own.right.len() == 1 => Some(own.right[0].variable),
+        _ => None,
+    };
+    for ask in changed.asks.iter_mut().filter(|ask| ask.when.is_over_time()) {
+        let searched: Vec<VariableId> = ask.searched.iter().flat_map(|item| read(item.variable)).collect();
+        for known in ask.known.iter_mut().filter(|known| known.evidence == Finding::Each) {
+            let whole = family(known.variable).filter(|id| !searched.contains(id));
+            known.variable = whole.filter(|id| model.components(*id) == 1).unwrap_or(known.variable);
+        }
+        let mut own = HashSet::new();
+        ask.known.retain(|known| own.insert(known.variable));
+    }
+    changed
 }
 
 /// The observations of each instant of each sequence, with the names of the sequences in order of first appearance;

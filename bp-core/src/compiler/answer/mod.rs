@@ -77,5 +77,12 @@ pub fn ask_over_time_by(
     sampling: Sampling,
     by: impl Into<Options>,
 ) -> Result<Vec<Answer>, Error> {
-    compile_by(model, question, by)?.ask_over(observations, inputs, sampling)
+    let of_families = instants::of_families(model, question);
+    let mut answers = compile_by(model, &of_families, by)?.ask_over(observations, inputs, sampling)?;
+    if of_families != *question {
+        let (model, question) = model.posed(question);
+        let texts = question.asks.iter().map(|ask| model.ask_text(ask));
+        answers.iter_mut().zip(texts).for_each(|(answer, text)| answer.question = text);
+    }
+    Ok(answers)
 }

@@ -88,6 +88,12 @@ impl Model {
                 let count = domain.count().filter(|count| *count <= MOST_COMBINATIONS)?;
                 Some(distinct((0..count).map(|value| domain.number(value)).collect()))
             }
+            Expression::First { family, with: None } => {
+                let family = self.variables[*family].family?;
+                let count = self.index_count(&family.over).filter(|count| *count < MOST_COMBINATIONS)?;
+                // One past the last element, if none is true.
+                Some((0..=count).map(|at| (family.over.first() + at as i64) as f64).collect())
+            }
             Expression::Unary(operator, operand) => {
                 Some(distinct(of(operand)?.into_iter().map(|value| operator.apply(value)).collect()))
             }

@@ -6,7 +6,7 @@
 use super::{Chain, Forward};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::model::{Finding, Statistic, When};
+use crate::model::{Finding, Known, Statistic, When};
 use crate::strategies::over_time::{
     Answered, Instant, InstantLaw, InstantPosterior, OverTime, Scope, Sequence,
 };
@@ -44,7 +44,13 @@ pub(crate) fn answer(
     if ask.when == When::Sequence {
         sequences = self::sequences(&mut chain, &forward, &ask.statistic, &searched, instants, seed)?;
     }
-    Ok(Answered { posteriors: all, sequences, ln_evidence: forward.ln_evidence })
+    // Sums of rounded logarithms may exceed 0, which the probability of finite observations does not.
+    let is_finite =
+        |(slot, _): &(usize, f64)| setting.model.variables[setting.variable_of(*slot)].domain.is_finite();
+    let is_virtual = |known: &Known| matches!(known.evidence, Finding::Virtual(_));
+    let is_event = instants.iter().flatten().all(is_finite) && !ask.known.iter().any(is_virtual);
+    let most = if is_event { 0.0 } else { f64::INFINITY };
+    Ok(Answered { posteriors: all, sequences, ln_evidence: forward.ln_evidence.min(most) })
 }
 
 /// The chain that answers a route.
