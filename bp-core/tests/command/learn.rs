@@ -144,7 +144,7 @@ fn nearly_equal_values_are_held_at_the_largest_shape_and_their_likelihood_is_tha
         let report: Value = serde_json::from_str(&report).unwrap();
         let found = report["ln_likelihood"].as_f64().unwrap();
         assert!((found - expected).abs() < 1e-6, "{law}: {found}, expected {expected}");
-        assert_eq!(report["forms"][0]["floored"], 1, "{law}");
+        assert_eq!(report["forms"][0]["limited"], 1, "{law}");
         assert!(report.get("weight").is_none() && report.get("expectation").is_none(), "{report}");
     }
 }
@@ -258,4 +258,64 @@ fn labels_in_quotes_and_sizes_of_data_are_learned_through_the_command() {
     assert_eq!(again, answer);
     let small = folder.bp(&["ask", "l.bp", "age", "--set", "Rooms=3"]);
     assert!(stderr(&small).contains("4 numbers were given, but 6 are expected"), "{}", stderr(&small));
+}
+
+const SOUNDS: &str = "program Sounds over C in Grid {
+    parameters { mu[Grid, Channels], sigma : real; }
+    variables { L[k in Channels] : real; }
+    decomposition { prod(k in Channels) { P(L[k]) } }
+    forms { P(L[k]) = normal(mu[C, k], sigma); }
+    identification { mu from recordings by C; sigma from recordings; }
+}
+";
+
+#[test]
+fn columns_of_plates_and_sizes_are_checked() {
+    let cases = [
+        ("C,L[0]\n1e9,2\n0,3\n", "`mu` needs 1e9 cells (8.0 GB), but at most 1048576 are allowed"),
+        (
+            "L[0]\n2\n3\n",
+            "there is no column `C`, the index over which `Sounds` is repeated: each row needs it",
+        ),
+        (
+            "C,L\n0,2\n0,3\n",
+            "column `L`: `L` is a family; its elements have columns of their own, such as `L[1]`",
+        ),
+    ];
+    for (data, expected) in cases {
+        let folder = Folder::with(&[("sounds.bp", SOUNDS), ("d.csv", data)]);
+        let output = folder.bp(&["learn", "sounds.bp", "--data", "d.csv"]);
+        assert_eq!(output.status.code(), Some(1), "{data}");
+        assert!(stderr(&output).contains(expected), "{data}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_likelihood_is_not_above_one_and_not_minus_zero() {
+    let text = "program Row { variables { X : { a, b, c }; } decomposition { P(X) } forms { P(X) = unknown(histogram); } }";
+    let folder = Folder::with(&[("row.bp", text), ("none.csv", "X\n"), ("d.csv", "X\na\n")]);
+    for data in ["none.csv", "d.csv"] {
+        let report = written(&folder.bp(&["learn", "row.bp", "--data", data, "--json"]));
+        assert!(!report.contains("-0.0"), "{report}");
+        let report: Value = serde_json::from_str(&report).unwrap();
+        assert_eq!(report["ln_likelihood"], 0.0);
+    }
+}
+
+#[test]
+fn estimators_that_do_not_fit_get_the_reason() {
+    let cases = [
+        ("student_t, unbiased", "`unbiased` is an estimator of `normal` alone, found `student_t`"),
+        ("mixture", "learn it by a hidden variable: `P(K) = unknown; P(X | K) = unknown(normal);`"),
+        ("exponential", "`exponential` needs values that are not negative, and not all 0"),
+    ];
+    for (estimator, expected) in cases {
+        let text = format!(
+            "program Real {{ variables {{ X : real; }} decomposition {{ P(X) }} forms {{ P(X) = unknown({estimator}); }} }}"
+        );
+        let folder = Folder::with(&[("real.bp", &text), ("d.csv", "X\n0\n0\n")]);
+        let output = folder.bp(&["learn", "real.bp", "--data", "d.csv"]);
+        assert_eq!(output.status.code(), Some(1), "{estimator}");
+        assert!(stderr(&output).contains(expected), "{estimator}: {}", stderr(&output));
+    }
 }

@@ -168,3 +168,59 @@ fn unknown_forms_are_learned_from_all_rows() {
     let learned = folder.read("learned.bp");
     assert!(learned.contains("bernoulli(0.6666666666666666)"), "{learned}");
 }
+
+#[test]
+fn filled_tables_are_written_as_they_were_and_read_back() {
+    let folder = folder();
+    // The posterior of A has the precision 1 + 1/4 + 9/4 and the mean (1/2 + 15/4) / (7/2) = 17/14.
+    let cases = [
+        (
+            "x;Y\n0,5;1\n1,5;2,5\n2;NA\n",
+            &[][..],
+            "x;Y;Y deviation\n0,5;1;\n1,5;2,5;\n2;2,42857142857;1,46385\n",
+        ),
+        (
+            "x|Y\n0.5|1\n1.5|2.5\n2|\n",
+            &["--separator", "|"][..],
+            "x|Y|Y deviation\n0.5|1|\n1.5|2.5|\n2|2.42857142857|1.46385\n",
+        ),
+        (
+            ",x,Y\n7,0.5,1\n8,1.5,2.5\n9,2,\n",
+            &[][..],
+            ",x,Y,Y deviation\n7,0.5,1,\n8,1.5,2.5,\n9,2,2.42857142857,1.46385\n",
+        ),
+        (
+            "x,Y,Y deviation\n0.5,1,a\n1.5,2.5,b\n2,,c\n",
+            &["--ignore", "Y deviation"][..],
+            "x,Y,Y deviation,Y deviation 2\n0.5,1,a,\n1.5,2.5,b,\n2,2.42857142857,c,1.46385\n",
+        ),
+    ];
+    for (table, more, expected) in cases {
+        folder.write("t.csv", table);
+        let command = ["ask", "line.bp", "--rows", "t.csv", "--fill", "f.csv"];
+        folder.well(&[&command[..], more].concat());
+        assert_eq!(folder.read("f.csv"), expected);
+    }
+    let tosses = "program T { variables { B : bool; T[row in Rows] : bool; } decomposition { P(B) prod(row in Rows) { P(T[row] | B) } }
+        forms { P(B) = bernoulli(0.5); P(T[row] | B) = bernoulli(if B { 0.75 } else { 0.25 }); } }";
+    folder.write("tosses.bp", tosses);
+    folder.write("t.csv", "T\n1\n0\n0\nNA\n");
+    folder.well(&["ask", "tosses.bp", "--rows", "t.csv", "--fill", "f.csv"]);
+    // B = true has 3/64 against 9/64: 1/4 · 1/4 + 3/4 · 3/4 for false.
+    assert_eq!(folder.read("f.csv"), "T,T probability\n1,\n0,\n0,\n0,0.625000\n");
+}
+
+#[test]
+fn a_family_without_a_column_is_declared_hidden() {
+    let folder = folder();
+    let mixture = "program M { variables { K[r in Rows] : bool; Y[r in Rows] : real; }
+        decomposition { prod(r in Rows) { P(K[r]) } prod(r in Rows) { P(Y[r] | K[r]) } }
+        forms { P(K[r]) = unknown(histogram); P(Y[r] | K[r]) = unknown(normal); } }";
+    folder.write("m.bp", mixture);
+    folder.write("y.csv", "Y\n0\n1\n5\n7\nNA\n");
+    let message = folder.ill(&["learn", "m.bp", "--rows", "y.csv"]);
+    let expected = "there is no column for the variable `K`; if it is hidden, declare it: `--hidden K`";
+    assert!(message.contains(expected), "{message}");
+    let report = folder.well(&["learn", "m.bp", "--rows", "y.csv", "--hidden", "K"]);
+    assert!(report.contains("1 cell missing") && report.contains("hidden: K"), "{report}");
+}

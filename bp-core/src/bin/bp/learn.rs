@@ -309,8 +309,15 @@ fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<
         }
         if form.floored > 0 {
             let few = counted(form.floored, "context");
-            remarks
-                .push(format!("the values of {few} are equal: the distribution is at its floor (floored)"));
+            remarks.push(format!(
+                "the values of {few} are equal, or most of their weight is: the distribution is at its floor (floored)"
+            ));
+        }
+        if form.limited > 0 {
+            let few = counted(form.limited, "context");
+            remarks.push(format!(
+                "the likelihood of {few} rises up to the limit of a parameter, which is the estimate (limited)"
+            ));
         }
         for remark in remarks {
             write!(out, "{}", wrapped("  ", &format!("{}: {remark}", form.form), 4))?;

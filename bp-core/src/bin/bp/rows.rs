@@ -124,6 +124,7 @@ pub(crate) fn fill(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fa
 /// A table that is being filled.
 struct Filled<'r> {
     records: &'r Records,
+    /// All columns of the file, also those without a name.
     rows: Vec<Vec<String>>,
     /// Columns of how sure filled values are: of which column, their name, their cells.
     added: Vec<(usize, String, Vec<String>)>,
@@ -131,41 +132,72 @@ struct Filled<'r> {
 
 impl<'r> Filled<'r> {
     fn of(records: &'r Records) -> Self {
-        let cells = |row: usize| {
-            (0..records.columns.len()).map(|column| records.text(row, column).to_owned()).collect()
-        };
+        let cells = |row: usize| records.row(row).map(str::to_owned).collect();
         Self { records, rows: (0..records.len()).map(cells).collect(), added: Vec::new() }
     }
 
     fn fill(&mut self, row: usize, column: usize, posterior: &Posterior) -> Result<(), Error> {
         let real = posterior.values().is_err();
         let (value, sure, word) = match real {
-            true => (twelve_digits(posterior.mean()?), posterior.deviation()?, "deviation"),
+            true => {
+                let mean = twelve_digits(posterior.mean()?);
+                (self.number(mean), posterior.deviation()?, "deviation")
+            }
             false => {
                 let values = posterior.values()?;
                 let best = values.into_iter().reduce(|one, other| if other.1 > one.1 { other } else { one });
                 let Some((named, p)) = best else { return Ok(()) };
                 let value = named.iter().next().map_or_else(String::new, |(_, value)| value.to_string());
-                (value, p, "probability")
+                (self.boolean(column, value), p, "probability")
             }
         };
-        self.rows[row][column] = value;
-        let place = self.added.iter().position(|(of, ..)| *of == column).unwrap_or_else(|| {
-            let name = format!("{} {word}", self.records.columns[column].trim());
+        let place = self.records.place(column);
+        self.rows[row][place] = value;
+        let added = self.added.iter().position(|(of, ..)| *of == column).unwrap_or_else(|| {
+            let name = self.unused(format!("{} {word}", self.records.columns[column].trim()));
             self.added.push((column, name, vec![String::new(); self.rows.len()]));
             self.added.len() - 1
         });
-        self.added[place].2[row] = six_digits(sure);
+        self.added[added].2[row] = self.number(six_digits(sure));
         Ok(())
     }
 
-    /// As CSV.
+    /// A name that no column has: the given one, or with a number.
+    fn unused(&self, name: String) -> String {
+        let is_used = |name: &String| self.records.names().iter().any(|own| own.trim() == name);
+        let numbered = (2..).map(|number| format!("{name} {number}"));
+        std::iter::once(name.clone()).chain(numbered).find(|name| !is_used(name)).unwrap_or_default()
+    }
+
+    /// A number as the table writes them.
+    fn number(&self, text: String) -> String {
+        if self.records.has_decimal_commas() { text.replace('.', ",") } else { text }
+    }
+
+    /// `true` or `false` as the column writes it; other values as they are.
+    fn boolean(&self, column: usize, value: String) -> String {
+        const WAYS: [[&str; 2]; 6] =
+            [["0", "1"], ["F", "T"], ["f", "t"], ["FALSE", "TRUE"], ["False", "True"], ["0.0", "1.0"]];
+        let place = match value.as_str() {
+            "false" => 0,
+            "true" => 1,
+            _ => return value,
+        };
+        let is_of = |way: &&[&str; 2]| {
+            let mut cells = (0..self.records.len()).map(|row| self.records.text(row, column).trim());
+            cells.any(|cell| way.contains(&cell))
+        };
+        WAYS.iter().find(is_of).map_or(value, |way| way[place].to_owned())
+    }
+
+    /// As CSV, with the separator of the file.
     fn text(&self) -> String {
-        let names = self.records.columns.iter().chain(self.added.iter().map(|(_, name, _)| name));
-        let mut text = line(names.map(String::as_str));
+        let separator = self.records.separator();
+        let names = self.records.names().iter().chain(self.added.iter().map(|(_, name, _)| name));
+        let mut text = line(separator, names.map(String::as_str));
         for (row, cells) in self.rows.iter().enumerate() {
             let added = self.added.iter().map(|(.., cells)| cells[row].as_str());
-            text.push_str(&line(cells.iter().map(String::as_str).chain(added)));
+            text.push_str(&line(separator, cells.iter().map(String::as_str).chain(added)));
         }
         text
     }
@@ -177,10 +209,10 @@ fn twelve_digits(number: f64) -> String {
 }
 
 /// A row of cells, quoted as RFC 4180 where that is needed.
-fn line<'c>(cells: impl Iterator<Item = &'c str>) -> String {
-    let quoted = |cell: &str| match cell.contains([',', '"', '\n', '\r']) {
+fn line<'c>(separator: char, cells: impl Iterator<Item = &'c str>) -> String {
+    let quoted = |cell: &str| match cell.contains([separator, '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell.to_owned(),
     };
-    cells.map(quoted).collect::<Vec<_>>().join(",") + "\n"
+    cells.map(quoted).collect::<Vec<_>>().join(&separator.to_string()) + "\n"
 }

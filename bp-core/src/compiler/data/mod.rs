@@ -33,6 +33,10 @@ pub struct Records {
     cells: String,
     /// The end of each cell.
     ends: Vec<u32>,
+    /// The names of all columns of the file, also of those without a name.
+    names: Vec<String>,
+    /// The character between two cells of a row.
+    separator: u8,
     /// Number of cells in a row of the file.
     width: usize,
     /// The cell of each column.
@@ -62,6 +66,31 @@ impl Records {
     /// The text of a cell.
     pub fn text(&self, row: usize, column: usize) -> &str {
         self.cell_text(row * self.width + self.positions[column])
+    }
+
+    /// The names of all columns of the file; empty for those without a name.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The cells of all columns of the file in a row.
+    pub fn row(&self, row: usize) -> impl Iterator<Item = &str> {
+        (row * self.width..(row + 1) * self.width).map(move |cell| self.cell_text(cell))
+    }
+
+    /// The place of a column among all columns of the file.
+    pub fn place(&self, column: usize) -> usize {
+        self.positions[column]
+    }
+
+    /// The character between two cells of a row, in ASCII.
+    pub fn separator(&self) -> char {
+        self.separator.into()
+    }
+
+    /// Whether numbers have decimal commas.
+    pub fn has_decimal_commas(&self) -> bool {
+        self.decimal_comma.is_some()
     }
 
     fn cell_text(&self, cell: usize) -> &str {
@@ -98,7 +127,7 @@ impl Records {
 
     /// A table without columns, to which columns are added.
     pub fn in_memory() -> Self {
-        Self { path: "columns in memory".into(), ..Self::default() }
+        Self { path: "columns in memory".into(), separator: b',', ..Self::default() }
     }
 
     /// Adds a column of texts, one for each row; beyond its end, and in rows that only it has, cells are missing.
@@ -114,6 +143,7 @@ impl Records {
             wider.push(line, own.chain([texts.get(row).map_or("", String::as_str)]));
         }
         wider.columns.push(name.to_owned());
+        wider.names.push(name.to_owned());
         wider.positions.push(self.width);
         wider.width += 1;
         *self = wider;

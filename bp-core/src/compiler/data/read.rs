@@ -79,7 +79,8 @@ pub(super) fn read(path: &Path, from: impl Read, separator: Option<u8>) -> Resul
     }
     let names = rows.record.clone();
     let width = names.len();
-    let mut table = Records { path: path.to_owned(), width, ..Records::default() };
+    let mut table = Records { path: path.to_owned(), separator: found, width, ..Records::default() };
+    table.names = names.iter().map(str::to_owned).collect();
     while let Some(row) = rows.next(path)? {
         // An empty row is an unobserved instant if there is one column, and is ignored if there are several.
         let blank_rows = if width == 1 { row.blanks } else { 0 };

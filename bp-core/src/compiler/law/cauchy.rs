@@ -4,8 +4,9 @@
 
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
+    fit::TOO_EQUAL,
     normal::standard,
-    student_t::{ln_one_plus_square, location_and_scale},
+    student_t::{has_half, ln_one_plus_square, location_and_scale},
 };
 use crate::operators::Binary;
 use rand::Rng;
@@ -69,7 +70,10 @@ pub(super) fn variance(_: [f64; 2]) -> f64 {
 
 /// As Student's law with one degree of freedom.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
-    location_and_scale(sample, 1.0)
+    match has_half(sample) {
+        true => Err(TOO_EQUAL),
+        false => location_and_scale(sample, 1.0),
+    }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [m, s]: [f64; 2]) -> f64 {

@@ -2,7 +2,7 @@
 //!
 //! f(x) = r exp(−r x) for x ≥ 0,  F(x) = 1 − exp(−r x),  E = 1/r,  Var = 1/r².
 
-use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_POSITIVE, weibull};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_NEGATIVE, weibull};
 use crate::operators::Binary;
 use rand::Rng;
 use rand_distr::{Distribution, Exp1};
@@ -45,7 +45,7 @@ pub(super) fn variance([rate]: [f64; 1]) -> f64 {
 /// r = 1 / mean of x
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
     let mean = sample.mean_of(|x| x);
-    if sample.ends().0 >= 0.0 && mean > 0.0 { Ok([1.0 / mean]) } else { Err(NOT_POSITIVE) }
+    if sample.ends().0 >= 0.0 && mean > 0.0 { Ok([1.0 / mean]) } else { Err(NOT_NEGATIVE) }
 }
 
 pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {

@@ -246,6 +246,16 @@ impl Law {
         }
     }
 
+    /// The parameters of the largest likelihood where the scale is at least `floor`, for laws whose likelihood may have no
+    /// bound although the values differ; `None` for others.
+    pub(crate) fn fit_above(self, sample: &Sample, floor: f64) -> Option<Vec<f64>> {
+        match self {
+            Law::StudentT => Some(student_t::fit_above(sample, floor).to_vec()),
+            Law::Cauchy => Some(student_t::location_and_scale_above(sample, 1.0, floor).to_vec()),
+            _ => None,
+        }
+    }
+
     /// The first invalid parameter: its position, and its domain.
     pub fn refuses(self, parameters: &[f64]) -> Option<(usize, &'static str)> {
         if self.holds(&mut Numbers, parameters, |_, _| false) != 0.0 {

@@ -133,21 +133,64 @@ pub(super) fn variance([freedom, _, s]: [f64; 3]) -> f64 {
     }
 }
 
-/// The largest likelihood along ν, of which m and s are [`location_and_scale`]: over a grid in ln ν, then by the golden
-/// section around the best. ν lies between [`LEAST_FREEDOM`] and [`MOST_SHAPE`].
+/// ν, m and s of the largest likelihood, ν between [`LEAST_FREEDOM`] and [`MOST_SHAPE`].
+///
+/// # Errors
+/// One value has half of the weight or more: then the likelihood may grow without bound as s goes to zero.
 pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 3], Refusal> {
+    match has_half(sample) {
+        true => Err(TOO_EQUAL),
+        false => along(|freedom| located(sample, freedom).ok()).map(|point| point.1).ok_or(NO_CONVERGENCE),
+    }
+}
+
+/// The same where s is at least `floor`, which bounds the likelihood: m at the heaviest value and s at the floor, or inside.
+pub(super) fn fit_above(sample: &Sample, floor: f64) -> [f64; 3] {
+    let value = heaviest(sample).0;
+    let narrow = |freedom: f64| Some(with_likelihood(sample, [freedom, value, floor]));
+    let inside = |freedom: f64| located(sample, freedom).ok().filter(|(_, [_, _, s])| *s >= floor);
+    let held = narrow(LEAST_FREEDOM).into_iter().chain(narrow(MOST_SHAPE));
+    let all = held.chain(along(narrow)).chain(along(inside));
+    all.reduce(better).expect("internal: the floor has a likelihood").1
+}
+
+/// As [`fit_above`], where ν is known: m and s.
+pub(super) fn location_and_scale_above(sample: &Sample, freedom: f64, floor: f64) -> [f64; 2] {
+    let held = with_likelihood(sample, [freedom, heaviest(sample).0, floor]);
+    let inside = located(sample, freedom).ok().filter(|(_, [_, _, s])| *s >= floor);
+    let (_, [_, m, s]) = inside.map_or(held, |inside| better(held, inside));
+    [m, s]
+}
+
+/// Parameters, with the mean of ln f.
+type Point = (f64, [f64; 3]);
+
+fn with_likelihood(sample: &Sample, parameters: [f64; 3]) -> Point {
+    (sample.mean_of(|x| ln_density(&mut Numbers, x, parameters)), parameters)
+}
+
+fn located(sample: &Sample, freedom: f64) -> Result<Point, Refusal> {
+    let [m, s] = location_and_scale(sample, freedom)?;
+    Ok(with_likelihood(sample, [freedom, m, s]))
+}
+
+/// The more likely of two points; the second where they differ by rounding.
+fn better(one: Point, other: Point) -> Point {
+    if one.0 > other.0 + 1e-11 { one } else { other }
+}
+
+/// The most likely point along ν: over a grid in ln ν, then by the golden section around the best.
+fn along(point: impl Fn(f64) -> Option<Point>) -> Option<Point> {
     let at = |ln_freedom: f64| {
-        let freedom = ln_freedom.exp().clamp(LEAST_FREEDOM, MOST_SHAPE);
-        let [m, s] = location_and_scale(sample, freedom)?;
-        let ln = sample.mean_of(|x| ln_density(&mut Numbers, x, [freedom, m, s]));
-        Ok::<_, Refusal>((ln, [freedom, m, s]))
+        let point = point(ln_freedom.exp().clamp(LEAST_FREEDOM, MOST_SHAPE));
+        point.unwrap_or((f64::NEG_INFINITY, [0.0; 3]))
     };
     const STEPS: usize = 28;
     let (least, most) = (LEAST_FREEDOM.ln(), MOST_SHAPE.ln());
     let step = (most - least) / STEPS as f64;
-    let mut best = (0, at(least)?);
+    let mut best = (0, at(least));
     for place in 1..=STEPS {
-        let found = at(least + step * place as f64)?;
+        let found = at(least + step * place as f64);
         if found.0 > best.1.0 {
             best = (place, found);
         }
@@ -157,31 +200,42 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 3], Refusal> {
     // Near its maximum the likelihood is flat: ln ν is found to the root of the rounding.
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut first, mut second) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut one, mut other) = (at(first)?, at(second)?);
+    let (mut one, mut other) = (at(first), at(second));
     while high - low > 1e-9 {
         if one.0 >= other.0 {
             (high, second, other) = (second, first, one);
             first = high - golden * (high - low);
-            one = at(first)?;
+            one = at(first);
         } else {
             (low, first, one) = (first, second, other);
             second = low + golden * (high - low);
-            other = at(second)?;
+            other = at(second);
         }
         let better = if one.0 >= other.0 { one } else { other };
         if better.0 > best.1.0 {
             best.1 = better;
         }
     }
-    Ok(best.1.1)
+    Some(best.1).filter(|point| point.0 > f64::NEG_INFINITY)
+}
+
+/// The value with the largest weight, and its weight.
+fn heaviest(sample: &Sample) -> (f64, f64) {
+    let heavier = |one: (f64, f64), other: (f64, f64)| if other.1 > one.1 { other } else { one };
+    sample.iter().reduce(heavier).unwrap_or((f64::NAN, 0.0))
+}
+
+/// Whether one value has half of the weight or more.
+pub(super) fn has_half(sample: &Sample) -> bool {
+    2.0 * heaviest(sample).1 >= sample.total()
 }
 
 /// m and s of maximum likelihood where ν is known, by expectation–maximisation with an extended parameter (Kent, Tyler and Vardi,
 /// *Communications in Statistics – Simulation and Computation* 23:441-453, 1994): w = (ν+1)/(ν+t²), m = Σwx/Σw, s² =
-/// Σw(x−m)²/Σw. The maximum is single; there is one if no value has the weight ν/(1+ν) or more.
+/// Σw(x−m)²/Σw. The maximum is single if no value has the weight ν/(1+ν) or more; above that weight the likelihood has no
+/// bound as s goes to zero.
 pub(super) fn location_and_scale(sample: &Sample, freedom: f64) -> Result<[f64; 2], Refusal> {
-    let heaviest = sample.iter().fold(0.0, |most: f64, (_, weight)| most.max(weight));
-    if heaviest * (1.0 + freedom) >= sample.total() * freedom {
+    if heaviest(sample).1 * (1.0 + freedom) > sample.total() * freedom {
         return Err(TOO_EQUAL);
     }
     let median = sample.median();

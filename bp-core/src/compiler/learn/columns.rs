@@ -139,6 +139,7 @@ fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Ro
             _ if columns.sequence.as_ref() == Some(column) => Role::Sequence,
             _ if columns.ignore.contains(column) => Role::Ignored,
             Some(slot) => Role::Slot(slot),
+            None if is_family(&program.model, column) => return Err(wrong(elements_apart(column.trim()))),
             None => {
                 let slots = program.slots.iter().enumerate();
                 let open = slots.filter(|(_, slot)| !table.columns.contains(&slot.name));
@@ -258,6 +259,20 @@ fn argument(name: &str) -> String {
     if name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
 }
 
+/// Whether a column has the name of a whole family.
+fn is_family(model: &Model, column: &str) -> bool {
+    let families = model.variables.ids().filter(|id| model.variables[*id].family.is_some());
+    families.map(|id| model.variable_name(id)).any(|name| name == column.trim())
+}
+
+/// The message for a column of a whole family.
+fn elements_apart(name: &str) -> String {
+    let shown = quoted(name);
+    format!(
+        "column `{name}`: `{shown}` is a family; its elements have columns of their own, such as `{shown}[1]`"
+    )
+}
+
 /// The inputs, with the sizes found in the columns of a table: for a family `L[k in Channels]` the largest index of a
 /// column, for the set of the plate the largest value of its index.
 ///
@@ -275,7 +290,18 @@ pub fn sizes<'g>(model: &Model, table: &Records, given: Inputs<'g, f64>) -> Resu
         let index = |column: &String| {
             column.trim().strip_prefix(&prefix)?.strip_suffix(']')?.trim().parse::<i64>().ok()
         };
-        let Some(last) = table.columns.iter().filter_map(index).max() else { continue };
+        let Some(last) = table.columns.iter().filter_map(index).max() else {
+            let size = match family.over {
+                IndexSpace::Set(set) => Some(&model.sets[set].name),
+                IndexSpace::Range(range) => range.high.size.map(|size| &model.parameters[size].name),
+            };
+            let name = model.variable_name(id);
+            let is_column = table.columns.iter().any(|column| column.trim() == name);
+            if is_column && size.is_some_and(|size| super::program::set_size(size, &given).is_none()) {
+                return Err(Error::input(table.path.display().to_string(), elements_apart(&name)));
+            }
+            continue;
+        };
         given = match family.over {
             IndexSpace::Set(set) => at_least(&model.sets[set].name, last.saturating_add(1), given),
             IndexSpace::Range(range) => match range.high.size {
@@ -291,6 +317,16 @@ pub fn sizes<'g>(model: &Model, table: &Records, given: Inputs<'g, f64>) -> Resu
         let name = model.variable_name(index);
         table.columns.iter().position(|column| column.trim() == name)
     });
+    if let (Some(index), None, true) = (index, column, carried(model).is_empty()) {
+        let (name, columns) = (model.variable_name(index), || table.columns.iter().map(String::as_str));
+        let help = near(&name, columns())
+            .map_or_else(|| listed(columns()), |near| format!("did you mean `{near}`?"));
+        let message = format!(
+            "there is no column `{name}`, the index over which `{}` is repeated: each row needs it; {help}",
+            model.name
+        );
+        return Err(Error::input(table.path.display().to_string(), message));
+    }
     if let (Some(index), Some(column)) = (index, column)
         && let Domain::Set(set) = model.variables[index].domain
     {

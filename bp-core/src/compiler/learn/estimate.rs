@@ -10,7 +10,7 @@
 //! / (1/t² + N/s²).
 
 use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
-use super::floor::{collapsed, held, is_narrowest, spread};
+use super::floor::{Bound, bound, collapsed, held, is_narrowest, spread};
 use super::normals::normals;
 use super::regression::least_squares;
 use super::statistics::Statistic;
@@ -27,8 +27,20 @@ pub(super) enum Outcome {
     Fitted,
     /// No cases: the prior, or uniform, or the distribution of all cases of its factor.
     Empty,
-    /// Its own cases, with the floor.
+    /// Its own cases, most of which are equal, with the floor.
     Floored,
+    /// Its own cases, with a parameter at its limit.
+    Limited,
+}
+
+impl From<Option<Bound>> for Outcome {
+    fn from(bound: Option<Bound>) -> Self {
+        match bound {
+            None => Outcome::Fitted,
+            Some(Bound::Floor) => Outcome::Floored,
+            Some(Bound::Limit) => Outcome::Limited,
+        }
+    }
 }
 
 /// Options of the M step.
@@ -38,7 +50,7 @@ pub(super) struct Step<'s> {
     pub(super) keep: &'s [bool],
     /// For each distribution, the spread of all values of its form.
     pub(super) spreads: &'s [f64],
-    /// Whether this is a step of an iteration: then floors always hold, and coupled equations are solved once.
+    /// Whether this is a step of an iteration: then coupled equations are solved once.
     pub(super) iterating: bool,
 }
 
@@ -254,13 +266,14 @@ fn own_law(
     let distribution = &learnable.distributions()[position];
     let (fit, domain) = (distribution.fit.as_ref(), learnable.domain(distribution));
     let numbers = fitted(law, fit, &known(arguments), sample, domain)?;
-    let (numbers, is_held) = match step.iterating {
-        true => held(law, numbers, on_turn(law, step.spreads[position], domain)),
-        false => (numbers, false),
+    let spread = on_turn(law, step.spreads[position], domain);
+    let (numbers, is_held) = match fit {
+        Some(Fit::Conjugate { .. }) => (numbers, false),
+        _ => held(law, numbers, spread),
     };
     let outcome = match (sample.is_empty(), is_held || is_narrowest(law, &numbers)) {
         (true, _) => Outcome::Empty,
-        (false, true) => Outcome::Floored,
+        (false, true) => bound(law, &numbers, sample, spread).into(),
         (false, false) => Outcome::Fitted,
     };
     Ok((numbers, outcome))
@@ -284,7 +297,10 @@ fn law_of_all(
         Ok(back(numbers))
     };
     let found = match own.is_empty() {
-        false => floored(own, why).map(|numbers| (numbers, Outcome::Floored)),
+        false => floored(own, why).map(|numbers| {
+            let outcome = bound(law, &numbers, own, on_turn(law, step.spreads[position], domain)).into();
+            (numbers, outcome)
+        }),
         true => fitted(law, fit, &known(arguments), all, domain)
             .or_else(|why| if all.is_empty() { Err(why) } else { floored(all, why) })
             .map(|numbers| (numbers, Outcome::Empty)),

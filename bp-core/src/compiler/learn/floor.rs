@@ -76,6 +76,33 @@ pub(super) fn held(law: Law, mut numbers: Vec<f64>, spread: f64) -> (Vec<f64>, b
     (numbers, moved)
 }
 
+/// Why a distribution is at a bound: the floor of its width, which bounds the likelihood of equal values, or the limit of a
+/// parameter, up to which the likelihood of other values rises. `None` where it is at neither.
+pub(super) fn bound(law: Law, numbers: &[f64], sample: &Sample, spread: f64) -> Option<Bound> {
+    let is_at = |scale: f64| scale <= NARROWEST * spread * (1.0 + 1e-12);
+    let (low, high) = sample.ends();
+    match law {
+        Law::StudentT if is_narrowest(law, numbers) && !is_at(numbers[2]) => Some(Bound::Limit),
+        Law::StudentT => is_at(numbers[2]).then_some(Bound::Floor),
+        Law::Cauchy => is_at(numbers[1]).then_some(Bound::Floor),
+        Law::Gamma | Law::Weibull | Law::NegativeBinomial | Law::Beta | Law::VonMises | Law::Poisson
+            if low < high =>
+        {
+            Some(Bound::Limit)
+        }
+        _ => Some(Bound::Floor),
+    }
+}
+
+/// A bound of the parameters of a distribution.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Bound {
+    /// The floor of the width.
+    Floor,
+    /// The limit of a parameter.
+    Limit,
+}
+
 /// Whether the shape of a distribution is at its limit.
 pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
     let shape = match law {
@@ -87,7 +114,8 @@ pub(super) fn is_narrowest(law: Law, numbers: &[f64]) -> bool {
     shape >= MOST_SHAPE * (1.0 - 1e-12)
 }
 
-/// The numbers at the floor, for a sample whose values are all equal.
+/// The numbers at the floor, for a sample whose values are all equal; for `student_t` and `cauchy` also where one value has
+/// half of the weight or more.
 ///
 /// # Errors
 /// The distribution cannot have such values, or there is no spread for a floor.
@@ -100,9 +128,8 @@ pub(super) fn collapsed(law: Law, sample: &Sample, spread: f64, why: Refusal) ->
     }
     match law {
         Law::Normal if floor > 0.0 => Ok(vec![mean, floor]),
-        Law::Cauchy | Law::Laplace if floor > 0.0 => Ok(vec![sample.median(), floor]),
-        // Equal values do not determine the tails.
-        Law::StudentT if floor > 0.0 => Ok(vec![MOST_SHAPE, sample.median(), floor]),
+        Law::StudentT | Law::Cauchy if floor > 0.0 => law.fit_above(sample, floor).ok_or(why),
+        Law::Laplace if floor > 0.0 => Ok(vec![sample.median(), floor]),
         Law::HalfNormal | Law::HalfCauchy if floor > 0.0 && low >= 0.0 => Ok(vec![floor]),
         Law::NegativeBinomial if low == 0.0 && high == 0.0 => Ok(vec![1.0, 1.0]),
         Law::Lognormal if floor > 0.0 && low > 0.0 => Ok(vec![sample.map(f64::ln).mean(), floor]),

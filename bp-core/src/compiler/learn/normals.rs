@@ -51,14 +51,15 @@ pub(super) fn normals(
                 let floor = own.iter().map(|part| least_deviation(step.spreads[part.0])).fold(0.0, f64::max);
                 let means = own.iter().map(|part| learnable.arguments(&part.1)[0].abs());
                 // Equal values differ from a mean that they share by its rounding.
-                let least = if step.iterating { floor } else { 1e-15 * means.fold(0.0, f64::max) };
+                let least = floor.max(1e-15 * means.fold(0.0, f64::max));
                 let number = match found {
                     Some(number) if place == 1 && number <= least => {
                         if floor <= 0.0 {
                             let message = "`normal` needs values that differ; no case has them";
                             return Err(Error::input(learnable.place(own[0].0), message));
                         }
-                        own.iter().for_each(|part| outcomes[part.0] = Outcome::Floored);
+                        let seen = own.iter().filter(|part| sample_of(statistics, part.0).is_some());
+                        seen.for_each(|part| outcomes[part.0] = Outcome::Floored);
                         floor
                     }
                     Some(number) => number,

@@ -4,7 +4,7 @@
 //! for each element; a slot is one number of a case, a family is a factor for one value of the indices around it, and
 //! families come parents first.
 
-use super::parametric::{Unknowns, parametric};
+use super::parametric::{MOST_CONTEXTS, Unknowns, parametric};
 use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -128,9 +128,17 @@ impl Program {
         }
         let mut places = Vec::new();
         for id in self.unknowns.parameters.keys() {
-            let over = &self.model.parameters[*id].over;
-            let count = over.iter().map(|over| setting.length(over)).product::<Result<usize, Error>>()?;
-            places.push((*id, count));
+            let parameter = &self.model.parameters[*id];
+            let lengths: Vec<usize> =
+                parameter.over.iter().map(|over| setting.length(over)).collect::<Result<_, Error>>()?;
+            let (cells, most) =
+                (lengths.iter().map(|length| *length as f64).product::<f64>(), MOST_CONTEXTS as f64);
+            if cells > most {
+                let name = parameter.name.clone();
+                let help = "the largest index in the data, or `--set`, gives its length".to_owned();
+                return Err(Error::TooLarge { name, cells, most, help });
+            }
+            places.push((*id, lengths.iter().product()));
         }
         (self.slots, self.families, self.factors) = (slots, families, factors);
         for (id, count) in places {

@@ -71,8 +71,10 @@ pub struct FormReport {
     pub contexts: usize,
     /// Number of distributions without cases.
     pub empty: usize,
-    /// Number of distributions at the floor.
+    /// Number of distributions at the floor, because most of their values are equal.
     pub floored: usize,
+    /// Number of distributions with a parameter at its limit.
+    pub limited: usize,
     /// ln P of the observed, or expected, values of this form.
     pub ln_likelihood: f64,
 }
@@ -95,6 +97,7 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
             contexts: 0,
             empty: 0,
             floored: 0,
+            limited: 0,
             ln_likelihood: 0.0,
         })
         .collect();
@@ -109,13 +112,18 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
         form.contexts += 1;
         form.empty += usize::from(*outcome == Outcome::Empty);
         form.floored += usize::from(*outcome == Outcome::Floored);
-        form.ln_likelihood += ln_likelihood(learnable, distribution, statistic);
+        form.limited += usize::from(*outcome == Outcome::Limited);
+        // A sum of nothing is −0.
+        form.ln_likelihood += ln_likelihood(learnable, distribution, statistic) + 0.0;
         let learned = way(distribution.fit.as_ref(), &distribution.kind);
         if !form.learned.contains(&learned) {
             let separator = if form.learned.is_empty() { "" } else { ", " };
             form.learned = format!("{}{separator}{learned}", form.learned);
         }
     }
+    // Probabilities are 1 at most, but for rounding.
+    let finite = program.slots.iter().all(|slot| slot.count.is_some());
+    let most = if finite { 0.0 } else { f64::INFINITY };
     let missing = |(seen, of_rows): (&usize, &bool)| match *seen == 0 && !of_rows {
         true => 0,
         false => learner.cases - seen,
@@ -125,7 +133,7 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
         weight: learner.weighted.then(|| learner.observed.values().sum()),
         cells_missing: learner.seen.iter().zip(&learner.of_rows).map(missing).sum(),
         hidden: never_seen(program, &learner.seen),
-        ln_likelihood: figures.ln_likelihood,
+        ln_likelihood: figures.ln_likelihood.min(most) + 0.0,
         expectation: figures.course,
         forms,
     }

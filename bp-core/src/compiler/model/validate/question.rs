@@ -5,7 +5,9 @@
 
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{QuestionId, VariableId};
-use crate::model::{Ask, Domain, Finding, Known, Model, Question, Statistic, Value, When};
+use crate::model::{
+    Ask, Bound, Domain, Finding, IndexSpace, Known, Model, Question, Range, Statistic, Value, When,
+};
 use std::collections::HashSet;
 
 /// Tolerance of the sum of soft evidence.
@@ -53,6 +55,9 @@ fn known_faults(model: &Model, place: Place, searched: &HashSet<VariableId>, kno
         match &known.evidence {
             Finding::Hard(value) => faults.extend(value_fault(model, place, known.variable, value)),
             Finding::Each => {}
+            Finding::Virtual(_) | Finding::Soft(_) if is_whole(model, known.variable) => {
+                faults.push(whole_fault(model, place, known));
+            }
             Finding::Virtual(weights) => {
                 let each = format!("virtual evidence gives each value of `{name}` a likelihood");
                 faults.extend(count_fault(model, place, known.variable, &each, weights));
@@ -68,6 +73,35 @@ fn known_faults(model: &Model, place: Place, searched: &HashSet<VariableId>, kno
     faults
 }
 
+/// Whether a variable is a whole family; each element of a slice has the same likelihoods.
+fn is_whole(model: &Model, variable: VariableId) -> bool {
+    let declared = &model.variables[variable];
+    declared.family.is_some() && declared.derived.is_none()
+}
+
+/// Uncertain evidence on a whole family.
+fn whole_fault(model: &Model, place: Place, known: &Known) -> Fault {
+    let name = model.variable_name(known.variable);
+    let over = model.variables[known.variable].family.map(|family| family.over);
+    let (kind, indices) = match (&known.evidence, over) {
+        (Finding::Virtual(_), Some(IndexSpace::Range(Range { low, high: Bound { size: None, offset } }))) => {
+            ("virtual", format!("{low}..={offset}"))
+        }
+        (Finding::Virtual(_), over) => ("virtual", over.map_or(0, |over| over.first()).to_string()),
+        (_, over) => ("soft", over.map_or(0, |over| over.first()).to_string()),
+    };
+    let weights = match &known.evidence {
+        Finding::Virtual(weights) | Finding::Soft(weights) => weights.as_slice(),
+        _ => &[],
+    };
+    let weights: Vec<String> = weights.iter().map(f64::to_string).collect();
+    fault_with_help(
+        place,
+        format!("`{name}` is a family: {kind} evidence is given to its elements"),
+        format!("write `{name}[{indices}] {kind} [{}]`", weights.join(", ")),
+    )
+}
+
 /// The number of entries is not the number of values.
 fn count_fault(
     model: &Model,
@@ -77,9 +111,7 @@ fn count_fault(
     weights: &[f64],
 ) -> Option<Fault> {
     let declared = &model.variables[variable];
-    // Each element of a slice has the same likelihoods.
-    let whole = declared.family.is_some() && declared.derived.is_none();
-    let count = declared.domain.count().filter(|_| !whole);
+    let count = declared.domain.count();
     if count == Some(weights.len()) {
         return None;
     }

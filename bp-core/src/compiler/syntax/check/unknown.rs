@@ -40,7 +40,7 @@ impl Checker<'_> {
         let fit = match given {
             [] if target.domain.is_finite() => Fit::LaplaceSuccession,
             [] => Fit::law(Law::Normal),
-            [how] => self.fit(how)?,
+            [how] => self.fit(how, target)?,
             [how, prior] => self.fit_with_prior(how, prior)?,
             more => {
                 let message = format!(
@@ -54,7 +54,7 @@ impl Checker<'_> {
         Some(Form::Unknown(fit))
     }
 
-    fn fit(&mut self, how: &Expr) -> Option<Fit> {
+    fn fit(&mut self, how: &Expr, target: &Target) -> Option<Fit> {
         let way = Way::of(how);
         let fit = way.as_ref().and_then(|way| match (way.name, way.numbers.as_deref()?) {
             ("laplace_succession", []) => Some(Fit::LaplaceSuccession),
@@ -67,16 +67,23 @@ impl Checker<'_> {
             _ => None,
         });
         if fit.is_none() {
-            self.no_way(how, way.map_or("", |way| way.name));
+            self.no_way(how, way.map_or("", |way| way.name), target);
         }
         fit
     }
 
-    fn no_way(&mut self, how: &Expr, name: &str) {
+    fn no_way(&mut self, how: &Expr, name: &str, target: &Target) {
         let (message, help) = match name {
             "softmax" | "noisy_or" | "noisy_and" | "mixture" | "truncated" => (
                 format!("`{name}` is not learned: its likelihood has no closed maximum"),
-                Some("learn a table: `unknown`, or `unknown(histogram)`".to_owned()),
+                Some(match (target.domain.is_finite(), name) {
+                    (true, _) => "learn a table: `unknown`, or `unknown(histogram)`".to_owned(),
+                    (false, "mixture") => {
+                        "learn it by a hidden variable: `P(K) = unknown; P(X | K) = unknown(normal);`"
+                            .to_owned()
+                    }
+                    (false, _) => "learn a law, such as `unknown(normal)`".to_owned(),
+                }),
             ),
             "dirichlet" | "beta" | "binomial" if matches!(how.kind, ExprKind::Call(..)) => {
                 let expected = match name {
@@ -114,6 +121,12 @@ impl Checker<'_> {
         };
         if (way.name, before.name) == ("normal", "unbiased") && matches!(how.kind, ExprKind::Name(_)) {
             return Some(Fit::UnbiasedNormal);
+        }
+        if before.name == "unbiased" {
+            let message = format!("`unbiased` is an estimator of `normal` alone, found `{how}`");
+            let help = format!("write `unknown(normal, unbiased)`, or `unknown({})`", way.name);
+            self.complain_and_help(prior.span(), message, help);
+            return None;
         }
         let law = Law::named(way.name);
         let Some((law, expected)) = law.and_then(|law| Some((law, Fit::prior_of(law)?))) else {
