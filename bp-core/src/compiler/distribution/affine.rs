@@ -4,6 +4,7 @@
 //! [`LinearMean`]: the coefficient of each linear slot, the constant and the deviation. Invariant: coefficients are
 //! computed from the expression, never as differences of values of the mean, so a large constant costs no digits.
 
+use super::dual::Duals;
 use super::number::{Scope, component, rotated};
 use super::{Distribution, Instance, Setting};
 use crate::error::Error;
@@ -21,6 +22,13 @@ pub(crate) struct LinearMean {
     pub(crate) constant: f64,
     /// The standard deviation of the noise; 0 for a Dirac.
     pub(crate) deviation: f64,
+}
+
+impl LinearMean {
+    /// The mean at these values.
+    pub(crate) fn at(&self, values: &[f64]) -> f64 {
+        self.constant + self.terms.iter().map(|(slot, factor)| factor * values[*slot]).sum::<f64>()
+    }
 }
 
 /// The coefficients of one component of a node, by slot.
@@ -73,6 +81,35 @@ impl Setting<'_> {
         let scope = self.scope(instance, at_zero);
         (scope.coefficients(id, linear), scope.number(id))
     }
+
+    /// The tangent of the mean of a normal or Dirac form at these values, and the deviation there; `None` for any other form.
+    ///
+    /// # Errors
+    /// As [`Setting::distribution`].
+    pub(crate) fn tangent(&self, instance: &Instance, values: &[f64]) -> Result<Option<LinearMean>, Error> {
+        let (mut constant, deviation) = match self.distribution(instance, values)? {
+            Distribution::Law(Law::Normal, [mean, deviation, _]) => (mean, deviation),
+            Distribution::Point(point) => (point, 0.0),
+            _ => return Ok(None),
+        };
+        let scope = Scope {
+            setting: self,
+            values,
+            indices: &instance.indices,
+            component: instance.component,
+            instead: None,
+        };
+        let mean = scope.mean(&self.model.factors[instance.factor].form);
+        let mut terms = Vec::new();
+        for slot in self.reads(instance) {
+            let slope = scope.number_by(mean, Duals { of: Some(slot) }).slope;
+            if slope != 0.0 && !self.model.variables[self.variable_of(slot)].domain.is_finite() {
+                constant -= slope * values[slot];
+                terms.push((slot, slope));
+            }
+        }
+        Ok(Some(LinearMean { terms, constant, deviation }))
+    }
 }
 
 impl Scope<'_> {
@@ -98,7 +135,7 @@ impl Scope<'_> {
         let is_linear =
             |variable| self.setting.slots_of(variable).any(|slot| linear.get(slot).is_some_and(|it| *it));
         let degrees = model.degrees(id, &is_linear);
-        let numbers = model.fold(id, |expression, below| self.components::<Numbers>(expression, below));
+        let numbers = model.fold(id, |expression, below| self.components(expression, below, Numbers));
         let of = |id: ExpressionId, below: &Folded<Vec<Coefficients>>| match degrees.of(id) {
             Some(0) => Vec::new(),
             _ => below.of(id).clone(),
@@ -133,7 +170,7 @@ impl Scope<'_> {
             Expression::Vector(name, parts) if name == "rotate" => {
                 let by = [0, 1, 2].map(|at| number(parts[1], at));
                 let columns =
-                    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotated(axis, by));
+                    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotated(&mut Numbers, axis, by));
                 let of = of(parts[0], below);
                 let row = |row: usize| {
                     let scaled = of.iter().zip(columns);

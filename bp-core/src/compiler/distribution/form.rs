@@ -222,7 +222,7 @@ impl Evaluation<'_> {
                     }
                     // The probabilities may be too small for f64.
                     false => {
-                        let wide = (0..count).map(|ordinal| at(ordinal).number_by::<Wide>(*weight));
+                        let wide = (0..count).map(|ordinal| at(ordinal).number_by(*weight, Wide));
                         self.weights::<Wide>(form, wide.collect())?
                     }
                 }))

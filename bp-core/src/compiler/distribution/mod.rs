@@ -9,6 +9,7 @@
 
 mod affine;
 mod check;
+mod dual;
 mod form;
 mod invalid;
 mod law;

@@ -10,6 +10,7 @@ use crate::exec::scalar::Number;
 use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
 use crate::law::{Arithmetic, Numbers, Wide};
 use crate::model::{Domain, Environment, Expression, Folded, IndexSpace, Read, VariableUse};
+use crate::operators::Unary;
 
 /// The context of an expression: the values of its variables and indices.
 #[derive(Clone, Copy)]
@@ -166,29 +167,34 @@ impl Scope<'_> {
     /// The number of an expression. A short one is walked as a tree; in a longer one, and in one with many shared
     /// parts, each node is evaluated once.
     pub(super) fn number(&self, id: ExpressionId) -> f64 {
-        self.number_by::<Numbers>(id)
+        self.number_by(id, Numbers)
     }
 
     /// As [`Scope::number`], by another arithmetic.
-    pub(super) fn number_by<A: Known>(&self, id: ExpressionId) -> A::Number {
-        let walk = || Reading { scope: *self, steps: MOST_STEPS, below: None, by: A::default() }.operand(id);
+    pub(super) fn number_by<A: Known>(&self, id: ExpressionId, by: A) -> A::Number {
+        let walk = || Reading { scope: *self, steps: MOST_STEPS, below: None, by }.operand(id);
         walk()
             .or_else(|TooLong| if self.setting.find_arms() { walk() } else { Err(TooLong) })
-            .unwrap_or_else(|TooLong| self.in_order::<A>(id))
+            .unwrap_or_else(|TooLong| self.in_order(id, by))
     }
 
     /// The number of an expression, each node evaluated once, all components of a vector together.
-    fn in_order<A: Known>(&self, id: ExpressionId) -> A::Number {
-        let of = |expression: &Expression, below: &Below<A>| self.components::<A>(expression, below);
+    fn in_order<A: Known>(&self, id: ExpressionId, by: A) -> A::Number {
+        let of = |expression: &Expression, below: &Below<A>| self.components(expression, below, by);
         let all = self.setting.model.fold(id, of).root();
         component(&all, self.component)
     }
 
     /// The components of a node, given those of its operands.
-    pub(super) fn components<A: Known>(&self, expression: &Expression, below: &Below<A>) -> Vec<A::Number> {
+    pub(super) fn components<A: Known>(
+        &self,
+        expression: &Expression,
+        below: &Below<A>,
+        mut by: A,
+    ) -> Vec<A::Number> {
         let first = |id: &ExpressionId| component(below.of(*id), 0);
-        let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at).rounded());
-        let known = |number: f64| A::default().constant(number);
+        let three = |id: &ExpressionId| [0, 1, 2].map(|at| component(below.of(*id), at));
+        let known = |number: f64| A::Number::known(number);
         let count = match expression {
             Expression::Vector(name, parts) => {
                 return match (name.as_str(), parts.as_slice()) {
@@ -198,11 +204,8 @@ impl Scope<'_> {
                         let inside = at >= 0.0 && at.fract() == 0.0 && at < vector.len() as f64;
                         vec![if inside { vector[at as usize] } else { known(f64::NAN) }]
                     }
-                    ("rotate", [vector, by]) => rotated(three(vector), three(by)).map(known).to_vec(),
-                    ("norm", [vector]) => {
-                        let squares = below.of(*vector).iter().map(|part| part.rounded().powi(2));
-                        vec![known(squares.sum::<f64>().sqrt())]
-                    }
+                    ("rotate", [vector, turn]) => rotated(&mut by, three(vector), three(turn)).to_vec(),
+                    ("norm", [vector]) => vec![norm(&mut by, below.of(*vector))],
                     _ => vec![known(f64::NAN)],
                 };
             }
@@ -214,7 +217,7 @@ impl Scope<'_> {
         };
         let of = |component: usize| {
             let scope = self.with_component(component);
-            let mut reading = Reading { scope, steps: 0, below: Some(below), by: A::default() };
+            let mut reading = Reading { scope, steps: 0, below: Some(below), by };
             reading.value(expression).unwrap_or_else(|TooLong| known(f64::NAN))
         };
         (0..count).map(of).collect()
@@ -239,7 +242,12 @@ impl Scope<'_> {
 const MOST_STEPS: usize = 256;
 
 /// An arithmetic whose numbers are known.
-pub(super) trait Known: Arithmetic<Number: Number> + Default {}
+pub(super) trait Known: Arithmetic<Number: Number> + Copy + Default {
+    /// The number of the value in a slot.
+    fn variable(&mut self, _slot: Option<usize>, number: f64) -> Self::Number {
+        self.constant(number)
+    }
+}
 
 impl Known for Numbers {}
 impl Known for Wide {}
@@ -306,8 +314,9 @@ impl<A: Known> Environment for Reading<'_, A> {
 
     fn variable(&mut self, use_: &VariableUse) -> Read<Self> {
         let index = use_.element.map(|element| self.place_of(element)).transpose()?;
-        let number = self.scope.setting.number_at(use_.variable, self.scope.element_value(use_, index));
-        Ok(self.by.constant(number))
+        let slot = self.scope.slot_at(use_.variable, index);
+        let value = slot.map_or(f64::NAN, |slot| self.scope.at(slot));
+        Ok(self.by.variable(slot, self.scope.setting.number_at(use_.variable, value)))
     }
 
     fn index(&mut self, depth: usize) -> Read<Self> {
@@ -348,14 +357,45 @@ pub(super) fn component<N: Number>(all: &[N], at: usize) -> N {
     }
 }
 
-pub(super) fn rotated(v: [f64; 3], w: [f64; 3]) -> [f64; 3] {
-    let angle = w.iter().map(|part| part * part).sum::<f64>().sqrt();
-    if angle == 0.0 {
-        return v;
+/// √Σ vᵢ²
+fn norm<A: Known>(by: &mut A, v: &[A::Number]) -> A::Number {
+    let mut sum = by.constant(0.0);
+    for part in v {
+        let square = by.multiply(*part, *part);
+        sum = by.add(sum, square);
     }
-    let n = w.map(|part| part / angle);
-    let dot = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
-    let cross = [n[1] * v[2] - n[2] * v[1], n[2] * v[0] - n[0] * v[2], n[0] * v[1] - n[1] * v[0]];
-    let (sine, cosine) = angle.sin_cos();
-    [0, 1, 2].map(|i| v[i] * cosine + cross[i] * sine + n[i] * dot * (1.0 - cosine))
+    match sum.is_zero() {
+        true => sum,
+        false => by.unary(Unary::SquareRoot, sum),
+    }
+}
+
+/// v turned by |w| around w; to first order v + w × v, where w is 0.
+pub(super) fn rotated<A: Known>(by: &mut A, v: [A::Number; 3], w: [A::Number; 3]) -> [A::Number; 3] {
+    let cross = |by: &mut A, w: &[A::Number; 3]| {
+        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+            let (one, other) = (by.multiply(w[i], v[j]), by.multiply(w[j], v[i]));
+            by.subtract(one, other)
+        })
+    };
+    let angle = norm(by, &w);
+    if angle.is_zero() {
+        let turned = cross(by, &w);
+        return [0, 1, 2].map(|i| by.add(v[i], turned[i]));
+    }
+    let n = w.map(|part| by.divide(part, angle));
+    let mut dot = by.constant(0.0);
+    for i in 0..3 {
+        let product = by.multiply(n[i], v[i]);
+        dot = by.add(dot, product);
+    }
+    let cross = cross(by, &n);
+    let (sine, cosine) = (by.unary(Unary::Sine, angle), by.unary(Unary::Cosine, angle));
+    let one = by.constant(1.0);
+    let rest = by.subtract(one, cosine);
+    [0, 1, 2].map(|i| {
+        let (kept, turned, along) = (by.multiply(v[i], cosine), by.multiply(cross[i], sine), by.multiply(n[i], dot));
+        let (along, sum) = (by.multiply(along, rest), by.add(kept, turned));
+        by.add(sum, along)
+    })
 }

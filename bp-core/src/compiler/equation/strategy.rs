@@ -24,11 +24,13 @@ pub enum Strategy {
     Gibbs,
     /// Over time: draws that follow the program and are weighted by the observations.
     Particles,
+    /// Over time, reals: a normal law carried by linearised equations.
+    ExtendedKalman,
 }
 
 impl Strategy {
     /// All, in the order in which they are tried.
-    pub const ALL: [Strategy; 8] = [
+    pub const ALL: [Strategy; 9] = [
         Strategy::Gaussian,
         Strategy::JoinTree,
         Strategy::Sums,
@@ -37,6 +39,7 @@ impl Strategy {
         Strategy::Weighting,
         Strategy::Gibbs,
         Strategy::Particles,
+        Strategy::ExtendedKalman,
     ];
 
     /// Its name for `--by`.
@@ -50,6 +53,7 @@ impl Strategy {
             Strategy::Weighting => "weighting",
             Strategy::Gibbs => "gibbs",
             Strategy::Particles => "particles",
+            Strategy::ExtendedKalman => "extended_kalman",
         }
     }
 
@@ -60,16 +64,18 @@ impl Strategy {
 
     /// Whether its answers are exact.
     pub fn is_exact(self) -> bool {
-        !matches!(self, Strategy::Weighting | Strategy::Gibbs | Strategy::Particles)
+        let estimates =
+            [Strategy::Weighting, Strategy::Gibbs, Strategy::Particles, Strategy::ExtendedKalman];
+        !estimates.contains(&self)
     }
 
     /// Whether it answers questions over time.
     pub(crate) fn is_over_time(self) -> bool {
-        matches!(self, Strategy::Gaussian | Strategy::Chain | Strategy::Particles)
+        self == Strategy::Gaussian || !self.is_of_one_instant()
     }
 
     /// Whether it answers questions of one instant.
     pub(crate) fn is_of_one_instant(self) -> bool {
-        !matches!(self, Strategy::Chain | Strategy::Particles)
+        !matches!(self, Strategy::Chain | Strategy::Particles | Strategy::ExtendedKalman)
     }
 }

@@ -61,6 +61,9 @@ impl Serialize for Answer {
         if let Some(estimate) = &self.estimate {
             map.serialize_entry("estimate", estimate)?;
         }
+        if self.strategy == Strategy::ExtendedKalman {
+            map.serialize_entry("approximate", "linearised")?;
+        }
         map.serialize_entry("answer", &self.answer)?;
         let covariances = self.covariances();
         match covariances.as_slice() {

@@ -4,6 +4,7 @@
 //! short is wider than a terminal.
 
 use super::{Answer, Covariance, Figure, Row, infinite};
+use crate::equation::Strategy;
 use crate::model::When;
 use crate::numbers::{bar, six_digits, two_digits};
 use crate::wrap::{WIDTH, columns, filled, wrapped};
@@ -62,6 +63,9 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
         let error = answer.estimate.as_ref().and_then(|estimate| estimate.ln_evidence_error);
         let error = error.map_or_else(String::new, |error| format!(" ± {}", two_digits(error)));
         writeln!(out, "\n  ln P(evidence) = {}{error}", six_digits(ln_evidence))?;
+    }
+    if answer.strategy == Strategy::ExtendedKalman {
+        writeln!(out, "\n  approximate: linearised; the error is not known")?;
     }
     if let Some(estimate) = &answer.estimate {
         let (particles, effective) = (estimate.particles, estimate.effective);

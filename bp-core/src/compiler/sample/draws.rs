@@ -22,6 +22,16 @@ pub struct Draws {
     ln_mean_weight: Option<f64>,
     /// The length of a chain, where draws are those of Markov chains.
     chain: Option<usize>,
+    /// The origin of each draw, where draws of one origin are not independent: numbers below the number of draws.
+    origins: Option<Vec<u32>>,
+}
+
+/// The standard error of a sum of parts, each of a draw; parts of one origin are not independent.
+pub(super) fn error_of_sum(parts: impl Iterator<Item = (usize, f64)>, origins: Option<&[u32]>) -> f64 {
+    let Some(origins) = origins else { return parts.map(|(_, part)| part * part).sum::<f64>().sqrt() };
+    let mut sums = vec![0.0; origins.len()];
+    parts.for_each(|(draw, part)| sums[origins[draw] as usize] += part);
+    sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt()
 }
 
 /// A quantile and its standard error: `at` gives the quantile at a level, `below` the probability of at most a number and its
@@ -61,13 +71,18 @@ impl Draws {
         let total = ln_sum(ln_weights);
         let weights = ln_weights.iter().map(|ln| if total.is_finite() { (ln - total).exp() } else { 0.0 });
         let ln_mean_weight = total - (ln_weights.len() as f64).ln();
-        Self { values, kept, weights: weights.collect(), ln_mean_weight: Some(ln_mean_weight), chain: None }
+        Self { values, kept, weights: weights.collect(), ln_mean_weight: Some(ln_mean_weight), chain: None, origins: None }
     }
 
     /// Draws of chains of `length` draws each, chain after chain.
     pub fn chained(values: Vec<f64>, kept: usize, count: usize, length: usize) -> Self {
         let weights = vec![1.0 / count as f64; count];
-        Self { values, kept, weights, ln_mean_weight: None, chain: Some(length) }
+        Self { values, kept, weights, ln_mean_weight: None, chain: Some(length), origins: None }
+    }
+
+    /// The same draws, of which those of one origin are not independent.
+    pub fn of_origins(self, origins: Vec<u32>) -> Self {
+        Self { origins: Some(origins), ..self }
     }
 
     /// The number of draws.
@@ -127,8 +142,8 @@ impl Draws {
         }
         let weighted = (0..self.count()).filter(|draw| self.weights[*draw] > 0.0);
         let mean: f64 = weighted.clone().map(|draw| self.weights[draw] * f(draw)).sum();
-        let square: f64 = weighted.map(|draw| (self.weights[draw] * (f(draw) - mean)).powi(2)).sum();
-        [mean, square.sqrt()]
+        let parts = weighted.map(|draw| (draw, self.weights[draw] * (f(draw) - mean)));
+        [mean, error_of_sum(parts, self.origins.as_deref())]
     }
 
     /// Estimates about a real slot.

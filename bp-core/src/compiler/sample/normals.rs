@@ -2,7 +2,7 @@
 //!
 //! In: weights, means and deviations. Out: moments and quantiles, each with its standard error. Invariant: the weights sum to one.
 
-use super::draws::{Moments, error_of_quantile};
+use super::draws::{Moments, error_of_quantile, error_of_sum};
 use crate::special::normal_cumulative;
 use std::sync::Arc;
 
@@ -16,37 +16,40 @@ pub struct Normals {
     pub moments: Moments,
     /// Weight, mean and deviation of each law.
     laws: Arc<Vec<[f64; 3]>>,
+    /// The origin of each law, where laws of one origin are not independent.
+    origins: Option<Arc<Vec<u32>>>,
 }
 
 impl Normals {
-    /// From the weight, mean and deviation of each law.
-    pub(crate) fn new(laws: Vec<[f64; 3]>) -> Self {
-        let mean = about(&laws, &|m, _| m);
-        let variance = about(&laws, &|m, s| s * s + (m - mean[0]).powi(2));
+    /// From the weight, mean and deviation of each law, and its origin.
+    pub(crate) fn of_origins(laws: Vec<[f64; 3]>, origins: Option<Vec<u32>>) -> Self {
+        let own = origins.as_deref();
+        let mean = about(&laws, own, &|m, _| m);
+        let variance = about(&laws, own, &|m, s| s * s + (m - mean[0]).powi(2));
         let deviation = variance[0].sqrt();
         let error = if deviation > 0.0 { variance[1] / (2.0 * deviation) } else { 0.0 };
-        let found = quantiles(&laws, &Moments::LEVELS);
+        let found = quantiles(&laws, own, &Moments::LEVELS);
         let quantiles = [found[0], found[1], found[2]];
         let moments = Moments { mean, deviation: [deviation, error], variance, quantiles };
-        Self { moments, laws: Arc::new(laws) }
+        Self { moments, laws: Arc::new(laws), origins: origins.map(Arc::new) }
     }
 
     /// The quantiles at some levels, and their standard errors.
     pub fn quantiles(&self, levels: &[f64]) -> Vec<[f64; 2]> {
-        quantiles(&self.laws, levels)
+        quantiles(&self.laws, self.origins.as_ref().map(|all| all.as_slice()), levels)
     }
 }
 
 /// Σ w f, and its standard error.
-fn about(laws: &[[f64; 3]], f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
+fn about(laws: &[[f64; 3]], origins: Option<&[u32]>, f: &dyn Fn(f64, f64) -> f64) -> [f64; 2] {
     let mean: f64 = laws.iter().map(|[weight, m, s]| weight * f(*m, *s)).sum();
-    let square: f64 = laws.iter().map(|[weight, m, s]| (weight * (f(*m, *s) - mean)).powi(2)).sum();
-    [mean, square.sqrt()]
+    let parts = laws.iter().map(|[weight, m, s]| weight * (f(*m, *s) - mean)).enumerate();
+    [mean, error_of_sum(parts, origins)]
 }
 
-fn quantiles(laws: &[[f64; 3]], levels: &[f64]) -> Vec<[f64; 2]> {
+fn quantiles(laws: &[[f64; 3]], origins: Option<&[u32]>, levels: &[f64]) -> Vec<[f64; 2]> {
     let below = |x: f64| {
-        about(laws, &|m, s| {
+        about(laws, origins, &|m, s| {
             if s > 0.0 { normal_cumulative((x - m) / s) } else { f64::from(u8::from(m <= x)) }
         })
     };

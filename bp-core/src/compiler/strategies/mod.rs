@@ -170,6 +170,7 @@ pub(crate) fn engine(strategy: Strategy) -> &'static dyn Engine {
         Strategy::Weighting => &weighting::Engine,
         Strategy::Gibbs => &gibbs::Engine,
         Strategy::Particles => &particles::Engine,
+        Strategy::ExtendedKalman => &gaussian::ExtendedEngine,
     }
 }
 

@@ -11,7 +11,7 @@ use crate::distribution::Setting;
 use crate::error::{Error, Impossible};
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::Model;
+use crate::model::{Ask, Model};
 use crate::strategies::over_time::Instant;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{HashMap, HashSet};
@@ -44,19 +44,19 @@ impl Belief {
 }
 
 /// One slot: its mean as a linear form of earlier rows, and the standard deviation of its own noise; infinite for a flat one.
-#[derive(Clone, Debug)]
-struct Extension {
-    terms: Vec<(usize, f64)>,
-    constant: f64,
-    deviation: f64,
+#[derive(Clone, Debug, Default)]
+pub(super) struct Extension {
+    pub(super) terms: Vec<(usize, f64)>,
+    pub(super) constant: f64,
+    pub(super) deviation: f64,
 }
 
 /// The rows of an instant: first those of X^-1, then those of the extensions.
-#[derive(Clone, Debug)]
-struct Layout {
-    extensions: Vec<Extension>,
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layout {
+    pub(super) extensions: Vec<Extension>,
     /// The row of each slot.
-    rows: HashMap<usize, usize>,
+    pub(super) rows: HashMap<usize, usize>,
 }
 
 /// A linear and Gaussian program with numbers for its parameters; over time, a Kalman filter.
@@ -64,12 +64,12 @@ struct Layout {
 pub struct Filter {
     question: String,
     /// Names and slots of the searched variables, and of those that may be observed.
-    searched: Vec<(String, usize)>,
+    pub(super) searched: Vec<(String, usize)>,
     observed: Vec<(String, usize)>,
     /// The slots of X, whose law becomes that of X^-1.
     carried: Vec<usize>,
-    /// The first instant, until it is over, where it has forms of its own.
-    first: Option<Layout>,
+    /// The next instant, where it differs from the later ones: the first one with forms of its own, or tangents.
+    next: Option<Layout>,
     later: Layout,
     /// The law of the carried variables, its rows in the order of `carried`.
     pub(super) law: NormalLaw,
@@ -112,30 +112,35 @@ impl Filter {
         let law = law.select(before.iter().map(|slot| start.rows[slot])).reduced();
         let wanted = [&observed[..], &carried, &searched].concat();
         let later = Layout::of(setting, &mut plan.sources.iter(), &before, &wanted)?;
-        let first = match plan.first.is_empty() {
+        let next = match plan.first.is_empty() {
             true => None,
             false => {
                 let sources = &mut plan.sources.iter().chain(&plan.first);
                 Some(Layout::of(setting, sources, &before, &wanted)?)
             }
         };
-        let named = |slots: Vec<usize>| -> Vec<(String, usize)> {
-            slots.into_iter().map(|slot| (setting.slot_name(slot), slot)).collect()
-        };
         let question = model.ask_text(&plan.asks[0]);
-        Ok(Self {
-            searched: named(searched),
-            observed: named(observed),
-            question,
-            law,
-            carried,
-            first,
-            later,
-        })
+        let (searched, observed) = (named(setting, searched), named(setting, observed));
+        Ok(Self { searched, observed, question, law, carried, next, later })
+    }
+
+    /// A filter that is given the equations of each instant.
+    pub(super) fn without_equations(setting: &Setting<'_>, ask: &Ask, carried: Vec<usize>) -> Self {
+        let searched = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+        let known = ask.known.iter().filter(|known| Some(known.variable) != setting.model.plate_index());
+        let observed = known.flat_map(|known| setting.slots_of(known.variable)).collect();
+        let (searched, observed) = (named(setting, searched), named(setting, observed));
+        let (question, law) = (setting.model.ask_text(ask), NormalLaw::new(true));
+        Self { searched, observed, question, law, carried, next: None, later: Layout::default() }
     }
 
     fn layout(&self) -> &Layout {
-        self.first.as_ref().unwrap_or(&self.later)
+        self.next.as_ref().unwrap_or(&self.later)
+    }
+
+    /// Gives the equations of the next instant.
+    pub(super) fn set_layout(&mut self, layout: Layout) {
+        self.next = Some(layout);
     }
 
     /// The rows of the carried variables.
@@ -161,7 +166,7 @@ impl Filter {
     /// Keeps the law of the carried variables, for the next instant.
     pub(super) fn keep(&mut self, law: NormalLaw) {
         self.law = law;
-        self.first = None;
+        self.next = None;
     }
 
     /// The gain of a searched variable for an observed one, at this instant.
@@ -248,6 +253,10 @@ impl Filter {
     }
 }
 
+fn named(setting: &Setting<'_>, slots: Vec<usize>) -> Vec<(String, usize)> {
+    slots.into_iter().map(|slot| (setting.slot_name(slot), slot)).collect()
+}
+
 impl Layout {
     /// The equations of the wanted slots and of their ancestors; the first rows are those of slots that are there before.
     fn of<'s>(
@@ -273,7 +282,7 @@ impl Layout {
         Ok(Self { extensions: order.iter().map(extension).collect(), rows })
     }
 
-    fn extended(&self, mut law: NormalLaw) -> NormalLaw {
+    pub(super) fn extended(&self, mut law: NormalLaw) -> NormalLaw {
         for Extension { terms, constant, deviation } in &self.extensions {
             law.extend(terms, *constant, *deviation);
         }

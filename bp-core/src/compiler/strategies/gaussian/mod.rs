@@ -5,6 +5,7 @@
 
 mod answer;
 mod equations;
+mod extended;
 mod filter;
 mod frontier;
 mod law;
@@ -15,10 +16,11 @@ mod smooth;
 
 pub(crate) use answer::{Named, divergences, part, rows, whether};
 pub(crate) use equations::Slots;
+pub(crate) use extended::{Extended, is_normal, not_linearised};
 pub use filter::{Belief, Filter};
 pub(crate) use law::NormalLaw;
-pub(crate) use offer::Engine;
+pub(crate) use offer::{Engine, ExtendedEngine};
 pub use offer::{Gaussian, LinearEquation};
-pub(crate) use offer::{applies, is_linear};
+pub(crate) use offer::{applies, is_linear, relevant};
 pub(crate) use predicate::{of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

@@ -7,7 +7,7 @@
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
-use super::predicate;
+use super::{not_linearised, predicate};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
@@ -198,7 +198,7 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
 }
 
 /// The ancestors of the searched and observed variables, now and before; all others are barren.
-fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
+pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
     let mut relevant = BTreeSet::new();
     let distributions = model.distributions();
     let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
@@ -299,6 +299,26 @@ impl Gaussian {
             (rule.clone(), reason.clone(), notation.equation(&left, "=", right))
         };
         self.derivation.iter().map(line).collect()
+    }
+}
+
+/// The extended Kalman filter, where the user names it.
+pub(crate) struct ExtendedEngine;
+
+impl strategies::Engine for ExtendedEngine {
+    fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
+        let ask = &asks[0];
+        over_time::check(model, ask)?;
+        let virtually = |known: &Known| matches!(known.evidence, Finding::Virtual(_));
+        let why = over_time::not_of_normal(model, ask).or_else(|| not_linearised(model, ask));
+        if let Some(why) = why {
+            return Err(refused(model, asks, &why));
+        }
+        if ask.known.iter().any(virtually) {
+            return Err(refused(model, asks, "virtual evidence is no observation of a real"));
+        }
+        let (asks, carried) = (asks.to_vec(), over_time::carried(model));
+        Ok(Route::OverTime(OverTime { asks, carried, by: By::Extended }))
     }
 }
 

@@ -31,6 +31,11 @@ impl SlotLaw {
         self.law.observe(row, value).unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// Whether the law has a slot.
+    pub(crate) fn has(&self, slot: usize) -> bool {
+        self.row(slot).is_some()
+    }
+
     /// How many independent noises are left.
     pub(crate) fn noises(&self) -> usize {
         self.law.noises()

@@ -12,6 +12,9 @@ use super::{Belief, Filter};
 use crate::error::{Error, Impossible};
 use crate::strategies::over_time::Instant;
 
+/// What comes before each instant: a filter may be given its equations.
+pub(super) type Prepare<'p> = &'p mut dyn FnMut(&mut Filter, &Instant) -> Result<(), Error>;
+
 impl Filter {
     /// The belief of each instant, given the observations up to it; slots that an instant does not name are not
     /// observed.
@@ -19,7 +22,17 @@ impl Filter {
     /// # Errors
     /// An observation that is not finite, or that the others exclude.
     pub(crate) fn filtered(&mut self, instants: &[Instant]) -> Result<Vec<Belief>, Error> {
+        self.filtered_by(instants, &mut |_, _| Ok(()))
+    }
+
+    /// As [`Filter::filtered`]; `prepare` comes before each instant.
+    pub(super) fn filtered_by(
+        &mut self,
+        instants: &[Instant],
+        prepare: Prepare<'_>,
+    ) -> Result<Vec<Belief>, Error> {
         let step = |(number, observed): (usize, &Instant)| {
+            prepare(self, observed).map_err(at(number))?;
             let (law, ln_evidence) = self.advance(self.predict(), observed).map_err(at(number))?;
             let belief = self.belief(&law.select(self.searched()), ln_evidence);
             self.keep(law.select(self.carried()).reduced());
@@ -42,9 +55,19 @@ impl Filter {
     /// # Errors
     /// As [`Filter::filtered`].
     pub(crate) fn smoothed(&mut self, instants: &[Instant]) -> Result<Vec<Belief>, Error> {
+        self.smoothed_by(instants, &mut |_, _| Ok(()))
+    }
+
+    /// As [`Filter::smoothed`]; `prepare` comes before each instant.
+    pub(super) fn smoothed_by(
+        &mut self,
+        instants: &[Instant],
+        prepare: Prepare<'_>,
+    ) -> Result<Vec<Belief>, Error> {
         // For each instant, the law of the searched variables and of the noises carried from the previous instant.
         let mut steps = Vec::with_capacity(instants.len());
         for (number, observed) in instants.iter().enumerate() {
+            prepare(self, observed).map_err(at(number))?;
             let mut law = self.predict();
             let noises = law.len()..law.len() + self.law.noises();
             (0..self.law.noises()).for_each(|noise| law.extend_by_noise(noise));
@@ -61,7 +84,7 @@ impl Filter {
             if let Some(later) = &later {
                 law.replace_noises(later);
             }
-            let searched = self.searched().len();
+            let searched = self.searched.len();
             beliefs.push(self.belief(&law.select(0..searched), ln_evidence));
             later = Some(law.select(searched..law.len()).reduced());
         }

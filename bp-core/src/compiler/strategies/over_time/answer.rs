@@ -8,17 +8,19 @@ use super::{self as time, Answered, InstantLaw, InstantPosterior, OverTime, Scop
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
-use crate::posterior::{Answer, Column, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named};
+use crate::posterior::{Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named};
 use crate::progress;
 use crate::radix;
 use crate::random::seeded;
-use crate::sample::Sampling;
+use crate::sample::{Draws, Sampling};
+use crate::spelling::exact;
 use crate::strategies::{
     Case, Found, Observed, Offered, Prepared, Purpose,
     gaussian::{self, Named},
     weighting as sampled,
 };
 use rand::Rng;
+use std::sync::Arc;
 
 /// A question over time with its compiled route.
 #[derive(Debug)]
@@ -220,7 +222,23 @@ impl Asker<'_> {
         let instant = ask.when.is_every_instant().then(|| (self.index(), posterior.instant.to_string()));
         Ok(match &posterior.law {
             InstantLaw::Cloud { draws, kept, linear, .. } => {
-                sampled::rows(self.setting, &Ask { when: When::Now, ..ask.clone() }, draws, kept, linear)?
+                let ask = &Ask { when: When::Now, ..ask.clone() };
+                let mut rows = sampled::rows(self.setting, ask, draws, kept, linear)?;
+                rows.iter_mut().for_each(|row| row.values.splice(0..0, instant.clone()).for_each(drop));
+                rows
+            }
+            InstantLaw::Values(values) => {
+                let slots = ask.searched.iter().flat_map(|item| self.setting.slots_of(item.variable));
+                let spelled = |(slot, value): (usize, &f64)| {
+                    let domain = &self.setting.model.variables[self.setting.variable_of(slot)].domain;
+                    let value = match domain.is_finite() {
+                        true => domain.value_name(*value as usize),
+                        false => exact(*value),
+                    };
+                    (self.setting.slot_name(slot), value)
+                };
+                let values = instant.into_iter().chain(slots.zip(values).map(spelled)).collect();
+                vec![Row { values, figure: Figure::Mode { by: "most probable of the drawn paths" } }]
             }
             InstantLaw::Normal(belief) => {
                 gaussian::rows(self.setting, ask, &belief.law, instant.as_slice(), random)?
@@ -262,6 +280,10 @@ fn part(setting: &Setting<'_>, ask: &Ask, posterior: &InstantPosterior, several:
             return Part { instant, ..sampled::part(setting, ask, draws, kept, linear) };
         }
         InstantLaw::Finite(numbers) => PartLaw::Finite(numbers.clone()),
+        InstantLaw::Values(values) => {
+            let draws = Draws::weighted(values.clone(), values.len(), &[0.0]);
+            PartLaw::Draws(Arc::new(draws), (0..values.len()).map(Drawn::At).collect())
+        }
         InstantLaw::Normal(belief) => gaussian::part(&belief.law),
     };
     Part { instant, given: Vec::new(), of, law }

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::potential::Product;
 use crate::sample::{Observations, Sampling};
 use crate::strategies::chain::{self, Chain};
-use crate::strategies::gaussian::Filter;
+use crate::strategies::gaussian::{Belief, Extended, Filter};
 use crate::strategies::particles::{Cloud, Moves};
 use std::sync::Arc;
 
@@ -29,6 +29,7 @@ pub struct Follower<'m> {
 enum State<'m> {
     Chain { chain: Box<Chain<'m>>, searched: Vec<usize>, last: Option<Product> },
     Gaussian(Box<Filter>),
+    Extended(Box<Extended<'m>>),
     Particles { moves: Box<Moves<'m>>, linear: Vec<usize>, kept: Vec<usize>, cloud: Cloud },
 }
 
@@ -46,8 +47,9 @@ impl<'m> Follower<'m> {
                 State::Chain { chain: Box::new(chain), searched, last: None }
             }
             By::Gaussian(gaussian) => State::Gaussian(Box::new(Filter::of(&setting, gaussian)?)),
+            By::Extended => State::Extended(Box::new(Extended::new(&setting, &route)?)),
             By::Particles { linear, .. } => {
-                let moves = Box::new(Moves::new(&setting, &route.carried, linear, sampling)?);
+                let moves = Box::new(Moves::new(&setting, route.ask(), &route.carried, linear, sampling)?);
                 let (linear, kept): (Vec<usize>, Vec<usize>) =
                     searched.into_iter().partition(|slot| linear.contains(&setting.variable_of(*slot)));
                 let cloud = moves.begin()?;
@@ -102,10 +104,10 @@ impl<'m> Follower<'m> {
                 InstantLaw::Finite(numbers)
             }
             State::Gaussian(filter) => {
-                let beliefs = filter.filtered(std::slice::from_ref(&instant))?;
-                let belief = beliefs.into_iter().next().expect("internal: a belief for each instant");
-                self.ln_evidence += belief.ln_evidence;
-                InstantLaw::Normal(belief)
+                last_of(filter.filtered(std::slice::from_ref(&instant))?, &mut self.ln_evidence)
+            }
+            State::Extended(filter) => {
+                last_of(filter.filtered(std::slice::from_ref(&instant))?, &mut self.ln_evidence)
             }
             State::Particles { moves, linear, kept, cloud } => {
                 let mut next = cloud.clone();
@@ -141,6 +143,7 @@ impl<'m> Follower<'m> {
                 InstantLaw::Finite(numbers)
             }
             State::Gaussian(filter) => InstantLaw::Normal(filter.predicted(steps)),
+            State::Extended(filter) => InstantLaw::Normal(filter.predicted(steps)?),
             State::Particles { moves, linear, kept, cloud } => {
                 let mut ahead = cloud.clone();
                 for step in 0..steps {
@@ -165,4 +168,10 @@ pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> I
         linear: linear.iter().map(|slot| (*slot, cloud.mixture(*slot))).collect(),
         effective: cloud.effective.clone(),
     }
+}
+
+/// The last belief; all add to ln P(observations).
+fn last_of(beliefs: Vec<Belief>, ln_evidence: &mut f64) -> InstantLaw {
+    *ln_evidence += beliefs.iter().map(|belief| belief.ln_evidence).sum::<f64>();
+    InstantLaw::Normal(beliefs.into_iter().next_back().expect("internal: a belief for each instant"))
 }

@@ -14,11 +14,12 @@ pub(crate) use offer::{carried, check, check_sequence, not_of_normal, not_of_rea
 
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::model::{Finding, Value};
+use crate::memory;
+use crate::model::{Finding, Value, When};
 use crate::sample::{Draws, Normals, Sampling};
 use crate::strategies::chain;
-use crate::strategies::gaussian::{Belief, Filter, Gaussian};
-use crate::strategies::particles::Moves;
+use crate::strategies::gaussian::{Belief, Extended, Filter};
+use crate::strategies::particles::{Moves, Path, Paths};
 use std::sync::Arc;
 
 /// The observations of an instant: slots and their values.
@@ -40,6 +41,8 @@ pub enum InstantLaw {
     Finite(Vec<f64>),
     /// The normal law of reals.
     Normal(Belief),
+    /// The values of the searched slots on the most probable path of particles.
+    Values(Vec<f64>),
     /// Particles: draws of the kept slots, and moments of the slots that were not drawn.
     Cloud {
         /// Draws of the kept slots.
@@ -155,14 +158,34 @@ pub fn answer(
     }
     match &route.by {
         By::Chain => chain::answer(setting, route, instants, scope, sampling.seed),
-        By::Gaussian(gaussian) => answer_gaussian(setting, route, gaussian, instants, scope),
+        By::Gaussian(gaussian) => {
+            let mut filter = Filter::of(setting, gaussian)?;
+            let beliefs = match route.ask().when.is_every_instant() {
+                true => filter.smoothed(instants)?,
+                false => filter.filtered(instants)?,
+            };
+            let predicted = (ahead > 0).then(|| filter.predicted(ahead));
+            Ok(answer_normal(route, instants, scope, beliefs, predicted))
+        }
+        By::Extended => {
+            let mut filter = Extended::new(setting, route)?;
+            let beliefs = match route.ask().when.is_every_instant() {
+                true => filter.smoothed(instants)?,
+                false => filter.filtered(instants)?,
+            };
+            let predicted = if ahead > 0 { Some(filter.predicted(ahead)?) } else { None };
+            Ok(answer_normal(route, instants, scope, beliefs, predicted))
+        }
         By::Particles { linear, .. } => {
-            let moves = Moves::new(setting, &route.carried, linear, sampling)?;
             let mut all = instants.to_vec();
             all.resize(instants.len() + ahead, Vec::new());
             let unmet = |number: usize| unmet(setting, route, number, &all[number], sampling.particles);
-            let mut cloud = moves.follow(&all)?.map_err(unmet)?;
             let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
+            if route.ask().when.is_every_instant() {
+                return by_paths(setting, route, &all, &slots.collect::<Vec<_>>(), sampling, &unmet);
+            }
+            let moves = Moves::new(setting, route.ask(), &route.carried, linear, sampling)?;
+            let mut cloud = moves.follow(&all, &mut |_| {})?.map_err(unmet)?;
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
             let law = follow::cloud_of(&mut cloud, &kept, &linear);
@@ -172,32 +195,68 @@ pub fn answer(
     }
 }
 
-/// A Kalman filter, forward and backward.
-fn answer_gaussian(
+/// Upper limit on the particles whose paths are kept.
+const MOST_PATHS: usize = 10_000;
+
+/// The posteriors of all instants by paths of particles, or the most probable of the paths.
+fn by_paths(
     setting: &Setting<'_>,
     route: &OverTime,
-    gaussian: &Gaussian,
+    instants: &[Instant],
+    slots: &[usize],
+    sampling: Sampling,
+    unmet: &dyn Fn(usize) -> Error,
+) -> Result<Answered, Error> {
+    let sampling = Sampling { particles: sampling.particles.min(MOST_PATHS), ..sampling };
+    let cells = sampling.particles as f64 * instants.len() as f64 * (setting.slots() as f64 + 3.0);
+    if let Some(free) = memory::free().filter(|free| 8.0 * cells > *free) {
+        let help = "follow fewer particles (--particles), or fewer instants".to_owned();
+        let name = setting.model.ask_text(route.ask());
+        return Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help });
+    }
+    let moves = Moves::new(setting, route.ask(), &route.carried, &[], sampling)?;
+    let mut paths = Paths::new(setting.slots());
+    let cloud = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
+    let laws: Vec<InstantLaw> = match route.ask().when {
+        When::Sequence => {
+            moves.most_probable(&paths, slots)?.into_iter().map(InstantLaw::Values).collect()
+        }
+        _ => {
+            let all = moves.smoothed(&paths, slots)?;
+            let effective: Vec<f64> = all.iter().map(|path| path.effective).collect();
+            let cloud = |path: Path| InstantLaw::Cloud {
+                draws: Arc::new(path.draws),
+                kept: slots.to_vec(),
+                linear: Vec::new(),
+                effective: effective.clone(),
+            };
+            all.into_iter().map(cloud).collect()
+        }
+    };
+    let posterior = |(instant, law)| InstantPosterior { instant: instant + 1, law };
+    let posteriors = laws.into_iter().enumerate().map(posterior).collect();
+    Ok(Answered { posteriors, sequences: Vec::new(), ln_evidence: cloud.ln_evidence })
+}
+
+/// The normal laws of the instants: filtered, smoothed, or predicted.
+fn answer_normal(
+    route: &OverTime,
     instants: &[Instant],
     scope: Scope,
-) -> Result<Answered, Error> {
-    let mut filter = Filter::of(setting, gaussian)?;
-    let (several, ahead) = (route.ask().when.is_every_instant(), route.ask().when.ahead());
-    let beliefs = match several {
-        true => filter.smoothed(instants)?,
-        false => filter.filtered(instants)?,
-    };
+    beliefs: Vec<Belief>,
+    predicted: Option<Belief>,
+) -> Answered {
+    let when = route.ask().when;
     let ln_evidence = beliefs.iter().map(|belief| belief.ln_evidence).sum();
     let posterior = |(instant, belief): (usize, Belief)| InstantPosterior {
         instant: instant + 1,
         law: InstantLaw::Normal(belief),
     };
     let mut all: Vec<(usize, Belief)> = beliefs.into_iter().enumerate().collect();
-    if ahead > 0 {
-        all.push((instants.len() - 1 + ahead, filter.predicted(ahead)));
-    }
-    let from = if several || scope == Scope::Each { 0 } else { all.len().saturating_sub(1) };
+    all.extend(predicted.map(|belief| (instants.len() - 1 + when.ahead(), belief)));
+    let from = if when.is_every_instant() || scope == Scope::Each { 0 } else { all.len().saturating_sub(1) };
     let posteriors = all.split_off(from).into_iter().map(posterior).collect();
-    Ok(Answered { posteriors, sequences: Vec::new(), ln_evidence })
+    Answered { posteriors, sequences: Vec::new(), ln_evidence }
 }
 
 /// The error that no particle agrees with the observations of an instant; it names a factor that alone makes them

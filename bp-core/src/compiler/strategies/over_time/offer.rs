@@ -34,6 +34,8 @@ pub enum By {
     Chain,
     /// All variables are linear and Gaussian: a normal law is carried.
     Gaussian(Gaussian),
+    /// Real, with normal forms: a normal law is carried, by equations linearised at each instant.
+    Extended,
     /// Draws that follow the program, weighted by the likelihood of the observations.
     Particles {
         /// The variables that are not drawn: given the others they are linear and Gaussian, and each particle carries
@@ -41,6 +43,8 @@ pub enum By {
         linear: Vec<VariableId>,
         /// The reason why no exact belief can be carried.
         reason: String,
+        /// Whether draws are proposed by the linearised program.
+        guided: bool,
     },
 }
 
@@ -142,7 +146,10 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
         }
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
         (_, Statistic::Quantile(_) | Statistic::Interval(_)) => return None,
-        (When::Filter | When::Predict(_), Statistic::Argmax { nearest: None } | Statistic::Maximum)
+        (
+            When::Filter | When::Predict(_) | When::Smooth,
+            Statistic::Argmax { nearest: None } | Statistic::Maximum,
+        )
             if ask.searched.iter().all(|item| model.variables[item.variable].domain.is_finite()) =>
         {
             return None;
@@ -168,6 +175,7 @@ impl Offered for OverTime {
             By::Chain => Strategy::Chain,
             By::Gaussian(_) => Strategy::Gaussian,
             By::Particles { .. } => Strategy::Particles,
+            By::Extended => Strategy::ExtendedKalman,
         }
     }
 
@@ -178,7 +186,7 @@ impl Offered for OverTime {
     fn cost(&self, model: &Model) -> Option<f64> {
         match &self.by {
             By::Gaussian(gaussian) => gaussian.cost(model),
-            By::Chain | By::Particles { .. } => None,
+            By::Chain | By::Particles { .. } | By::Extended => None,
         }
     }
 
@@ -187,6 +195,7 @@ impl Offered for OverTime {
             By::Chain => "exact, instant by instant: the carried variables are finite",
             By::Gaussian(_) => "exact, instant by instant: the carried variables are linear and Gaussian",
             By::Particles { .. } => "estimated, instant by instant, by particles",
+            By::Extended => "approximate, instant by instant: linearised",
         }
     }
 
@@ -293,13 +302,28 @@ impl OverTime {
                 "Kalman filter",
                 format!("{carried_names} is carried, linear and Gaussian: a normal distribution is carried"),
             ),
+            By::Extended => (
+                "extended Kalman filter",
+                format!(
+                    "approximate: a normal distribution of {carried_names} is carried by the tangents of the means, taken at the estimate \
+                     of each instant"
+                ),
+            ),
             By::Particles { reason, .. } => (
                 "particle filter",
                 format!("{reason}: draws follow the program and are weighted by the observations"),
             ),
         };
         let mut lines = vec![(rule.to_owned(), reason, forward)];
-        if let By::Particles { linear, .. } = &self.by {
+        if let By::Particles { linear, guided, .. } = &self.by {
+            if *guided && self.ask().when.is_over_time() {
+                let reason = "where all observations are given together, draws are proposed by the program linearised along its \
+                              most probable path, and weighted by the program over the proposal; where unguided draws find \
+                              observations more probable, they answer";
+                let equation =
+                    notation.text("wₙ ← wₙ p(x z | x⁻¹) / q(x)", "w_n \\leftarrow w_n\\, p(x z | x^{-1}) / q(x)");
+                lines.push(("guided proposal".to_owned(), reason.to_owned(), equation.to_owned()));
+            }
             let resampled =
                 "particles are resampled (systematically) when their effective number is less than half";
             let equation = notation.text("1 / Σₙ wₙ² < N / 2", "1 / \\sum_n w_n^2 < N / 2").to_owned();
@@ -318,7 +342,18 @@ impl OverTime {
                 ));
             }
         }
+        let by_particles = matches!(self.by, By::Particles { .. });
         let last = match self.ask().when {
+            When::Smooth if by_particles => Some((
+                "backward simulation",
+                "each path goes back from particle to particle; where the transition has no density, to its ancestors",
+                notation.text("xₜ ~ Wₜ p(xₜ₊₁ | xₜ)", "x_t \\sim W_t\\, p(x_{t+1} | x_t)"),
+            )),
+            When::Sequence if by_particles => Some((
+                "most probable path",
+                "of the paths of the particles the one with the largest density together with the observations",
+                notation.text("maxₙ p(x₁ … x_T z)", "\\max_n p(x_1 \\ldots x_T z)"),
+            )),
             When::Smooth => Some((
                 "backward",
                 "with later observations",
@@ -354,7 +389,7 @@ impl OverTime {
     /// The products of an instant. Linear-Gaussian programs carry a mean and a covariance and have no products.
     pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let reason = match self.by {
-            By::Gaussian(_) => return Vec::new(),
+            By::Gaussian(_) | By::Extended => return Vec::new(),
             By::Chain => "over time each potential has a separate scale",
             By::Particles { .. } => "weights of draws are logarithms",
         };

@@ -4,23 +4,33 @@
 //! the last instant, each with its drawn values and the law of the rest. Invariant: each particle has a stream of
 //! random numbers for each instant, and sums have a fixed order: the number of threads changes nothing.
 //!
-//! The proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z | parentsₙ). Resampled
+//! Where nothing is hidden but finite variables and what is linear given them, they are drawn from their law given the next
+//! observations (fully adapted: Pitt and Shephard 1999). Where every hidden real has a normal form, a [`Guide`] proposes. Otherwise
+//! the proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z | parentsₙ). Resampled
 //! systematically when 1 / Σ W² < N/2 (Kitagawa 1996). A Kalman filter in each particle carries the linear variables,
 //! and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
 
+mod cloud;
+mod guide;
 mod linear;
 mod offer;
+mod paths;
 
+pub(crate) use cloud::Cloud;
+pub(crate) use guide::Guide;
 pub(crate) use linear::{is_linear_in, linear};
 pub(crate) use offer::Engine;
+pub(crate) use paths::{Path, Paths};
 
-use crate::distribution::{Instance, LinearMean, Setting, ln_sum};
+use crate::distribution::{Instance, LinearMean, Setting, choose, ln_sum};
 use crate::error::Error;
-use crate::ids::VariableId;
+use crate::ids::{Id, VariableId};
+use crate::model::{Ask, DerivedKind};
 use crate::progress::{self, Work};
 use crate::random::Random;
-use crate::sample::{Draws, Normals, Observations, Sampling, Streams};
-use crate::strategies::gaussian::SlotLaw;
+use crate::radix;
+use crate::sample::{Observations, Sampling, Streams};
+use crate::strategies::gaussian::{SlotLaw, relevant};
 use crate::strategies::over_time::Instant;
 use crate::strategies::weighting::draw_or_weigh;
 use rand::RngExt;
@@ -34,18 +44,6 @@ pub(crate) struct Particle {
     pub(crate) values: Vec<f64>,
     /// The law of the slots that are not drawn.
     pub(crate) law: SlotLaw,
-}
-
-/// The particles of an instant.
-#[derive(Clone, Debug)]
-pub(crate) struct Cloud {
-    pub(crate) particles: Vec<Particle>,
-    /// ln of the weights, which sum to one.
-    pub(crate) ln_weights: Vec<f64>,
-    /// ln P(observations)
-    pub(crate) ln_evidence: f64,
-    /// The effective sample size, instant by instant.
-    pub(crate) effective: Vec<f64>,
 }
 
 /// The transition of the particles.
@@ -63,11 +61,29 @@ pub(crate) struct Moves<'s> {
     now: Vec<Instance>,
     /// (slot of X, slot of X^-1)
     carried: Vec<(usize, usize)>,
+    /// For a name that a question gives to an element, its slot and that of the element.
+    elements: Vec<(usize, usize)>,
+    /// The variables that matter to the question.
+    relevant: Vec<bool>,
+    /// The hidden slots of an instant, where all that are drawn are finite; empty where others are drawn too.
+    finite: Vec<(usize, usize)>,
+    /// Whether others than finite slots are drawn.
+    reals: bool,
 }
+
+/// Upper limit on the combinations of finite values that are tried for each particle.
+const MOST_CHOICES: usize = 64;
+
+/// A guided particle is worth many: of a large number, so many are followed at least.
+const GUIDED: usize = 2000;
+
+/// The difference of two estimates of ln P(observations) above which the larger one is believed: the other has missed something.
+const MISSED: f64 = 0.1;
 
 impl<'s> Moves<'s> {
     pub(crate) fn new(
         setting: &Setting<'s>,
+        ask: &Ask,
         carried: &[(VariableId, VariableId)],
         linear: &[VariableId],
         sampling: Sampling,
@@ -80,9 +96,21 @@ impl<'s> Moves<'s> {
             model.variables[*variable].previous_of.is_none()
                 && form.is_none_or(|form| form.as_normal().is_none())
         };
-        let (before, now) = setting.ordered()?.into_iter().partition(|instance| {
-            model.variables[setting.variable_of(instance.left[0])].previous_of.is_some()
-        });
+        let (before, now): (Vec<Instance>, Vec<Instance>) =
+            setting.ordered()?.into_iter().partition(|instance| {
+                model.variables[setting.variable_of(instance.left[0])].previous_of.is_some()
+            });
+        let mut matters = vec![false; model.variables.len()];
+        relevant(model, std::slice::from_ref(ask)).into_iter().for_each(|id| matters[id.position()] = true);
+        let drawn = now.iter().filter(|it| !is_linear[it.left[0]] && matters[setting.variable_of(it.left[0]).position()]);
+        let count = |slot: usize| (slot, setting.count(setting.variable_of(slot)));
+        let is_finite = |it: &Instance| it.left.len() == 1 && count(it.left[0]).1 > 0;
+        let reals = !drawn.clone().all(is_finite);
+        let finite = if reals { Vec::new() } else { drawn.map(|it| count(it.left[0])).collect() };
+        let is_element =
+            |it: &&Instance| model.variables[setting.variable_of(it.left[0])].derived == Some(DerivedKind::Element);
+        let element = |it: &Instance| Some((it.left[0], setting.reads(it).into_iter().next()?));
+        let elements = now.iter().filter(is_element).filter_map(element).collect();
         let slots = |(now, before): &(VariableId, VariableId)| {
             setting.slots_of(*now).zip(setting.slots_of(*before)).collect::<Vec<_>>()
         };
@@ -93,27 +121,89 @@ impl<'s> Moves<'s> {
             before,
             now,
             carried: carried.iter().flat_map(slots).collect(),
+            elements,
+            relevant: matters,
+            finite,
+            reals,
             linear: is_linear,
             dirac: linear.iter().any(is_dirac),
         })
     }
 
-    /// Follows the observations.
+    /// Follows the observations, guided where that is possible; the first of the instants that no particle agrees with is an
+    /// inner error.
     ///
     /// # Errors
-    /// `Ok(Err(instant))` where no particle agrees with the observations of an instant; numbers outside the range that
-    /// a form accepts.
-    pub(crate) fn follow(&self, instants: &[Instant]) -> Result<Result<Cloud, usize>, Error> {
-        let mut cloud = self.begin()?;
+    /// Numbers outside the range that a form accepts.
+    pub(crate) fn follow(
+        &self,
+        instants: &[Instant],
+        each: &mut dyn FnMut(&Cloud),
+    ) -> Result<Result<Cloud, usize>, Error> {
+        let Some(guide) = self.guide(instants) else { return self.follow_by(instants, None, self.count(), each) };
+        // Unguided particles see whether the guide misses a part: it would lower its estimate of P(observations).
+        let scouts = self.follow_by(instants, None, (self.count() / 10).max(self.count().min(1000)), &mut |_| {})?;
+        if progress::is_stopped() {
+            return Ok(scouts);
+        }
+        let guided = self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 50), each)?;
+        let trusted = match (&guided, &scouts) {
+            (Ok(guided), Ok(scouts)) => {
+                let error: f64 = scouts.effective.iter().map(|own| 1.0 / own).sum::<f64>().sqrt();
+                let error = error.min(1.0) * 3.0 + MISSED;
+                scouts.ln_evidence <= guided.ln_evidence + error
+            }
+            (guided, _) => guided.is_ok(),
+        };
+        if trusted { Ok(guided) } else { self.follow_by(instants, None, self.count(), each) }
+    }
+
+    /// The number of particles that the user asked for.
+    fn count(&self) -> usize {
+        self.sampling.particles
+    }
+
+    /// The guide of some observations, where the drawn variables are real and normal.
+    fn guide(&self, instants: &[Instant]) -> Option<Guide> {
+        if !self.reals {
+            return None;
+        }
+        let instants: Vec<Instant> = instants.iter().map(|instant| self.of_elements(instant)).collect();
+        let parts = guide::Parts {
+            first: &self.first,
+            later: &self.setting,
+            before: &self.before,
+            now: &self.now,
+            carried: &self.carried,
+            relevant: self.relevant.clone(),
+        };
+        Guide::of(&parts, &instants)
+    }
+
+    /// Observations of the elements themselves, in place of the names that a question gives to them.
+    fn of_elements(&self, instant: &Instant) -> Instant {
+        let own = |slot: usize| self.elements.iter().find(|(name, _)| *name == slot).map_or(slot, |(_, own)| *own);
+        instant.iter().map(|(slot, value)| (own(*slot), *value)).collect()
+    }
+
+    fn follow_by(
+        &self,
+        instants: &[Instant],
+        guide: Option<&Guide>,
+        count: usize,
+        each: &mut dyn FnMut(&Cloud),
+    ) -> Result<Result<Cloud, usize>, Error> {
+        let mut cloud = self.begin_by(guide, count)?;
         let work = Work::of(instants.len());
         for (instant, observed) in instants.iter().enumerate() {
             if !work.goes_on() {
                 // Interrupted: the instants so far are answered.
                 break;
             }
-            if !self.advance(&mut cloud, observed)? {
+            if !self.advance_by(guide, &mut cloud, observed)? {
                 return Ok(Err(instant));
             }
+            each(&cloud);
         }
         cloud.complete();
         match cloud.effective.is_empty() && progress::is_stopped() {
@@ -124,7 +214,10 @@ impl<'s> Moves<'s> {
 
     /// The particles before the first instant.
     pub(crate) fn begin(&self) -> Result<Cloud, Error> {
-        let count = self.sampling.particles;
+        self.begin_by(None, self.count())
+    }
+
+    fn begin_by(&self, guide: Option<&Guide>, count: usize) -> Result<Cloud, Error> {
         let streams = Streams::new(self.sampling.seed, "particles");
         let begin = |number: usize| {
             let values = Observations::none(&self.setting).values;
@@ -137,52 +230,126 @@ impl<'s> Moves<'s> {
                 }
             }
             let none = Observations::none(&self.setting);
-            let ln_weight =
-                self.run(&self.first, &self.before, &none, &mut streams.stream(number), &mut particle)?;
-            Ok((particle, ln_weight - (count as f64).ln()))
+            let random = &mut streams.stream(number);
+            let [ln_weight, ln_ahead] = self.moved(guide, 0, &none, random, &mut particle)?;
+            Ok((particle, ln_weight - (count as f64).ln(), ln_ahead))
         };
-        let begun: Vec<(Particle, f64)> =
+        let begun: Vec<(Particle, f64, f64)> =
             (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
-        let (particles, ln_weights) = begun.into_iter().unzip();
-        Ok(Cloud { particles, ln_weights, ln_evidence: 0.0, effective: Vec::new() })
+        let (weights, ahead) = begun.iter().map(|(_, weight, ahead)| (*weight, *ahead)).unzip();
+        Ok(Cloud::new(begun.into_iter().map(|(particle, ..)| particle).collect(), weights, ahead))
     }
 
     /// Follows one more instant; `false` where no particle agrees with its observations.
     pub(crate) fn advance(&self, cloud: &mut Cloud, observed: &Instant) -> Result<bool, Error> {
-        let (count, instant) = (self.sampling.particles, cloud.effective.len());
+        self.advance_by(None, cloud, observed)
+    }
+
+    fn advance_by(
+        &self,
+        guide: Option<&Guide>,
+        cloud: &mut Cloud,
+        observed: &Instant,
+    ) -> Result<bool, Error> {
+        let (count, instant) = (cloud.particles.len(), cloud.effective.len());
         let streams = Streams::new(self.sampling.seed, "particles");
         let resampling = Streams::new(self.sampling.seed, "resampling");
-        if let Some(before) = instant.checked_sub(1)
-            && cloud.effective[before] < 0.5 * count as f64
-        {
-            cloud.resample(resampling.stream(before).random());
+        match instant.checked_sub(1) {
+            Some(before) if cloud.effective[before] < 0.5 * count as f64 => {
+                cloud.resample(resampling.stream(before).random());
+            }
+            _ => cloud.keep_all(),
         }
+        let observed = self.of_elements(observed);
         let mut observations = Observations::none(&self.setting);
         observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
         let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
             // A particle of weight zero has no values from which the next instant could follow.
             if *ln_weight == f64::NEG_INFINITY {
-                return Ok(0.0);
+                return Ok([0.0; 2]);
             }
             if instant > 0 {
                 self.carry(particle);
             }
             let mut random = streams.stream((instant + 1) * count + number);
             observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
-            let setting = if instant == 0 { &self.first } else { &self.setting };
-            self.run(setting, &self.now, &observations, &mut random, particle)
+            self.moved(guide, instant + 1, &observations, &mut random, particle)
         };
         let particles = cloud.particles.par_iter_mut().enumerate();
-        let weights: Vec<f64> = particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
-        cloud.ln_weights.iter_mut().zip(weights).for_each(|(weight, more)| *weight += more);
-        let total = ln_sum(&cloud.ln_weights);
-        if !total.is_finite() {
-            return Ok(false);
+        let weights: Vec<[f64; 2]> =
+            particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
+        cloud.ln_weights.iter_mut().zip(&weights).for_each(|(weight, [more, _])| *weight += more);
+        cloud.ln_ahead = weights.iter().map(|[_, ahead]| *ahead).collect();
+        Ok(cloud.settle())
+    }
+
+    /// Moves a particle to an instant (0 is X^-1 before the first): ln of its weight, and of what the guide expects.
+    fn moved(
+        &self,
+        guide: Option<&Guide>,
+        step: usize,
+        observations: &Observations,
+        random: &mut Random,
+        particle: &mut Particle,
+    ) -> Result<[f64; 2], Error> {
+        let setting = if step <= 1 { &self.first } else { &self.setting };
+        let instances = if step == 0 { &self.before } else { &self.now };
+        let Some(guide) = guide else {
+            let ln_weight = match step > 0 && self.choices(observations) > 1 {
+                true => self.choose(setting, observations, random, particle)?,
+                false => self.run(setting, instances, observations, random, particle)?,
+            };
+            return Ok([ln_weight, 0.0]);
+        };
+        let proposed: Vec<usize> = guide.proposed(step).filter(|slot| !self.linear[*slot]).collect();
+        let mut known = observations.clone();
+        let mut ln_proposal = 0.0;
+        if !proposed.is_empty() {
+            let law = guide.law(step, &particle.values, &particle.law).select(&proposed);
+            let values = law.draw(random);
+            ln_proposal = law.ln_density(&values);
+            for (slot, value) in proposed.iter().zip(values) {
+                (particle.values[*slot], known.values[*slot]) = (value, value);
+            }
         }
-        cloud.ln_evidence += total;
-        cloud.ln_weights.iter_mut().for_each(|weight| *weight -= total);
-        cloud.effective.push(1.0 / cloud.ln_weights.iter().map(|ln| (2.0 * ln).exp()).sum::<f64>());
-        Ok(true)
+        let ln_weight = self.run(setting, instances, &known, random, particle)? - ln_proposal;
+        Ok([ln_weight, guide.ln_ahead(step, &particle.values, &particle.law)])
+    }
+
+    /// The combinations of values of the hidden finite slots, where all drawn slots are finite; else 1.
+    fn choices(&self, observations: &Observations) -> usize {
+        let hidden = self.finite.iter().filter(|(slot, _)| observations.values[*slot].is_nan());
+        let product = hidden.fold(1, |product: usize, (_, count)| product.saturating_mul(*count));
+        if product <= MOST_CHOICES { product } else { 1 }
+    }
+
+    /// Draws the hidden finite slots from their distribution given the observations of the instant.
+    fn choose(
+        &self,
+        setting: &Setting<'_>,
+        observations: &Observations,
+        random: &mut Random,
+        particle: &mut Particle,
+    ) -> Result<f64, Error> {
+        let hidden: Vec<(usize, usize)> =
+            self.finite.iter().copied().filter(|(slot, _)| observations.values[*slot].is_nan()).collect();
+        let mut tried = Vec::new();
+        for choice in 0..self.choices(observations) {
+            let (mut own, mut known) = (particle.clone(), observations.clone());
+            let values = radix::in_order(choice, hidden.iter().map(|(_, count)| *count));
+            for ((slot, _), value) in hidden.iter().zip(values) {
+                (own.values[*slot], known.values[*slot]) = (value as f64, value as f64);
+            }
+            let ln = self.run(setting, &self.now, &known, random, &mut own)?;
+            tried.push((ln, own));
+        }
+        let lns: Vec<f64> = tried.iter().map(|(ln, _)| *ln).collect();
+        let total = ln_sum(&lns);
+        let shares: Vec<f64> = lns.iter().map(|ln| (ln - total).exp()).collect();
+        if let Some(chosen) = total.is_finite().then(|| choose(&shares, random.random::<f64>())).flatten() {
+            *particle = tried.swap_remove(chosen).1;
+        }
+        Ok(total)
     }
 
     /// X becomes X^-1.
@@ -235,55 +402,5 @@ impl<'s> Moves<'s> {
         particle.law.extend(slot, &terms, constant, deviation);
         particle.values[slot] = f64::NAN;
         Ok(if observed.is_nan() { 0.0 } else { particle.law.observe(slot, observed) })
-    }
-}
-
-impl Cloud {
-    /// Systematic resampling: copies of each in proportion to its weight, from one uniform number.
-    fn resample(&mut self, uniform: f64) {
-        let count = self.particles.len();
-        // Only particles of positive weight: rounding of the sum must not choose any other.
-        let possible: Vec<usize> = (0..count).filter(|own| self.ln_weights[*own].exp() > 0.0).collect();
-        let weight = |source: usize| self.ln_weights[possible[source]].exp();
-        let (mut sum, mut source, mut chosen) = (weight(0), 0, Vec::with_capacity(count));
-        for number in 0..count {
-            let position = (number as f64 + uniform) / count as f64;
-            while sum < position && source + 1 < possible.len() {
-                source += 1;
-                sum += weight(source);
-            }
-            chosen.push(self.particles[possible[source]].clone());
-        }
-        self.particles = chosen;
-        self.ln_weights.fill(-(count as f64).ln());
-    }
-}
-
-impl Cloud {
-    /// Copies values to particles of weight zero, which have none: they contribute nothing but must be readable.
-    pub(crate) fn complete(&mut self) {
-        let Some(other) = self.ln_weights.iter().position(|weight| *weight > f64::NEG_INFINITY) else {
-            return;
-        };
-        for number in 0..self.particles.len() {
-            if self.ln_weights[number] == f64::NEG_INFINITY {
-                self.particles[number] = self.particles[other].clone();
-            }
-        }
-    }
-
-    /// The draws of some drawn slots.
-    pub(crate) fn draws(&self, slots: &[usize]) -> Draws {
-        let of = |particle: &Particle| slots.iter().map(|slot| particle.values[*slot]).collect::<Vec<_>>();
-        Draws::weighted(self.particles.iter().flat_map(of).collect(), slots.len(), &self.ln_weights)
-    }
-
-    /// The distribution of a slot that was not drawn: a mixture of normal laws.
-    pub(crate) fn mixture(&self, slot: usize) -> Normals {
-        let law = |(ln, particle): (&f64, &Particle)| {
-            let [mean, deviation] = particle.law.of(slot).expect("internal: a linear variable has a law");
-            [ln.exp(), mean, deviation]
-        };
-        Normals::new(self.ln_weights.iter().zip(&self.particles).map(law).collect())
     }
 }

@@ -1,13 +1,15 @@
 //! The offer of particle filters: questions over time whose carried belief has no exact form.
 //!
-//! In: an ask over time. Out: a route whose linear variables are not drawn. Invariant: draws go forward only.
+//! In: an ask over time. Out: a route whose linear variables are not drawn. Invariant: an accepted
+//! offer answers. Where earlier instants are asked given later observations, nothing is integrated: paths are lists of values.
 
-use super::linear;
+use super::{guide, linear};
 use crate::error::Error;
-use crate::model::{Ask, Finding, Model};
+use crate::ids::VariableId;
+use crate::model::{Ask, Finding, Known, Model, Statistic, When};
 use crate::strategies::chain;
 use crate::strategies::over_time::{self, By, OverTime};
-use crate::strategies::weighting::refused_factor;
+use crate::strategies::weighting::{has_point, refused_factor};
 use crate::strategies::{self, Route, Turn, refused};
 
 /// The strategy.
@@ -19,22 +21,21 @@ impl strategies::Engine for Engine {
         over_time::check(model, ask)?;
         let carried = over_time::carried(model);
         let reason = chain::refusal(model, ask, &carried);
-        if reason.is_none() {
+        if reason.is_none() || ask.when == When::Sequence {
             over_time::check_sequence(model, ask)?;
         }
         let reason = reason.unwrap_or_else(|| "it is answered exactly, instant by instant".to_owned());
+        let linear = if ask.when.is_every_instant() { Vec::new() } else { linear(model) };
         let why = over_time::not_of_reals(model, ask)
             .or_else(|| virtually(model, ask))
-            .or_else(|| {
-                let word = ask.when.word();
-                let back = ask.when.is_every_instant();
-                back.then(|| format!("draws go forward only: ask for `filter`, not `{word}`"))
-            })
-            .or_else(|| model.factors.values().find_map(|factor| refused_factor(model, factor)));
+            .or_else(|| not_of_paths(model, ask))
+            .or_else(|| model.factors.values().find_map(|factor| refused_factor(model, factor)))
+            .or_else(|| never_met(model, ask, &linear));
         if let Some(why) = why {
             return Err(refused(model, asks, &format!("{reason}; and {why}")));
         }
-        let by = By::Particles { linear: linear(model), reason };
+        let guided = guide::applies(model, ask);
+        let by = By::Particles { linear, reason, guided };
         Ok(Route::OverTime(OverTime { asks: asks.to_vec(), carried, by }))
     }
 }
@@ -44,4 +45,35 @@ fn virtually(model: &Model, ask: &Ask) -> Option<String> {
     let known = ask.known.iter().find(|known| matches!(known.evidence, Finding::Virtual(_)))?;
     let name = model.variable_name(known.variable);
     Some(format!("draws are weighted by observations: `{name}` has a likelihood"))
+}
+
+/// The reason why a statistic is not that of the most probable path.
+fn not_of_paths(model: &Model, ask: &Ask) -> Option<String> {
+    let word = ask.statistic.word();
+    let is_path = matches!(ask.statistic, Statistic::Distribution | Statistic::Argmax { nearest: None });
+    let names: Vec<String> = ask.searched.iter().map(|item| model.variable_name(item.variable)).collect();
+    let names = names.join(" ");
+    (ask.when == When::Sequence && !is_path).then(|| {
+        format!(
+            "of a sequence particles give the most probable of their paths, not its `{word}`: ask for `{word} smooth P({names} | …)`, \
+             each instant alone"
+        )
+    })
+}
+
+/// The reason why no draw would ever meet an observation.
+fn never_met(model: &Model, ask: &Ask, linear: &[VariableId]) -> Option<String> {
+    let is_exact = |known: &&Known| {
+        let variable = &model.variables[known.variable];
+        let form = model.factor_of(known.variable).map(|factor| &model.factors[factor].form);
+        !variable.domain.is_finite()
+            && variable.derived.is_none()
+            && !linear.contains(&known.variable)
+            && form.is_some_and(has_point)
+    };
+    let name = model.variable_name(ask.known.iter().find(is_exact)?.variable);
+    Some(format!(
+        "`{name}` is observed, and has a `dirac` form: no draw would ever meet the value; observe it with some noise, \
+         `normal(…, deviation)`"
+    ))
 }

@@ -1,0 +1,115 @@
+//! Smoothing and sequences by particles, compared with exact smoothers.
+//!
+//! In: programs that sums or a Kalman smoother answer, and the same by particles. Out: estimates at each instant. Invariant:
+//! expected values are the exact ones.
+
+use super::guided::{by_particles, column, covers, mean};
+use crate::support::{model_of, question};
+use bp_core::compiler::answer::{Answer, Figure, ask_over_time, ask_over_time_by};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
+
+fn exactly(model: &Model, text: &str, rows: &[Vec<(String, f64)>]) -> Answer {
+    ask_over_time(model, &question(model, text), rows, &Inputs::new(), Sampling::default()).unwrap().remove(0)
+}
+
+/// Three states that are seen through a real.
+const MOODS: &str = "program Moods { variables { S, S^-1 : { low, middle, high }; Z : real; }
+    decomposition { P(S^-1) P(S | S^-1) P(Z | S) }
+    forms { P(S^-1) = previous(S) else categorical(0.6, 0.3, 0.1);
+            P(S | S^-1) = table { low: 0.8, 0.2, 0; middle: 0.1, 0.8, 0.1; high: 0, 0.3, 0.7; };
+            P(Z | S) = normal(match S { low => -1, middle => 0, high => 2 }, 1); } }";
+
+const HEARD: [f64; 12] = [-0.8, -0.3, 0.9, 1.7, 2.6, 0.4, -0.2, 0.1, -1.9, -0.7, 0.5, 1.2];
+
+#[test]
+fn finite_states_are_smoothed_as_by_sums() {
+    let model = model_of(MOODS);
+    let rows = column("Z", &HEARD);
+    let exact = exactly(&model, "smooth P(S | Z)", &rows);
+    let answer = by_particles(&model, "smooth P(S | Z)", &rows, Sampling { particles: 6000, seed: 4 });
+    assert_eq!(answer.answer.len(), exact.answer.len());
+    for (found, exact) in answer.answer.iter().zip(&exact.answer) {
+        assert_eq!(found.values, exact.values);
+        let Figure::Estimated { p, error } = found.figure else { panic!("{found:?}") };
+        let expected = exact.p().unwrap();
+        assert!((p - expected).abs() < 4.0 * error + 1e-3, "{:?}: {p} ± {error}, expected {expected}", found.values);
+    }
+    assert!((answer.ln_evidence.unwrap() - exact.ln_evidence.unwrap()).abs() < 0.1);
+    // The most probable of 6000 paths is the most probable sequence.
+    let states = |answer: &Answer| -> Vec<String> {
+        answer.answer.iter().map(|row| row.values.iter().find(|(name, _)| name == "S").unwrap().1.clone()).collect()
+    };
+    let likely = exactly(&model, "sequence P(S | Z)", &rows);
+    let path = by_particles(&model, "sequence P(S | Z)", &rows, Sampling { particles: 6000, seed: 4 });
+    assert_eq!(states(&path), states(&likely));
+    assert_eq!(path.answer[0].figure, Figure::Mode { by: "most probable of the drawn paths" });
+}
+
+const WALK: &str = "program Walk { variables { X, X^-1, Z : real; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
+    forms { P(X^-1) = previous(X) else normal(1, 1); P(X | X^-1) = normal(0.8 * X^-1, 0.5); P(Z | X) = normal(X, 0.7); } }";
+
+const WALKED: [f64; 8] = [0.3, 1.4, 0.2, -1.0, 0.5, 2.2, 1.9, 0.4];
+
+#[test]
+fn reals_are_smoothed_as_by_the_kalman_smoother() {
+    let model = model_of(WALK);
+    let rows = column("Z", &WALKED);
+    let exact = exactly(&model, "smooth P(X | Z)", &rows);
+    let means: Vec<f64> = exact.answer.iter().map(|row| match row.figure {
+        Figure::Normal { mean, .. } => mean,
+        figure => panic!("{figure:?}"),
+    }).collect();
+    for instant in [0, 3, 7] {
+        let of = |seed: u64| {
+            mean(&by_particles(&model, "smooth P(X | Z)", &rows, Sampling { particles: 300, seed }), instant)
+        };
+        covers(of, means[instant], 40);
+    }
+    // The most probable path of a normal law is its mean: that of 10 000 drawn paths is near.
+    let path = by_particles(&model, "sequence P(X | Z)", &rows, Sampling { particles: 10_000, seed: 1 });
+    let off = path.answer.iter().zip(&means).map(|(row, mean)| (row.values[1].1.parse::<f64>().unwrap() - mean).powi(2));
+    let off = (off.sum::<f64>() / means.len() as f64).sqrt();
+    assert!(off < 0.35, "{off}");
+}
+
+/// The position has no noise of its own, so the transition has no density: paths are those of the ancestors.
+#[test]
+fn without_a_density_paths_are_those_of_the_ancestors() {
+    let model = model_of(
+        "program Cart { variables { X, X^-1, W, W^-1, Z : real; } decomposition { P(X^-1) P(W^-1) P(W | W^-1) P(X | X^-1 W) P(Z | X) }
+         forms { P(X^-1) = previous(X) else normal(0, 1); P(W^-1) = previous(W) else normal(0, 1);
+                 P(W | W^-1) = normal(0.9 * W^-1, 0.3); P(X | X^-1 W) = dirac(X^-1 + 0.5 * W); P(Z | X) = normal(X, 0.5); } }",
+    );
+    let rows = column("Z", &[0.2, 0.6, 0.5, 1.4, 1.2]);
+    let exact = exactly(&model, "smooth P(X W | Z)", &rows);
+    let answer = by_particles(&model, "smooth P(X W | Z)", &rows, Sampling { particles: 2000, seed: 2 });
+    for (row, exact) in exact.answer.iter().enumerate() {
+        let (Figure::Normal { mean: expected, .. }, [found, error]) = (exact.figure, mean(&answer, row)) else {
+            panic!("{exact:?}")
+        };
+        assert_eq!(answer.answer[row].values, exact.values);
+        assert!((found - expected).abs() < 4.0 * error, "{:?}: {found} ± {error}, expected {expected}", exact.values);
+    }
+}
+
+#[test]
+fn what_paths_do_not_answer_is_refused() {
+    let model = model_of(&WALK.replace("normal(X, 0.7)", "laplace(X, 0.7)"));
+    let refused = |text: &str| {
+        let rows = column("Z", &WALKED);
+        let answers = ask_over_time_by(&model, &question(&model, text), &rows, &Inputs::new(), Sampling::default(), None);
+        answers.unwrap_err().to_string()
+    };
+    assert!(refused("variance sequence P(X | Z)").contains("the most probable of their paths"), "{}", refused("variance sequence P(X | Z)"));
+    assert!(refused("entropy smooth P(X | Z)").contains("`entropy` is not available"));
+    let sequence = refused("sequence P(Z | Z)");
+    assert!(sequence.contains("search `X` too") || sequence.contains("`Z`"), "{sequence}");
+    let sharp = model_of(&WALK.replace("normal(X, 0.7)", "dirac(abs(X))"));
+    let rows = column("Z", &WALKED);
+    let by = Some(Strategy::Particles);
+    let error = ask_over_time_by(&sharp, &question(&sharp, "filter P(X | Z)"), &rows, &Inputs::new(), Sampling::default(), by);
+    assert!(error.unwrap_err().to_string().contains("no draw would ever meet the value"));
+}
