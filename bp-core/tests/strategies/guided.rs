@@ -56,13 +56,13 @@ fn of_a_linear_program_the_kalman_filter() {
     }
     let model = model_of(DRAWN);
     let asked = |seed: u64| {
-        let answer = by_particles(&model, "filter P(X | Z)", &column("Z", &SEEN), Sampling { particles: 200, seed });
+        let answer = by_particles(&model, "filter P(X | Z)", &column("Z", &SEEN), Sampling { particles: 100, seed });
         // All weights are equal: ln P is exact, and each particle is an independent draw.
         assert!((answer.ln_evidence.unwrap() - ln).abs() < 1e-9, "{:?} {ln}", answer.ln_evidence);
-        assert!((answer.estimate.as_ref().unwrap().effective - 200.0).abs() < 1e-6);
+        assert!((answer.estimate.as_ref().unwrap().effective - 100.0).abs() < 1e-6);
         mean(&answer, 0)
     };
-    covers(asked, m, 80);
+    covers(asked, m, 40);
 }
 
 /// The filtered mean and ln P by sums over a grid.
@@ -98,7 +98,7 @@ fn of_a_mildly_non_linear_program_the_integral() {
         assert!((answer.ln_evidence.unwrap() - ln).abs() < 0.4, "{:?} {ln}", answer.ln_evidence);
         mean(&answer, 0)
     };
-    covers(asked, expected, 80);
+    covers(asked, expected, 40);
 }
 
 /// The density of what is observed is not normal: draws follow the program, and are resampled.
@@ -115,7 +115,7 @@ fn errors_count_particles_of_one_origin_once() {
         let sampling = Sampling { particles: 400, seed };
         mean(&by_particles(&model, "filter P(X | Z)", &column("Z", &z), sampling), 0)
     };
-    covers(asked, expected, 80);
+    covers(asked, expected, 40);
 }
 
 /// Both signs explain X² = 4: a guide along one path would see one of them.
@@ -167,7 +167,7 @@ fn the_head_turns_as_the_kalman_filter_says() {
         c = keep * c + (both - pc) / spread * surprise;
         p = pc - (both - pc).powi(2) / spread;
     }
-    for particles in [100, 800] {
+    for particles in [60, 240] {
         let answer = by_particles(&model, "filter P(Omega | V F)", &rows, Sampling { particles, seed: 1 });
         let [found, error] = mean(&answer, 2);
         assert!(error < 0.1 && (found - omega).abs() < 4.0 * error, "{found} ± {error}, expected {omega}");

@@ -304,7 +304,7 @@ const WALKERS: &str = "program Walkers over t in Time {
     parameters { keep[1..=2] : real = [0.9, 0.5]; r[1..=2] : real = [0.7, 0.4]; }
     variables { X[i in 1..=2], X[i in 1..=2]^-1, Z[i in 1..=2], U : real; }
     decomposition { prod(i in 1..=2) { P(X[i]^-1) P(X[i] | X[i]^-1) P(Z[i] | X[i]) } P(U | X[2]) }
-    forms { P(X[i]^-1) = previous(X[i]) else normal(i, 2);
+    forms { P(X[i]^-1) = previous(X) else normal(i, 2);
             P(X[i] | X[i]^-1) = normal(keep[i] * X[i]^-1, 0.3 * i);
             P(Z[i] | X[i]) = normal(X[i] + i, r[i]); P(U | X[2]) = normal(2 * X[2] - 1, 0.5); } }";
 
@@ -397,7 +397,7 @@ fn an_observation_of_several_elements_over_time() {
     let model = model_of(
         "program Row over t in Time { variables { X[i in 0..=3], X[i in 0..=3]^-1, Z : real; }
          decomposition { prod(i in 0..=3) { P(X[i]^-1) P(X[i] | X[i]^-1) } P(Z | X) }
-         forms { P(X[i]^-1) = previous(X[i]) else normal(0, 1); P(X[i] | X[i]^-1) = normal(X[i]^-1, 0.5);
+         forms { P(X[i]^-1) = previous(X) else normal(0, 1); P(X[i] | X[i]^-1) = normal(X[i]^-1, 0.5);
                  P(Z | X) = normal(X[0] - X[1] + 2 * X[3], 0.1); } }",
     );
     let mut dense = Dense { mean: Vec::new(), covariance: DMatrix::zeros(0, 0) };

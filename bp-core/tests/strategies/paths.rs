@@ -62,11 +62,11 @@ fn reals_are_smoothed_as_by_the_kalman_smoother() {
         Figure::Normal { mean, .. } => mean,
         figure => panic!("{figure:?}"),
     }).collect();
-    for instant in [0, 3, 7] {
+    for instant in [0, 5] {
         let of = |seed: u64| {
             mean(&by_particles(&model, "smooth P(X | Z)", &rows, Sampling { particles: 300, seed }), instant)
         };
-        covers(of, means[instant], 40);
+        covers(of, means[instant], 30);
     }
     // The most probable path of a normal law is its mean: that of 10 000 drawn paths is near.
     let path = by_particles(&model, "sequence P(X | Z)", &rows, Sampling { particles: 10_000, seed: 1 });
@@ -103,10 +103,8 @@ fn what_paths_do_not_answer_is_refused() {
         let answers = ask_over_time_by(&model, &question(&model, text), &rows, &Inputs::new(), Sampling::default(), None);
         answers.unwrap_err().to_string()
     };
-    assert!(refused("variance sequence P(X | Z)").contains("the most probable of their paths"), "{}", refused("variance sequence P(X | Z)"));
+    assert!(refused("max sequence P(X | Z)").contains("`max` is not available for a sequence of reals"));
     assert!(refused("entropy smooth P(X | Z)").contains("`entropy` is not available"));
-    let sequence = refused("sequence P(Z | Z)");
-    assert!(sequence.contains("search `X` too") || sequence.contains("`Z`"), "{sequence}");
     let sharp = model_of(&WALK.replace("normal(X, 0.7)", "dirac(abs(X))"));
     let rows = column("Z", &WALKED);
     let by = Some(Strategy::Particles);

@@ -5,7 +5,8 @@
 //! computed from the expression, never as differences of values of the mean, so a large constant costs no digits.
 
 use super::dual::Duals;
-use super::number::{Scope, component, rotated};
+use super::number::{Scope, component};
+use super::vector::rotated;
 use super::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::ExpressionId;

@@ -17,6 +17,7 @@ mod least;
 mod number;
 mod reads;
 mod setting;
+mod vector;
 mod written_out;
 mod zero;
 

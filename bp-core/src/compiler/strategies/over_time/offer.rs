@@ -160,8 +160,8 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
     };
     Some(match ask.when {
         When::Sequence => format!(
-            "`{word}` is not available for a sequence of reals: ask for the distribution, its `argmax`, `expectation` \
-             or `variance`"
+            "`{word}` is not available for a sequence of reals: ask for `sequence`, or for `{word} smooth P(…)`, each \
+             instant alone"
         ),
         _ => format!(
             "`{word}` is not available: ask for the distribution, its `expectation`, `variance` or `quantile(…)`"

@@ -11,6 +11,7 @@
 //! and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
 
 mod cloud;
+mod finite;
 mod guide;
 mod linear;
 mod offer;
@@ -22,13 +23,12 @@ pub(crate) use linear::{is_linear_in, linear};
 pub(crate) use offer::Engine;
 pub(crate) use paths::{Path, Paths};
 
-use crate::distribution::{Instance, LinearMean, Setting, choose, ln_sum};
+use crate::distribution::{Instance, LinearMean, Setting};
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::{Ask, DerivedKind};
 use crate::progress::{self, Work};
 use crate::random::Random;
-use crate::radix;
 use crate::sample::{Observations, Sampling, Streams};
 use crate::strategies::gaussian::{SlotLaw, relevant};
 use crate::strategies::over_time::Instant;
@@ -70,9 +70,6 @@ pub(crate) struct Moves<'s> {
     /// Whether others than finite slots are drawn.
     reals: bool,
 }
-
-/// Upper limit on the combinations of finite values that are tried for each particle.
-const MOST_CHOICES: usize = 64;
 
 /// A guided particle is worth many: of a large number, so many are followed at least.
 const GUIDED: usize = 2000;
@@ -314,42 +311,6 @@ impl<'s> Moves<'s> {
         }
         let ln_weight = self.run(setting, instances, &known, random, particle)? - ln_proposal;
         Ok([ln_weight, guide.ln_ahead(step, &particle.values, &particle.law)])
-    }
-
-    /// The combinations of values of the hidden finite slots, where all drawn slots are finite; else 1.
-    fn choices(&self, observations: &Observations) -> usize {
-        let hidden = self.finite.iter().filter(|(slot, _)| observations.values[*slot].is_nan());
-        let product = hidden.fold(1, |product: usize, (_, count)| product.saturating_mul(*count));
-        if product <= MOST_CHOICES { product } else { 1 }
-    }
-
-    /// Draws the hidden finite slots from their distribution given the observations of the instant.
-    fn choose(
-        &self,
-        setting: &Setting<'_>,
-        observations: &Observations,
-        random: &mut Random,
-        particle: &mut Particle,
-    ) -> Result<f64, Error> {
-        let hidden: Vec<(usize, usize)> =
-            self.finite.iter().copied().filter(|(slot, _)| observations.values[*slot].is_nan()).collect();
-        let mut tried = Vec::new();
-        for choice in 0..self.choices(observations) {
-            let (mut own, mut known) = (particle.clone(), observations.clone());
-            let values = radix::in_order(choice, hidden.iter().map(|(_, count)| *count));
-            for ((slot, _), value) in hidden.iter().zip(values) {
-                (own.values[*slot], known.values[*slot]) = (value as f64, value as f64);
-            }
-            let ln = self.run(setting, &self.now, &known, random, &mut own)?;
-            tried.push((ln, own));
-        }
-        let lns: Vec<f64> = tried.iter().map(|(ln, _)| *ln).collect();
-        let total = ln_sum(&lns);
-        let shares: Vec<f64> = lns.iter().map(|ln| (ln - total).exp()).collect();
-        if let Some(chosen) = total.is_finite().then(|| choose(&shares, random.random::<f64>())).flatten() {
-            *particle = tried.swap_remove(chosen).1;
-        }
-        Ok(total)
     }
 
     /// X becomes X^-1.

@@ -6,7 +6,7 @@
 use super::{guide, linear};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Finding, Known, Model, Statistic, When};
+use crate::model::{Ask, Finding, Known, Model, When};
 use crate::strategies::chain;
 use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::weighting::{has_point, refused_factor};
@@ -28,7 +28,6 @@ impl strategies::Engine for Engine {
         let linear = if ask.when.is_every_instant() { Vec::new() } else { linear(model) };
         let why = over_time::not_of_reals(model, ask)
             .or_else(|| virtually(model, ask))
-            .or_else(|| not_of_paths(model, ask))
             .or_else(|| model.factors.values().find_map(|factor| refused_factor(model, factor)))
             .or_else(|| never_met(model, ask, &linear));
         if let Some(why) = why {
@@ -45,20 +44,6 @@ fn virtually(model: &Model, ask: &Ask) -> Option<String> {
     let known = ask.known.iter().find(|known| matches!(known.evidence, Finding::Virtual(_)))?;
     let name = model.variable_name(known.variable);
     Some(format!("draws are weighted by observations: `{name}` has a likelihood"))
-}
-
-/// The reason why a statistic is not that of the most probable path.
-fn not_of_paths(model: &Model, ask: &Ask) -> Option<String> {
-    let word = ask.statistic.word();
-    let is_path = matches!(ask.statistic, Statistic::Distribution | Statistic::Argmax { nearest: None });
-    let names: Vec<String> = ask.searched.iter().map(|item| model.variable_name(item.variable)).collect();
-    let names = names.join(" ");
-    (ask.when == When::Sequence && !is_path).then(|| {
-        format!(
-            "of a sequence particles give the most probable of their paths, not its `{word}`: ask for `{word} smooth P({names} | …)`, \
-             each instant alone"
-        )
-    })
 }
 
 /// The reason why no draw would ever meet an observation.
