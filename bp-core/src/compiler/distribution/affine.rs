@@ -68,6 +68,7 @@ impl Setting<'_> {
         };
         let scope = self.scope(instance, at_zero);
         let mean = scope.mean(&self.model.factors[instance.factor].form);
+        let mean = mean.expect("internal: a linear variable is normal or a Dirac");
         Ok(LinearMean { terms: scope.coefficients(mean, linear), constant, deviation })
     }
 
@@ -93,14 +94,8 @@ impl Setting<'_> {
             Distribution::Point(point) => (point, 0.0),
             _ => return Ok(None),
         };
-        let scope = Scope {
-            setting: self,
-            values,
-            indices: &instance.indices,
-            component: instance.component,
-            instead: None,
-        };
-        let mean = scope.mean(&self.model.factors[instance.factor].form);
+        let scope = self.scope(instance, values);
+        let Some(mean) = scope.mean(&self.model.factors[instance.factor].form) else { return Ok(None) };
         let mut terms = Vec::new();
         for slot in self.reads(instance) {
             let slope = scope.number_by(mean, Duals { of: Some(slot) }).slope;
@@ -114,11 +109,11 @@ impl Setting<'_> {
 }
 
 impl Scope<'_> {
-    /// The expression of the mean that a form has here.
-    fn mean(&self, form: &Form) -> ExpressionId {
+    /// The expression of the mean that a normal or Dirac form has here.
+    fn mean(&self, form: &Form) -> Option<ExpressionId> {
         match form {
-            Form::Law { law: Law::Normal, arguments } => arguments[0],
-            Form::Dirac(value) => *value,
+            Form::Law { law: Law::Normal, arguments } => Some(arguments[0]),
+            Form::Dirac(value) => Some(*value),
             Form::If { condition, then, otherwise } => {
                 self.mean(if self.number(*condition) != 0.0 { then } else { otherwise })
             }
@@ -126,7 +121,7 @@ impl Scope<'_> {
             Form::Initial { first, later } => {
                 self.mean(if self.setting.first == Some(true) { first } else { later })
             }
-            _ => unreachable!("internal: a linear variable is normal or a Dirac"),
+            _ => None,
         }
     }
 
