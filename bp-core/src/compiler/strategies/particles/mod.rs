@@ -72,7 +72,7 @@ pub(crate) struct Moves<'s> {
 }
 
 /// A guided particle is worth many: of a large number, so many are followed at least.
-const GUIDED: usize = 2000;
+const GUIDED: usize = 200;
 
 /// The difference of two estimates of ln P(observations) above which the larger one is believed: the other has missed something.
 const MISSED: f64 = 0.1;
@@ -143,7 +143,7 @@ impl<'s> Moves<'s> {
         if progress::is_stopped() {
             return Ok(scouts);
         }
-        let guided = self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 50), each)?;
+        let guided = self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 500), each)?;
         let trusted = match (&guided, &scouts) {
             (Ok(guided), Ok(scouts)) => {
                 let error: f64 = scouts.effective.iter().map(|own| 1.0 / own).sum::<f64>().sqrt();
