@@ -104,4 +104,9 @@ fn what_paths_do_not_answer_is_refused() {
     };
     assert!(refused("max sequence P(X | Z)").contains("`max` is not available for a sequence of reals"));
     assert!(refused("entropy smooth P(X | Z)").contains("`entropy` is not available"));
+    let sharp = model_of(&WALK.replace("normal(X, 0.7)", "dirac(abs(X))"));
+    let rows = column("Z", &WALKED);
+    let asked = question(&sharp, "filter P(X | Z)");
+    let error = ask_over_time(&sharp, &asked, &rows, &Inputs::new(), Sampling::default()).unwrap_err().to_string();
+    assert!(error.contains("no draw would ever meet the value"), "{error}");
 }

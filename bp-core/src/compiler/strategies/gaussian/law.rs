@@ -163,6 +163,11 @@ impl NormalLaw {
         rows.for_each(|(row, of)| (row.mean, row.scale) = (of.mean, of.scale));
     }
 
+    /// Puts the mean of a variable elsewhere.
+    pub(crate) fn set_mean(&mut self, row: usize, mean: f64) {
+        self.rows[row].mean = mean;
+    }
+
     /// Adds a variable: a linear form of earlier ones, plus noise of its own where the deviation is positive; flat
     /// where it is infinite.
     pub(crate) fn extend(&mut self, terms: &[(usize, f64)], constant: f64, deviation: f64) {

@@ -36,6 +36,20 @@ impl SlotLaw {
         self.row(slot).is_some()
     }
 
+    /// The mean of a slot, if the law has it.
+    pub(crate) fn mean(&self, slot: usize) -> Option<f64> {
+        Some(self.law.mean(self.row(slot)?))
+    }
+
+    /// The same law with the mean of a slot elsewhere.
+    pub(crate) fn with_mean(&self, slot: usize, mean: f64) -> Self {
+        let mut moved = self.clone();
+        if let Some(row) = moved.row(slot) {
+            moved.law.set_mean(row, mean);
+        }
+        moved
+    }
+
     /// How many independent noises are left.
     pub(crate) fn noises(&self) -> usize {
         self.law.noises()

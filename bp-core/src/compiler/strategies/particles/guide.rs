@@ -1,7 +1,7 @@
 //! The guide of particles: the program linearised along its most probable path, and what it expects of later observations.
 //!
-//! In: a program whose hidden reals have normal or Dirac forms, and the observations of all instants. Out: for each particle the
-//! law from which its next values are proposed, and what its state makes of the later observations. Invariant: a guide changes no
+//! In: a program whose hidden reals have normal or Dirac forms, and the observations of all instants. Out: the joint
+//! law of each instant given the state before it and its observations, and the residuals of the later ones. Invariant: a guide changes no
 //! expectation: particles are weighted by the program's own densities over those of the guide. In a linear program all weights are
 //! equal.
 //!
@@ -10,6 +10,7 @@
 //! of Statistics* 42:115-141, 2014; Guarniero, Johansen and Lee, *JASA* 112:1636-1647, 2017. The path is found by Gauss–Newton
 //! steps: the iterated Kalman smoother (Bell, *SIAM Journal on Optimization* 4:626-636, 1994).
 
+use super::lead::Lead;
 use crate::distribution::{Instance, LinearMean, Setting};
 use crate::error::Error;
 use crate::ids::Id;
@@ -36,23 +37,27 @@ struct Equation {
 
 /// A residual that is standard normal: Σ factor · slot + constant.
 #[derive(Clone, Debug, Default)]
-struct Residual {
-    terms: Vec<(usize, f64)>,
-    constant: f64,
+pub(super) struct Residual {
+    pub(super) terms: Vec<(usize, f64)>,
+    pub(super) constant: f64,
 }
 
 /// One instant of the guide; the first is X^-1 before the first instant.
 #[derive(Clone, Debug, Default)]
-struct Step {
+pub(super) struct Step {
     equations: Vec<Equation>,
     /// The residuals of later observations, in the slots of this instant.
-    ahead: Vec<Residual>,
+    pub(super) ahead: Vec<Residual>,
 }
 
 /// The guide of all instants.
 #[derive(Clone, Debug)]
 pub(crate) struct Guide {
-    steps: Vec<Step>,
+    pub(super) steps: Vec<Step>,
+    /// The most probable path.
+    path: Vec<Vec<f64>>,
+    /// The steps as functions of the state of a particle.
+    pub(super) leads: Vec<Lead>,
 }
 
 /// Whether particles can be guided: every hidden variable is real, and normal or a Dirac.
@@ -122,16 +127,9 @@ impl Guide {
         self.steps[step].equations.iter().filter(hidden).map(|it| it.slot)
     }
 
-    /// ln of what a particle's state makes of the observations after an instant, up to a constant.
-    pub(super) fn ln_ahead(&self, step: usize, values: &[f64], law: &SlotLaw) -> f64 {
-        let mut law = law.clone();
-        let mut ln = 0.0;
-        for residual in &self.steps[step].ahead {
-            let (terms, constant) = split(&residual.terms, residual.constant, values, &law);
-            law.extend(usize::MAX, &terms, constant, 1.0);
-            ln += law.observe(usize::MAX, 0.0);
-        }
-        ln
+    /// The value of a slot on the path.
+    pub(super) fn on_path(&self, step: usize, slot: usize) -> f64 {
+        self.path[step][slot]
     }
 }
 
@@ -178,7 +176,8 @@ impl Parts<'_, '_> {
             let mut values = self.entered(step, path.last(), seen);
             // Forward at the means, then at the means given the observations.
             let Some(equations) = self.tangents(step, seen, &mut values, true)? else { return Ok(None) };
-            let alone = Guide { steps: vec![Step { equations, ahead: Vec::new() }] };
+            let steps = vec![Step { equations, ahead: Vec::new() }];
+            let alone = Guide { steps, path: Vec::new(), leads: Vec::new() };
             self.decode(&alone, 0, &mut values);
             path.push(values);
         }
@@ -235,7 +234,7 @@ impl Parts<'_, '_> {
             let renamed = |it: Residual| Residual { terms: it.terms.into_iter().filter_map(renamed).collect(), ..it };
             steps[step - 1].ahead = residuals.into_iter().map(renamed).collect();
         }
-        Some(Guide { steps })
+        Some(Guide { steps, path: path.to_vec(), leads: Vec::new() })
     }
 
     /// The residuals of an instant and of the later ones, in the slots of X^-1.

@@ -13,6 +13,7 @@
 mod cloud;
 mod finite;
 mod guide;
+mod lead;
 mod linear;
 mod offer;
 mod paths;
@@ -72,7 +73,7 @@ pub(crate) struct Moves<'s> {
 }
 
 /// A guided particle is worth many: of a large number, so many are followed at least.
-const GUIDED: usize = 200;
+const GUIDED: usize = 2000;
 
 /// The difference of two estimates of ln P(observations) above which the larger one is believed: the other has missed something.
 const MISSED: f64 = 0.1;
@@ -143,7 +144,7 @@ impl<'s> Moves<'s> {
         if progress::is_stopped() {
             return Ok(scouts);
         }
-        let guided = self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 500), each)?;
+        let guided = self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 50), each)?;
         let trusted = match (&guided, &scouts) {
             (Ok(guided), Ok(scouts)) => {
                 let error: f64 = scouts.effective.iter().map(|own| 1.0 / own).sum::<f64>().sqrt();
@@ -174,7 +175,22 @@ impl<'s> Moves<'s> {
             carried: &self.carried,
             relevant: self.relevant.clone(),
         };
-        Guide::of(&parts, &instants)
+        let mut guide = Guide::of(&parts, &instants)?;
+        guide.leads = self.leads(&guide, &instants).ok()??;
+        Some(guide)
+    }
+
+    /// A particle before its first value: a carried variable without an initial form is at rest.
+    fn at_rest(&self) -> Particle {
+        let values = Observations::none(&self.setting).values;
+        let mut particle = Particle { values, law: SlotLaw::new(self.dirac) };
+        for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
+            if particle.values[*before] == 0.0 {
+                particle.law.extend(*before, &[], 0.0, 0.0);
+                particle.values[*before] = f64::NAN;
+            }
+        }
+        particle
     }
 
     /// Observations of the elements themselves, in place of the names that a question gives to them.
@@ -217,15 +233,7 @@ impl<'s> Moves<'s> {
     fn begin_by(&self, guide: Option<&Guide>, count: usize) -> Result<Cloud, Error> {
         let streams = Streams::new(self.sampling.seed, "particles");
         let begin = |number: usize| {
-            let values = Observations::none(&self.setting).values;
-            let mut particle = Particle { values, law: SlotLaw::new(self.dirac) };
-            // A carried variable without an initial form is at rest.
-            for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
-                if particle.values[*before] == 0.0 {
-                    particle.law.extend(*before, &[], 0.0, 0.0);
-                    particle.values[*before] = f64::NAN;
-                }
-            }
+            let mut particle = self.at_rest();
             let none = Observations::none(&self.setting);
             let random = &mut streams.stream(number);
             let [ln_weight, ln_ahead] = self.moved(guide, 0, &none, random, &mut particle)?;
@@ -298,19 +306,13 @@ impl<'s> Moves<'s> {
             };
             return Ok([ln_weight, 0.0]);
         };
-        let proposed: Vec<usize> = guide.proposed(step).filter(|slot| !self.linear[*slot]).collect();
-        let mut known = observations.clone();
-        let mut ln_proposal = 0.0;
-        if !proposed.is_empty() {
-            let law = guide.law(step, &particle.values, &particle.law).select(&proposed);
-            let values = law.draw(random);
-            ln_proposal = law.ln_density(&values);
-            for (slot, value) in proposed.iter().zip(values) {
-                (particle.values[*slot], known.values[*slot]) = (value, value);
-            }
+        let (lead, mut known) = (&guide.leads[step], observations.clone());
+        let (values, ln_proposal) = lead.propose(particle, random);
+        for (slot, value) in lead.proposed.iter().zip(values) {
+            (particle.values[*slot], known.values[*slot]) = (value, value);
         }
         let ln_weight = self.run(setting, instances, &known, random, particle)? - ln_proposal;
-        Ok([ln_weight, guide.ln_ahead(step, &particle.values, &particle.law)])
+        Ok([ln_weight, lead.ln_ahead(particle)])
     }
 
     /// X becomes X^-1.

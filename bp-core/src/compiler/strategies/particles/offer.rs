@@ -4,6 +4,7 @@
 //! offer answers. Where earlier instants are asked given later observations, nothing is integrated: paths are lists of values.
 
 use super::{guide, linear};
+use crate::equation::{Scope, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Known, Model, When};
@@ -48,13 +49,19 @@ fn virtually(model: &Model, ask: &Ask) -> Option<String> {
 
 /// The reason why no draw would ever meet an observation.
 fn never_met(model: &Model, ask: &Ask, linear: &[VariableId]) -> Option<String> {
+    // It depends on reals, all of which are drawn.
+    let reads_drawn = |id: VariableId| {
+        let read = model.factor_of(id).map_or_else(Scope::new, |factor| of_form(model, factor));
+        let mut reals = read.iter().filter(|parent| !model.variables[**parent].domain.is_finite()).peekable();
+        reals.peek().is_some() && reals.all(|parent| !linear.contains(parent))
+    };
     let is_exact = |known: &&Known| {
         let variable = &model.variables[known.variable];
         let form = model.factor_of(known.variable).map(|factor| &model.factors[factor].form);
         !variable.domain.is_finite()
             && variable.derived.is_none()
-            && !linear.contains(&known.variable)
             && form.is_some_and(has_point)
+            && reads_drawn(known.variable)
     };
     let name = model.variable_name(ask.known.iter().find(is_exact)?.variable);
     Some(format!(
