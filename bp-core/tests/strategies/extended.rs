@@ -36,10 +36,14 @@ fn a_linear_program_is_exact() {
     let z = [5.0, 1.0, 2.5];
     for text in ["filter P(X | Z)", "smooth P(X | Z)", "predict(2) P(X | Z)"] {
         let rows: Vec<_> = z.iter().map(|z| vec![("Z".to_owned(), *z)]).collect();
-        let exact = ask_over_time(&model, &question(&model, text), &rows, &Inputs::new(), Sampling::default());
+        let exact =
+            ask_over_time(&model, &question(&model, text), &rows, &Inputs::new(), Sampling::default());
         let (exact, found) = (exact.unwrap().remove(0), linearised(&model, text, &z).unwrap());
         for (one, other) in laws(&found).iter().zip(laws(&exact)) {
-            assert!((one[0] - other[0]).abs() < 1e-9 && (one[1] - other[1]).abs() < 1e-9, "{one:?} {other:?}");
+            assert!(
+                (one[0] - other[0]).abs() < 1e-9 && (one[1] - other[1]).abs() < 1e-9,
+                "{one:?} {other:?}"
+            );
         }
         assert!((found.ln_evidence.unwrap() - exact.ln_evidence.unwrap()).abs() < 1e-9);
     }
@@ -62,7 +66,11 @@ fn the_tangent_is_taken_at_the_estimate() {
     // There u has precision 25 + 100 (2u)², and X = u² deviates 2u times as much.
     let deviation = 2.0 * low / (25.0 + 400.0 * low * low).sqrt();
     let [mean, spread] = laws(&found)[0];
-    assert!((mean - low * low).abs() < 1e-8 && (spread - deviation).abs() < 1e-8, "{mean} {spread}, expected {} {deviation}", low * low);
+    assert!(
+        (mean - low * low).abs() < 1e-8 && (spread - deviation).abs() < 1e-8,
+        "{mean} {spread}, expected {} {deviation}",
+        low * low
+    );
     assert!(found.to_string().contains("approximate: linearised"), "{found}");
     let json = serde_json::to_value(&found).unwrap();
     assert_eq!(json["approximate"], "linearised");

@@ -11,7 +11,12 @@ use bp_core::compiler::plan::Strategy;
 use bp_core::compiler::sample::Sampling;
 use std::f64::consts::{PI, TAU};
 
-pub(super) fn by_particles(model: &Model, text: &str, rows: &[Vec<(String, f64)>], sampling: Sampling) -> Answer {
+pub(super) fn by_particles(
+    model: &Model,
+    text: &str,
+    rows: &[Vec<(String, f64)>],
+    sampling: Sampling,
+) -> Answer {
     let by = Some(Strategy::Particles);
     let answers = ask_over_time_by(model, &question(model, text), rows, &Inputs::new(), sampling, by);
     answers.unwrap_or_else(|error| panic!("{text}: {error}")).remove(0)
@@ -34,7 +39,10 @@ pub(super) fn covers(of: impl Fn(u64) -> [f64; 2], expected: f64, seeds: u64) {
     let off: Vec<f64> = (0..seeds).map(of).map(|[found, error]| (found - expected) / error).collect();
     let square = off.iter().map(|z| z * z).sum::<f64>() / seeds as f64;
     let beyond = off.iter().filter(|z| z.abs() > 2.0).count() as f64 / seeds as f64;
-    assert!(square > 0.4 && square < 2.0 && beyond < 0.16, "mean square {square}, beyond two {beyond}: {off:?}");
+    assert!(
+        square > 0.4 && square < 2.0 && beyond < 0.16,
+        "mean square {square}, beyond two {beyond}: {off:?}"
+    );
 }
 
 /// |X| in a form that does not matter keeps X from being carried as a normal law.
@@ -56,7 +64,8 @@ fn of_a_linear_program_the_kalman_filter() {
     }
     let model = model_of(DRAWN);
     let asked = |seed: u64| {
-        let answer = by_particles(&model, "filter P(X | Z)", &column("Z", &SEEN), Sampling { particles: 100, seed });
+        let answer =
+            by_particles(&model, "filter P(X | Z)", &column("Z", &SEEN), Sampling { particles: 100, seed });
         // All weights are equal: ln P is exact, and each particle is an independent draw.
         assert!((answer.ln_evidence.unwrap() - ln).abs() < 1e-9, "{:?} {ln}", answer.ln_evidence);
         assert!((answer.estimate.as_ref().unwrap().effective - 100.0).abs() < 1e-6);
@@ -66,7 +75,12 @@ fn of_a_linear_program_the_kalman_filter() {
 }
 
 /// The filtered mean and ln P by sums over a grid.
-fn on_grid(z: &[f64], moved: fn(f64) -> f64, [start, noise]: [f64; 2], ln_seen: impl Fn(f64, f64) -> f64) -> [f64; 2] {
+fn on_grid(
+    z: &[f64],
+    moved: fn(f64) -> f64,
+    [start, noise]: [f64; 2],
+    ln_seen: impl Fn(f64, f64) -> f64,
+) -> [f64; 2] {
     let step = 0.02;
     let grid: Vec<f64> = (-350..=350).map(|point| f64::from(point) * step).collect();
     let bell = |x: f64, m: f64, s: f64| (-0.5 * ((x - m) / s).powi(2)).exp() / (s * TAU.sqrt());
@@ -94,7 +108,8 @@ fn of_a_mildly_non_linear_program_the_integral() {
     let ln_seen = |z: f64, x: f64| -0.5 * ((z - (0.3 * x).exp()) / 0.3).powi(2) - (0.3 * TAU.sqrt()).ln();
     let [expected, ln] = on_grid(&z, |x| x + 0.4 * x.sin(), [1.0, 0.5], ln_seen);
     let asked = |seed: u64| {
-        let answer = by_particles(&model, "filter P(X | Z)", &column("Z", &z), Sampling { particles: 300, seed });
+        let answer =
+            by_particles(&model, "filter P(X | Z)", &column("Z", &z), Sampling { particles: 300, seed });
         assert!((answer.ln_evidence.unwrap() - ln).abs() < 0.4, "{:?} {ln}", answer.ln_evidence);
         mean(&answer, 0)
     };
@@ -128,7 +143,8 @@ fn a_guide_that_misses_a_part_is_not_believed() {
     let ln_seen = |z: f64, x: f64| -0.5 * ((z - x * x) / 0.5).powi(2) - (0.5 * TAU.sqrt()).ln();
     let z = [4.0, 5.0];
     let [_, ln] = on_grid(&z, |x| x, [1.0, 1.0], ln_seen);
-    let answer = by_particles(&model, "filter P(X | Z)", &column("Z", &z), Sampling { particles: 20_000, seed: 3 });
+    let answer =
+        by_particles(&model, "filter P(X | Z)", &column("Z", &z), Sampling { particles: 20_000, seed: 3 });
     assert!((answer.ln_evidence.unwrap() - ln).abs() < 0.1, "{:?} {ln}", answer.ln_evidence);
     let [found, error] = mean(&answer, 0);
     assert!(found.abs() < 1.0 && error < 0.2, "{found} {error}");

@@ -34,12 +34,20 @@ fn finite_states_are_smoothed_as_by_sums() {
         assert_eq!(found.values, exact.values);
         let Figure::Estimated { p, error } = found.figure else { panic!("{found:?}") };
         let expected = exact.p().unwrap();
-        assert!((p - expected).abs() < 4.0 * error + 1e-3, "{:?}: {p} ± {error}, expected {expected}", found.values);
+        assert!(
+            (p - expected).abs() < 4.0 * error + 1e-3,
+            "{:?}: {p} ± {error}, expected {expected}",
+            found.values
+        );
     }
     assert!((answer.ln_evidence.unwrap() - exact.ln_evidence.unwrap()).abs() < 0.1);
     // The most probable of 6000 paths is the most probable sequence.
     let states = |answer: &Answer| -> Vec<String> {
-        answer.answer.iter().map(|row| row.values.iter().find(|(name, _)| name == "S").unwrap().1.clone()).collect()
+        answer
+            .answer
+            .iter()
+            .map(|row| row.values.iter().find(|(name, _)| name == "S").unwrap().1.clone())
+            .collect()
     };
     let likely = exactly(&model, "sequence P(S | Z)", &rows);
     let path = by_particles(&model, "sequence P(S | Z)", &rows, Sampling { particles: 6000, seed: 4 });
@@ -57,10 +65,14 @@ fn reals_are_smoothed_as_by_the_kalman_smoother() {
     let model = model_of(WALK);
     let rows = column("Z", &WALKED);
     let exact = exactly(&model, "smooth P(X | Z)", &rows);
-    let means: Vec<f64> = exact.answer.iter().map(|row| match row.figure {
-        Figure::Normal { mean, .. } => mean,
-        figure => panic!("{figure:?}"),
-    }).collect();
+    let means: Vec<f64> = exact
+        .answer
+        .iter()
+        .map(|row| match row.figure {
+            Figure::Normal { mean, .. } => mean,
+            figure => panic!("{figure:?}"),
+        })
+        .collect();
     for instant in [0, 5] {
         let of = |seed: u64| {
             mean(&by_particles(&model, "smooth P(X | Z)", &rows, Sampling { particles: 300, seed }), instant)
@@ -69,7 +81,11 @@ fn reals_are_smoothed_as_by_the_kalman_smoother() {
     }
     // The most probable path of a normal law is its mean: that of 10 000 drawn paths is near.
     let path = by_particles(&model, "sequence P(X | Z)", &rows, Sampling { particles: 10_000, seed: 1 });
-    let off = path.answer.iter().zip(&means).map(|(row, mean)| (row.values[1].1.parse::<f64>().unwrap() - mean).powi(2));
+    let off = path
+        .answer
+        .iter()
+        .zip(&means)
+        .map(|(row, mean)| (row.values[1].1.parse::<f64>().unwrap() - mean).powi(2));
     let off = (off.sum::<f64>() / means.len() as f64).sqrt();
     assert!(off < 0.5, "{off}");
 }
@@ -86,11 +102,16 @@ fn without_a_density_paths_are_those_of_the_ancestors() {
     let exact = exactly(&model, "smooth P(X W | Z)", &rows);
     let answer = by_particles(&model, "smooth P(X W | Z)", &rows, Sampling { particles: 2000, seed: 2 });
     for (row, exact) in exact.answer.iter().enumerate() {
-        let (Figure::Normal { mean: expected, .. }, [found, error]) = (exact.figure, mean(&answer, row)) else {
+        let (Figure::Normal { mean: expected, .. }, [found, error]) = (exact.figure, mean(&answer, row))
+        else {
             panic!("{exact:?}")
         };
         assert_eq!(answer.answer[row].values, exact.values);
-        assert!((found - expected).abs() < 4.0 * error, "{:?}: {found} ± {error}, expected {expected}", exact.values);
+        assert!(
+            (found - expected).abs() < 4.0 * error,
+            "{:?}: {found} ± {error}, expected {expected}",
+            exact.values
+        );
     }
 }
 
@@ -99,7 +120,14 @@ fn what_paths_do_not_answer_is_refused() {
     let model = model_of(&WALK.replace("normal(X, 0.7)", "laplace(X, 0.7)"));
     let refused = |text: &str| {
         let rows = column("Z", &WALKED);
-        let answers = ask_over_time_by(&model, &question(&model, text), &rows, &Inputs::new(), Sampling::default(), None);
+        let answers = ask_over_time_by(
+            &model,
+            &question(&model, text),
+            &rows,
+            &Inputs::new(),
+            Sampling::default(),
+            None,
+        );
         answers.unwrap_err().to_string()
     };
     assert!(refused("max sequence P(X | Z)").contains("`max` is not available for a sequence of reals"));
@@ -107,6 +135,7 @@ fn what_paths_do_not_answer_is_refused() {
     let sharp = model_of(&WALK.replace("normal(X, 0.7)", "dirac(abs(X))"));
     let rows = column("Z", &WALKED);
     let asked = question(&sharp, "filter P(X | Z)");
-    let error = ask_over_time(&sharp, &asked, &rows, &Inputs::new(), Sampling::default()).unwrap_err().to_string();
+    let error =
+        ask_over_time(&sharp, &asked, &rows, &Inputs::new(), Sampling::default()).unwrap_err().to_string();
     assert!(error.contains("no draw would ever meet the value"), "{error}");
 }

@@ -165,8 +165,8 @@ impl Scope<'_> {
             }
             Expression::Vector(name, parts) if name == "rotate" => {
                 let by = [0, 1, 2].map(|at| number(parts[1], at));
-                let columns =
-                    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotated(&mut Numbers, axis, by));
+                let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+                    .map(|axis| rotated(&mut Numbers, axis, by));
                 let of = of(parts[0], below);
                 let row = |row: usize| {
                     let scaled = of.iter().zip(columns);

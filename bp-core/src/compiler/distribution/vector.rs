@@ -46,7 +46,8 @@ pub(super) fn rotated<A: Known>(by: &mut A, v: [A::Number; 3], w: [A::Number; 3]
     let one = by.constant(1.0);
     let rest = by.subtract(one, cosine);
     [0, 1, 2].map(|i| {
-        let (kept, turned, along) = (by.multiply(v[i], cosine), by.multiply(cross[i], sine), by.multiply(n[i], dot));
+        let (kept, turned, along) =
+            (by.multiply(v[i], cosine), by.multiply(cross[i], sine), by.multiply(n[i], dot));
         let (along, sum) = (by.multiply(along, rest), by.add(kept, turned));
         by.add(sum, along)
     })

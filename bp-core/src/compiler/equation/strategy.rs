@@ -64,8 +64,7 @@ impl Strategy {
 
     /// Whether its answers are exact.
     pub fn is_exact(self) -> bool {
-        let estimates =
-            [Strategy::Weighting, Strategy::Gibbs, Strategy::Particles, Strategy::ExtendedKalman];
+        let estimates = [Strategy::Weighting, Strategy::Gibbs, Strategy::Particles, Strategy::ExtendedKalman];
         !estimates.contains(&self)
     }
 

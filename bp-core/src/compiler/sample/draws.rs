@@ -71,7 +71,14 @@ impl Draws {
         let total = ln_sum(ln_weights);
         let weights = ln_weights.iter().map(|ln| if total.is_finite() { (ln - total).exp() } else { 0.0 });
         let ln_mean_weight = total - (ln_weights.len() as f64).ln();
-        Self { values, kept, weights: weights.collect(), ln_mean_weight: Some(ln_mean_weight), chain: None, origins: None }
+        Self {
+            values,
+            kept,
+            weights: weights.collect(),
+            ln_mean_weight: Some(ln_mean_weight),
+            chain: None,
+            origins: None,
+        }
     }
 
     /// Draws of chains of `length` draws each, chain after chain.

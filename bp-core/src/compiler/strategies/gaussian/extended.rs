@@ -76,9 +76,8 @@ impl<'s> Extended<'s> {
         let (start, now): (Vec<Instance>, Vec<Instance>) = (instances.into_iter())
             .partition(|it| model.variables[setting.variable_of(it.left[0])].previous_of.is_some());
         let pairs = carried(model).into_iter().filter(|(_, before)| wanted.contains(before));
-        let pairs: Vec<(usize, usize)> = pairs
-            .flat_map(|(now, before)| setting.slots_of(now).zip(setting.slots_of(before)))
-            .collect();
+        let pairs: Vec<(usize, usize)> =
+            pairs.flat_map(|(now, before)| setting.slots_of(now).zip(setting.slots_of(before))).collect();
         let (carried, before): (Vec<usize>, Vec<usize>) = pairs.into_iter().unzip();
         let mut tangents =
             Tangents { first: setting.at(true), later: setting.at(false), before: Vec::new(), now: start };
@@ -183,14 +182,20 @@ impl Tangents<'_> {
         let mut layout = Layout { extensions: Vec::new(), rows };
         for instance in &self.now {
             let slot = instance.left[0];
-            let tangent = setting.tangent(instance, values)?.expect("internal: the offer has looked at the form");
+            let tangent =
+                setting.tangent(instance, values)?.expect("internal: the offer has looked at the form");
             if forward && !seen.contains_key(&slot) {
                 values[slot] = tangent.at(values);
             }
-            let terms = tangent.terms.iter().filter_map(|(parent, slope)| Some((*layout.rows.get(parent)?, *slope)));
+            let terms =
+                tangent.terms.iter().filter_map(|(parent, slope)| Some((*layout.rows.get(parent)?, *slope)));
             let terms = terms.collect();
             layout.rows.insert(slot, self.before.len() + layout.extensions.len());
-            layout.extensions.push(Extension { terms, constant: tangent.constant, deviation: tangent.deviation });
+            layout.extensions.push(Extension {
+                terms,
+                constant: tangent.constant,
+                deviation: tangent.deviation,
+            });
         }
         Ok(layout)
     }

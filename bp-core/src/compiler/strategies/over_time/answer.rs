@@ -8,7 +8,9 @@ use super::{self as time, Answered, InstantLaw, InstantPosterior, OverTime, Scop
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
-use crate::posterior::{Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named};
+use crate::posterior::{
+    Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named,
+};
 use crate::progress;
 use crate::radix;
 use crate::random::seeded;

@@ -218,9 +218,7 @@ fn by_paths(
     let mut paths = Paths::new(setting.slots());
     let cloud = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
     let laws: Vec<InstantLaw> = match route.ask().when {
-        When::Sequence => {
-            moves.most_probable(&paths, slots)?.into_iter().map(InstantLaw::Values).collect()
-        }
+        When::Sequence => moves.most_probable(&paths, slots)?.into_iter().map(InstantLaw::Values).collect(),
         _ => {
             let all = moves.smoothed(&paths, slots)?;
             let effective: Vec<f64> = all.iter().map(|path| path.effective).collect();

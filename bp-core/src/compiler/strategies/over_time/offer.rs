@@ -149,9 +149,7 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
         (
             When::Filter | When::Predict(_) | When::Smooth,
             Statistic::Argmax { nearest: None } | Statistic::Maximum,
-        )
-            if ask.searched.iter().all(|item| model.variables[item.variable].domain.is_finite()) =>
-        {
+        ) if ask.searched.iter().all(|item| model.variables[item.variable].domain.is_finite()) => {
             return None;
         }
         // The most likely sequence of a normal law is that of the smoothed means.
@@ -320,8 +318,8 @@ impl OverTime {
                 let reason = "where all observations are given together, draws are proposed by the program linearised along its \
                               most probable path, and weighted by the program over the proposal; where unguided draws find \
                               observations more probable, they answer";
-                let equation =
-                    notation.text("wₙ ← wₙ p(x z | x⁻¹) / q(x)", "w_n \\leftarrow w_n\\, p(x z | x^{-1}) / q(x)");
+                let equation = notation
+                    .text("wₙ ← wₙ p(x z | x⁻¹) / q(x)", "w_n \\leftarrow w_n\\, p(x z | x^{-1}) / q(x)");
                 lines.push(("guided proposal".to_owned(), reason.to_owned(), equation.to_owned()));
             }
             let resampled =

@@ -92,7 +92,8 @@ impl Guide {
             let next = parts.path(instants, &guide)?;
             let size = |value: &f64| 1.0 + value.abs();
             let change = path.iter().flatten().zip(next.iter().flatten());
-            let change = change.filter(|(old, _)| !old.is_nan()).map(|(old, new)| (old - new).abs() / size(old));
+            let change =
+                change.filter(|(old, _)| !old.is_nan()).map(|(old, new)| (old - new).abs() / size(old));
             let change = change.fold(0.0, f64::max);
             path = next;
             best = Some(guide);
@@ -134,7 +135,12 @@ impl Guide {
 }
 
 /// The terms of slots that a law has; the others have values.
-fn split(terms: &[(usize, f64)], mut constant: f64, values: &[f64], law: &SlotLaw) -> (Vec<(usize, f64)>, f64) {
+fn split(
+    terms: &[(usize, f64)],
+    mut constant: f64,
+    values: &[f64],
+    law: &SlotLaw,
+) -> (Vec<(usize, f64)>, f64) {
     let mut own = Vec::with_capacity(terms.len());
     for (slot, factor) in terms {
         match law.has(*slot) {
@@ -231,7 +237,8 @@ impl Parts<'_, '_> {
                 let (now, before) = self.carried.iter().find(|(_, before)| *before == slot)?;
                 Some((if step == 1 { *before } else { *now }, factor))
             };
-            let renamed = |it: Residual| Residual { terms: it.terms.into_iter().filter_map(renamed).collect(), ..it };
+            let renamed =
+                |it: Residual| Residual { terms: it.terms.into_iter().filter_map(renamed).collect(), ..it };
             steps[step - 1].ahead = residuals.into_iter().map(renamed).collect();
         }
         Some(Guide { steps, path: path.to_vec(), leads: Vec::new() })
@@ -290,7 +297,10 @@ impl Parts<'_, '_> {
         let triangle = matrix.qr().r();
         let mut found = Vec::new();
         for row in noises..triangle.nrows().min(width - 1) {
-            let own = self.carried.iter().map(|(_, before_slot)| (*before_slot, triangle[(row, before[before_slot])]));
+            let own = self
+                .carried
+                .iter()
+                .map(|(_, before_slot)| (*before_slot, triangle[(row, before[before_slot])]));
             let terms: Vec<(usize, f64)> = own.filter(|(_, factor)| *factor != 0.0).collect();
             let constant = triangle[(row, width - 1)];
             if !constant.is_finite() || terms.iter().any(|(_, factor)| !factor.is_finite()) {

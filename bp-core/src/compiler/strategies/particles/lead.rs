@@ -52,7 +52,13 @@ impl Lead {
 
 impl Guide {
     /// The proposal of an instant, for particles near a particle of the path before it, whose law has their covariances.
-    pub(super) fn lead(&self, step: usize, proposed: Vec<usize>, entered: &[usize], particle: &Particle) -> Lead {
+    pub(super) fn lead(
+        &self,
+        step: usize,
+        proposed: Vec<usize>,
+        entered: &[usize],
+        particle: &Particle,
+    ) -> Lead {
         let Particle { values, law } = particle;
         let own = self.law(step, values, law).select(&proposed);
         let means = own.means();
@@ -86,7 +92,8 @@ impl Guide {
         }
         let rows: Vec<usize> = (0..all.len()).map(|number| usize::MAX - number).collect();
         let lower = joint.select(&rows).covariance().cholesky()?.l();
-        let mut slots: Vec<usize> = all.iter().flat_map(|it| it.terms.iter().map(|(slot, _)| *slot)).collect();
+        let mut slots: Vec<usize> =
+            all.iter().flat_map(|it| it.terms.iter().map(|(slot, _)| *slot)).collect();
         slots.sort_unstable();
         slots.dedup();
         let factor = |row: usize, slot: usize| {
@@ -98,7 +105,8 @@ impl Guide {
         });
         let solved = lower.solve_lower_triangular(&stacked)?;
         let row = |row: usize| {
-            let terms = slots.iter().enumerate().map(|(column, slot)| (*slot, solved[(row, column)])).collect();
+            let terms =
+                slots.iter().enumerate().map(|(column, slot)| (*slot, solved[(row, column)])).collect();
             (terms, solved[(row, slots.len())])
         };
         Some((0..all.len()).map(row).collect())

@@ -100,13 +100,16 @@ impl<'s> Moves<'s> {
             });
         let mut matters = vec![false; model.variables.len()];
         relevant(model, std::slice::from_ref(ask)).into_iter().for_each(|id| matters[id.position()] = true);
-        let drawn = now.iter().filter(|it| !is_linear[it.left[0]] && matters[setting.variable_of(it.left[0]).position()]);
+        let drawn = now
+            .iter()
+            .filter(|it| !is_linear[it.left[0]] && matters[setting.variable_of(it.left[0]).position()]);
         let count = |slot: usize| (slot, setting.count(setting.variable_of(slot)));
         let is_finite = |it: &Instance| it.left.len() == 1 && count(it.left[0]).1 > 0;
         let reals = !drawn.clone().all(is_finite);
         let finite = if reals { Vec::new() } else { drawn.map(|it| count(it.left[0])).collect() };
-        let is_element =
-            |it: &&Instance| model.variables[setting.variable_of(it.left[0])].derived == Some(DerivedKind::Element);
+        let is_element = |it: &&Instance| {
+            model.variables[setting.variable_of(it.left[0])].derived == Some(DerivedKind::Element)
+        };
         let element = |it: &Instance| Some((it.left[0], setting.reads(it).into_iter().next()?));
         let elements = now.iter().filter(is_element).filter_map(element).collect();
         let slots = |(now, before): &(VariableId, VariableId)| {
@@ -138,13 +141,17 @@ impl<'s> Moves<'s> {
         instants: &[Instant],
         each: &mut dyn FnMut(&Cloud),
     ) -> Result<Result<Cloud, usize>, Error> {
-        let Some(guide) = self.guide(instants) else { return self.follow_by(instants, None, self.count(), each) };
+        let Some(guide) = self.guide(instants) else {
+            return self.follow_by(instants, None, self.count(), each);
+        };
         // Unguided particles see whether the guide misses a part: it would lower its estimate of P(observations).
-        let scouts = self.follow_by(instants, None, (self.count() / 10).max(self.count().min(1000)), &mut |_| {})?;
+        let scouts =
+            self.follow_by(instants, None, (self.count() / 10).max(self.count().min(1000)), &mut |_| {})?;
         if progress::is_stopped() {
             return Ok(scouts);
         }
-        let guided = self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 50), each)?;
+        let guided =
+            self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 50), each)?;
         let trusted = match (&guided, &scouts) {
             (Ok(guided), Ok(scouts)) => {
                 let error: f64 = scouts.effective.iter().map(|own| 1.0 / own).sum::<f64>().sqrt();
@@ -195,7 +202,8 @@ impl<'s> Moves<'s> {
 
     /// Observations of the elements themselves, in place of the names that a question gives to them.
     fn of_elements(&self, instant: &Instant) -> Instant {
-        let own = |slot: usize| self.elements.iter().find(|(name, _)| *name == slot).map_or(slot, |(_, own)| *own);
+        let own =
+            |slot: usize| self.elements.iter().find(|(name, _)| *name == slot).map_or(slot, |(_, own)| *own);
         instant.iter().map(|(slot, value)| (own(*slot), *value)).collect()
     }
 

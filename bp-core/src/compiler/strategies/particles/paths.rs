@@ -113,7 +113,8 @@ impl Moves<'_> {
         let moving = self.moving();
         let refreshed = !moving.iter().any(|it| has_point(&self.setting.model.factors[it.factor].form));
         for instant in (0..last).rev() {
-            let (later, weights) = (&chosen[chosen.len() - 1], Chooser::of(&paths.instants[instant].ln_weights));
+            let (later, weights) =
+                (&chosen[chosen.len() - 1], Chooser::of(&paths.instants[instant].ln_weights));
             let one = |(path, after): (usize, &usize)| -> Result<usize, Error> {
                 let mut own = paths.instants[instant + 1].parents[*after] as usize;
                 if !refreshed {
@@ -164,8 +165,11 @@ impl Moves<'_> {
         let mut ln: Vec<f64> = Vec::new();
         for (instant, snapshot) in paths.instants.iter().enumerate() {
             let setting = if instant == 0 { &self.first } else { &self.setting };
-            let instances: Vec<&Instance> =
-                if instant == 0 { self.before.iter().chain(&self.now).collect() } else { self.now.iter().collect() };
+            let instances: Vec<&Instance> = if instant == 0 {
+                self.before.iter().chain(&self.now).collect()
+            } else {
+                self.now.iter().collect()
+            };
             let of = |particle: usize| -> Result<f64, Error> {
                 // A particle of weight zero has no values.
                 if snapshot.ln_weights[particle] == f64::NEG_INFINITY {
@@ -173,8 +177,7 @@ impl Moves<'_> {
                 }
                 let values = paths.values(instant, particle);
                 let earlier = if instant == 0 { 0.0 } else { ln[snapshot.parents[particle] as usize] };
-                let matters =
-                    |it: &&&Instance| self.relevant[setting.variable_of(it.left[0]).position()];
+                let matters = |it: &&&Instance| self.relevant[setting.variable_of(it.left[0]).position()];
                 let own = instances.iter().filter(matters).map(|it| setting.ln_density(it, values));
                 Ok(earlier + own.sum::<Result<f64, Error>>()?)
             };
