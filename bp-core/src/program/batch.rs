@@ -93,8 +93,8 @@ pub struct Batch {
     /// The names of the numbers: `ln_p_evidence`, then `variable=value` for the probability of each value of a finite
     /// variable, and `variable.mean`, `variable.deviation` for a real.
     pub columns: Vec<String>,
-    /// For each case its numbers in the order of the columns (NaN where the case has none, as of an observed real), or
-    /// the reason why it has no answer.
+    /// For each case its numbers in the order of the columns (NaN where the case has none, as of an observed real, or
+    /// ln P(evidence) by Gibbs sampling), or the reason why it has no answer.
     pub rows: Vec<Result<Vec<f64>, Error>>,
 }
 
@@ -216,7 +216,7 @@ fn each(
 
 /// The numbers of an answer, each with the name of its column.
 fn numbers(answer: &Answer) -> Vec<(String, f64)> {
-    let mut all = vec![("ln_p_evidence".to_owned(), answer.ln_evidence.unwrap_or(0.0))];
+    let mut all = vec![("ln_p_evidence".to_owned(), answer.ln_evidence.unwrap_or(f64::NAN))];
     for row in &answer.answer {
         let Some((name, value)) = row.values.last() else { continue };
         let mut real = |mean: f64, deviation: f64| {

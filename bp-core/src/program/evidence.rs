@@ -1,7 +1,7 @@
 //! Evidence: values by the names of their variables.
 //!
-//! In: `evidence! { Rain: true, Z[2]: 0.5 }`. Out: [`Evidence`]. Invariant: each name occurs once; the last value
-//! counts.
+//! In: `evidence! { Rain: true, Z[2]: 0.5 }`. Out: [`Evidence`]. Invariant: each name has one value, the last one, and one
+//! likelihood; a question refuses a name that has both.
 
 use super::Value;
 use serde::{Serialize, Serializer};
@@ -25,10 +25,13 @@ impl Evidence {
         self
     }
 
-    /// Sets the value of a variable.
+    /// Sets the value of a variable, or its likelihood. An earlier one is replaced; a value and a likelihood do not replace
+    /// each other: a question refuses such evidence.
     pub fn set(&mut self, name: impl Into<String>, value: impl Into<Value>) {
         let (name, value) = (name.into(), value.into());
-        match self.0.iter_mut().find(|(known, _)| *known == name) {
+        let weighs = |value: &Value| matches!(value, Value::Likelihood(_));
+        let same = |(known, old): &&mut (String, Value)| *known == name && weighs(old) == weighs(&value);
+        match self.0.iter_mut().find(same) {
             Some((_, known)) => *known = value,
             None => self.0.push((name, value)),
         }

@@ -4,6 +4,7 @@
 //! with the same known variables, which the planner gives to one strategy.
 
 use super::marginals::{Names, given};
+use super::value::{of_text, ordinal};
 use super::{Evidence, Posterior, Program};
 use crate::answer::{Answer, Figure, Knowledge, Row, Slot, together};
 use crate::distribution::Setting;
@@ -12,6 +13,7 @@ use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Question, Searched, Statistic, Value, When};
 use crate::plan::{Group, Options};
+use crate::sample::Observations;
 use crate::spelling::exact;
 use std::collections::HashMap;
 
@@ -43,7 +45,7 @@ pub(super) fn joint(program: &Program, of: &[String], evidence: &Evidence) -> Re
     all.knowledge.elements.about = about;
     let answers = all.answers(vec![ask], Group::Joint)?;
     let mut answer = answers.into_iter().next().expect("internal: an answer to each ask");
-    answer.ln_evidence = answer.ln_evidence.map(|ln| ln + program.opened.ln_scale);
+    answer.ln_evidence = all.knowledge.ln_evidence(&answer).map(|ln| ln + program.opened.ln_scale);
     answer.question = format!("{}{}", of.join(" "), given(program, evidence));
     Ok(Posterior::new(program, answer))
 }
@@ -65,14 +67,16 @@ pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Po
         all.knowledge.elements.hard.push(last);
         free.push(last.0);
     }
-    let ask = all.ask(Statistic::Argmax { nearest: None }, &free);
-    let answers = all.answers(vec![ask], Group::Mode)?;
+    let mode = all.ask(Statistic::Argmax { nearest: None }, &free);
+    let answers = all.answers(vec![mode.clone()], Group::Mode)?;
     let mut answer = answers.into_iter().next().expect("internal: an answer to each ask");
     answer.answer.truncate(1);
     for row in &mut answer.answer {
         let ln_evidence = answer.ln_evidence.unwrap_or(0.0);
         let ln_p = match row.figure {
             Figure::Probability { p } | Figure::Density { density: p } => p.ln() + ln_evidence,
+            // Draws chose the values; their probability is that of the program.
+            Figure::Estimated { .. } => all.ln_joint(&mode, row)?,
             figure => figure.number().unwrap_or(f64::NAN),
         };
         *row = all.assignment(row, ln_p + program.opened.ln_scale);
@@ -196,6 +200,30 @@ impl<'p> Several<'p> {
         let question = Question { name: "group".to_owned(), asks, derived: Vec::new() };
         let options = (program.sampling, Options { group, ..program.options });
         together(program.model(), &question, &self.knowledge.elements, self.inputs, options)
+    }
+
+    /// ln of the joint probability of the evidence and of the values in a row, which holds all other variables.
+    fn ln_joint(&self, ask: &Ask, row: &Row) -> Result<f64, Error> {
+        let (model, setting) = (self.names.program.model(), self.names.setting);
+        let mut observed = Observations::of(setting, ask)?;
+        let elements = &self.knowledge.elements;
+        let slot_of = |id: VariableId, element: usize| setting.slots_of(id).start + element;
+        for (id, element, value) in &elements.hard {
+            observed.values[slot_of(*id, *element)] = *value as f64;
+        }
+        for (name, text) in &row.values {
+            let (id, element) = self.names.find(name)?;
+            let place = slot_of(id, element.unwrap_or(0));
+            let value = ordinal(model, &Slot::of(setting, place), &of_text(model, name, text));
+            observed.values[place] = value.map_err(|message| Error::input(name, message))? as f64;
+        }
+        let weighed = elements.weighed.iter().map(|(id, at, weights)| (slot_of(*id, *at), weights));
+        let weighed = weighed.chain(observed.likelihoods.iter().map(|(slot, weights)| (*slot, weights)));
+        let mut ln: f64 = weighed.map(|(slot, weights)| weights[observed.values[slot] as usize].ln()).sum();
+        for instance in setting.ordered()? {
+            ln += setting.ln_density(&instance, &observed.values)?;
+        }
+        Ok(ln)
     }
 
     /// A value for each shown variable: from the row, or the observed one.

@@ -94,8 +94,11 @@ impl Names<'_> {
         for (name, value) in evidence.iter() {
             let (variable, element) = self.find(name)?;
             let slots = self.setting.slots_of(variable);
-            if all.known.iter().any(|known| known.variable == variable) {
-                return Err(Error::input(name, "it is known already, or a potential, which is not observed"));
+            if self.program.opened.known.iter().any(|known| known.variable == variable) {
+                return Err(Error::input(name, "it is a potential, which is not observed"));
+            }
+            if all.holds(variable, element) {
+                return Err(Error::input(name, format!("`{name}` is known twice")));
             }
             if let Value::Likelihood(weights) = value {
                 check(name, weights, self.setting.count(variable), element.is_some() || slots.len() == 1)?;

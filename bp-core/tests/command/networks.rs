@@ -144,7 +144,15 @@ fn the_most_probable_cases_and_cost() {
 #[test]
 fn impossible_requests_are_refused() {
     let folder = Folder::new();
-    let wrong: [(&[&str], &str); 8] = [
+    let wrong: [(&[&str], &str); 10] = [
+        (
+            &["marginals", "clinic.bif", "--evidence", r#"{"lung": "yes"}"#, "--likelihood", r#"{"lung": [1, 0]}"#],
+            "`lung` is known twice",
+        ),
+        (
+            &["cost", "clinic.bif", "--evidence", r#"{"lung": "yes"}"#, "--likelihood", r#"{"lung": [1, 0]}"#],
+            "`lung` is known twice",
+        ),
         (&["marginals", "clinic.bif", "--evidence", r#"{"smok": "yes"}"#], "did you mean `smoke`?"),
         (
             &["marginals", "clinic.bif", "--evidence", r#"{"smoke": "maybe"}"#],
@@ -212,6 +220,46 @@ fn a_markov_network_has_its_ln_z() {
     assert!(asked.to_string().contains("0.6"), "3 · 2 of 3 · 2 + 1 · 4: {asked}");
     let explained = folder.bp(&["explain", "clinic.bif", "P(lung | dysp = yes)"]);
     assert!(String::from_utf8(explained.stdout).unwrap().contains("multiplications"));
+}
+
+const TWO: &str = "program Two {
+    variables { A, B : bool; }
+    decomposition { P(A) P(B | A) }
+    forms { P(A) = bernoulli(0.5); P(B | A) = bernoulli(if A { 0.9 } else { 0.2 }); }
+}
+";
+
+/// ln P of the most probable case is ln(0.5 · 0.9), whoever finds the case; P(B) = 0.5 · 0.9 + 0.5 · 0.2.
+#[test]
+fn estimates_of_groups_report_what_they_know() {
+    let folder = Folder::new();
+    std::fs::write(folder.0.path().join("two.bp"), TWO).unwrap();
+    std::fs::write(folder.0.path().join("cases.csv"), "B\ntrue\n\n").unwrap();
+    let reals = "program R { variables { X : real; } decomposition { P(X) } forms { P(X) = normal(1, 2); } }";
+    std::fs::write(folder.0.path().join("reals.bp"), reals).unwrap();
+    for by in [["--by", "weighting"], ["--by", "gibbs"], ["--budget", "1"]] {
+        for evidence in [&[][..], &["--evidence", r#"{"B": "true"}"#]] {
+            let best = folder.json(&[&["mpe", "two.bp"], &by[..], evidence].concat());
+            assert_eq!((&best["assignment"]["A"], &best["assignment"]["B"]), (&"true".into(), &"true".into()));
+            near(&best["ln_p"], 0.45f64.ln(), 1e-14);
+            assert!(best["estimate"]["particles"].as_u64() > Some(0), "{best}");
+        }
+        // A likelihood of 1/2 multiplies the joint probability.
+        let half = [&["mpe", "two.bp", "--likelihood", r#"{"B": [0.5, 0.5]}"#], &by[..]].concat();
+        near(&folder.json(&half)["ln_p"], 0.225f64.ln(), 1e-14);
+        let both = folder.json(&[&["joint", "two.bp", "--of", "A,B"], &by[..]].concat());
+        assert!(both.get("ln_p_evidence").is_none() && both["estimate"].is_object(), "{both}");
+    }
+    near(&folder.json(&["joint", "reals.bp", "--of", "X"])["ln_p_evidence"], 0.0, 0.0);
+    let seen = [&["marginals", "two.bp", "--by", "gibbs", "--evidence", r#"{"B": "true"}"#][..]].concat();
+    assert!(folder.json(&seen).get("ln_p_evidence").is_none(), "Gibbs sampling does not estimate it");
+    let cell = |by: &str| {
+        let output = folder.bp(&["batch", "two.bp", "--cases", "cases.csv", "--by", by]);
+        let page = String::from_utf8(output.stdout).unwrap();
+        page.lines().nth(1).unwrap().split(',').next().unwrap().to_owned()
+    };
+    assert_eq!(cell("gibbs"), "");
+    assert!((cell("sums").parse::<f64>().unwrap() - 0.55f64.ln()).abs() < 1e-14);
 }
 
 const COIN: &str = "program Coin {

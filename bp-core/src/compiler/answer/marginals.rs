@@ -24,6 +24,27 @@ pub struct Knowledge {
     pub elements: Findings,
 }
 
+impl Knowledge {
+    /// Whether there is evidence on a variable, or on this element of it.
+    pub(crate) fn holds(&self, variable: VariableId, element: Option<usize>) -> bool {
+        let is_this = |id: VariableId, at: usize| id == variable && element.is_none_or(|element| element == at);
+        self.known.iter().any(|known| known.variable == variable)
+            || self.elements.hard.iter().any(|(id, at, _)| is_this(*id, *at))
+            || self.elements.weighed.iter().any(|(id, at, _)| is_this(*id, *at))
+    }
+
+    /// Whether there is no evidence.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.known.is_empty() && self.elements.hard.is_empty() && self.elements.weighed.is_empty()
+    }
+
+    /// ln P(evidence) of an answer. A normal law is proper: without evidence it has probability 1.
+    pub(crate) fn ln_evidence(&self, answer: &Answer) -> Option<f64> {
+        let nothing = self.is_empty() && answer.strategy == Strategy::Gaussian;
+        answer.ln_evidence.or(nothing.then_some(0.0))
+    }
+}
+
 /// The posterior of each wanted variable.
 ///
 /// # Errors
@@ -65,7 +86,7 @@ pub fn marginals(
     let first = answers.first();
     let mut all = Answer {
         question: String::new(),
-        ln_evidence: first.and_then(|answer| answer.ln_evidence),
+        ln_evidence: first.and_then(|answer| knowledge.ln_evidence(answer)),
         estimate: first.and_then(|answer| answer.estimate.clone()),
         answer: Vec::new(),
         strategy: first.map_or(Strategy::JoinTree, |answer| answer.strategy),

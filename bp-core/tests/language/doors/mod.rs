@@ -236,3 +236,28 @@ fn a_program_learns_from_a_table_and_keeps_its_text() {
     fails(coin.learn(path.as_path()), &["tosses.csv", "`Day`"]);
     fails(coin.learn(folder.path().join("none.csv")), &["none.csv"]);
 }
+
+/// An observation and a likelihood of the same variable, or element, are refused by every question about evidence.
+#[test]
+fn a_variable_is_known_once() {
+    let two = Program::parse(
+        "program Two {
+             variables { A : bool; Z[1..=2] : bool; }
+             decomposition { P(A) prod(i) { P(Z[i] | A) } }
+             forms { P(A) = bernoulli(0.5); P(Z[i] | A) = bernoulli(if A { 0.9 } else { 0.2 }); }
+         }",
+    )
+    .unwrap();
+    let weighs = || Value::Likelihood(vec![1.0, 0.0]);
+    let both = evidence! { A: true, A: weighs() };
+    fails(two.marginals(&both), &["`A` is known twice"]);
+    fails(two.most_probable(&both), &["`A` is known twice"]);
+    fails(two.joint(&["Z[1]".to_owned()], &both), &["`A` is known twice"]);
+    fails(two.observations(&["Z[1]".to_owned()], &[], &both), &["`A` is known twice"]);
+    fails(two.marginals(&evidence! { Z[2]: true, Z[2]: weighs() }), &["`Z[2]` is known twice"]);
+    fails(two.marginals(&evidence! { Z: vec![true, false], Z[2]: weighs() }), &["`Z[2]` is known twice"]);
+    fails(two.marginals(&evidence! { Z[2]: weighs(), Z: vec![true, false] }), &["`Z` is known twice"]);
+    // The last value counts: P(A = true | Z[1] = true) = 0.9 / (0.9 + 0.2).
+    let found = two.marginals(&evidence! { Z[1]: false, Z[1]: true }).unwrap();
+    near(found.of("A").unwrap().p(true).unwrap(), 0.9 / 1.1);
+}

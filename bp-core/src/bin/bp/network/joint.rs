@@ -3,7 +3,7 @@
 //! In: a network, evidence, names of variables. Out: their joint posterior, its entropy, and their mutual information.
 //! Invariant: a row for each combination of values, the last variable fastest.
 
-use super::Asked;
+use super::{Asked, certainty};
 use crate::answered::write_json;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
@@ -65,15 +65,14 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             variables.iter().zip(&alone).map(|(one, bits)| (one.clone(), json!(bits))).collect();
         let cells: Vec<Value> =
             rows.iter().map(|(names, p)| json!({ "values": object(names), "p": p })).collect();
-        let answer = json!({
-            "ln_p_evidence": ln_evidence,
+        let mut answer = json!({
             "joint": cells,
             "entropy_bits": all,
             "entropies_bits": entropies,
             "information_bits": shared,
         });
-        serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out)?);
+        certainty(&mut answer, found.answer());
+        return write_json(&answer, out);
     }
     let heads = variables;
     let width = |place: usize| {
@@ -117,13 +116,13 @@ fn reals(arguments: &Arguments, found: &Posterior, part: &Part, out: &mut impl W
     let names: Vec<String> = part.of.iter().map(|slot| slot.name(found.model())).collect();
     if arguments.json {
         let rows: Vec<&[f64]> = covariance.chunks(names.len()).collect();
-        let answer = json!({
-            "ln_p_evidence": found.ln_evidence(),
+        let mut answer = json!({
             "variables": names,
             "mean": mean,
             "covariance": rows,
             "entropy_nats": found.entropy()?,
         });
+        certainty(&mut answer, found.answer());
         return write_json(&answer, out);
     }
     write!(out, "{}", found.answer())?;

@@ -3,7 +3,7 @@
 //! In: a network or a program, and evidence. Out: a table, or JSON. Invariant: an observed variable has probability 1
 //! at its value.
 
-use super::Asked;
+use super::{Asked, certainty};
 use crate::failure::Failure;
 use crate::planning::Inference;
 use bp_core::compiler::answer::{Answer, Figure};
@@ -64,11 +64,6 @@ fn object(answer: &Answer) -> Value {
         }
     }
     let mut all = json!({ "posteriors": posteriors });
-    if let Some(ln_evidence) = answer.ln_evidence {
-        all["ln_p_evidence"] = json!(ln_evidence);
-    }
-    if let Some(estimate) = &answer.estimate {
-        all["estimate"] = json!(estimate);
-    }
+    certainty(&mut all, answer);
     all
 }

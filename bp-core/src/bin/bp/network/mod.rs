@@ -13,6 +13,7 @@ pub(crate) mod size;
 use crate::ask::setting;
 use crate::failure::Failure;
 use crate::program;
+use bp_core::compiler::answer::Answer;
 use bp_core::compiler::data::Values;
 use bp_core::compiler::io::{Network, uai};
 use bp_core::compiler::model::{self, Known};
@@ -21,7 +22,7 @@ use bp_core::compiler::strategies::join_tree::{Named, NetworkEvidence};
 use bp_core::program::settings::{Settings, names};
 use bp_core::program::{self as program_door, Program};
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -172,12 +173,22 @@ pub(crate) fn free(evidence: &program_door::Evidence, names: &[String]) -> Resul
         if names[..place].contains(name) {
             return Err(Failure::Words(format!("`{name}` is named twice")));
         }
-        let value = evidence.iter().find(|(known, _)| *known == name).map(|(_, value)| value);
-        if value.is_some_and(|value| !matches!(value, program_door::Value::Likelihood(_))) {
+        let mut own = evidence.iter().filter(|(known, _)| *known == name);
+        if own.any(|(_, value)| !matches!(value, program_door::Value::Likelihood(_))) {
             return Err(Failure::Words(format!("`{name}` is observed: nothing about it is uncertain")));
         }
     }
     Ok(())
+}
+
+/// Adds ln P(evidence) to a JSON object, where it is known, and the number of draws of an estimate.
+fn certainty(object: &mut Value, answer: &Answer) {
+    if let Some(ln_evidence) = answer.ln_evidence {
+        object["ln_p_evidence"] = json!(ln_evidence);
+    }
+    if let Some(estimate) = &answer.estimate {
+        object["estimate"] = json!(estimate);
+    }
 }
 
 /// The name of an option's text in messages.

@@ -3,6 +3,7 @@
 //! In: a network and evidence. Out: a table, or JSON. Invariant: observed variables have their values.
 
 use super::Asked;
+use crate::answered::write_json;
 use crate::failure::Failure;
 use crate::numbers::six_digits;
 use crate::planning::Inference;
@@ -34,14 +35,20 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if arguments.json {
         let assignment: Map<String, Value> =
             pairs().map(|(name, value)| (name, Value::String(value))).collect();
-        let answer = json!({ "ln_p": ln_joint, "assignment": assignment });
-        serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out)?);
+        let mut answer = json!({ "ln_p": ln_joint, "assignment": assignment });
+        if let Some(estimate) = found.estimate() {
+            answer["estimate"] = json!(estimate);
+        }
+        return write_json(&answer, out);
     }
     let width = pairs().map(|(name, _)| columns(&name)).max().unwrap_or(0);
     for (name, value) in pairs() {
         writeln!(out, "  {}  {value}", filled(&name, width))?;
     }
     writeln!(out, "\n  ln P = {}", six_digits(ln_joint))?;
+    if let Some(estimate) = found.estimate() {
+        let (draws, seed) = (estimate.particles, estimate.seed);
+        writeln!(out, "\n  the assignment is an estimate: the most frequent of {draws} draws (seed {seed})")?;
+    }
     Ok(())
 }

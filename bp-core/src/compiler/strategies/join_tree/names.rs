@@ -135,8 +135,10 @@ impl Named {
         }
         for (name, weights) in likelihoods {
             let variable = self.number_of(name)?;
+            let is_known = evidence.hard.iter().any(|(known, _)| *known == variable);
             let (count, found) = (self.network.cardinalities[variable], weights.len());
             let expected = match () {
+                () if is_known => format!("`{name}` is known twice"),
                 () if found != count => format!("its likelihood must have {count} numbers, but has {found}"),
                 () if !weights.iter().all(|weight| *weight >= 0.0 && weight.is_finite()) => {
                     format!("a likelihood needs finite numbers, none negative, but this is {weights:?}")
