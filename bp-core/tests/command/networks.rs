@@ -146,11 +146,25 @@ fn impossible_requests_are_refused() {
     let folder = Folder::new();
     let wrong: [(&[&str], &str); 10] = [
         (
-            &["marginals", "clinic.bif", "--evidence", r#"{"lung": "yes"}"#, "--likelihood", r#"{"lung": [1, 0]}"#],
+            &[
+                "marginals",
+                "clinic.bif",
+                "--evidence",
+                r#"{"lung": "yes"}"#,
+                "--likelihood",
+                r#"{"lung": [1, 0]}"#,
+            ],
             "`lung` is known twice",
         ),
         (
-            &["cost", "clinic.bif", "--evidence", r#"{"lung": "yes"}"#, "--likelihood", r#"{"lung": [1, 0]}"#],
+            &[
+                "cost",
+                "clinic.bif",
+                "--evidence",
+                r#"{"lung": "yes"}"#,
+                "--likelihood",
+                r#"{"lung": [1, 0]}"#,
+            ],
             "`lung` is known twice",
         ),
         (&["marginals", "clinic.bif", "--evidence", r#"{"smok": "yes"}"#], "did you mean `smoke`?"),
@@ -240,7 +254,10 @@ fn estimates_of_groups_report_what_they_know() {
     for by in [["--by", "weighting"], ["--by", "gibbs"], ["--budget", "1"]] {
         for evidence in [&[][..], &["--evidence", r#"{"B": "true"}"#]] {
             let best = folder.json(&[&["mpe", "two.bp"], &by[..], evidence].concat());
-            assert_eq!((&best["assignment"]["A"], &best["assignment"]["B"]), (&"true".into(), &"true".into()));
+            assert_eq!(
+                (&best["assignment"]["A"], &best["assignment"]["B"]),
+                (&"true".into(), &"true".into())
+            );
             near(&best["ln_p"], 0.45f64.ln(), 1e-14);
             assert!(best["estimate"]["particles"].as_u64() > Some(0), "{best}");
         }

@@ -27,7 +27,8 @@ pub struct Knowledge {
 impl Knowledge {
     /// Whether there is evidence on a variable, or on this element of it.
     pub(crate) fn holds(&self, variable: VariableId, element: Option<usize>) -> bool {
-        let is_this = |id: VariableId, at: usize| id == variable && element.is_none_or(|element| element == at);
+        let is_this =
+            |id: VariableId, at: usize| id == variable && element.is_none_or(|element| element == at);
         self.known.iter().any(|known| known.variable == variable)
             || self.elements.hard.iter().any(|(id, at, _)| is_this(*id, *at))
             || self.elements.weighed.iter().any(|(id, at, _)| is_this(*id, *at))
