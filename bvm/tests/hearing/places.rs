@@ -50,8 +50,8 @@ fn the_program_multiplies_the_densities_of_all_bands() {
                 let cycle = 1.0 / frequency[k];
                 let growth = if k == 0 { 6.5 } else { 4.5 };
                 let ears = f64::max(0.0015 * cycle, 0.001) * (growth * lost).exp();
-                let head = 0.008 * (1.0 + 0.6 * cycle);
-                let sigma = ((1.0 + 4.0 / count[k]) * ears * ears + head * head + 1e-4).sqrt();
+                let head = 0.006 * (1.0 + 0.6 * cycle);
+                let sigma = ((1.0 + 4.0 / count[k]) * ears * ears + head * head + 0.006 * 0.006).sqrt();
                 let mu = mu_tau[2 * place + k];
                 let peaks: f64 = [(-2.0, 0.05), (-1.0, 0.15), (0.0, 0.6), (1.0, 0.15), (2.0, 0.05)]
                     .iter()
@@ -60,7 +60,7 @@ fn the_program_multiplies_the_densities_of_all_bands() {
                 let of_time = stray / 2.4 + (1.0 - stray) * peaks;
                 // The second band has no level.
                 let ears = 0.3 * (5.8 * lost).exp();
-                let sigma = ((1.0 + 4.0 / 10.0) * ears * ears + 1.5 * 1.5 + 1.0).sqrt();
+                let sigma = ((1.0 + 4.0 / 10.0) * ears * ears + 1.0 + 1.0).sqrt();
                 let of_level = if k == 0 {
                     stray / 120.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma)
                 } else {
