@@ -12,6 +12,8 @@ use crate::sample::Draws;
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 
+const ONE: &str = "internal: one slot is finite or real";
+
 impl Posterior {
     /// The mean of its variable; `true` counts as 1.
     ///
@@ -30,6 +32,7 @@ impl Posterior {
         Ok(match &part.law {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
             PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
+            PartLaw::ConditionalGaussian(_) => unreachable!("{ONE}"),
             PartLaw::Finite(numbers) => [weighted(numbers, &self.numbers_of(slot)?), 0.0],
             PartLaw::Draws(draws, drawn) => match &drawn[0] {
                 Drawn::Normals(normals) => normals.moments.mean,
@@ -51,6 +54,7 @@ impl Posterior {
         Ok(match &part.law {
             PartLaw::Normal { covariance, .. } => covariance[0],
             PartLaw::Mixture(mixture) => mixture.covariance(0, 0),
+            PartLaw::ConditionalGaussian(_) => unreachable!("{ONE}"),
             PartLaw::Finite(numbers) => {
                 let squares: Vec<f64> =
                     self.numbers_of(slot)?.iter().map(|number| (number - mean).powi(2)).collect();
@@ -89,6 +93,7 @@ impl Posterior {
         match &part.law {
             PartLaw::Normal { mean, covariance } => Ok(covariance[one * mean.len() + other]),
             PartLaw::Mixture(mixture) => Ok(mixture.covariance(one, other)),
+            PartLaw::ConditionalGaussian(law) => Ok(law.covariance(&part.of, [one, other], &numbers)),
             PartLaw::Finite(_) => {
                 let at = |place: usize| self.joint(part, [one, other], &numbers, place);
                 let mean = [at(0), at(1)];

@@ -108,6 +108,20 @@ impl Posterior {
             let at = at.ok_or_else(|| self.lookup(format!("`{value}` is not a number; look up a real")))?;
             return Ok([part.law.density(&at), 0.0]);
         }
+        if let PartLaw::ConditionalGaussian(law) = &part.law {
+            let (mut finite, mut reals) = (Vec::new(), Vec::new());
+            for (slot, value) in part.of.iter().zip(values) {
+                match (slot.count, value.as_f64()) {
+                    (0, Some(number)) => reals.push(number),
+                    (0, None) => {
+                        return Err(self.lookup(format!("`{value}` is not a number; look up a real")));
+                    }
+                    _ => finite
+                        .push(ordinal(self.model(), slot, value).map_err(|message| self.lookup(message))?),
+                }
+            }
+            return Ok([law.density(&finite, &reals), 0.0]);
+        }
         if let Some(real) = part.of.iter().find(|slot| slot.count == 0) {
             let name = real.name(self.model());
             let message = format!("draws of `{name}` have no density: ask for `mean`, `interval` or `draws`");
@@ -127,7 +141,9 @@ impl Posterior {
                 let place = radix::position(found.iter().zip(&part.of).map(|(at, slot)| (*at, slot.count)));
                 [numbers[place], 0.0]
             }
-            PartLaw::Normal { .. } | PartLaw::Mixture(_) => [part.law.density(&[]), 0.0],
+            PartLaw::Normal { .. } | PartLaw::Mixture(_) | PartLaw::ConditionalGaussian(_) => {
+                [part.law.density(&[]), 0.0]
+            }
         })
     }
 

@@ -3,6 +3,8 @@
 //! In: names and values, a model and its questions. Out: [`Inputs`]. Invariant: every name is known to the model or a
 //! question, and every value is in its domain; both are checked here, where the names are available.
 
+mod typed;
+
 use super::Value;
 use super::value::read;
 use crate::answer::CompiledQuestion;
@@ -14,8 +16,8 @@ use crate::kernel::{InputKey, Role};
 use crate::model::{self, Finding, Form, IndexSpace, Model, Parameter, ParameterKind, SetKind, Statistic};
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
-use crate::units;
 use std::collections::BTreeMap;
+use typed::{displacement, numbers, one_size, size, words};
 
 /// The meaning of a settable name.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -346,57 +348,4 @@ fn split<'t>(text: &'t str, names: &BTreeMap<String, Meaning>) -> Result<(&'t st
         let name = text.split('=').next().unwrap_or(text).trim();
         meaning(name, names).err().unwrap_or_else(|| Error::input(name, "it has no value"))
     })
-}
-
-/// The parts of a value as texts; a list in a list has its elements separated by colons.
-fn words(value: &Value) -> Vec<String> {
-    match value {
-        Value::Label(text) => text.split(',').map(|part| part.trim().to_owned()).collect(),
-        Value::List(values) => values.iter().map(|value| words(value).join(":")).collect(),
-        other => vec![other.to_string()],
-    }
-}
-
-/// The numbers of a value.
-fn numbers(name: &str, value: &Value) -> Result<Vec<f64>, Error> {
-    match value {
-        Value::List(values) => {
-            let all: Result<Vec<Vec<f64>>, Error> = values.iter().map(|value| numbers(name, value)).collect();
-            Ok(all?.concat())
-        }
-        Value::Real(number) if number.is_finite() => Ok(vec![*number + 0.0]),
-        Value::Integer(number) => Ok(vec![*number as f64]),
-        other => words(other).iter().map(|word| number(name, word)).collect(),
-    }
-}
-
-fn number(name: &str, text: &str) -> Result<f64, Error> {
-    let finite = text.parse().ok().filter(|number: &f64| number.is_finite());
-    // −0 is 0.
-    let finite = finite.map(|number| number + 0.0);
-    finite.ok_or_else(|| {
-        let help = units::in_value(text).map_or_else(String::new, |help| format!(": {help}"));
-        Error::input(name, format!("`{text}` is not a finite number{help}"))
-    })
-}
-
-fn one_size(name: &str, value: &Value) -> Result<usize, Error> {
-    size(name, &words(value).join(","))
-}
-
-fn size(name: &str, text: &str) -> Result<usize, Error> {
-    let size = text.parse().ok().filter(|size| (1..=1 << 40).contains(size));
-    size.ok_or_else(|| {
-        Error::input(name, format!("`{text}` is not a number of elements, which is 1 or more"))
-    })
-}
-
-/// A displacement: `-1`, or `0:1:-2` along the three axes of the grid.
-fn displacement(name: &str, text: &str) -> Result<[i32; 3], Error> {
-    let wrong = || Error::input(name, format!("`{text}` is not a displacement, such as `-1` or `0:1:-2`"));
-    let parts: Vec<i32> =
-        text.split(':').map(|part| part.parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
-    let mut displacement = [0; 3];
-    displacement.get_mut(..parts.len()).ok_or_else(wrong)?.copy_from_slice(&parts);
-    Ok(displacement)
 }

@@ -224,3 +224,32 @@ fn a_family_without_a_column_is_declared_hidden() {
     let report = folder.well(&["learn", "m.bp", "--rows", "y.csv", "--hidden", "K"]);
     assert!(report.contains("1 cell missing") && report.contains("hidden: K"), "{report}");
 }
+
+#[test]
+fn rows_whose_finite_variables_are_few_are_answered_exactly() {
+    let folder = folder();
+    folder.write(
+        "outliers.bp",
+        "program Outliers {
+    variables { M : real; K[row in Rows] : bool; Y[row in Rows] : real; }
+    decomposition { P(M) prod(row in Rows) { P(K[row]) } prod(row in Rows) { P(Y[row] | K M) } }
+    forms { P(M) = normal(0, 2); P(K[row]) = bernoulli(0.25); P(Y[row] | K M) = normal(M, if K[row] { 3 } else { 1 }); }
+}
+",
+    );
+    folder.write("y.csv", "Y\n1\n5\n");
+    // Σ over the four combinations of K, each a normal posterior of M, by NumPy.
+    let asked = folder.well(&["ask", "outliers.bp", "P(M)", "--rows", "y.csv", "--json"]);
+    near(&numbers(&asked, "mean"), &[1.5637528793527233]);
+    near(&numbers(&asked, "deviation"), &[1.2593129872310134]);
+    let answer: Value = serde_json::from_str(&asked).unwrap();
+    assert!(answer.get("estimate").is_none(), "{answer}");
+    assert!((answer["ln_evidence"].as_f64().unwrap() + 6.077398586317081).abs() < 1e-12, "{answer}");
+    let second = folder.well(&["ask", "outliers.bp", "P(K[1])", "--rows", "y.csv", "--json"]);
+    assert!((numbers(&second, "p")[1] - 0.8159833743839399).abs() < 1e-12, "{second}");
+    let explained = folder.well(&["explain", "outliers.bp", "P(M)", "--rows", "y.csv"]);
+    assert!(explained.contains("offer: mixture, exact") && explained.contains("taken"), "{explained}");
+    // Without rows their number is not known.
+    let explained = folder.well(&["explain", "outliers.bp", "P(M)"]);
+    assert!(explained.contains("offer: mixture, refused"), "{explained}");
+}

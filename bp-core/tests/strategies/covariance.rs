@@ -70,6 +70,9 @@ fn a_mixture_reports_the_covariance_of_all_its_components() {
     matrix(&json(&both)["covariance"], &[&[5.0, 5.0], &[5.0, 6.0]]);
     near(both.covariance("B", "A").unwrap(), 5.0);
     assert!(both.to_string().contains("covariance with A  with B"), "{both}");
+    // The median of a symmetric distribution is not a rounding error.
+    assert_eq!(pair.ask("quantile(0.5) P(A)").unwrap().number().unwrap().to_bits(), 0.0f64.to_bits());
+    assert!(!both.to_string().contains("e-"), "{both}");
 }
 
 #[test]

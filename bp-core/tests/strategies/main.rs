@@ -21,6 +21,7 @@ mod kalman;
 mod many_parents;
 mod mixtures;
 mod normal_laws;
+mod normal_vectors;
 mod particles;
 mod paths;
 mod planner;

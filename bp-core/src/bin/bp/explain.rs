@@ -3,19 +3,24 @@
 //! In: a program and a question. Out: the derivation and its cost, as text, LaTeX, JSON or a page of HTML. Invariant:
 //! every output shows the same steps of the same plan.
 
+use crate::ask::setting;
 use crate::cost::{self, Table};
+use crate::data::Separator;
 use crate::failure::{Failure, colour};
 use crate::numbers::count;
 use crate::output::{self, questions_of};
 use crate::planning::Planning;
-use crate::{html, latex, parameters, program, wrap};
-use bp_core::compiler::answer::link;
+use crate::{html, latex, parameters, program, rows, wrap};
+use bp_core::compiler::answer::{link, plan_sized};
+use bp_core::compiler::data::PlateData;
 use bp_core::compiler::error::Error;
 use bp_core::compiler::kernel::in_words;
 use bp_core::compiler::lower::lower_printed;
-use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::model::{Model, ParameterKind, Question};
 use bp_core::compiler::plan::{Marked, Notation, Offer, Options, Plan, plan};
+use bp_core::program::settings::{Meaning, Settings, names};
 use serde_json::json;
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -26,6 +31,7 @@ Examples:
   bp explain wet_grass.bp
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
+  bp explain line.bp 'P(A)' --rows points.csv     (as bp ask answers it of these rows)
   bp explain cell.bp step --layout                (memory layout of the loops)
   bp explain cell.bp state --latex > state.tex    (uses the package amsmath)
   bp explain cell.bp --latex --standalone --out cell.tex")]
@@ -39,6 +45,17 @@ pub(crate) struct Arguments {
     layout: bool,
     #[command(flatten)]
     planning: Planning,
+    /// A table whose rows are the elements of a set of the program, as of `bp ask`; may be repeated.
+    #[arg(long, value_name = "[SET=]FILE", conflicts_with = "html")]
+    rows: Vec<String>,
+    /// With --rows: columns to ignore.
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',', requires = "rows")]
+    ignore: Vec<String>,
+    #[command(flatten)]
+    separator: Separator,
+    /// With --rows: set a size or a parameter; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, requires = "rows", allow_hyphen_values = true)]
+    settings: Vec<String>,
     /// Write an `align*` environment for LaTeX.
     #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
@@ -59,36 +76,64 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
     let (mut network, source) = program::with_source(&arguments.file)?;
     // A page can show a program without questions.
+    let (typed, rows) = (arguments.question.as_deref(), &arguments.rows);
+    let rows =
+        rows::read(&network.model, rows, &arguments.settings, &arguments.separator, &arguments.ignore)?;
     let questions = match arguments.html {
-        true => questions_of(&mut network, arguments.question.as_deref())?,
-        false => program::questions(&mut network, arguments.question.as_deref())?,
+        true => questions_of(&mut network, typed)?,
+        false => program::questions_of_rows(&mut network, typed, &rows)?,
     };
     let model = network.model;
     let options = Options { all_offers: true, ..arguments.planning.options() };
-    let plans: Vec<Plan> =
-        questions.iter().map(|one| plan(&model, one, options)).collect::<Result<_, Error>>()?;
     let mut page = Vec::new();
     if arguments.html {
-        html::write(&model, &source.text, &plans, &mut page)?;
-    } else if arguments.json {
-        write_json(&model, &plans, arguments.layout, &mut page)?;
+        let plans = questions.iter().map(|one| plan(&model, one, options));
+        html::write(&model, &source.text, &plans.collect::<Result<Vec<_>, Error>>()?, &mut page)?;
+        return output::write(arguments.out.as_deref(), &page, out);
+    }
+    let settings = (!rows.is_empty()).then(|| sized(&model, &arguments.settings, &rows)).transpose()?;
+    let planned = |one: &Question| match &settings {
+        None => Ok((Cow::Borrowed(&model), plan(&model, one, options)?)),
+        Some(settings) => plan_sized(&model, one, options, &settings.inputs()),
+    };
+    let plans: Vec<Planned<'_>> = questions.iter().map(planned).collect::<Result<_, Error>>()?;
+    if arguments.json {
+        write_json(&plans, arguments.layout, &mut page)?;
     } else if arguments.latex {
         write_latex(&model, &plans, arguments.standalone, &mut page)?;
     } else {
         let bold = arguments.out.is_none() && colour(&std::io::stdout());
-        for (position, plan) in plans.iter().enumerate() {
+        for (position, (model, plan)) in plans.iter().enumerate() {
             if position > 0 {
                 writeln!(page)?;
             }
-            write_text(&model, plan, bold, &mut page)?;
+            write_text(model, plan, bold, &mut page)?;
             if arguments.layout {
-                for line in layout(&model, plan)? {
+                for line in layout(model, plan)? {
                     write!(page, "{}", wrap::wrapped("layout: ", &line, 4))?;
                 }
             }
         }
     }
     output::write(arguments.out.as_deref(), &page, out)
+}
+
+/// A plan, and the program of which it is the plan.
+type Planned<'m> = (Cow<'m, Model>, Plan);
+
+/// The sizes that rows and settings tell; a parameter without a number has 1, since a plan depends on sizes alone.
+fn sized(model: &Model, typed: &[String], rows: &PlateData) -> Result<Settings, Failure> {
+    let mut settings = Settings::read(model, typed, &names(model))?.with_rows(rows).with_inferred_sizes(model);
+    for (id, parameter) in model.parameters.iter() {
+        if parameter.default.is_empty()
+            && !settings.has(&parameter.name)
+            && settings.size(&parameter.name).is_none()
+        {
+            let number = if let ParameterKind::Element(_) = parameter.kind { 0_i64 } else { 1 };
+            settings.set(model, &parameter.name, &number.into(), Meaning::Parameter(id))?;
+        }
+    }
+    Ok(settings)
 }
 
 /// The memory accesses of the loops of a plan, one line each; nothing if it has no loops.
@@ -159,12 +204,17 @@ fn offered(offer: &Offer) -> String {
     }
 }
 
-fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl Write) -> std::io::Result<()> {
+fn write_latex(
+    model: &Model,
+    plans: &[Planned<'_>],
+    standalone: bool,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     if standalone {
         latex::open(model, out)?;
         latex::paragraph(&parameters::in_words(model), out)?;
     }
-    for (position, plan) in plans.iter().enumerate() {
+    for (position, (model, plan)) in plans.iter().enumerate() {
         let asked = asked(model, &plan.question);
         match standalone {
             true => latex::heading(&asked, out)?,
@@ -184,10 +234,10 @@ fn write_latex(model: &Model, plans: &[Plan], standalone: bool, out: &mut impl W
     if standalone { latex::close(out) } else { Ok(()) }
 }
 
-fn write_json(model: &Model, plans: &[Plan], with_layout: bool, out: &mut impl Write) -> Result<(), Failure> {
-    let mut documents: Vec<_> = plans.iter().map(|plan| as_json(model, plan)).collect();
+fn write_json(plans: &[Planned<'_>], with_layout: bool, out: &mut impl Write) -> Result<(), Failure> {
+    let mut documents: Vec<_> = plans.iter().map(|(model, plan)| as_json(model, plan)).collect();
     if with_layout {
-        for (document, plan) in documents.iter_mut().zip(plans) {
+        for (document, (model, plan)) in documents.iter_mut().zip(plans) {
             document["layout"] = json!(layout(model, plan)?);
         }
     }

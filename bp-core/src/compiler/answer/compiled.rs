@@ -56,12 +56,12 @@ pub fn compile_by<'m>(
     let elements = Elements::of(&model, &question, options.by);
     match elements {
         Elements::Apart => Ok(later(model, question, elements, options)),
-        Elements::Together => together(model, question, options),
+        Elements::Together | Elements::IfExact => together(model, question, options),
     }
 }
 
-/// Compiles a question as [`compile_by`]; where no strategy answers it without sizes, it is planned when it is asked, with its
-/// families expanded to the elements that they then have.
+/// Compiles a question as [`compile_by`]; where no strategy answers it without sizes, or only by draws, it is planned when it is
+/// asked, with its families expanded to the elements that they then have.
 ///
 /// # Errors
 /// As [`compile_by`], where the program has no families.
@@ -72,10 +72,17 @@ pub fn compile_sized<'m>(
 ) -> Result<CompiledQuestion<'m>, Error> {
     let families = model.variables.values().any(|variable| variable.family.is_some());
     let over_time = question.asks.iter().any(|ask| ask.when.is_over_time());
-    match compile_by(model, question, options) {
-        Err(Error::Unplanned { .. }) if families && !over_time && model.plate.is_none() => {
+    let compiled = compile_by(model, question, options);
+    if !families || over_time || model.plate.is_some() {
+        return compiled;
+    }
+    match compiled {
+        Err(Error::Unplanned { .. }) => {
             let (model, question) = posed(link(model)?, question);
             Ok(later(model, question, Elements::Apart, options))
+        }
+        Ok(compiled) if options.by.is_none() && options.budget.is_none() && compiled.is_estimated() => {
+            Ok(CompiledQuestion { elements: Elements::IfExact, ..compiled })
         }
         compiled => compiled,
     }
@@ -162,6 +169,11 @@ impl CompiledQuestion<'_> {
     /// Whether it is planned already; otherwise it is planned when it is asked.
     pub(super) fn is_compiled(&self) -> bool {
         !self.routes.is_empty()
+    }
+
+    /// Whether some of it is answered by draws.
+    pub(super) fn is_estimated(&self) -> bool {
+        self.strategies.iter().any(|strategy| !strategy.is_exact())
     }
 
     /// Whether a strategy answers some of it.
@@ -327,6 +339,9 @@ impl CompiledQuestion<'_> {
             (found, compared || is_soft(&ask.known))
         {
             return Ok(answer.clone());
+        }
+        if let (Found::Answer(part), false) = (found, compared) {
+            return soft::of_reals(&self.model, ask, part);
         }
         let (question, when) = (text.clone(), ask.when);
         let strategy = self.strategies[places[0].route];

@@ -4,16 +4,18 @@
 //! was asked. Invariant: it is written out where the question uses elements and no closed form answers it, or where
 //! sums would need all elements of a family, some of which are missing.
 
-use super::compiled::{CompiledQuestion, together};
+use super::compiled::{CompiledQuestion, compile_sized, together};
 use super::{Answer, Part, Table};
 use crate::distribution::{Setting, WrittenOut, uses_elements};
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::ids::VariableId;
 use crate::model::{Finding, Known, Model, Question, Value};
-use crate::plan::{self, Options, Strategy};
+use crate::plan::{self, Options, Plan, Strategy};
 use crate::posterior::check;
 use crate::sample::Sampling;
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 /// Whether families are expanded into single variables.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -22,7 +24,38 @@ pub(super) enum Elements {
     Together,
     /// Yes, where they can.
     Apart,
+    /// Yes, where an exact strategy then answers.
+    IfExact,
 }
+
+/// Above this many numbers, families are not expanded to see whether an exact strategy then answers.
+const MOST_EXPANDED: usize = 10_000;
+
+/// The plan of a question for these inputs, whose numbers matter only as far as they are sizes; and the program of which it is
+/// the plan: the model, or the model with its families expanded, as [`compile_sized`](super::compile_sized) answers it.
+///
+/// # Errors
+/// As [`compile_sized`](super::compile_sized).
+pub fn plan_sized<'m>(
+    model: &'m Model,
+    question: &Question,
+    options: Options,
+    inputs: &Inputs<'_, f64>,
+) -> Result<(Cow<'m, Model>, Plan), Error> {
+    let compiled = compile_sized(model, question, options)?;
+    let (model, question) = match compiled.expanded(inputs)? {
+        Some((expanded, _)) => {
+            let expanded = expanded.into_owned();
+            (Cow::Owned(expanded.model().clone()), expanded.question().clone())
+        }
+        None => (Cow::Borrowed(model), question.clone()),
+    };
+    let plan = plan::plan(&model, &question, options)?;
+    Ok((model, plan))
+}
+
+/// For each ask, the original of each of its variables: a variable, and its element.
+type Back = Vec<HashMap<VariableId, (VariableId, Option<i64>)>>;
 
 impl Elements {
     pub(super) fn of(model: &Model, question: &Question, by: Option<Strategy>) -> Self {
@@ -42,12 +75,11 @@ impl CompiledQuestion<'_> {
         inputs: &Inputs<'_, f64>,
         sampling: Sampling,
     ) -> Result<Option<Vec<Answer>>, Error> {
-        let Some(written) = self.written_out(inputs)? else {
+        let Some((expanded, back)) = self.expanded(inputs)? else {
             return self.otherwise(|it| it.ask_with(inputs, sampling));
         };
-        let compiled = together(Cow::Borrowed(&written.model), written.question.clone(), self.options())?;
-        let mut answers = compiled.ask_with(inputs, sampling)?;
-        for ((answer, back), ask) in answers.iter_mut().zip(&written.back).zip(&self.question().asks) {
+        let mut answers = expanded.ask_with(inputs, sampling)?;
+        for ((answer, back), ask) in answers.iter_mut().zip(&back).zip(&self.question().asks) {
             answer.question = self.model().ask_text(ask);
             let slots = |part: &mut Part| {
                 for slot in part.of.iter_mut().chain(&mut part.given) {
@@ -64,9 +96,10 @@ impl CompiledQuestion<'_> {
 
     /// The tables of the expanded program; `None` where it is not expanded.
     pub(super) fn tables_apart(&self, inputs: &Inputs<'_, f64>) -> Result<Option<Vec<Table>>, Error> {
-        let Some(written) = self.written_out(inputs)? else { return self.otherwise(|it| it.tables(inputs)) };
-        let compiled = together(Cow::Borrowed(&written.model), written.question.clone(), self.options())?;
-        let mut tables = compiled.tables(inputs)?;
+        let Some((expanded, _)) = self.expanded(inputs)? else {
+            return self.otherwise(|it| it.tables(inputs));
+        };
+        let mut tables = expanded.tables(inputs)?;
         for (table, ask) in tables.iter_mut().zip(&self.question().asks) {
             table.question = self.model().ask_text(ask);
         }
@@ -87,12 +120,29 @@ impl CompiledQuestion<'_> {
         }
     }
 
-    fn written_out(&self, inputs: &Inputs<'_, f64>) -> Result<Option<WrittenOut>, Error> {
-        if self.elements == Elements::Together {
-            return Ok(None);
+    /// The same question of the expanded program; `None` where it is not expanded.
+    fn expanded(&self, inputs: &Inputs<'_, f64>) -> Result<Option<(CompiledQuestion<'static>, Back)>, Error> {
+        let compiled = |WrittenOut { model, question, back }: WrittenOut| {
+            Ok((together(Cow::Owned(model), question, self.options())?, back))
+        };
+        match self.elements {
+            Elements::Together => Ok(None),
+            Elements::Apart => self.written_out(inputs, usize::MAX)?.map(compiled).transpose(),
+            // Where it cannot be expanded, or no strategy then answers, the draws of the program as it is do.
+            Elements::IfExact => {
+                let expanded = self.written_out(inputs, MOST_EXPANDED).map(|written| written.map(compiled));
+                Ok(match expanded {
+                    Ok(Some(Ok((expanded, back)))) if !expanded.is_estimated() => Some((expanded, back)),
+                    _ => None,
+                })
+            }
         }
+    }
+
+    fn written_out(&self, inputs: &Inputs<'_, f64>, most: usize) -> Result<Option<WrittenOut>, Error> {
         check::inputs(self.model(), self.question(), inputs)?;
-        Setting::new(self.model(), inputs)?.written_out(self.question())
+        let setting = Setting::new(self.model(), inputs)?;
+        if setting.slots() > most { Ok(None) } else { setting.written_out(self.question()) }
     }
 
     /// The same question by a strategy that answers where elements of a family are missing: loops need all of them.

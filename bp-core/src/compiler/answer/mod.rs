@@ -13,11 +13,13 @@ mod open;
 mod soft;
 
 pub use crate::posterior::{
-    Answer, Column, Covariance, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, Table, argmax, ordinals,
+    Answer, Column, ConditionalGaussian, Covariance, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot,
+    Table, argmax, ordinals,
 };
 pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, refused};
 pub use compiled::{CompiledQuestion, compile, compile_by, compile_sized};
+pub use elements::plan_sized;
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
 pub use marginals::{Knowledge, marginals, together};

@@ -8,9 +8,78 @@
 
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
-use crate::model::{Ask, Finding, Known, Model};
-use crate::posterior::{Column, Table};
+use crate::ids::VariableId;
+use crate::model::{Ask, Finding, Known, Model, Statistic};
+use crate::posterior::{Answer, Column, Part, PartLaw, Slot, Table};
 use crate::spelling::exact;
+
+/// The reals of an ask, from those of its part, which has the softly known variables too.
+///
+/// # Errors
+/// As [`applied`]; a statistic without a closed form.
+pub(super) fn of_reals(model: &Model, ask: &Ask, part: &Answer) -> Result<Answer, Error> {
+    let strategy = part.strategy;
+    let question = model.ask_text(ask);
+    let refused = |reason: String| Error::Unplanned { question: question.clone(), reason };
+    let whole = ask.statistic == Statistic::Distribution;
+    let finite = ask.searched.iter().any(|item| model.variables[item.variable].domain.is_finite());
+    let moments = matches!(ask.statistic, Statistic::Expectation | Statistic::Variance)
+        || ask.statistic.levels().is_some();
+    if !(whole || moments && !finite) {
+        let of =
+            if finite { "finite variables and reals together" } else { "a mixture of normal distributions" };
+        return Err(refused(format!("`{}` of {of} has no closed form", ask.statistic.word())));
+    }
+    let part = &part.parts[0];
+    let PartLaw::ConditionalGaussian(law) = &part.law else {
+        return Err(refused(format!(
+            "`{}` answers without a distribution of all variables",
+            strategy.name()
+        )));
+    };
+    let mut law = law.clone();
+    let finite: Vec<&Slot> = part.of.iter().filter(|slot| slot.count > 0).collect();
+    for known in &ask.known {
+        let Finding::Soft(weights) = &known.evidence else { continue };
+        let column = finite.iter().position(|slot| slot.variable == known.variable);
+        let column = column.expect("internal: what is known softly is searched");
+        let mut believed = vec![0.0; weights.len()];
+        for (values, component) in law.values.iter().zip(&law.mixture.0) {
+            believed[values[column]] += component.weight;
+        }
+        if let Some(value) = (0..weights.len()).find(|at| weights[*at] > 0.0 && believed[*at] == 0.0) {
+            return Err(value_excluded(model, ask, known.variable, (value, weights[value])));
+        }
+        for (values, component) in law.values.iter().zip(&mut law.mixture.0) {
+            let value = values[column];
+            component.weight *= if believed[value] > 0.0 { weights[value] / believed[value] } else { 0.0 };
+        }
+    }
+    let asked = |place: &usize| ask.searched.iter().any(|item| item.variable == part.of[*place].variable);
+    let places: Vec<usize> = (0..part.of.len()).filter(asked).collect();
+    let whole = Part { law: PartLaw::ConditionalGaussian(law), ..part.clone() };
+    let part = whole.marginal(&places);
+    Ok(Answer {
+        question,
+        // Soft evidence is not an event, so it has no probability.
+        ln_evidence: None,
+        estimate: None,
+        answer: part.rows_of(model, &ask.statistic),
+        strategy,
+        when: ask.when,
+        parts: vec![part],
+    })
+}
+
+/// The error that a value is impossible whose soft evidence is above 0.
+fn value_excluded(model: &Model, ask: &Ask, variable: VariableId, (value, q): (usize, f64)) -> Error {
+    let (value, q) = (model.value_name(variable, value), exact(q));
+    let message = format!(
+        "soft evidence gives `{value}` the probability {q}, but it is impossible given the other evidence of `{}`",
+        model.ask_text(ask)
+    );
+    Error::input(model.variable_name(variable), message)
+}
 
 /// The table of an ask, from that of its part.
 ///
@@ -51,12 +120,7 @@ pub(super) fn applied(model: &Model, ask: &Ask, known: &[Known], mut table: Tabl
                     numbers.fill(Extended::ZERO);
                     break;
                 }
-                let (value, q) = (model.value_name(*id, value), exact(weights[value]));
-                let message = format!(
-                    "soft evidence gives `{value}` the probability {q}, but it is impossible given the other evidence of `{}`",
-                    model.ask_text(ask)
-                );
-                return Err(Error::input(model.variable_name(*id), message));
+                return Err(value_excluded(model, ask, *id, (value, weights[value])));
             }
             for (p, ordinals) in numbers.iter_mut().zip(&ordinals) {
                 let value = ordinals[*column];

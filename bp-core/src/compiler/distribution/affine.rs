@@ -68,8 +68,25 @@ impl Setting<'_> {
         };
         let scope = self.scope(instance, at_zero);
         let mean = scope.mean(&self.model.factors[instance.factor].form);
-        let mean = mean.expect("internal: a linear variable is normal or a Dirac");
-        Ok(LinearMean { terms: scope.coefficients(mean, linear), constant, deviation })
+        let (mean, covariance) = mean.expect("internal: a linear variable is normal or a Dirac");
+        let mut terms = scope.coefficients(mean, linear);
+        // Of a vector whose components are not independent: what the distances of the earlier ones from their means add.
+        if let Some(covariance) = covariance {
+            let known: Vec<usize> = (0..instance.component).collect();
+            let covariance = self.covariance(covariance, |id| scope.with_component(0).number(id));
+            let conditional = covariance.map(|found| found.conditional(&known, instance.component));
+            let weights = conditional.map_or_else(|_| Vec::new(), |conditional| conditional.weights);
+            for (component, weight) in weights.into_iter().enumerate() {
+                let of = scope.with_component(component).coefficients(mean, linear);
+                let slot = instance.left[0] - instance.component + component;
+                terms = add(terms, scale(of, -weight));
+                // The value of any other is in the constant.
+                if linear[slot] {
+                    terms = add(terms, vec![(slot, weight)]);
+                }
+            }
+        }
+        Ok(LinearMean { terms, constant, deviation })
     }
 
     /// An expression that is linear in some slots, whose values are 0: (slot, coefficient), and the constant.
@@ -84,7 +101,8 @@ impl Setting<'_> {
         (scope.coefficients(id, linear), scope.number(id))
     }
 
-    /// The tangent of the mean of a normal or Dirac form at these values, and the deviation there; `None` for any other form.
+    /// The tangent of the mean of a normal or Dirac form at these values, and the deviation there; `None` for any other form, and
+    /// for vectors with a covariance matrix.
     ///
     /// # Errors
     /// As [`Setting::distribution`].
@@ -95,7 +113,10 @@ impl Setting<'_> {
             _ => return Ok(None),
         };
         let scope = self.scope(instance, values);
-        let Some(mean) = scope.mean(&self.model.factors[instance.factor].form) else { return Ok(None) };
+        // A component of a vector with a covariance matrix depends on the others too.
+        let Some((mean, None)) = scope.mean(&self.model.factors[instance.factor].form) else {
+            return Ok(None);
+        };
         let mut terms = Vec::new();
         for slot in self.reads(instance) {
             let slope = scope.number_by(mean, Duals { of: Some(slot) }).slope;
@@ -109,11 +130,12 @@ impl Setting<'_> {
 }
 
 impl Scope<'_> {
-    /// The expression of the mean that a normal or Dirac form has here.
-    fn mean(&self, form: &Form) -> Option<ExpressionId> {
+    /// The expression of the mean that a normal or Dirac form has here, and its covariance matrix, if it has one.
+    fn mean<'f>(&self, form: &'f Form) -> Option<(ExpressionId, Option<&'f [Vec<ExpressionId>]>)> {
         match form {
-            Form::Law { law: Law::Normal, arguments } => Some(arguments[0]),
-            Form::Dirac(value) => Some(*value),
+            Form::Law { law: Law::Normal, arguments } => Some((arguments[0], None)),
+            Form::NormalVector { mean, covariance } => Some((*mean, Some(covariance))),
+            Form::Dirac(value) => Some((*value, None)),
             Form::If { condition, then, otherwise } => {
                 self.mean(if self.number(*condition) != 0.0 { then } else { otherwise })
             }
@@ -162,6 +184,16 @@ impl Scope<'_> {
             }
             Expression::Vector(name, parts) if name == "vector" => {
                 parts.iter().map(|part| of(*part, below).into_iter().next().unwrap_or_default()).collect()
+            }
+            Expression::Vector(name, parts) if name == "component" => {
+                let at = number(parts[1], 0);
+                let inside = at >= 0.0 && at.fract() == 0.0;
+                vec![
+                    inside
+                        .then(|| of(parts[0], below).get(at as usize).cloned())
+                        .flatten()
+                        .unwrap_or_default(),
+                ]
             }
             Expression::Vector(name, parts) if name == "rotate" => {
                 let by = [0, 1, 2].map(|at| number(parts[1], at));

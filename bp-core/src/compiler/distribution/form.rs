@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{bernoulli, dirac, mixture, normal_bins, truncated, uniform};
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::{Constraint, Law, Numbers, Wide};
+use crate::law::{Conditional, Constraint, Law, Numbers, Wide};
 use crate::model::{Domain, Form, VariableUse};
 use crate::radix;
 
@@ -143,6 +143,7 @@ impl Evaluation<'_> {
                 }
             }
             Form::Dirichlet(parameters) => self.share(form, parameters)?,
+            Form::NormalVector { mean, covariance } => self.normal_component(form, *mean, covariance)?,
             Form::Multinomial { trials, probabilities } => self.count_of(form, *trials, probabilities)?,
             Form::Ordered(inner) => match (inner.as_ref(), domain) {
                 (Form::Law { law, arguments }, Domain::Vector(length)) => {
@@ -281,6 +282,31 @@ impl Evaluation<'_> {
     fn before(&self) -> &[f64] {
         let slot = self.instance.left[0];
         &self.scope.values[slot - self.instance.component..slot]
+    }
+
+    /// The law of one component of a normal vector, given those before it that have a value.
+    fn normal_component(
+        &self,
+        form: &Form,
+        mean: ExpressionId,
+        covariance: &[Vec<ExpressionId>],
+    ) -> Result<Distribution, Error> {
+        let scope = self.scope.with_component(0);
+        let covariance = self.scope.setting.covariance(covariance, |id| scope.number(id));
+        let covariance = covariance.map_err(|why| self.refused(form, why))?;
+        let (before, component) = (self.before(), self.instance.component);
+        let known: Vec<usize> = (0..component).filter(|at| !before[*at].is_nan()).collect();
+        let Conditional { weights, deviation } = covariance.conditional(&known, component);
+        let mean = |at: usize| self.scope.with_component(at).number(mean);
+        let shifts = weights.iter().zip(&known).map(|(weight, at)| weight * (before[*at] - mean(*at)));
+        let mean = mean(component) + shifts.sum::<f64>();
+        if let Some(expected) = Constraint::Real.refuses(mean) {
+            return Err(self.refused(form, must("the mean", mean, &format!("be {expected}"))));
+        }
+        Ok(match deviation > 0.0 {
+            true => Distribution::Law(Law::Normal, [mean, deviation, 0.0]),
+            false => Distribution::Point(mean),
+        })
     }
 
     /// The law of one count of a multinomial law, given those before it: of the trials that these leave, binomial; the last is

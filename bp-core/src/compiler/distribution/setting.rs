@@ -7,7 +7,10 @@
 use crate::error::Error;
 use crate::exec::{Inputs, SIZE_NOT_GIVEN};
 use crate::ids::{ExpressionId, FactorId, Id, ParameterId, SetId, VariableId};
-use crate::model::{Arms, Bound, Domain, IndexSpace, Model, Parameter, ParameterKind, VariableUse};
+use crate::law::Covariance;
+use crate::model::{
+    Arms, Bound, Domain, Expression, IndexSpace, Model, Parameter, ParameterKind, VariableUse,
+};
 use crate::spelling::number as written;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -155,6 +158,29 @@ impl<'m> Setting<'m> {
     /// The host's input with a name.
     pub fn given(&self, name: &str) -> Option<&[f64]> {
         self.inputs.find(name)
+    }
+
+    /// A covariance matrix, whose entries `number` computes.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(crate) fn covariance(
+        &self,
+        entries: &[Vec<ExpressionId>],
+        number: impl Fn(ExpressionId) -> f64,
+    ) -> Result<Covariance, String> {
+        let size = entries.len();
+        if let Expression::Parameter { parameter, .. } = &self.model.expressions[entries[0][0]]
+            && self.parameters[parameter.position()].len() < size * size
+            && self.model.parameters[*parameter].over.len() == 2
+        {
+            let name = &self.model.parameters[*parameter].name;
+            return Err(format!(
+                "`{name}` is given one number, but the covariance matrix of {size} components has {} entries",
+                size * size
+            ));
+        }
+        Covariance::new(entries.iter().map(|row| row.iter().map(|id| number(*id)).collect()).collect())
     }
 
     /// A parameter that is one number.

@@ -186,6 +186,10 @@ impl Writer<'_, '_> {
             Form::Weights(weight) => Form::Weights(one(self, weight)?),
             Form::Categorical(entries) => Form::Categorical(all(self, entries)?),
             Form::Dirichlet(entries) => Form::Dirichlet(all(self, entries)?),
+            Form::NormalVector { mean, covariance } => Form::NormalVector {
+                mean: one(self, mean)?,
+                covariance: covariance.iter().map(|row| all(self, row)).collect::<Option<_>>()?,
+            },
             Form::Multinomial { trials, probabilities } => {
                 Form::Multinomial { trials: one(self, trials)?, probabilities: all(self, probabilities)? }
             }

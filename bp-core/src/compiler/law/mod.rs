@@ -9,6 +9,7 @@ mod arithmetic;
 mod beta;
 mod binomial;
 mod cauchy;
+mod covariance;
 mod dirichlet;
 mod exponential;
 mod fit;
@@ -29,6 +30,7 @@ mod von_mises;
 mod weibull;
 
 pub use arithmetic::{Arithmetic, Numbers, Wide};
+pub(crate) use covariance::{Conditional, Covariance};
 pub use dirichlet::{Dirichlet, Share};
 pub use fit::Refusal;
 pub(crate) use fit::{MOST_SHAPE, NO_CONVERGENCE};

@@ -172,7 +172,7 @@ impl Lowering<'_> {
                 Ok(mixture::density(&mut self.builder, weights.into_iter().zip(parts)))
             }
             Form::Truncated { form, low, high } => self.truncated(factor, form, variable, at, [*low, *high]),
-            Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_) => {
+            Form::NormalVector { .. } | Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_) => {
                 let name = form.name();
                 Err(self.unplanned(format!("`{name}` distributes a vector, which has no kernel")))
             }

@@ -41,6 +41,13 @@ pub enum Form {
         /// Its parameters, in its order.
         arguments: Vec<ExpressionId>,
     },
+    /// A normal distribution of a vector, whose components are not independent.
+    NormalVector {
+        /// The mean: a vector, or one number for all components.
+        mean: ExpressionId,
+        /// The covariance matrix, row by row.
+        covariance: Vec<Vec<ExpressionId>>,
+    },
     /// Proportions that sum to one, a Dirichlet distribution of a vector: one parameter for each component.
     Dirichlet(Vec<ExpressionId>),
     /// Counts of independent trials, a multinomial distribution of a vector: how many trials have each of several results.
@@ -203,8 +210,18 @@ impl Form {
 
     /// Whether it, or a part of it, distributes the components of a vector together: each depends on those before it.
     pub fn couples(&self) -> bool {
-        let mut found = matches!(self, Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_));
+        let mut found = matches!(
+            self,
+            Form::NormalVector { .. } | Form::Dirichlet(_) | Form::Multinomial { .. } | Form::Ordered(_)
+        );
         self.each_part(&mut |part| found |= part.couples());
+        found
+    }
+
+    /// Whether it, or a part of it, is a normal distribution of a vector with a covariance matrix.
+    pub fn is_normal_vector(&self) -> bool {
+        let mut found = matches!(self, Form::NormalVector { .. });
+        self.each_part(&mut |part| found |= part.is_normal_vector());
         found
     }
 
@@ -234,6 +251,7 @@ impl Form {
             Form::Categorical(_) => "categorical",
             Form::Table(_) | Form::Constants(_) => "table",
             Form::Law { law, .. } => law.name(),
+            Form::NormalVector { .. } => Law::Normal.name(),
             Form::Dirichlet(_) => Dirichlet::NAME,
             Form::Multinomial { .. } => "multinomial",
             Form::Ordered(_) => "ordered",
@@ -271,6 +289,10 @@ impl Form {
                     visit(*weight);
                     part.each_expression(visit);
                 }
+            }
+            Form::NormalVector { mean, covariance } => {
+                visit(*mean);
+                covariance.iter().flatten().for_each(|entry| visit(*entry));
             }
             Form::Multinomial { trials, probabilities } => {
                 visit(*trials);

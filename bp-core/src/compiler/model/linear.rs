@@ -49,6 +49,10 @@ fn degree_of(
         Expression::Vector(name, parts) if name == "vector" => {
             parts.iter().try_fold(0, |most, part| Some(of(*part)?.max(most)))
         }
+        // Which component it is must not depend on the variables.
+        Expression::Vector(name, parts) if name == "component" => {
+            (of(parts[1])? == 0).then_some(of(parts[0])?)
+        }
         // A rotation is linear in the vector that it rotates.
         Expression::Vector(name, parts) if name == "rotate" => (of(parts[1])? == 0).then_some(of(parts[0])?),
         Expression::First { family, .. } if wanted(*family) => None,
@@ -85,7 +89,10 @@ impl LinearForm {
     pub fn of(model: &Model, id: ExpressionId, component: usize, leaves: &dyn Leaves) -> Self {
         // A component of a sum of vectors is the sum of the components; of a vector it is one number.
         let mut id = id;
-        while let Expression::Vector(_, parts) = &model.expressions[id] {
+        while let Expression::Vector(name, parts) = &model.expressions[id]
+            && name == "vector"
+            && component < parts.len()
+        {
             id = parts[component];
         }
         let of = |expression: &Expression, below: &Folded<Self>| {
@@ -110,9 +117,10 @@ impl LinearForm {
                 constant(leaves.parameter(*parameter, &indices))
             }
             Expression::Variable(use_) => {
-                let component = if model.components(use_.variable) == 1 { 0 } else { component };
+                let count = model.components(use_.variable);
+                let component = if count == 1 { 0 } else { component };
                 let index = use_.element.map(|element| below.of(element).constant);
-                match leaves.variable(use_, index, component) {
+                match (component < count).then(|| leaves.variable(use_, index, component)).flatten() {
                     Some(number) => Self { coefficients: BTreeMap::from([(number, 1.0)]), constant: 0.0 },
                     None => constant(f64::NAN),
                 }
@@ -145,18 +153,29 @@ impl LinearForm {
                     _ => constant(operator.apply(left.constant, right.constant)),
                 }
             }
-            Expression::Vector(_, parts) => below.of(parts[component]).clone(),
+            Expression::Vector(name, parts) if name == "component" => {
+                let at = below.of(parts[1]).constant;
+                match at >= 0.0 && at.fract() == 0.0 {
+                    true => Self::of(model, parts[0], at as usize, leaves),
+                    false => constant(f64::NAN),
+                }
+            }
+            Expression::Vector(_, parts) => {
+                parts.get(component).map_or_else(|| constant(f64::NAN), |part| below.of(*part).clone())
+            }
             _ => unreachable!("internal: a linear variable has linear expressions"),
         }
     }
 
-    fn times(mut self, factor: f64) -> Self {
+    /// Each number multiplied by a factor.
+    pub fn times(mut self, factor: f64) -> Self {
         self.coefficients.values_mut().for_each(|coefficient| *coefficient *= factor);
         self.constant *= factor;
         self
     }
 
-    fn plus(mut self, other: &Self) -> Self {
+    /// The sum of two linear forms.
+    pub fn plus(mut self, other: &Self) -> Self {
         for (variable, coefficient) in &other.coefficients {
             *self.coefficients.entry(*variable).or_insert(0.0) += coefficient;
         }

@@ -108,6 +108,9 @@ impl Model {
             Form::Categorical(entries) | Form::Dirichlet(entries) | Form::Law { arguments: entries, .. } => {
                 list(entries)
             }
+            Form::NormalVector { mean, covariance } => {
+                format!("{}, {}", list(&[*mean]), self.matrix_text(factor, covariance))
+            }
             Form::Multinomial { trials, probabilities } => {
                 format!("{}, {}", list(&[*trials]), list(probabilities))
             }
@@ -123,6 +126,25 @@ impl Model {
         // For a subform, the surrounding form is omitted.
         let inner = if std::ptr::eq(&factor.form, form) { "" } else { "… " };
         format!("{} = {inner}{}({arguments})", self.head(factor), form.name())
+    }
+
+    /// A covariance matrix as written: the name of a parameter, or its entries.
+    fn matrix_text(&self, factor: &Factor, matrix: &[Vec<ExpressionId>]) -> String {
+        if let Expression::Parameter { parameter, .. } = &self.expressions[matrix[0][0]]
+            && let Expression::Parameter { parameter: last, .. } =
+                &self.expressions[matrix[matrix.len() - 1][matrix.len() - 1]]
+            && parameter == last
+            && self.parameters[*parameter].over.len() == 2
+        {
+            return self.parameters[*parameter].name.clone();
+        }
+        let row = |row: &Vec<ExpressionId>| {
+            let entries: Vec<String> =
+                row.iter().map(|id| self.expression_text(*id, &factor.products)).collect();
+            format!("[{}]", entries.join(", "))
+        };
+        let text = format!("[{}]", matrix.iter().map(row).collect::<Vec<_>>().join(", "));
+        if text.chars().count() > LONGEST { "[…]".to_owned() } else { text }
     }
 
     /// One ask, as a user would type it.

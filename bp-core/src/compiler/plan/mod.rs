@@ -15,7 +15,7 @@ pub use strategy::Offer;
 
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Finding, Model, Question};
+use crate::model::{Ask, Finding, Known, Model, Question};
 use crate::strategies::gaussian;
 use std::collections::HashMap;
 
@@ -138,7 +138,21 @@ fn planned(
         offers.push(offered);
     }
     let place = |part: usize| places[part].expect("internal: every part is planned");
-    let places = wanted.into_iter().map(|parts| parts.into_iter().map(place).collect()).collect();
+    let places: Vec<Vec<Place>> =
+        wanted.into_iter().map(|parts| parts.into_iter().map(place).collect()).collect();
+    for (ask, places) in question.asks.iter().zip(&places) {
+        let is_soft = |known: &&Known| matches!(known.evidence, Finding::Soft(_));
+        let route = places.iter().map(|place| &routes[place.route]);
+        let drawn = route.filter_map(|route| match route {
+            Route::Sampled(sampled) => Some(&sampled.reason),
+            _ => None,
+        });
+        if let (Some(soft), Some(reason)) = (ask.known.iter().find(is_soft), drawn.into_iter().next()) {
+            let name = model.variable_name(soft.variable);
+            let reason = format!("soft evidence on `{name}` is mixed from exact answers only, and {reason}");
+            return Err(Error::Unplanned { question: model.ask_text(ask), reason });
+        }
+    }
     Ok(Plan { question: question.clone(), routes, offers, places })
 }
 

@@ -3,9 +3,11 @@
 //! In: a [`Part`]. Out: a part of fewer slots, numbers, rows. Invariant: omitted slots are summed out; slots stay in
 //! their order.
 
+use super::conditional::apart;
 use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
+use super::quantile::figures;
 use super::{Figure, Row};
-use crate::model::Model;
+use crate::model::{Model, Statistic};
 use crate::radix;
 use std::sync::Arc;
 
@@ -20,6 +22,7 @@ impl Part {
                     .collect(),
             },
             PartLaw::Mixture(mixture) => PartLaw::Mixture(mixture.marginal(places)),
+            PartLaw::ConditionalGaussian(law) => law.marginal(&self.of, places),
             PartLaw::Draws(draws, drawn) => {
                 PartLaw::Draws(Arc::clone(draws), places.iter().map(|place| drawn[*place].clone()).collect())
             }
@@ -62,6 +65,31 @@ impl Part {
             _ => None,
         }
     }
+
+    /// The rows of a statistic of a mixture: an expectation, a variance, quantiles; of any other, those of the part.
+    pub(crate) fn rows_of(&self, model: &Model, statistic: &Statistic) -> Vec<Row> {
+        let PartLaw::Mixture(mixture) = &self.law else { return self.rows(model) };
+        let figures_of = |place: usize| {
+            let quantile = |level: &f64| (mixture.quantile(place, *level), None);
+            let quantiles = |levels: &[f64]| levels.iter().map(quantile).collect();
+            let moment = || match statistic {
+                Statistic::Expectation => {
+                    Figure::Expectation { expectation: mixture.mean(place), error: None }
+                }
+                Statistic::Variance => {
+                    Figure::Variance { variance: mixture.covariance(place, place), error: None }
+                }
+                _ => Figure::of_mixture(mixture, place),
+            };
+            figures(statistic, quantiles).unwrap_or_else(|| vec![moment()])
+        };
+        let rows = |(place, slot): (usize, &Slot)| {
+            let row = |figure| Row { values: vec![(slot.name(model), String::new())], figure };
+            figures_of(place).into_iter().map(row).collect::<Vec<Row>>()
+        };
+        self.of.iter().enumerate().flat_map(rows).collect()
+    }
+
     /// The rows of a part, for display.
     pub fn rows(&self, model: &Model) -> Vec<Row> {
         let instant = self.instant.map(|instant| ("t".to_owned(), instant.to_string()));
@@ -95,6 +123,27 @@ impl Part {
             PartLaw::Mixture(mixture) => {
                 let row = |(place, slot): (usize, &Slot)| alone(slot, Figure::of_mixture(mixture, place));
                 self.of.iter().enumerate().map(row).collect()
+            }
+            // The probabilities of the finite slots, and then the law of each real given each combination of them.
+            PartLaw::ConditionalGaussian(law) => {
+                let (finite, reals) = apart(&self.of);
+                let mut rows = self.marginal(&finite).rows(model);
+                let finite: Vec<Slot> = finite.iter().map(|place| self.of[*place].clone()).collect();
+                for (at, mixture) in law.given_each(&finite) {
+                    for (place, real) in reals.iter().enumerate() {
+                        let figure = match mixture.0.as_slice() {
+                            [one] => {
+                                Figure::Normal { mean: one.mean[place], deviation: one.deviation(place) }
+                            }
+                            _ => Figure::of_mixture(&mixture, place),
+                        };
+                        let mut row = alone(&self.of[*real], figure);
+                        let before = row.values.len() - 1;
+                        row.values.splice(before..before, named(&finite, at));
+                        rows.push(row);
+                    }
+                }
+                rows
             }
             PartLaw::Draws(draws, drawn) => {
                 let finite = |place: &usize| self.of[*place].count > 0;

@@ -3,6 +3,7 @@
 //! In: weights, means and covariances. Out: moments, cumulative probabilities, quantiles and densities. Invariant: the
 //! weights sum to one; tails are sums of tails, never differences from one.
 
+use super::quantile::not_rounding;
 use crate::operators::normal_cumulative;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -23,7 +24,8 @@ pub struct Component {
 pub struct Mixture(pub Vec<Component>);
 
 impl Component {
-    fn deviation(&self, place: usize) -> f64 {
+    /// The standard deviation of a slot.
+    pub(crate) fn deviation(&self, place: usize) -> f64 {
         self.covariance[place * self.mean.len() + place].max(0.0).sqrt()
     }
 }
@@ -90,7 +92,7 @@ impl Mixture {
                 let atoms =
                     self.0.iter().filter(|own| own.deviation(place) == 0.0).map(|own| own.mean[place]);
                 let mut near = atoms.filter(|atom| from <= *atom && *atom <= to && !is_below(*atom));
-                return near.next().unwrap_or(to);
+                return not_rounding(near.next().unwrap_or(to), self.deviation(place));
             }
             if is_below(middle) { from = middle } else { to = middle }
         }

@@ -5,6 +5,7 @@
 
 pub(crate) mod check;
 pub(crate) mod compare;
+mod conditional;
 mod covariance;
 mod marginal;
 pub(crate) mod mixture;
@@ -15,6 +16,8 @@ mod rows;
 mod show;
 mod table;
 
+pub use conditional::ConditionalGaussian;
+pub(crate) use conditional::apart;
 pub use covariance::Covariance;
 pub(crate) use mixture::{Component, Mixture};
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
@@ -32,7 +35,8 @@ use serde::{Serialize, Serializer};
 /// The answer to one ask.
 ///
 /// As JSON it has the question, ln P(evidence), the estimate, the rows, and `covariance` where several reals are asked
-/// together: their matrix in the order of the rows, or a list of matrices, one for each instant.
+/// together: their matrix in the order of the rows, or a list of matrices, one for each instant or combination of values
+/// of finite variables.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Answer {
     /// The question, as a user would type it.

@@ -4,6 +4,7 @@
 //! the slots of a part are in the order of the question; in a finite part the last slot is the fastest, and contexts
 //! come before slots.
 
+use super::conditional::ConditionalGaussian;
 use super::mixture::{Mixture, density};
 use super::table::{Column, Table};
 use crate::distribution::Setting;
@@ -51,6 +52,8 @@ pub enum PartLaw {
     },
     /// A mixture of normal laws.
     Mixture(Mixture),
+    /// Of finite slots and reals together.
+    ConditionalGaussian(ConditionalGaussian),
     /// Weighted draws.
     Draws(Arc<Draws>, Vec<Drawn>),
 }
@@ -61,7 +64,7 @@ impl PartLaw {
         match self {
             PartLaw::Normal { mean, covariance } => density(mean, covariance, at),
             PartLaw::Mixture(mixture) => mixture.density(at),
-            PartLaw::Finite(_) | PartLaw::Draws(..) => 0.0,
+            PartLaw::Finite(_) | PartLaw::ConditionalGaussian(_) | PartLaw::Draws(..) => 0.0,
         }
     }
 }

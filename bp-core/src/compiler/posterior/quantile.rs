@@ -9,7 +9,8 @@ use crate::model::{Bins, Domain, Model, Statistic};
 use crate::sample::error_of_quantile;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// A cumulative probability that is below a level by at most this share of it is rounding.
+/// A cumulative probability that is below a level by at most this share of it is rounding; and so is a quantile that is at
+/// most this share of a deviation.
 const ROUNDING: f64 = 1e-12;
 
 /// The figures of a statistic that consists of quantiles, which `at` gives with their standard errors, if they are estimated.
@@ -37,7 +38,12 @@ pub(crate) fn figures(
 
 /// The quantile of a normal law.
 pub(crate) fn of_normal(mean: f64, deviation: f64, level: f64) -> f64 {
-    mean + deviation * Normal::standard().inverse_cdf(level)
+    not_rounding(mean + deviation * Normal::standard().inverse_cdf(level), deviation)
+}
+
+/// A quantile; 0 where it is rounding beside the deviation, such as the median of a symmetric distribution.
+pub(super) fn not_rounding(quantile: f64, deviation: f64) -> f64 {
+    if quantile.abs() <= ROUNDING * deviation { 0.0 } else { quantile }
 }
 
 /// The quantile of a finite variable: `p` has a probability for each of its values.
@@ -79,6 +85,7 @@ impl Part {
             }
             PartLaw::Mixture(mixture) => exact(&|level| mixture.quantile(0, level)),
             PartLaw::Finite(numbers) => exact(&|level| of_finite(domain, numbers, level)),
+            PartLaw::ConditionalGaussian(_) => unreachable!("internal: one slot is finite or real"),
             PartLaw::Draws(draws, drawn) => {
                 let estimated: Vec<[f64; 2]> = match (&drawn[0], own.probabilities()) {
                     (Drawn::Normals(normals), _) => normals.quantiles(levels),

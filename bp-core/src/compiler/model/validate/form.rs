@@ -5,7 +5,7 @@
 
 use super::{Fault, Place, constants, fault, fault_with_help, law};
 use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::law::{Dirichlet, Law, Support};
+use crate::law::{Covariance, Dirichlet, Law, Support};
 use crate::model::{Domain, Expression, Form, Model};
 use crate::radix;
 use std::collections::{HashMap, HashSet};
@@ -73,6 +73,13 @@ fn branch_faults(
         Form::Table(rows) => table_faults(model, id, rows, faults),
         Form::Constants(numbers) => faults.extend(constants::constants_fault(model, id, numbers)),
         Form::Law { law, arguments } => law::law_faults(model, id, *law, arguments, domain, name, faults),
+        Form::NormalVector { covariance, .. } => {
+            let constants =
+                covariance.iter().map(|row| row.iter().map(|entry| model.constant(*entry)).collect());
+            let constants: Option<Vec<Vec<f64>>> = constants.collect();
+            faults
+                .extend(constants.and_then(|rows| Covariance::new(rows).err()).map(|why| fault(place, why)));
+        }
         Form::Dirichlet(parameters) => {
             if *domain != Domain::Vector(parameters.len()) {
                 let count = parameters.len();

@@ -5,6 +5,8 @@
 //! decomposition restricted to its observed values and computed from the factor's own form. The factors that distribute
 //! X^-1 enter the first instant only: from then on the message of the previous instant replaces them.
 
+mod messages;
+
 use super::{far, is_dirac};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::equation::is_proper;
@@ -63,6 +65,8 @@ struct Own {
     proper: bool,
     /// Whether it determines the value of a real (a Dirac in every branch).
     determined: bool,
+    /// Whether it distributes a component of a normal vector.
+    normal_vector: bool,
 }
 
 /// An instance, some of whose slots are observed.
@@ -116,6 +120,7 @@ impl<'s> Factors<'s> {
                 starts: model.factors[instance.factor].form.is_initial(),
                 proper: is_proper(model, instance.factor),
                 determined: is_dirac(&model.factors[instance.factor].form),
+                normal_vector: model.factors[instance.factor].form.is_normal_vector(),
                 instance,
             });
         }
@@ -166,23 +171,6 @@ impl<'s> Factors<'s> {
             self.made.insert(key, product.clone());
         }
         Ok(product)
-    }
-
-    /// An observed value in its written form, and the head of the factor that distributes its slot.
-    pub(super) fn named(&self, slot: usize, value: f64) -> (String, String) {
-        let (model, name) = (self.setting.model, self.setting.slot_name(slot));
-        let value = match self.counts[slot] {
-            0 => value.to_string(),
-            _ => model.value_name(self.setting.variable_of(slot), value as usize),
-        };
-        let factor = self.distributes[slot].map(|own| &model.factors[self.own[own].instance.factor]);
-        (format!("{name} = {value}"), factor.map_or_else(String::new, |factor| model.head(factor)))
-    }
-
-    /// The error that a table would have too many cells.
-    pub(super) fn too_large(&self, cells: f64) -> Error {
-        let help = "carry, search or observe fewer variables, or fewer values of them".to_owned();
-        Error::TooLarge { name: self.setting.model.name.clone(), cells, most: MOST_CELLS, help }
     }
 
     fn potentials(&mut self, instant: &Instant, first: bool, given: bool) -> Result<Product, Error> {
@@ -349,6 +337,12 @@ impl<'s> Factors<'s> {
                     continue;
                 }
                 let Some(from) = self.distributes[slot] else { continue };
+                // A component of a normal vector has a distribution without those that are not observed.
+                if self.own[position].normal_vector
+                    && self.setting.variable_of(slot) == self.setting.variable_of(left[0])
+                {
+                    continue;
+                }
                 let taken = if self.counts[slot] > 0 { &mut own.parents } else { &mut own.determined };
                 let new = if self.counts[slot] > 0 { slot } else { from };
                 if taken.contains(&new) {
@@ -370,14 +364,6 @@ impl<'s> Factors<'s> {
         let described = Arc::new(described);
         self.patterns.insert(key, described.clone());
         Ok(described)
-    }
-
-    fn not_observed(&self, position: usize, slot: usize) -> Error {
-        let model = self.setting.model;
-        let head = model.head(&model.factors[self.own[position].instance.factor]);
-        let message =
-            format!("it is a real that `{head}` depends on, and it is not observed at some instant");
-        Error::input(self.setting.slot_name(slot), message)
     }
 }
 

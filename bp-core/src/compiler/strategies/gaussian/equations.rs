@@ -3,11 +3,12 @@
 //! In: the equations of variables, and a setting. Out: those of single elements and components, each made when it is first
 //! needed. Invariant: parents come before their children.
 
-use super::LinearEquation;
+use super::{LinearEquation, Noise};
 use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::ParameterId;
-use crate::model::{Leaves, LinearForm, Model, VariableUse};
+use crate::law::Conditional;
+use crate::model::{Leaves, LinearForm, VariableUse};
 use crate::spelling::number as written;
 
 /// The leaves of an expression in an instance: variables are slots.
@@ -77,7 +78,7 @@ impl<'s> Equations<'s> {
                     products.zip(&instance.indices).map(|((name, _), index)| format!("{name} = {index}"));
                 named.collect::<Vec<_>>().join(", ")
             };
-            let (form, deviation) = law_of(model, source, instance.component, &leaves, &context)?;
+            let (form, deviation) = law_of(self.setting, source, instance.component, &leaves, &context)?;
             let parents = form.coefficients.into_iter().collect();
             made = Equation { parents, constant: form.constant, deviation };
         }
@@ -127,33 +128,55 @@ impl<'s> Equations<'s> {
 /// The mark of the observed slots and their ancestors; those of the asks follow.
 pub(super) const NEEDED: usize = 1;
 
-/// The mean of a component of a variable, linear in others, and the deviation of its own noise; `context` says where an
-/// error is.
+/// The mean of a component of a variable, linear in others and in the earlier components, and the deviation of its own
+/// noise; `context` says where an error is.
 fn law_of(
-    model: &Model,
+    setting: &Setting<'_>,
     source: &LinearEquation,
     component: usize,
     leaves: &dyn Leaves,
     context: &dyn Fn() -> String,
 ) -> Result<(LinearForm, f64), Error> {
+    let model = setting.model;
     let Some(mean) = source.mean else { return Ok((LinearForm::default(), f64::INFINITY)) };
-    let form = LinearForm::of(model, mean, component, leaves);
-    let deviation = source.deviation.map_or(0.0, |id| LinearForm::of(model, id, component, leaves).constant);
-    let refused = |message: String| {
-        let factor = &model.factors[source.factor];
-        Error::Number { form: model.form_text(factor, &factor.form), context: context(), message }
+    let mut form = LinearForm::of(model, mean, component, leaves);
+    let factor = &model.factors[source.factor];
+    let refused = |message: String| Error::Number {
+        form: model.form_text(factor, &factor.form),
+        context: context(),
+        message,
     };
-    let variance = deviation * deviation;
-    if source.deviation.is_some() && !(deviation > 0.0 && deviation.is_finite()) {
-        let found = written(deviation);
-        return Err(refused(format!("the standard deviation is {found}, but it must be greater than 0")));
-    }
-    if source.deviation.is_some() && !(variance > 0.0 && variance.is_finite()) {
-        let found = written(deviation);
-        return Err(refused(format!(
-            "the standard deviation is {found}, whose square is beyond the range of numbers"
-        )));
-    }
+    let deviation = match &source.noise {
+        Noise::None | Noise::Flat => 0.0,
+        Noise::Deviation(id) => {
+            let deviation = LinearForm::of(model, *id, component, leaves).constant;
+            let (found, variance) = (written(deviation), deviation * deviation);
+            if !(deviation > 0.0 && deviation.is_finite()) {
+                let message = format!("the standard deviation is {found}, but it must be greater than 0");
+                return Err(refused(message));
+            }
+            if !(variance > 0.0 && variance.is_finite()) {
+                return Err(refused(format!(
+                    "the standard deviation is {found}, whose square is beyond the range of numbers"
+                )));
+            }
+            deviation
+        }
+        Noise::Covariance(entries) => {
+            let covariance = setting.covariance(entries, |id| LinearForm::of(model, id, 0, leaves).constant);
+            let known: Vec<usize> = (0..component).collect();
+            let Conditional { weights, deviation } =
+                covariance.map_err(refused)?.conditional(&known, component);
+            let use_ = &factor.left[0];
+            let index = use_.element.map(|element| LinearForm::of(model, element, 0, leaves).constant);
+            for (earlier, weight) in weights.into_iter().enumerate() {
+                let of = leaves.variable(use_, index, earlier).expect("internal: components come in order");
+                let own = LinearForm { coefficients: [(of, weight)].into_iter().collect(), constant: 0.0 };
+                form = form.plus(&own).plus(&LinearForm::of(model, mean, earlier, leaves).times(-weight));
+            }
+            deviation
+        }
+    };
     let mut numbers = [form.constant].into_iter().chain(form.coefficients.values().copied());
     if let Some(number) = numbers.find(|number| !number.is_finite()) {
         return Err(refused(format!("the mean is {}, but it must be a finite number", written(number))));

@@ -6,7 +6,7 @@
 //! are kept for the next instant.
 
 use super::equations::{Equations, NEEDED};
-use super::{Gaussian, LinearEquation, NormalLaw};
+use super::{Gaussian, LinearEquation, Noise, NormalLaw};
 use crate::distribution::Setting;
 use crate::error::{Error, Impossible};
 use crate::exec::Inputs;
@@ -294,7 +294,7 @@ impl Layout {
 fn observes_dirac(plan: &Gaussian) -> bool {
     let observed: HashSet<VariableId> = plan.observed.iter().copied().collect();
     let diracs = (plan.sources.iter().chain(&plan.first))
-        .filter(|source| source.deviation.is_none() && source.mean.is_some())
+        .filter(|source| matches!(source.noise, Noise::None | Noise::Covariance(_)))
         .map(|source| source.variable);
     let previous = plan.carried.iter().map(|(_, previous)| *previous);
     diracs.chain(previous).any(|variable| observed.contains(&variable))

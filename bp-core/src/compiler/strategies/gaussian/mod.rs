@@ -20,7 +20,7 @@ pub(crate) use extended::{Extended, is_normal, not_linearised};
 pub use filter::{Belief, Filter};
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::{Engine, ExtendedEngine};
-pub use offer::{Gaussian, LinearEquation};
+pub use offer::{Gaussian, LinearEquation, Noise};
 pub(crate) use offer::{applies, is_linear, relevant};
 pub(crate) use predicate::{of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

@@ -26,8 +26,21 @@ pub struct LinearEquation {
     pub factor: FactorId,
     /// Its mean, linear in its parents; `None` of a flat variable.
     pub mean: Option<ExpressionId>,
-    /// Its standard deviation; `None` for a Dirac, and of a flat variable.
-    pub deviation: Option<ExpressionId>,
+    /// Its own noise.
+    pub noise: Noise,
+}
+
+/// The noise of a variable's own.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Noise {
+    /// A Dirac has none.
+    None,
+    /// Independent in each component, with this standard deviation.
+    Deviation(ExpressionId),
+    /// Of a vector, with this covariance matrix.
+    Covariance(Vec<Vec<ExpressionId>>),
+    /// Flat.
+    Flat,
 }
 
 /// A closed form.
@@ -48,6 +61,8 @@ pub struct Gaussian {
     pub observed: Vec<VariableId>,
     /// Whether families are among the variables.
     pub(super) families: bool,
+    /// Whether the program has parameters of several numbers.
+    fields: bool,
     /// (rule, reason, right-hand side in Unicode, LaTeX and MathML).
     derivation: Vec<(String, String, [String; 3])>,
 }
@@ -85,6 +100,10 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let is_linear = |form: &Form| match form {
         Form::Law { law: Law::Normal, arguments } => {
             degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
+        }
+        Form::NormalVector { mean, covariance } => {
+            degree(*mean).is_some_and(|degree| degree <= 1)
+                && covariance.iter().flatten().all(|entry| degree(*entry) == Some(0))
         }
         Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
         Form::Flat => !ask.when.is_over_time(),
@@ -136,21 +155,22 @@ fn not_of_laws(model: &Model, ask: &Ask) -> Option<String> {
 }
 
 /// Degree of an expression in the variables: 0 or 1; `None` where it is not linear, or where its coefficients are not known from
-/// the parameters alone. `elements`: whether elements of families and of fields may stand in it.
+/// the parameters alone. `elements`: whether elements of families may stand in it.
 pub(super) fn degree(model: &Model, id: ExpressionId, elements: bool) -> Option<u8> {
     let is_constant = |id: ExpressionId| model.degree(id, &|_| true) == Some(0);
     let is_known = |id: ExpressionId| match &model.expressions[id] {
-        Expression::Number(_) | Expression::Unary(..) | Expression::Binary(..) | Expression::If { .. } => {
-            true
-        }
+        Expression::Number(_)
+        | Expression::Parameter { .. }
+        | Expression::Unary(..)
+        | Expression::Binary(..)
+        | Expression::If { .. } => true,
         Expression::Index(_) => elements,
-        Expression::Parameter { indices, .. } => elements || indices.is_empty(),
         Expression::Variable(use_) => match use_.element {
             Some(element) => elements && is_constant(element),
             None => model.variables[use_.variable].family.is_none(),
         },
-        // A vector of numbers; a rotation has no such coefficients here.
-        Expression::Vector(name, _) => name == "vector",
+        // A vector of numbers, or one of its components; a rotation has no such coefficients here.
+        Expression::Vector(name, _) => name == "vector" || name == "component",
         _ => false,
     };
     let known = model.nodes_below(id).into_iter().all(is_known);
@@ -172,13 +192,18 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         let factor = &model.factors[id];
         let variable = factor.left[0].variable;
         let equation = |form: &Form| {
-            let (mean, deviation) = match (form, form.as_normal()) {
-                (_, Some((mean, deviation))) => (Some(mean), Some(deviation)),
-                (Form::Dirac(value), _) => (Some(*value), None),
-                (Form::Flat, _) => (None, None),
+            let (mean, noise) = match form {
+                Form::Law { law: Law::Normal, arguments } => {
+                    (Some(arguments[0]), Noise::Deviation(arguments[1]))
+                }
+                Form::NormalVector { mean, covariance } => {
+                    (Some(*mean), Noise::Covariance(covariance.clone()))
+                }
+                Form::Dirac(value) => (Some(*value), Noise::None),
+                Form::Flat => (None, Noise::Flat),
                 _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
             };
-            LinearEquation { variable, factor: id, mean, deviation }
+            LinearEquation { variable, factor: id, mean, noise }
         };
         match &factor.form {
             form if model.variables[variable].previous_of.is_some() => {
@@ -194,7 +219,18 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
     let derivation = derive(model, &carried, &observed);
     let families = relevant.iter().any(|id| model.variables[*id].family.is_some());
-    Ok(Gaussian { asks, initial: initial_sources, sources, first, carried, observed, families, derivation })
+    let fields = model.parameters.values().any(|parameter| !parameter.over.is_empty());
+    Ok(Gaussian {
+        asks,
+        initial: initial_sources,
+        sources,
+        first,
+        carried,
+        observed,
+        families,
+        fields,
+        derivation,
+    })
 }
 
 /// The ancestors of the searched and observed variables, now and before; all others are barren.
@@ -381,9 +417,14 @@ impl Offered for Gaussian {
     }
 
     fn not_printed(&self) -> Option<String> {
-        let reason = "emitted code makes the filter of whole variables, but this question is answered element by \
-            element; `answer::ask` answers it";
-        self.families.then(|| reason.to_owned())
+        let reason = match (self.families, self.fields) {
+            (true, _) => {
+                "emitted code makes the filter of whole variables, but this question is answered element by element"
+            }
+            (false, true) => "emitted code takes parameters of one number each, but the program has fields",
+            (false, false) => return None,
+        };
+        Some(format!("{reason}; `answer::ask` answers it"))
     }
 
     fn prepare(&self, _: &Model, _: &Question, _: Purpose) -> Result<Box<dyn Prepared>, Error> {

@@ -10,26 +10,33 @@ use crate::model::{Expression, Form, Leaves, LinearForm, Model};
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
+/// One number: a variable, the bits of its index in its family, and those of its component.
+type Number = (VariableId, Option<u64>, Option<u64>);
+
 /// The expression of a predicate that a normal law answers; whether elements of families may stand in it.
 pub(crate) fn of_normal(model: &Model, variable: VariableId, elements: bool) -> Option<ExpressionId> {
     let factor = Some(variable).filter(|id| model.is_predicate(*id)).and_then(|id| model.factor_of(id))?;
     let Form::Dirac(root) = model.factors[factor].form else { return None };
     let mut leaves = Vec::new();
     comparisons(model, root, elements, &mut leaves)?;
-    let variables = |leaf: &ExpressionId| -> BTreeSet<(VariableId, Option<u64>)> {
-        let nodes = model.nodes_below(*leaf).into_iter();
-        let variable = |id| match &model.expressions[id] {
-            Expression::Variable(use_) => {
-                // Of a family the element; in derived variables its index is a number.
-                let index = |element| model.constant(element).map_or(u64::MAX, f64::to_bits);
-                Some((use_.variable, use_.element.map(index)))
-            }
-            _ => None,
+    // Of a family the element, of a vector the component; their indices are numbers in what a question derives.
+    let index = |at| model.constant(at).map_or(u64::MAX, f64::to_bits);
+    let variables = |leaf: &ExpressionId| -> BTreeSet<Number> {
+        let below = |id| {
+            model.nodes_below(id).into_iter().filter_map(|id| match &model.expressions[id] {
+                Expression::Variable(use_) => Some((use_.variable, use_.element.map(index))),
+                _ => None,
+            })
         };
-        nodes.filter_map(variable).collect()
+        let parts = model.nodes_below(*leaf).into_iter().filter_map(|id| match &model.expressions[id] {
+            Expression::Vector(name, parts) if name == "component" => Some((parts[0], index(parts[1]))),
+            _ => None,
+        });
+        let parts = parts.flat_map(|(vector, at)| below(vector).map(move |(id, of)| (id, of, Some(at))));
+        let whole = below(*leaf).filter(|(id, _)| model.components(*id) == 1);
+        parts.chain(whole.map(|(id, of)| (id, of, None))).collect()
     };
-    let read: Vec<BTreeSet<(VariableId, Option<u64>)>> =
-        leaves.iter().map(variables).filter(|read| !read.is_empty()).collect();
+    let read: Vec<BTreeSet<Number>> = leaves.iter().map(variables).filter(|read| !read.is_empty()).collect();
     let of_one = read.iter().all(|own| own.len() == 1 && *own == read[0]);
     (read.len() == 1 || of_one && !read.is_empty()).then_some(root)
 }

@@ -329,7 +329,18 @@ impl<'s> Blankets<'s> {
                 let outside = self.is_half_flat(instance) && values[instance.left[0]] <= 0.0;
                 Ok(if outside { f64::NEG_INFINITY } else { 0.0 })
             }
-            Node::Weighed(instance) => self.setting.ln_density(instance, values),
+            Node::Weighed(instance) => {
+                let distribution = self.setting.distribution(instance, values)?;
+                let slot = instance.left[0];
+                if matches!(distribution, Distribution::Point(_)) && self.observations.values[slot].is_nan() {
+                    return Err(stuck(
+                        self.setting,
+                        slot,
+                        "is determined by the other components of its vector",
+                    ));
+                }
+                Ok(distribution.ln_density(self.setting.left_value(instance, values)))
+            }
             Node::Integrated(_) | Node::Summed(..) => Ok(0.0),
             Node::Determined(instance) => self.determine(instance, values),
             Node::Solved(instance, dirac) => solve(self.setting, instance, dirac, self.observations, values),

@@ -9,8 +9,8 @@ use crate::distribution::{Setting, ln_sum};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Ask, Finding, LinearForm, Model, Statistic};
-use crate::posterior::{self, Answer, Figure, Part, PartLaw, Row, Slot, Table, figures};
+use crate::model::{Ask, Finding, LinearForm, Model, Searched};
+use crate::posterior::{self, Answer, ConditionalGaussian, Part, PartLaw, Slot, Table};
 use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::gaussian::{Slots, of_normal, probabilities};
@@ -46,7 +46,8 @@ impl Prepared for Mixture {
                 .zip(Observations::none(&setting).values)
                 .any(|(observed, none)| !observed.is_nan() && none.is_nan());
         let ln_evidence = event.then_some(ln_total);
-        let found = |ask: &Ask| match model.variables[ask.searched[0].variable].domain.is_finite() {
+        let is_finite = |item: &Searched| model.variables[item.variable].domain.is_finite();
+        let found = |ask: &Ask| match ask.searched.iter().all(is_finite) {
             true => Found::Table(weighted.table(ask), ln_evidence),
             false => Found::Answer(weighted.reals(ask, ln_evidence)),
         };
@@ -97,11 +98,13 @@ impl Weighted<'_> {
         Table::read(setting.model, (ask, setting.model.ask_text(ask)), &[variable], cells, None, &[2])
     }
 
-    /// The mixture of normal distributions of reals.
+    /// The mixture of normal distributions of reals, with the values of finite variables that are asked with them.
     fn reals(&self, ask: &Ask, ln_evidence: Option<f64>) -> Answer {
         let setting = self.setting;
-        let slots: Vec<usize> =
-            ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+        let all = || ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+        let of: Vec<Slot> = all().map(|slot| Slot::of(setting, slot)).collect();
+        let (finite, slots): (Vec<usize>, Vec<usize>) =
+            all().partition(|slot| setting.model.variables[setting.variable_of(*slot)].domain.is_finite());
         let normal = |(weight, component): &(f64, &Component)| {
             let law = component.law.select(&slots);
             let (mean, covariance) = (law.means(), law.covariance());
@@ -112,34 +115,25 @@ impl Weighted<'_> {
             }
         };
         let mixture = posterior::Mixture(self.all.iter().map(normal).collect());
-        let of = slots.iter().map(|slot| Slot::of(setting, *slot)).collect();
-        let figures_of = |place: usize| {
-            let quantile = |level: &f64| (mixture.quantile(place, *level), None);
-            let quantiles = |levels: &[f64]| levels.iter().map(quantile).collect();
-            figures(&ask.statistic, quantiles).unwrap_or_else(|| {
-                vec![match ask.statistic {
-                    Statistic::Expectation => {
-                        Figure::Expectation { expectation: mixture.mean(place), error: None }
-                    }
-                    Statistic::Variance => {
-                        Figure::Variance { variance: mixture.covariance(place, place), error: None }
-                    }
-                    _ => Figure::of_mixture(&mixture, place),
-                }]
-            })
+        let values = |(_, component): &(f64, &Component)| {
+            finite.iter().map(|slot| component.values[*slot] as usize).collect::<Vec<usize>>()
         };
-        let rows = |(place, slot): (usize, &usize)| {
-            let row = |figure| Row { values: vec![(setting.slot_name(*slot), String::new())], figure };
-            figures_of(place).into_iter().map(row).collect::<Vec<Row>>()
+        let law = match finite.is_empty() {
+            true => PartLaw::Mixture(mixture),
+            false => {
+                let values = self.all.iter().map(values).collect();
+                PartLaw::ConditionalGaussian(ConditionalGaussian { values, mixture })
+            }
         };
+        let part = Part { instant: None, given: Vec::new(), of, law };
         Answer {
             question: setting.model.ask_text(ask),
             strategy: Strategy::Mixture,
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: slots.iter().enumerate().flat_map(rows).collect(),
-            parts: vec![Part { instant: None, given: Vec::new(), of, law: PartLaw::Mixture(mixture) }],
+            answer: part.rows_of(setting.model, &ask.statistic),
+            parts: vec![part],
         }
     }
 }

@@ -51,7 +51,8 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
     let factors = relevant(model, asks);
     let predicate = |id: &FactorId| {
         let left = model.factors[*id].left[0].variable;
-        of_normal(model, left, false).is_some() && asks.iter().any(|ask| ask.searched[0].variable == left)
+        let alone = |ask: &Ask| ask.searched.len() == 1 && ask.searched[0].variable == left;
+        of_normal(model, left, false).is_some() && asks.iter().any(alone)
     };
     let factors: Vec<FactorId> =
         model.parents_first(&factors).into_iter().filter(|id| !predicate(id)).collect();
@@ -87,7 +88,8 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
             .iter()
             .any(|known| known.variable == *id && matches!(known.evidence, Finding::Hard(_) | Finding::Each))
     };
-    if linear.iter().all(known) {
+    // A vector that is distributed as a whole has no kernel.
+    if linear.iter().all(known) && !factors.iter().any(|id| model.factors[*id].form.couples()) {
         return Err("all reals are observed: densities at single values are factors of sums".to_owned());
     }
     finite.retain(|id| !known(id) && Some(*id) != model.plate_index());
@@ -130,15 +132,18 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
             let word = ask.statistic.word();
             return Some(format!("`{word}` of a mixture of normal distributions has no closed form"));
         }
-    } else if finite < ask.searched.len() {
-        return Some("finite variables and reals are asked together: ask for each".to_owned());
+    } else if finite < ask.searched.len()
+        && (ask.statistic != Statistic::Distribution || ask.searched.iter().any(|item| item.at.is_some()))
+    {
+        let word = ask.statistic.word();
+        return Some(format!(
+            "`{word}` of finite variables and reals together is not computed: ask for `P(…)`, or for each"
+        ));
     }
     ask.known.iter().find_map(|known| {
         let name = model.variable_name(known.variable);
         match &known.evidence {
-            Finding::Soft(_) => {
-                Some(format!("soft evidence on `{name}` is taken by sums and join trees only"))
-            }
+            Finding::Soft(_) => Some(format!("soft evidence on `{name}` is not taken over time")),
             Finding::Each if is_finite(known.variable) && Some(known.variable) != model.plate_index() => {
                 Some(format!("a table over `{name}` is not made by a mixture: give its value, `{name} = …`"))
             }

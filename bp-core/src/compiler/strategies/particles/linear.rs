@@ -61,6 +61,9 @@ pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
         Form::Law { law: Law::Normal, arguments } => {
             of(arguments[0]).is_some() && of(arguments[1]) == Some(0)
         }
+        Form::NormalVector { mean, covariance } => {
+            of(*mean).is_some() && covariance.iter().flatten().all(|entry| of(*entry) == Some(0))
+        }
         Form::Dirac(value) => of(*value).is_some(),
         Form::If { condition, then, otherwise } => {
             of(*condition) == Some(0)

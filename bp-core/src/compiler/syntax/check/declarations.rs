@@ -83,12 +83,10 @@ impl Checker<'_> {
         }
     }
 
-    /// The value of a parameter: a number, or a list with one for each element of its range.
+    /// The value of a parameter: a number, or a list with one for each element of its range; of two ranges also a list
+    /// of rows.
     fn numbers_known(&mut self, written: &ast::Expr) -> Vec<f64> {
-        let entries = match &written.kind {
-            ExprKind::Vector(entries) => entries.iter().collect(),
-            _ => vec![written],
-        };
+        let entries: Vec<&ast::Expr> = parts(written).into_iter().flat_map(parts).collect();
         let mut numbers = Vec::new();
         for entry in entries {
             match constant(entry) {
@@ -261,5 +259,13 @@ impl Checker<'_> {
             },
         };
         Some(Family { over, except })
+    }
+}
+
+/// The entries of a list; what is no list is one entry.
+fn parts(of: &ast::Expr) -> Vec<&ast::Expr> {
+    match &of.kind {
+        ExprKind::Vector(parts) => parts.iter().collect(),
+        _ => vec![of],
     }
 }

@@ -8,7 +8,7 @@ use super::types::Type;
 use super::{Checker, Meaning, number};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Domain, Expression, IndexSpace, ParameterKind, VariableUse};
+use crate::model::{Domain, Expression, IndexSpace, ParameterKind, Variable, VariableUse};
 use crate::source::Span;
 use crate::syntax::ast::{self, Expr, ExprKind};
 
@@ -312,7 +312,11 @@ impl Checker<'_> {
             return None;
         };
         let before = self.before(id, span)?;
-        let family = self.model.so_far().variables[before].family;
+        let Variable { family, domain, .. } = self.model.so_far().variables[before].clone();
+        if let (Domain::Vector(length), None, Some(index)) = (domain, family, index) {
+            let (vector, _) = self.value_of(before, None, span, scope)?;
+            return self.component(span, (vector, length), (base, index), scope);
+        }
         let element = match (family, index) {
             (Some(family), Some(index)) => Some(self.index(index, &family.over, scope)?),
             _ => None,

@@ -28,18 +28,27 @@ impl Checker<'_> {
                 let (at, _) = self.element_of(at, scope)?;
                 return self.foreign(of, Some(at), scope);
             }
-            self.complain(span, format!("`{of}` cannot take an index"));
-            return None;
+            let told = self.wrong.0.len();
+            return match (self.expression(of, scope, None), indices) {
+                (Some((vector, Type::Vector(length))), [index]) => {
+                    self.component(span, (vector, length), (of, index), scope)
+                }
+                (_, _) if self.wrong.0.len() > told => None,
+                (_, _) => {
+                    self.complain(span, format!("`{of}` cannot take an index"));
+                    None
+                }
+            };
         };
         match self.meaning(&name.text) {
             Some(Meaning::Parameter(parameter)) => self.field(span, parameter, indices, scope),
             Some(Meaning::Variable(id)) => {
                 let variable = &self.model.so_far().variables[id];
-                if let (Domain::Vector(_), None, [index]) = (&variable.domain, variable.family, indices) {
+                if let (Domain::Vector(length), None, [index]) = (&variable.domain, variable.family, indices)
+                {
+                    let length = *length;
                     let (vector, _) = self.expression(of, scope, None)?;
-                    let index = self.number_of(index, scope)?;
-                    let component = Expression::Vector("component".to_owned(), vec![vector, index]);
-                    return Some((self.node(span, component), Type::Number));
+                    return self.component(span, (vector, length), (of, index), scope);
                 }
                 let Some(family) = self.model.so_far().variables[id].family else {
                     self.complain(span, format!("`{name}` is one variable, not a family: it takes no index"));
@@ -65,6 +74,28 @@ impl Checker<'_> {
                 self.field(span, parameter, indices, scope)
             }
         }
+    }
+
+    /// A component of a vector of this length.
+    pub(super) fn component(
+        &mut self,
+        span: Span,
+        (vector, length): (ExpressionId, usize),
+        (of, index): (&Expr, &Expr),
+        scope: &Scope,
+    ) -> Option<Typed> {
+        let at = self.number_of(index, scope)?;
+        let number = self.model.so_far().constant(at);
+        if let Some(number) =
+            number.filter(|number| !(number.fract() == 0.0 && (0.0..length as f64).contains(number)))
+        {
+            let last = length.saturating_sub(1);
+            let message = format!("`{of}` has the components 0..={last}: there is no `{of}[{number}]`");
+            self.complain(index.span(), message);
+            return None;
+        }
+        let component = Expression::Vector("component".to_owned(), vec![vector, at]);
+        Some((self.node(span, component), Type::Number))
     }
 
     fn field(

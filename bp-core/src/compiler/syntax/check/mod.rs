@@ -4,6 +4,7 @@
 //! that the model cannot represent; the model validates itself, and its faults are reported at their source. Invariant:
 //! an error is reported once: its consequences are not reported.
 
+mod covariances;
 mod cover;
 mod declarations;
 mod decomposition;

@@ -161,6 +161,12 @@ impl Checker<'_> {
             self.complain_and_help(span, message, format!("write `{name}({})`", names.join(", ")));
             return None;
         }
+        if let (Law::Normal, Domain::Vector(length), [mean, spread]) = (law, &target.domain, given)
+            && let Some(covariance) = self.covariance(spread, *length, target, scope)
+        {
+            let mean = self.mean(mean, target, scope)?;
+            return Some(Form::NormalVector { mean, covariance: covariance? });
+        }
         let arguments: Vec<_> = (given.iter().enumerate())
             .map(|(position, argument)| match (law, position) {
                 (Law::Normal, 0) => self.mean(argument, target, scope),

@@ -184,6 +184,10 @@ impl LinearRest<'_> {
                 Some(_) => None,
                 None => {
                     let (form, deviation) = mean(&row.instance, &forms)?;
+                    if deviation == 0.0 {
+                        let why = "is determined by the other components of its vector";
+                        return Err(super::sites::stuck(setting, row.instance.left[0], why));
+                    }
                     Some((equation(form, row.unknown, values[row.instance.left[0]]), deviation))
                 }
             });

@@ -1,0 +1,88 @@
+//! Numbers, sizes and displacements, as values of Rust or as text.
+//!
+//! In: the value of a name. Out: its numbers; or an error that names both. Invariant: lists of lists are read row by row.
+
+use super::Value;
+use crate::error::Error;
+use crate::units;
+
+/// The parts of a value as texts; a list in a list has its elements separated by colons.
+pub(super) fn words(value: &Value) -> Vec<String> {
+    match value {
+        Value::Label(text) => text.split(',').map(|part| part.trim().to_owned()).collect(),
+        Value::List(values) => values.iter().map(|value| words(value).join(":")).collect(),
+        other => vec![other.to_string()],
+    }
+}
+
+/// The numbers of a value.
+pub(super) fn numbers(name: &str, value: &Value) -> Result<Vec<f64>, Error> {
+    match value {
+        Value::List(values) => {
+            let all: Result<Vec<Vec<f64>>, Error> = values.iter().map(|value| numbers(name, value)).collect();
+            Ok(all?.concat())
+        }
+        Value::Real(number) if number.is_finite() => Ok(vec![*number + 0.0]),
+        Value::Integer(number) => Ok(vec![*number as f64]),
+        Value::Label(text) if text.starts_with('[') => listed_numbers(name, text),
+        other => words(other).iter().map(|word| number(name, word)).collect(),
+    }
+}
+
+/// The numbers of a list, `[1, 2]`, or of a list of rows of one length, `[[1, 0.5], [0.5, 2]]`, row by row.
+fn listed_numbers(name: &str, text: &str) -> Result<Vec<f64>, Error> {
+    let wrong =
+        || Error::input(name, format!("`{text}` is not a list of numbers, such as `[[1, 0.5], [0.5, 2]]`"));
+    let inner = text.trim().strip_prefix('[').and_then(|inner| inner.strip_suffix(']'));
+    let inner = inner.ok_or_else(wrong)?.trim();
+    if !inner.contains(['[', ']']) {
+        return inner.split(',').map(|word| number(name, word.trim())).collect();
+    }
+    let (mut depth, mut from, mut rows) = (0, 0, Vec::new());
+    for (at, character) in inner.char_indices().chain([(inner.len(), ',')]) {
+        match character {
+            '[' => depth += 1,
+            ']' => depth -= 1,
+            ',' if depth == 0 => {
+                rows.push(listed_numbers(name, inner[from..at].trim()).map_err(|_| wrong())?);
+                from = at + 1;
+            }
+            _ => {}
+        }
+    }
+    match depth == 0 && rows.iter().all(|row| row.len() == rows[0].len()) {
+        true => Ok(rows.concat()),
+        false => Err(wrong()),
+    }
+}
+
+fn number(name: &str, text: &str) -> Result<f64, Error> {
+    let finite = text.parse().ok().filter(|number: &f64| number.is_finite());
+    // −0 is 0.
+    let finite = finite.map(|number| number + 0.0);
+    finite.ok_or_else(|| {
+        let help = units::in_value(text).map_or_else(String::new, |help| format!(": {help}"));
+        Error::input(name, format!("`{text}` is not a finite number{help}"))
+    })
+}
+
+pub(super) fn one_size(name: &str, value: &Value) -> Result<usize, Error> {
+    size(name, &words(value).join(","))
+}
+
+pub(super) fn size(name: &str, text: &str) -> Result<usize, Error> {
+    let size = text.parse().ok().filter(|size| (1..=1 << 40).contains(size));
+    size.ok_or_else(|| {
+        Error::input(name, format!("`{text}` is not a number of elements, which is 1 or more"))
+    })
+}
+
+/// A displacement: `-1`, or `0:1:-2` along the three axes of the grid.
+pub(super) fn displacement(name: &str, text: &str) -> Result<[i32; 3], Error> {
+    let wrong = || Error::input(name, format!("`{text}` is not a displacement, such as `-1` or `0:1:-2`"));
+    let parts: Vec<i32> =
+        text.split(':').map(|part| part.parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
+    let mut displacement = [0; 3];
+    displacement.get_mut(..parts.len()).ok_or_else(wrong)?.copy_from_slice(&parts);
+    Ok(displacement)
+}
