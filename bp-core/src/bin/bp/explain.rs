@@ -123,7 +123,8 @@ type Planned<'m> = (Cow<'m, Model>, Plan);
 
 /// The sizes that rows and settings tell; a parameter without a number has 1, since a plan depends on sizes alone.
 fn sized(model: &Model, typed: &[String], rows: &PlateData) -> Result<Settings, Failure> {
-    let mut settings = Settings::read(model, typed, &names(model))?.with_rows(rows).with_inferred_sizes(model);
+    let mut settings =
+        Settings::read(model, typed, &names(model))?.with_rows(rows).with_inferred_sizes(model);
     for (id, parameter) in model.parameters.iter() {
         if parameter.default.is_empty()
             && !settings.has(&parameter.name)
