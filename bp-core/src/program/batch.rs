@@ -193,7 +193,12 @@ fn each(
     };
     let all: Vec<Evidence> = (0..records.len()).map(case).collect::<Result<_, _>>()?;
     let answer = |evidence: &Evidence| {
-        let found = program.marginals_of(only, evidence).map(|found| numbers(found.answer()));
+        // Nothing observed has probability 1, which no strategy needs to compute.
+        let nothing = evidence.iter().next().is_none() && program.opened.known.is_empty();
+        let found = program.marginals_of(only, evidence).map(|found| {
+            let ln_evidence = found.ln_evidence().or(nothing.then_some(0.0));
+            numbers(found.answer(), ln_evidence.unwrap_or(f64::NAN))
+        });
         done();
         found
     };
@@ -215,8 +220,8 @@ fn each(
 }
 
 /// The numbers of an answer, each with the name of its column.
-fn numbers(answer: &Answer) -> Vec<(String, f64)> {
-    let mut all = vec![("ln_p_evidence".to_owned(), answer.ln_evidence.unwrap_or(f64::NAN))];
+fn numbers(answer: &Answer, ln_evidence: f64) -> Vec<(String, f64)> {
+    let mut all = vec![("ln_p_evidence".to_owned(), ln_evidence)];
     for row in &answer.answer {
         let Some((name, value)) = row.values.last() else { continue };
         let mut real = |mean: f64, deviation: f64| {

@@ -4,6 +4,7 @@
 
 mod cases;
 mod data;
+mod elements;
 mod emit;
 mod general;
 mod learn;

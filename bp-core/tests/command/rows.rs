@@ -121,7 +121,7 @@ fn tables_that_do_not_fit_are_refused() {
         ("line.bp", "x,Y\nbig,2\n", "row 2, column `x`: `big` is not a value of `x`, which is `real`"),
         ("line.bp", "x,Y\n1,3 cm\n", "row 2, column `Y`: `3 cm` is not a value of `Y`, which is `real`"),
         ("line.bp", "x,Y\n", "it has no rows, so `Rows` would have no element"),
-        ("line.bp", "Y\n1\n", "input `x`: this parameter was not given"),
+        ("line.bp", "Y\n1\n", "input `x`: it was not given: it has a number for each element of `Rows`"),
         ("rooms.bp", "room,Alarm\nattic,2\n", "row 2, column `Alarm`: `2` is not a value of `Alarm`"),
         (
             "rooms.bp",

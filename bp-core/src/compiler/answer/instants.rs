@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::{listed, near};
 use crate::ids::{Id, VariableId};
-use crate::model::{DerivedKind, Finding, Known, Model, Question, Value};
+use crate::model::{DerivedKind, Finding, Known, Model, Question, Value, VariableUse};
 use crate::strategies::Observed;
 use std::collections::{HashMap, HashSet};
 use std::io::{Error as Wrong, ErrorKind};
@@ -41,12 +41,19 @@ pub fn read_instants(
 /// elements of them.
 pub(super) fn of_families(model: &Model, question: &Question) -> Question {
     let mut changed = question.clone();
-    let derived = |id: VariableId| question.derived.get((u32::MAX as usize).checked_sub(id.position())?);
+    // The kind of a derived variable and what it reads, before the question is posed or after.
+    let derived = |id: VariableId| -> Option<(DerivedKind, &[VariableUse])> {
+        if let Some(own) = question.derived.get((u32::MAX as usize).checked_sub(id.position())?) {
+            return Some((own.kind, &own.right));
+        }
+        let kind = model.variables[id].derived?;
+        Some((kind, &model.factors[model.factor_of(id)?].right))
+    };
     let read = |id: VariableId| -> Vec<VariableId> {
-        derived(id).map_or(vec![id], |own| own.right.iter().map(|use_| use_.variable).collect())
+        derived(id).map_or(vec![id], |(_, right)| right.iter().map(|use_| use_.variable).collect())
     };
     let family = |id: VariableId| match derived(id) {
-        Some(own) if own.kind == DerivedKind::Element && own.right.len() == 1 => Some(own.right[0].variable),
+        Some((DerivedKind::Element, [one])) => Some(one.variable),
         _ => None,
     };
     for ask in changed.asks.iter_mut().filter(|ask| ask.when.is_over_time()) {
