@@ -117,6 +117,16 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
+    /// The strategy that the user chose does not answer.
+    #[error("`{by}` does not answer `{question}`: {reason}")]
+    Refused {
+        /// The name of the strategy.
+        by: &'static str,
+        /// The question.
+        question: String,
+        /// The reason.
+        reason: String,
+    },
     /// A model that cannot be written as a network file.
     #[error("`{name}` cannot be written as a network file: {reason}")]
     Unwritable {

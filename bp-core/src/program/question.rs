@@ -5,9 +5,7 @@
 
 use super::settings::{Meaning, meaning, names_of};
 use super::{Evidence, Posterior, Program, Value};
-use crate::answer::{
-    CompiledQuestion, ask_over_time_by, compile_by, compile_sized, filled, open, read_instants,
-};
+use crate::answer::{CompiledQuestion, ask_over_time_by, compile_sized, filled, open, read_instants};
 use crate::data;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -43,11 +41,7 @@ pub struct Question {
 impl Question {
     pub(super) fn new(program: &Program, asked: model::Question) -> Result<Self, Error> {
         let (program, asked) = &program.posed(asked);
-        let compiled = match program.opened.rows.is_empty() {
-            true => compile_by(program.model(), asked, program.options)?,
-            false => compile_sized(program.model(), asked, program.options)?,
-        };
-        let compiled = Arc::new(compiled.into_owned());
+        let compiled = Arc::new(compile_sized(program.model(), asked, program.options)?.into_owned());
         Ok(Self { program: program.clone(), asked: asked.clone(), compiled, given: Vec::new() })
     }
 

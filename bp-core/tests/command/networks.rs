@@ -279,6 +279,96 @@ fn estimates_of_groups_report_what_they_know() {
     assert!((cell("sums").parse::<f64>().unwrap() - 0.55f64.ln()).abs() < 1e-14);
 }
 
+const ZEROS: &str = "program Zeros {
+    variables { X : { A, B, C }; Y : bool; }
+    decomposition { P(Y) P(X | Y) }
+    forms { P(Y) = bernoulli(0.5); P(X | Y) = weights(if Y { 1 } else { 0 }); }
+}
+";
+
+/// Σ P(Y X) is 0.5, all of it for Y = true: P(Y = true) is 1, whoever asks.
+#[test]
+fn weights_that_are_all_zero_exclude_their_context() {
+    let folder = Folder::new();
+    std::fs::write(folder.0.path().join("zeros.bp"), ZEROS).unwrap();
+    for by in ["sums", "join_tree", "weighting", "gibbs"] {
+        let asked = folder.json(&["ask", "zeros.bp", "P(Y)", "--by", by]);
+        near(&asked["answer"][1]["p"], 1.0, 1e-9);
+        let marginals = folder.json(&["marginals", "zeros.bp", "--only", "Y", "--by", by]);
+        near(&marginals["posteriors"]["Y"]["true"], 1.0, 1e-9);
+        let joint = folder.json(&["joint", "zeros.bp", "--of", "Y", "--by", by]);
+        near(&joint["joint"][1]["p"], 1.0, 1e-9);
+        if ["sums", "join_tree"].contains(&by) {
+            near(&asked["ln_evidence"], 0.5f64.ln(), 1e-14);
+            near(&marginals["ln_p_evidence"], 0.5f64.ln(), 1e-14);
+            near(&joint["ln_p_evidence"], 0.5f64.ln(), 1e-14);
+        }
+    }
+}
+
+#[test]
+fn refusals_give_the_true_reason() {
+    let folder = Folder::new();
+    let write = |name: &str, text: &str| std::fs::write(folder.0.path().join(name), text).unwrap();
+    write("two.bp", TWO);
+    // x (1 − x)² at 0, 1, 2 …: 0 inside the support and outside.
+    write(
+        "none.bp",
+        "program N { variables { X : 0..=30; } decomposition { P(X) } forms { P(X) = beta(2, 3); } }",
+    );
+    let line = "program L { variables { X, Y : real; } decomposition { P(X) P(Y | X) }
+        forms { P(X) = normal(0, 1); P(Y | X) = normal(X, 1); } }";
+    write("line.bp", line);
+    let family = "program S { parameters { N : size; } variables { S[1..=N] : bool; }
+        decomposition { prod(i) { P(S[i]) } } forms { P(S[i]) = bernoulli(0.3); } }";
+    write("family.bp", family);
+    write(
+        "large.bp",
+        "program A { variables { A : 0..=999999999; } decomposition { P(A) } forms { P(A) = uniform; } }",
+    );
+    write(
+        "counts.bp",
+        "program H { variables { X : { A, B }; } decomposition { P(X) } forms { P(X) = histogram(0, 0); } }",
+    );
+    let wrong: [(&[&str], &str); 11] = [
+        (&["ask", "counts.bp", "P(X)"], "counts or weights that are all 0"),
+        (&["ask", "none.bp", "P(X)"], "`P(X)` is 0 for every value"),
+        (&["marginals", "none.bp"], "`P(X)` is 0 for every value"),
+        (&["ask", "line.bp", "P(X | Y = 1)", "--by", "sums"], "sums need finite variables"),
+        (
+            &["ask", "two.bp", "entropy P(A)", "--by", "weighting"],
+            "`weighting` does not answer `entropy P(A)`: `entropy`",
+        ),
+        (
+            &["observe", "two.bp", "--about", "A", "--by", "gibbs"],
+            "`gibbs` does not answer `entropy P(A)`: `entropy`",
+        ),
+        (&["ask", "family.bp", "P(S)", "--set", "N=9999999999999"], "from 1 to 1099511627776"),
+        (&["convert", "large.bp", "large.bif"], "at most 16777216 numbers"),
+        (
+            &["observe", "two.bp", "--about", "A", "--among", "A"],
+            "both a target (--about) and a candidate (--among)",
+        ),
+        (&["marginals", "two.bp", "--evidence", "[1]"], "--evidence is not a JSON object, such as"),
+        (&["ask", "family.bp", "P(S)"], "`N`"),
+    ];
+    for (arguments, expected) in wrong {
+        let output = folder.bp(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
+    }
+    // The first row has three times false.
+    let all = folder.json(&["ask", "family.bp", "P(S)", "--set", "N=3"]);
+    near(&all["answer"][0]["p"], 0.343, 1e-15);
+    // A size that nothing reads need not be given: P(B) = 0.5 · 0.9 + 0.5 · 0.2.
+    write("unused.bp", &TWO.replace("variables", "parameters { N : size; } variables"));
+    for by in ["sums", "join_tree"] {
+        let asked = folder.json(&["ask", "unused.bp", "P(B)", "--by", by]);
+        near(&asked["answer"][1]["p"], 0.55, 1e-15);
+    }
+    near(&folder.json(&["marginals", "unused.bp"])["posteriors"]["B"]["true"], 0.55, 1e-15);
+}
+
 const COIN: &str = "program Coin {
     parameters { bias : probability = 0.5; N : size = 2; }
     variables { Heads : bool; G[1..=N] : bool; }

@@ -77,7 +77,7 @@ pub fn compile_sized<'m>(
         return compiled;
     }
     match compiled {
-        Err(Error::Unplanned { .. }) => {
+        Err(Error::Unplanned { .. } | Error::Refused { .. }) => {
             let (model, question) = posed(link(model)?, question);
             Ok(later(model, question, Elements::Apart, options))
         }

@@ -9,7 +9,7 @@ use crate::exec::{Inputs, SIZE_NOT_GIVEN};
 use crate::ids::{ExpressionId, FactorId, Id, ParameterId, SetId, VariableId};
 use crate::law::Covariance;
 use crate::model::{
-    Arms, Bound, Domain, Expression, IndexSpace, Model, Parameter, ParameterKind, VariableUse,
+    Arms, Bound, Domain, Expression, IndexSpace, Model, Parameter, ParameterKind, Variable, VariableUse,
 };
 use crate::spelling::number as written;
 use std::collections::{HashMap, HashSet};
@@ -73,12 +73,18 @@ impl<'m> Setting<'m> {
             matches: OnceLock::new(),
             first: None,
         };
-        for parameter in model.parameters.values() {
+        for (id, parameter) in model.parameters.iter() {
             let name = &parameter.name;
             let size = inputs.find_size(name).map(|size| vec![size as f64]);
             let given = inputs.find(name).map(<[f64]>::to_vec).or(size).unwrap_or(parameter.default.clone());
             if given.is_empty() {
-                return Err(Error::input(name, not_given(model, parameter)));
+                match is_used(model, id) {
+                    true => return Err(Error::input(name, not_given(model, parameter))),
+                    false => {
+                        setting.parameters.push(vec![0.0]);
+                        continue;
+                    }
+                }
             }
             if let Some((value, expected)) =
                 given.iter().find_map(|value| Some((value, parameter.kind.refuses(*value)?)))
@@ -349,6 +355,20 @@ impl<'m> Setting<'m> {
         }
         Ok(instances)
     }
+}
+
+/// Whether a number of a parameter is read: in an expression, or as the size of a domain or of an index.
+fn is_used(model: &Model, id: ParameterId) -> bool {
+    let read = |it: &Expression| matches!(it, Expression::Parameter { parameter, .. } if *parameter == id);
+    let over = |over: &IndexSpace| matches!(over, IndexSpace::Range(range) if range.high.size == Some(id));
+    let variable = |it: &Variable| {
+        matches!(&it.domain, Domain::Finite { range: Some(range), .. } if range.high.size == Some(id))
+            || it.family.is_some_and(|family| over(&family.over))
+    };
+    model.expressions.values().any(read)
+        || model.variables.values().any(variable)
+        || model.parameters.values().any(|it| it.over.iter().any(over))
+        || model.factors.values().any(|it| it.products.iter().any(|(_, space)| over(space)))
 }
 
 /// The error of a parameter without numbers.

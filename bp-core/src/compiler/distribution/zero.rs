@@ -1,10 +1,11 @@
 //! The factor that gives the observations probability 0.
 //!
 //! In: the values of the observed slots. Out: a description of the first factor whose variables are all observed and
-//! whose probability is 0. Invariant: such a factor excludes the evidence, whatever the others are.
+//! whose probability is 0, or whose form has no possible value where its right-hand side is observed. Invariant: such a factor excludes the evidence, whatever the others are.
 
-use super::Setting;
+use super::{Distribution, Setting};
 use crate::error::{Error, Impossible};
+use crate::exec::scalar::{Extended, Scalar};
 use crate::spelling::exact;
 
 impl Setting<'_> {
@@ -13,8 +14,17 @@ impl Setting<'_> {
         let is_zero = |instance: &super::Instance| {
             let right = self.model.factors[instance.factor].right.iter();
             let right = right.flat_map(|use_| self.slots_of(use_.variable));
-            let known = right.chain(instance.left.iter().copied()).all(|slot| !values[slot].is_nan());
-            known && self.ln_density(instance, values).is_ok_and(|ln| ln == f64::NEG_INFINITY)
+            let is_known = |slot: usize| !values[slot].is_nan();
+            let mut left = instance.left.iter().copied();
+            match (right.into_iter().all(is_known), left.all(is_known)) {
+                (false, _) => false,
+                (true, true) => self.ln_density(instance, values).is_ok_and(|ln| ln == f64::NEG_INFINITY),
+                (true, false) => {
+                    let distribution = self.distribution(instance, values).ok();
+                    let all = distribution.and_then(Distribution::extended);
+                    all.is_some_and(|all| all.iter().all(|p| *p == Extended::ZERO))
+                }
+            }
         };
         let instance = self.ordered().ok()?.into_iter().find(is_zero)?;
         let factor = &self.model.factors[instance.factor];
@@ -23,7 +33,10 @@ impl Setting<'_> {
                 slots.map(|slot| format!("`{}`", self.observed(slot, values[slot]))).collect();
             texts.join(", ")
         };
-        let left = listed(&mut instance.left.iter().copied());
+        let left = match instance.left.iter().all(|slot| !values[*slot].is_nan()) {
+            true => listed(&mut instance.left.iter().copied()),
+            false => "every value".to_owned(),
+        };
         let right = listed(&mut factor.right.iter().flat_map(|use_| self.slots_of(use_.variable)));
         let context = if right.is_empty() { right } else { format!(" where {right}") };
         Some(format!("`{}` is 0 for {left}{context}", self.model.head(factor)))

@@ -40,6 +40,11 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
         let (Some(count), None, None) = (count, &variable.family, variable.previous_of) else {
             let name = model.variable_name(id);
             let text = model.domain_text(&variable.domain);
+            if variable.domain.count().is_some_and(|count| count > MOST_NUMBERS) {
+                return Err(refuse(format!(
+                    "`{name}` is `{text}`: a table of a network file can have at most {MOST_NUMBERS} numbers"
+                )));
+            }
             return Err(refuse(format!(
                 "`{name}` is `{text}`: a network file can only contain finite variables of one instant"
             )));

@@ -180,6 +180,13 @@ impl Market<'_> {
         choice.to_owned()
     }
 
+    /// Whether a real is searched or known.
+    fn has_real(&self) -> bool {
+        let known = self.asks.iter().flat_map(|ask| ask.known.iter().map(|known| known.variable));
+        let searched = self.asks.iter().flat_map(|ask| ask.searched.iter().map(|item| item.variable));
+        known.chain(searched).any(|id| !self.model.variables[id].domain.is_finite())
+    }
+
     /// The error if no offer is accepted.
     fn refused(mut self, over_time: bool) -> Error {
         let unlearned = |id: &FactorId| matches!(self.model.factors[*id].form, Form::Unknown(_));
@@ -202,7 +209,19 @@ impl Market<'_> {
             }
         };
         if let Some(position) = reported {
-            return self.refusals.swap_remove(position).1;
+            let error = self.refusals.swap_remove(position).1;
+            let Some(by) = self.options.by else { return error };
+            let linear = || self.asks.iter().all(|ask| gaussian::is_linear(self.model, ask));
+            return match error {
+                Error::Unplanned { question, reason } => {
+                    let reason = match by == Strategy::Sums && self.has_real() && linear() {
+                        true => "sums need finite variables, but it has reals".to_owned(),
+                        false => reason,
+                    };
+                    Error::Refused { by: by.name(), question, reason }
+                }
+                other => other,
+            };
         }
         let by = self.options.by.map_or("no strategy", Strategy::name);
         let reason = match over_time {

@@ -71,9 +71,10 @@ pub(super) fn one_size(name: &str, value: &Value) -> Result<usize, Error> {
 }
 
 pub(super) fn size(name: &str, text: &str) -> Result<usize, Error> {
-    let size = text.parse().ok().filter(|size| (1..=1 << 40).contains(size));
+    const MOST: usize = 1 << 40;
+    let size = text.parse().ok().filter(|size| (1..=MOST).contains(size));
     size.ok_or_else(|| {
-        Error::input(name, format!("`{text}` is not a number of elements, which is 1 or more"))
+        Error::input(name, format!("`{text}` is not a whole number of elements from 1 to {MOST}"))
     })
 }
 

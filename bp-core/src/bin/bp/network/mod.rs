@@ -196,7 +196,7 @@ const COMMAND_LINE: &str = "the command line";
 
 /// The text on the command line, or in a file.
 fn written_or_read(written: &str) -> Result<Source, Failure> {
-    match written.trim_start().starts_with('{') {
+    match written.trim_start().starts_with(['{', '[', '"']) {
         true => Ok(Source::new(COMMAND_LINE, written)),
         false => program::read(Path::new(written)),
     }

@@ -41,6 +41,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let (program, evidence) = arguments.asked.program()?;
     super::free(&evidence, &arguments.about)?;
     super::free(&evidence, &arguments.among)?;
+    if let Some(name) = arguments.among.iter().find(|name| arguments.about.contains(name)) {
+        return Err(Failure::Words(format!("`{name}` is both a target (--about) and a candidate (--among)")));
+    }
     let program = arguments.inference.of(program);
     let (now, mut found) = program.observations(&arguments.about, &arguments.among, &evidence)?;
     let now = now / LN_2;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::distribution::Setting;
 use crate::equation::{Group, Strategy};
-use crate::error::Error;
+use crate::error::{Error, Impossible};
 use crate::ids::VariableId;
 use crate::model::{Ask, Model, Statistic};
 use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot};
@@ -31,13 +31,21 @@ pub(super) fn answers(model: &Model, route: &JoinTree, case: &Case<'_>) -> Resul
     let weighed = findings.weighed.iter().map(|(id, at, weights)| (slot(*id, *at), weights.clone()));
     evidence.likelihoods.extend(weighed);
     let group = Asked { setting: &setting, route, named: &named, evidence, findings };
+    let question = || model.ask_text(&route.exact.asks[0]);
+    let mut values = vec![f64::NAN; setting.slots()];
+    group.evidence.hard.iter().for_each(|(slot, value)| values[*slot] = *value as f64);
     let found = match route.group {
         Group::Joint => group.joint(),
         Group::Mode => group.mode(),
         Group::Information => group.information(),
         Group::Marginals | Group::Tables => group.marginals(),
     };
-    found.map_err(|error| named.with_names(error))
+    found.map_err(|error| match error {
+        Error::Contradiction { variables, .. } if variables.is_empty() => {
+            Error::Impossible(Impossible { question: question(), reason: setting.zero_factor(&values) })
+        }
+        other => named.with_names(other),
+    })
 }
 
 /// A group of asks, and its evidence.

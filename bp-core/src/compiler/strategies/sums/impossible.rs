@@ -40,6 +40,9 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
     {
         return Some(reason);
     }
+    if ask.known.is_empty() {
+        return Some("no values of its variables are possible together".to_owned());
+    }
     let (mut possible, mut impossible) = (0, ask.known.len());
     while possible + 1 < impossible {
         let middle = (possible + impossible) / 2;

@@ -9,7 +9,7 @@
 //! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y | parents) / |a|.
 
 use super::refusal::{refused_ask, refused_factor};
-use crate::equation::{Line, Notation, Strategy, of_form};
+use crate::equation::{Line, Notation, Strategy, is_proper, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
@@ -64,14 +64,17 @@ fn offer(
     turn: &Turn<'_>,
 ) -> Result<Sampled, Error> {
     let question = model.ask_text(&asks[0]);
-    let refused =
-        |why: String| Error::Unplanned { question: question.clone(), reason: format!("{reason}; and {why}") };
+    let refused = |why: String| {
+        // Whoever chose this strategy is not told why the others do not answer.
+        let reason = if turn.forced { why } else { format!("{reason}; and {why}") };
+        Error::Unplanned { question: question.clone(), reason }
+    };
     if let Some(why) = asks.iter().find_map(|ask| refused_ask(model, ask)) {
         return Err(refused(why));
     }
     let observed: Vec<VariableId> =
         asks[0].known.iter().filter(|known| is_hard(&known.evidence)).map(|known| known.variable).collect();
-    let factors = relevant(model, &asks);
+    let factors = with_improper(model, relevant(model, &asks));
     // A vector that is distributed as a whole has no kernel, even where it is observed.
     let hidden_real = |id: &FactorId| {
         let left = &model.factors[*id].left;
@@ -168,6 +171,28 @@ pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
         {
             // A form may use fewer variables than its factor names; a draw needs only those.
             rest.extend(of_form(model, factor));
+        }
+    }
+    wanted.into_iter().collect()
+}
+
+/// The same with the weights that may all be 0, which exclude values of their parents, and the ancestors of these.
+fn with_improper(model: &Model, factors: Vec<FactorId>) -> Vec<FactorId> {
+    let excludes = |id: &FactorId| {
+        let factor = &model.factors[*id];
+        let finite = factor.left.iter().all(|use_| model.variables[use_.variable].domain.is_finite());
+        let weighs = matches!(factor.form, Form::Weights(_) | Form::If { .. }) && !has_point(&factor.form);
+        finite && !is_proper(model, *id) && weighs && model.plate.is_none() && !factors.contains(id)
+    };
+    let more: Vec<FactorId> = model.factors.ids().filter(excludes).collect();
+    if more.is_empty() {
+        return factors;
+    }
+    let mut wanted: BTreeSet<FactorId> = factors.iter().copied().collect();
+    let mut rest = more;
+    while let Some(id) = rest.pop() {
+        if wanted.insert(id) {
+            rest.extend(of_form(model, id).into_iter().filter_map(|variable| model.factor_of(variable)));
         }
     }
     wanted.into_iter().collect()
