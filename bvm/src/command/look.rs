@@ -197,7 +197,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         let heard = FrameEvidence { evidence, population: population.as_ref() };
         let Seen { map, view, figures: of_map } = mapped(&pair, &found, &heard)?;
         if of_map.readings == 0 {
-            eprintln!("warning: no direction has a range: no pixel has a disparity with disparity + doffs_px > 0");
+            eprintln!(
+                "warning: no direction has a range: no pixel has a disparity with disparity + doffs_px > 0"
+            );
         }
         figures.map = Some(of_map);
         files.extend(write(folder, &pair, &found, &map, &view.readings, &figures)?);

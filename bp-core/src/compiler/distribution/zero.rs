@@ -1,7 +1,8 @@
 //! The factor that gives the observations probability 0.
 //!
 //! In: the values of the observed slots. Out: a description of the first factor whose variables are all observed and
-//! whose probability is 0, or whose form has no possible value where its right-hand side is observed. Invariant: such a factor excludes the evidence, whatever the others are.
+//! whose probability is 0, or whose form has no possible value where its right-hand side is observed. Invariant: such a
+//! factor excludes the evidence, whatever the others are.
 
 use super::{Distribution, Setting};
 use crate::error::{Error, Impossible};
@@ -13,10 +14,10 @@ impl Setting<'_> {
     pub fn zero_factor(&self, values: &[f64]) -> Option<String> {
         let is_zero = |instance: &super::Instance| {
             let right = self.model.factors[instance.factor].right.iter();
-            let right = right.flat_map(|use_| self.slots_of(use_.variable));
+            let mut right = right.flat_map(|use_| self.slots_of(use_.variable));
             let is_known = |slot: usize| !values[slot].is_nan();
             let mut left = instance.left.iter().copied();
-            match (right.into_iter().all(is_known), left.all(is_known)) {
+            match (right.all(is_known), left.all(is_known)) {
                 (false, _) => false,
                 (true, true) => self.ln_density(instance, values).is_ok_and(|ln| ln == f64::NEG_INFINITY),
                 (true, false) => {
