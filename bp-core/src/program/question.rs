@@ -5,7 +5,9 @@
 
 use super::settings::{Meaning, meaning, names_of};
 use super::{Evidence, Posterior, Program, Value};
-use crate::answer::{CompiledQuestion, ask_over_time_by, compile_sized, filled, open, read_instants};
+use crate::answer::{
+    CompiledQuestion, ask_over_time_by, compile_by, compile_sized, filled, open, read_instants,
+};
 use crate::data;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -41,7 +43,12 @@ pub struct Question {
 impl Question {
     pub(super) fn new(program: &Program, asked: model::Question) -> Result<Self, Error> {
         let (program, asked) = &program.posed(asked);
-        let compiled = Arc::new(compile_sized(program.model(), asked, program.options)?.into_owned());
+        let compiled = match program.opened.rows.is_empty() {
+            true => compile_by(program.model(), asked, program.options)
+                .or_else(|_| compile_sized(program.model(), asked, program.options))?,
+            false => compile_sized(program.model(), asked, program.options)?,
+        };
+        let compiled = Arc::new(compiled.into_owned());
         Ok(Self { program: program.clone(), asked: asked.clone(), compiled, given: Vec::new() })
     }
 

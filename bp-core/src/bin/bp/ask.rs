@@ -9,7 +9,9 @@ use crate::failure::Failure;
 use crate::planning::Inference;
 use crate::rows::{self, RowTables};
 use crate::{cases, over_time, program};
-use bp_core::compiler::answer::{Answer, CompiledQuestion, OtherColumns, Table, compile_sized, filled, open};
+use bp_core::compiler::answer::{
+    Answer, CompiledQuestion, OtherColumns, Table, compile_by, compile_sized, filled, open,
+};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::model::{Model, Question};
@@ -123,7 +125,13 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let options = arguments.inference.options();
     let compiled: Vec<CompiledQuestion<'_>> = questions
         .iter()
-        .map(|question| compile_sized(&model, &by_columns(question), options))
+        .map(|question| match rows.is_empty() {
+            true => {
+                let question = by_columns(question);
+                compile_by(&model, &question, options).or_else(|_| compile_sized(&model, &question, options))
+            }
+            false => compile_sized(&model, question, options),
+        })
         .collect::<Result<_, _>>()?;
     let names = names_of(&model, &compiled)?;
     let settings =
