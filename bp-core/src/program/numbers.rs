@@ -33,6 +33,7 @@ impl Posterior {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
             PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
             PartLaw::ConditionalGaussian(_) => unreachable!("{ONE}"),
+            PartLaw::Laws { laws, .. } => [laws[0].mean(), 0.0],
             PartLaw::Finite(numbers) => [weighted(numbers, &self.numbers_of(slot)?), 0.0],
             PartLaw::Draws(draws, drawn) => match &drawn[0] {
                 Drawn::Normals(normals) => normals.moments.mean,
@@ -55,6 +56,7 @@ impl Posterior {
             PartLaw::Normal { covariance, .. } => covariance[0],
             PartLaw::Mixture(mixture) => mixture.covariance(0, 0),
             PartLaw::ConditionalGaussian(_) => unreachable!("{ONE}"),
+            PartLaw::Laws { laws, .. } => laws[0].variance(),
             PartLaw::Finite(numbers) => {
                 let squares: Vec<f64> =
                     self.numbers_of(slot)?.iter().map(|number| (number - mean).powi(2)).collect();
@@ -94,6 +96,7 @@ impl Posterior {
             PartLaw::Normal { mean, covariance } => Ok(covariance[one * mean.len() + other]),
             PartLaw::Mixture(mixture) => Ok(mixture.covariance(one, other)),
             PartLaw::ConditionalGaussian(law) => Ok(law.covariance(&part.of, [one, other], &numbers)),
+            PartLaw::Laws { laws, covariance } => Ok(covariance[one * laws.len() + other]),
             PartLaw::Finite(_) => {
                 let at = |place: usize| self.joint(part, [one, other], &numbers, place);
                 let mean = [at(0), at(1)];

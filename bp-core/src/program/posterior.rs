@@ -103,7 +103,14 @@ impl Posterior {
             };
             return Err(self.lookup(format!("found {found} values, but {expected}")));
         }
-        if let PartLaw::Normal { .. } | PartLaw::Mixture(_) = &part.law {
+        if let PartLaw::Laws { laws, .. } = &part.law
+            && laws.len() > 1
+        {
+            return Err(self.lookup(
+                "the density of several unknowns together is not known here: ask for one".to_owned(),
+            ));
+        }
+        if let PartLaw::Normal { .. } | PartLaw::Mixture(_) | PartLaw::Laws { .. } = &part.law {
             let at: Option<Vec<f64>> = values.iter().map(|value| value.as_f64()).collect();
             let at = at.ok_or_else(|| self.lookup(format!("`{value}` is not a number; look up a real")))?;
             return Ok([part.law.density(&at), 0.0]);
@@ -141,7 +148,10 @@ impl Posterior {
                 let place = radix::position(found.iter().zip(&part.of).map(|(at, slot)| (*at, slot.count)));
                 [numbers[place], 0.0]
             }
-            PartLaw::Normal { .. } | PartLaw::Mixture(_) | PartLaw::ConditionalGaussian(_) => {
+            PartLaw::Normal { .. }
+            | PartLaw::Mixture(_)
+            | PartLaw::Laws { .. }
+            | PartLaw::ConditionalGaussian(_) => {
                 [part.law.density(&[]), 0.0]
             }
         })
@@ -173,6 +183,9 @@ impl Posterior {
                 .collect());
         }
         let part = self.one()?;
+        if let (PartLaw::Laws { laws, .. }, [slot]) = (&part.law, part.of.as_slice()) {
+            return Ok([(slot.name(self.model()), laws[0].mode())].into_iter().collect());
+        }
         if let PartLaw::Normal { mean, .. } = &part.law {
             return Ok(part
                 .of

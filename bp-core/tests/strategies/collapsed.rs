@@ -111,3 +111,25 @@ fn hidden_states_are_summed_one_after_the_other() {
         within(&posterior, name, expected);
     }
 }
+
+/// A change between two means beside an unknown deviation: the means are integrated out. Sums over its eight positions, by
+/// quadrature over the deviation (SciPy).
+#[test]
+fn a_change_is_found_with_its_means_integrated_out() {
+    let text = "program Change {
+        variables { T : 1..=8; A, B, S : real; Y[i in 1..=8] : real; }
+        decomposition { P(T) P(A) P(B) P(S) prod(i) { P(Y[i] | T A B S) } }
+        forms {
+            P(T) = uniform; P(A) = normal(0, 3); P(B) = normal(0, 3); P(S) = gamma(2, 1);
+            P(Y[i] | T A B S) = normal(if i < T { A } else { B }, S);
+        }
+    }";
+    let y = vec![0.3, -0.2, 0.5, 0.1, 2.2, 1.7, 2.4, 2.0];
+    let change = program(text).draws(20_000).question("P(T, B, S | Y = y)").unwrap();
+    let posterior = change.given("y", y).unwrap().ask().unwrap();
+    assert_eq!(posterior.strategy().name(), "gibbs");
+    let [p, error] = posterior.of("T").unwrap().p_and_error(5).unwrap();
+    assert!((p - 0.952_662_292_314_851).abs() < 4.0 * error, "{p} ± {error}");
+    within(&posterior, "S", 0.448_747_907_705_622);
+    within(&posterior, "B", 2.042_993_861_112_369_5);
+}

@@ -8,6 +8,7 @@ mod cell;
 mod chains;
 mod choices;
 mod collapsed;
+mod conjugate;
 mod covariance;
 mod extended;
 mod first_instants;

@@ -10,7 +10,7 @@ use bp_core::program::Program;
 /// The choice of a strategy.
 #[derive(clap::Args)]
 pub(crate) struct Planning {
-    /// Inference strategy: sums, join_tree, gaussian, mixture, chain, weighting, gibbs, particles or extended_kalman; by default the cheapest exact one, else an estimate.
+    /// Inference strategy: sums, join_tree, gaussian, conjugate, mixture, chain, weighting, gibbs, particles or extended_kalman; by default the cheapest exact one, else an estimate.
     #[arg(long, value_name = "STRATEGY", value_parser = strategy)]
     by: Option<Strategy>,
     /// Estimate an exact answer of more products than this, if possible.

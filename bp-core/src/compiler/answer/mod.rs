@@ -13,8 +13,8 @@ mod open;
 mod soft;
 
 pub use crate::posterior::{
-    Answer, Column, ConditionalGaussian, Covariance, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot,
-    Table, argmax, ordinals,
+    Answer, Column, ConditionalGaussian, Covariance, Drawn, Estimate, Figure, NamedLaw, Part, PartLaw, Row,
+    Slot, Table, argmax, ordinals,
 };
 pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, refused};

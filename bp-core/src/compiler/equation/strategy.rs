@@ -10,6 +10,8 @@ use serde::Serialize;
 pub enum Strategy {
     /// Linear and Gaussian: closed form; over time a Kalman filter and smoother.
     Gaussian,
+    /// Unknown probabilities, rates and proportions whose priors are conjugate to what is observed: named distributions.
+    Conjugate,
     /// Sums and products of finite variables over a join tree.
     JoinTree,
     /// Sums and products of finite variables as a kernel.
@@ -32,6 +34,7 @@ impl Strategy {
     /// All, in the order in which they are tried.
     pub const ALL: [Strategy; 9] = [
         Strategy::Gaussian,
+        Strategy::Conjugate,
         Strategy::JoinTree,
         Strategy::Sums,
         Strategy::Mixture,
@@ -46,6 +49,7 @@ impl Strategy {
     pub fn name(self) -> &'static str {
         match self {
             Strategy::Gaussian => "gaussian",
+            Strategy::Conjugate => "conjugate",
             Strategy::JoinTree => "join_tree",
             Strategy::Sums => "sums",
             Strategy::Mixture => "mixture",

@@ -178,7 +178,7 @@ fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
         Figure::Real { mean, deviation, quantiles } => {
             [mean, deviation].into_iter().chain(quantiles).flatten().for_each(look);
         }
-        Figure::Mixture { mean, deviation, quantiles } => {
+        Figure::Mixture { mean, deviation, quantiles } | Figure::Law { mean, deviation, quantiles, .. } => {
             [mean, deviation].into_iter().chain(quantiles).for_each(look);
         }
         Figure::Normal { mean, deviation } => [mean, deviation].into_iter().for_each(look),

@@ -51,7 +51,7 @@ fn matrices(part: &Part, first: &mut usize) -> Vec<Vec<Vec<f64>>> {
     };
     let size = part.of.len();
     match &part.law {
-        PartLaw::Normal { covariance, .. } => {
+        PartLaw::Normal { covariance, .. } | PartLaw::Laws { covariance, .. } => {
             vec![matrix(size, &|one, other| covariance[one * size + other])]
         }
         PartLaw::Mixture(mixture) => vec![matrix(size, &|one, other| mixture.covariance(one, other))],
@@ -70,6 +70,6 @@ fn matrices(part: &Part, first: &mut usize) -> Vec<Vec<Vec<f64>>> {
 /// The real of a row with its mean and deviation.
 fn named(row: &Row) -> Option<String> {
     let (name, value) = row.values.last()?;
-    let moments = matches!(row.figure, Figure::Normal { .. } | Figure::Mixture { .. });
+    let moments = matches!(row.figure, Figure::Normal { .. } | Figure::Mixture { .. } | Figure::Law { .. });
     (moments && value.is_empty()).then(|| name.clone())
 }

@@ -4,6 +4,7 @@
 //! their order.
 
 use super::conditional::apart;
+use super::named_law::NamedLaw;
 use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
 use super::quantile::figures;
 use super::{Figure, Row};
@@ -19,6 +20,12 @@ impl Part {
                 mean: places.iter().map(|place| mean[*place]).collect(),
                 covariance: (places.iter())
                     .flat_map(|row| places.iter().map(|column| covariance[*row * mean.len() + *column]))
+                    .collect(),
+            },
+            PartLaw::Laws { laws, covariance } => PartLaw::Laws {
+                laws: places.iter().map(|place| laws[*place]).collect(),
+                covariance: (places.iter())
+                    .flat_map(|row| places.iter().map(|column| covariance[*row * laws.len() + *column]))
                     .collect(),
             },
             PartLaw::Mixture(mixture) => PartLaw::Mixture(mixture.marginal(places)),
@@ -119,6 +126,10 @@ impl Part {
                     alone(slot, Figure::Normal { mean: mean[place], deviation })
                 };
                 self.of.iter().enumerate().map(law).collect()
+            }
+            PartLaw::Laws { laws, .. } => {
+                let row = |(law, slot): (&NamedLaw, &Slot)| alone(slot, Figure::of_law(*law));
+                laws.iter().zip(&self.of).map(row).collect()
             }
             PartLaw::Mixture(mixture) => {
                 let row = |(place, slot): (usize, &Slot)| alone(slot, Figure::of_mixture(mixture, place));

@@ -10,6 +10,7 @@ mod covariance;
 mod marginal;
 pub(crate) mod mixture;
 mod moments;
+mod named_law;
 mod part;
 mod quantile;
 mod rows;
@@ -20,6 +21,7 @@ pub use conditional::ConditionalGaussian;
 pub(crate) use conditional::apart;
 pub use covariance::Covariance;
 pub(crate) use mixture::{Component, Mixture};
+pub use named_law::NamedLaw;
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
 pub(crate) use rows::{Reader, named};
@@ -231,6 +233,17 @@ pub enum Figure {
         /// Standard deviation.
         deviation: f64,
     },
+    /// A law under its usual name.
+    Law {
+        /// The law.
+        law: NamedLaw,
+        /// Mean.
+        mean: f64,
+        /// Standard deviation.
+        deviation: f64,
+        /// The quantiles at 5 %, 50 % and 95 %.
+        quantiles: [f64; 3],
+    },
 }
 
 impl Row {
@@ -248,6 +261,12 @@ impl Figure {
     pub(crate) fn of_mixture(mixture: &Mixture, place: usize) -> Self {
         let quantiles = Moments::LEVELS.map(|level| mixture.quantile(place, level));
         Figure::Mixture { mean: mixture.mean(place), deviation: mixture.deviation(place), quantiles }
+    }
+
+    /// The moments and quantiles of a named law.
+    pub(crate) fn of_law(law: NamedLaw) -> Self {
+        let quantiles = Moments::LEVELS.map(|level| law.quantile(level));
+        Figure::Law { law, mean: law.mean(), deviation: law.variance().sqrt(), quantiles }
     }
 
     /// The moments and quantiles of a real, estimated from draws.
@@ -272,6 +291,7 @@ impl Figure {
             | Figure::Interval { .. }
             | Figure::Real { .. }
             | Figure::Mixture { .. }
+            | Figure::Law { .. }
             | Figure::Normal { .. } => None,
         }
     }

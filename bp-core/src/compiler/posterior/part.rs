@@ -6,6 +6,7 @@
 
 use super::conditional::ConditionalGaussian;
 use super::mixture::{Mixture, density};
+use super::named_law::NamedLaw;
 use super::table::{Column, Table};
 use crate::distribution::Setting;
 use crate::ids::VariableId;
@@ -50,6 +51,13 @@ pub enum PartLaw {
         /// Covariances, row by row.
         covariance: Vec<f64>,
     },
+    /// A named law for each slot.
+    Laws {
+        /// The laws.
+        laws: Vec<NamedLaw>,
+        /// Covariances, row by row.
+        covariance: Vec<f64>,
+    },
     /// A mixture of normal laws.
     Mixture(Mixture),
     /// Of finite slots and reals together.
@@ -59,11 +67,15 @@ pub enum PartLaw {
 }
 
 impl PartLaw {
-    /// The density of reals at a point; 0 where the part is not of a normal law or a mixture of them.
+    /// The density of reals at a point; 0 where the part has none, NaN where it is not known of several together.
     pub(crate) fn density(&self, at: &[f64]) -> f64 {
         match self {
             PartLaw::Normal { mean, covariance } => density(mean, covariance, at),
             PartLaw::Mixture(mixture) => mixture.density(at),
+            PartLaw::Laws { laws, .. } => match (laws.as_slice(), at) {
+                ([law], [at]) => law.density(*at),
+                _ => f64::NAN,
+            },
             PartLaw::Finite(_) | PartLaw::ConditionalGaussian(_) | PartLaw::Draws(..) => 0.0,
         }
     }

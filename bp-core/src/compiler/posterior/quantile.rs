@@ -83,6 +83,7 @@ impl Part {
             PartLaw::Normal { mean, covariance } => {
                 exact(&|level| of_normal(mean[0], covariance[0].max(0.0).sqrt(), level))
             }
+            PartLaw::Laws { laws, .. } => exact(&|level| laws[0].quantile(level)),
             PartLaw::Mixture(mixture) => exact(&|level| mixture.quantile(0, level)),
             PartLaw::Finite(numbers) => exact(&|level| of_finite(domain, numbers, level)),
             PartLaw::ConditionalGaussian(_) => unreachable!("internal: one slot is finite or real"),

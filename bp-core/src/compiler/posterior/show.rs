@@ -109,6 +109,7 @@ fn headings(row: &Row) -> Vec<String> {
         Figure::Information { .. } => &["information"],
         Figure::Divergence { .. } => &["divergence"],
         Figure::Mixture { .. } => &["mean", "deviation", "5 %", "50 %", "95 %"],
+        Figure::Law { .. } => &["distribution", "mean", "deviation", "5 %", "50 %", "95 %"],
         Figure::Real { .. } => &["mean ± error", "deviation", "5 %", "50 %", "95 %"],
     };
     let figures = figures.iter().map(|figure| (*figure).to_owned());
@@ -235,6 +236,10 @@ fn cells_of(row: &Row) -> Vec<String> {
         Figure::Information { information } => cells.push(or_infinite(information, " nats")),
         Figure::Divergence { divergence, .. } => cells.push(or_infinite(divergence, " nats")),
         Figure::Mixture { mean, deviation, quantiles } => {
+            cells.extend([mean, deviation].into_iter().chain(quantiles).map(six_digits));
+        }
+        Figure::Law { law, mean, deviation, quantiles } => {
+            cells.push(law.to_string());
             cells.extend([mean, deviation].into_iter().chain(quantiles).map(six_digits));
         }
         Figure::Real { mean, deviation, quantiles } => {

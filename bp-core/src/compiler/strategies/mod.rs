@@ -4,6 +4,7 @@
 //! Invariant: the planner chooses strategies; they do not choose each other; an accepted offer answers.
 
 pub mod chain;
+pub mod conjugate;
 pub mod gaussian;
 pub mod gibbs;
 pub mod join_tree;
@@ -165,6 +166,7 @@ pub(crate) fn engine(strategy: Strategy) -> &'static dyn Engine {
         Strategy::Gaussian => &gaussian::Engine,
         Strategy::JoinTree => &join_tree::Engine,
         Strategy::Sums => &sums::Engine,
+        Strategy::Conjugate => &conjugate::Engine,
         Strategy::Mixture => &mixture::Engine,
         Strategy::Chain => &chain::Engine,
         Strategy::Weighting => &weighting::Engine,

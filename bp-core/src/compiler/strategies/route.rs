@@ -3,6 +3,7 @@
 //! In: an offer. Out: a [`Route`], which plans keep and tests inspect. Invariant: work on a route is done by its
 //! strategy; there is no other `match` over all routes.
 
+use super::conjugate::Conjugate;
 use super::gaussian::Gaussian;
 use super::join_tree::JoinTree;
 use super::mixture::Mixture;
@@ -20,6 +21,8 @@ pub enum Route {
     Tree(JoinTree),
     /// Closed form: all variables are linear and Gaussian.
     Gaussian(Gaussian),
+    /// Named posteriors of conjugate priors.
+    Conjugate(Conjugate),
     /// A mixture of normal distributions.
     Mixture(Mixture),
     /// Estimates from draws, where there is no exact route.
@@ -35,6 +38,7 @@ impl Route {
             Route::Exact(exact) => exact,
             Route::Tree(tree) => tree,
             Route::Gaussian(gaussian) => gaussian,
+            Route::Conjugate(conjugate) => conjugate,
             Route::Mixture(mixture) => mixture,
             Route::Sampled(sampled) => sampled,
             Route::OverTime(over_time) => over_time,

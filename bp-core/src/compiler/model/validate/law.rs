@@ -5,7 +5,7 @@
 
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{ExpressionId, FactorId};
-use crate::law::{Law, Support};
+use crate::law::Law;
 use crate::model::{Domain, Fit, Model};
 
 pub(super) fn law_faults(
@@ -62,10 +62,6 @@ fn domain_fault(model: &Model, id: FactorId, law: Law, domain: &Domain, name: &s
             place,
             format!("`{law_name}` needs a real, bins or an integer range, but {}", is()),
         ));
-    }
-    if law.support() == Support::Counts && *domain == Domain::Real {
-        let message = format!("`{law_name}` gives whole numbers, but {}", is());
-        return Some(fault_with_help(place, message, format!("declare it as a range: `{name} : 0..=20`")));
     }
     None
 }

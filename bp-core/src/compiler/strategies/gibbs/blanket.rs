@@ -5,9 +5,9 @@
 //!
 //! P(x | all else) ∝ P(x | parents) Π P(child | its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
 
-use super::finite_rest::{FiniteRest, Memory};
+use super::finite_rest::{FiniteRest, Sums};
 use super::integrated::may_follow;
-use super::linear_rest::LinearRest;
+use super::linear_rest::{Equations, LinearRest};
 use super::sites::{Part, behind, check_moves, is_point, site, stuck, summed};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
@@ -33,6 +33,13 @@ pub(super) enum Node {
     Summed(Instance, usize),
     /// Virtual evidence: a slot with a likelihood for each value.
     Likelihood(usize, Vec<f64>),
+}
+
+/// What a chain has computed, for its next steps.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Memory {
+    sums: Sums,
+    equations: Equations,
 }
 
 /// A slot that is drawn.
@@ -186,9 +193,9 @@ impl<'s> Blankets<'s> {
         }
         self.finite.withdraw(&mut values);
         let all: Vec<usize> = (0..self.finite.clumps()).collect();
-        ln += self.finite.ln_sum(&all, &mut values, memory)?;
+        ln += self.finite.ln_sum(&all, &mut values, &mut memory.sums)?;
         if let Some(rest) = &self.rest {
-            ln += rest.ln_density(&values)?;
+            ln += rest.ln_density(&values, &mut memory.equations)?;
         }
         Ok((values, ln))
     }
@@ -203,9 +210,9 @@ impl<'s> Blankets<'s> {
         memory: &mut Memory,
         random: &mut Random,
     ) -> Result<(), Error> {
-        self.finite.draw(&self.clumps, values, memory, random)?;
+        self.finite.draw(&self.clumps, values, &mut memory.sums, random)?;
         if let Some(rest) = &self.rest {
-            rest.draw(values, random)?;
+            rest.draw(values, &mut memory.equations, random)?;
             for instance in rest.determined() {
                 self.determine(instance, values)?;
             }
@@ -315,10 +322,12 @@ impl<'s> Blankets<'s> {
             }
         }
         if !site.clumps.is_empty() {
-            sum += self.finite.ln_sum(&site.clumps, values, memory)?;
+            sum += self.finite.ln_sum(&site.clumps, values, &mut memory.sums)?;
         }
         match &self.rest {
-            Some(rest) if site.moves_rest && sum > f64::NEG_INFINITY => Ok(sum + rest.ln_density(values)?),
+            Some(rest) if site.moves_rest && sum > f64::NEG_INFINITY => {
+                Ok(sum + rest.ln_density(values, &mut memory.equations)?)
+            }
             _ => Ok(sum),
         }
     }

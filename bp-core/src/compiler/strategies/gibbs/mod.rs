@@ -31,8 +31,7 @@ use crate::random::Random;
 use crate::sample::{Draws, Observations, Sampling, Streams};
 use crate::strategies::weighting::{Treatment, drawn, instances};
 use crate::strategies::{self, Route, Turn};
-use blanket::{Blankets, Site};
-use finite_rest::Memory;
+use blanket::{Blankets, Memory, Site};
 use rayon::prelude::*;
 use slice::Slice;
 

@@ -92,7 +92,7 @@ pub(super) struct FiniteRest<'s> {
 
 /// What a chain remembers of its last sums.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Memory {
+pub(super) struct Sums {
     cells: Vec<f64>,
     sums: Vec<f64>,
     /// For each template: when it was computed and looked at, its inputs, its distributions, and logarithms of probabilities.
@@ -122,7 +122,7 @@ impl<'s> FiniteRest<'s> {
     }
 
     /// Computes the distributions of a template if its inputs have changed.
-    fn renew(&self, number: usize, values: &mut [f64], memory: &mut Memory) -> Result<(), Error> {
+    fn renew(&self, number: usize, values: &mut [f64], memory: &mut Sums) -> Result<(), Error> {
         let (setting, template) = (self.setting, &self.templates[number]);
         let shared = &mut memory.shared[number];
         if shared.seen == memory.now {
@@ -160,7 +160,7 @@ impl<'s> FiniteRest<'s> {
     }
 
     /// Computes the cells of a table where they have changed.
-    fn fill(&self, number: usize, values: &mut [f64], memory: &mut Memory) -> Result<(), Error> {
+    fn fill(&self, number: usize, values: &mut [f64], memory: &mut Sums) -> Result<(), Error> {
         let table = &self.tables[number];
         let template = match table.source {
             Source::Distributed(template) | Source::At(template, ..) => {
@@ -207,7 +207,7 @@ impl<'s> FiniteRest<'s> {
         &self,
         clumps: &[usize],
         values: &mut [f64],
-        memory: &mut Memory,
+        memory: &mut Sums,
     ) -> Result<f64, Error> {
         memory.begin(self);
         let mut ln = 0.0;
@@ -231,7 +231,7 @@ impl<'s> FiniteRest<'s> {
     }
 
     /// ln of the product under a sum, for each value of its slot and this combination of values of its scope.
-    fn joint(&self, step: &Step, steps: &[Step], cell: usize, memory: &Memory, joint: &mut Vec<f64>) {
+    fn joint(&self, step: &Step, steps: &[Step], cell: usize, memory: &Sums, joint: &mut Vec<f64>) {
         joint.clear();
         joint.resize(step.count, 0.0);
         let position = |strides: &[usize]| {
@@ -264,7 +264,7 @@ impl<'s> FiniteRest<'s> {
         &self,
         clumps: &[usize],
         values: &mut [f64],
-        memory: &mut Memory,
+        memory: &mut Sums,
         random: &mut Random,
     ) -> Result<(), Error> {
         self.ln_sum(clumps, values, memory)?;
@@ -292,7 +292,7 @@ impl<'s> FiniteRest<'s> {
     }
 }
 
-impl Memory {
+impl Sums {
     /// A new computation.
     fn begin(&mut self, of: &FiniteRest<'_>) {
         if self.made.len() != of.tables.len() {

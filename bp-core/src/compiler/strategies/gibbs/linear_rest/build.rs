@@ -10,7 +10,7 @@ use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::ExpressionId;
 use crate::model::Form;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 impl<'s> LinearRest<'s> {
     /// The equations of these instances, parents first. `linear` are the slots that are integrated out, `drawn` those that are
@@ -100,10 +100,7 @@ impl<'s> LinearRest<'s> {
             None => None,
         };
         // What is not a number is refused when it is computed with its form.
-        let is_finite = |known: &Linear| {
-            known.constant.is_finite() && known.terms.iter().all(|(_, coefficient)| coefficient.is_finite())
-        };
-        let known = known.filter(is_finite);
+        let known = known.filter(Linear::is_finite);
         if self.linear[slot] && matches!(form, Form::Dirac(_)) {
             let support = self.support(reads);
             self.places.insert(slot, Place::Determined(self.determined.len()));
@@ -111,10 +108,11 @@ impl<'s> LinearRest<'s> {
             return Ok(false);
         }
         let unknown = self.linear[slot].then(|| new_unknown(self));
+        let inputs = self.inputs(&reads, drawn).filter(|_| varies && !drawn[slot]);
         let deviation = match normal {
             Some((_, deviation)) => {
                 let read = setting.slots_read(deviation, &instance.indices);
-                if known.is_none() {
+                if known.is_none() && !varies {
                     Deviation::Own
                 } else if read.iter().any(|slot| drawn[*slot]) {
                     let key = (deviation, signature(setting, deviation, instance, &|slot| slot as u64));
@@ -125,6 +123,11 @@ impl<'s> LinearRest<'s> {
                         shared.len() - 1
                     };
                     Deviation::Shared(*signatures.entry(key).or_insert_with(new))
+                } else if varies {
+                    match setting.expression(deviation, instance, values) {
+                        known if known > 0.0 && known.is_finite() => Deviation::Known(known),
+                        _ => Deviation::Own,
+                    }
                 } else {
                     Deviation::Known(setting.linear_mean_at_zero(instance, values, &self.linear)?.deviation)
                 }
@@ -132,8 +135,18 @@ impl<'s> LinearRest<'s> {
             None => Deviation::Own,
         };
         let known = known.map(|known| equation(known, unknown, values[slot]));
-        self.rows.push(Row { instance: instance.clone(), unknown, known, deviation });
+        self.rows.push(Row { instance: instance.clone(), unknown, known, mean, inputs, deviation });
         Ok(false)
+    }
+
+    /// The drawn slots among these, if all are finite and read directly.
+    fn inputs(&self, reads: &BTreeSet<usize>, drawn: &[bool]) -> Option<Vec<usize>> {
+        let model = self.setting.model;
+        let direct = |slot: &&usize| !matches!(self.places.get(slot), Some(Place::Determined(_)));
+        let is_finite = |slot: &&usize| model.variables[self.setting.variable_of(**slot)].domain.is_finite();
+        let inputs: Vec<usize> = reads.iter().copied().filter(|slot| drawn[*slot]).collect();
+        (reads.iter().all(|slot| direct(&slot)) && inputs.iter().all(|slot| is_finite(&slot)))
+            .then_some(inputs)
     }
 
     /// Replaces equations of the same unknowns and the same deviation by as few as say the same.

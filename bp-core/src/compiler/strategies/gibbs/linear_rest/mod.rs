@@ -25,6 +25,12 @@ struct Linear {
     constant: f64,
 }
 
+impl Linear {
+    fn is_finite(&self) -> bool {
+        self.constant.is_finite() && self.terms.iter().all(|(_, coefficient)| coefficient.is_finite())
+    }
+}
+
 /// What an integrated slot is.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Place {
@@ -71,22 +77,22 @@ struct Row {
     unknown: Option<usize>,
     /// Σ coefficient · unknown = −constant; `None` where this depends on drawn variables.
     known: Option<Linear>,
+    /// The mean of a normal form.
+    mean: Option<ExpressionId>,
+    /// The drawn slots on which its mean depends, if they are finite: for each of their values it is computed once.
+    inputs: Option<Vec<usize>>,
     deviation: Deviation,
 }
 
-impl Row {
-    /// Its equation, where `own` is what was computed of it now, and these are the shared deviations.
-    fn equation<'e>(&'e self, own: Option<&'e (Linear, f64)>, shared: &[f64]) -> Equation<'e> {
-        let form = own.map(|(form, _)| form).or(self.known.as_ref());
-        let form = form.expect("internal: what varies was computed");
-        let deviation = match self.deviation {
-            Deviation::Known(known) => known,
-            Deviation::Shared(at) => shared[at],
-            Deviation::Own => own.map_or(f64::NAN, |(_, deviation)| *deviation),
-        };
-        Equation { terms: &form.terms, value: -form.constant, deviation }
-    }
+/// The equations that a chain has computed, for each row by the values of its inputs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Equations {
+    rows: Vec<HashMap<Vec<u64>, Linear>>,
+    count: usize,
 }
+
+/// More equations than these are forgotten.
+const MOST_EQUATIONS: usize = 1 << 20;
 
 /// The linear equations of the integrated slots.
 #[derive(Debug)]
@@ -149,6 +155,7 @@ impl LinearRest<'_> {
     fn solved<T>(
         &self,
         values: &[f64],
+        computed: &mut Equations,
         with: impl FnOnce(Option<&super::elimination::Triangle>, f64) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let setting = self.setting;
@@ -178,22 +185,63 @@ impl LinearRest<'_> {
             ln -= 0.5 * shared.squares / deviation / deviation;
             deviations.push(deviation);
         }
-        let mut own = Vec::with_capacity(self.rows.len());
-        for row in &self.rows {
-            own.push(match &row.known {
-                Some(_) => None,
-                None => {
-                    let (form, deviation) = mean(&row.instance, &forms)?;
-                    if deviation == 0.0 {
-                        let why = "is determined by the other components of its vector";
-                        return Err(super::sites::stuck(setting, row.instance.left[0], why));
-                    }
-                    Some((equation(form, row.unknown, values[row.instance.left[0]]), deviation))
-                }
-            });
+        if computed.rows.len() != self.rows.len() || computed.count > MOST_EQUATIONS {
+            *computed = Equations { rows: vec![HashMap::new(); self.rows.len()], count: 0 };
         }
-        let equations: Vec<Equation<'_>> =
-            self.rows.iter().zip(&own).map(|(row, own)| row.equation(own.as_ref(), &deviations)).collect();
+        // With each row that varies its form and deviation, if they are not found among the computed equations.
+        let mut own: Vec<(Option<Vec<u64>>, Linear, f64)> = Vec::with_capacity(self.rows.len());
+        for (number, row) in self.rows.iter().enumerate() {
+            let key = row.inputs.as_ref().filter(|_| row.known.is_none() && row.deviation != Deviation::Own);
+            let key =
+                key.map(|inputs| inputs.iter().map(|slot| values[*slot].to_bits()).collect::<Vec<u64>>());
+            let is_computed = key.as_ref().is_some_and(|key| computed.rows[number].contains_key(key));
+            if row.known.is_some() || is_computed {
+                own.push((key, Linear::default(), f64::NAN));
+                continue;
+            }
+            let (form, deviation) = match row.mean.filter(|_| row.deviation != Deviation::Own) {
+                Some(mean) => {
+                    let (terms, constant) = setting.linear_form(mean, &row.instance, values, &self.linear);
+                    let form =
+                        self.in_unknowns(&terms, constant, &|at| forms.get(at).map(|form| form.as_ref()));
+                    if !form.is_finite() {
+                        // The error of the form.
+                        setting.distribution(&row.instance, values)?;
+                        return with(None, f64::NEG_INFINITY);
+                    }
+                    (form, f64::NAN)
+                }
+                None => mean(&row.instance, &forms)?,
+            };
+            if deviation == 0.0 {
+                let why = "is determined by the other components of its vector";
+                return Err(super::sites::stuck(setting, row.instance.left[0], why));
+            }
+            let form = equation(form, row.unknown, values[row.instance.left[0]]);
+            match &key {
+                Some(key) => {
+                    computed.rows[number].insert(key.clone(), form);
+                    computed.count += 1;
+                    own.push((Some(key.clone()), Linear::default(), deviation));
+                }
+                None => own.push((None, form, deviation)),
+            }
+        }
+        let equations =
+            self.rows.iter().zip(&own).zip(&computed.rows).map(|((row, (key, form, own)), computed)| {
+                let form = match (&row.known, key) {
+                    (Some(known), _) => known,
+                    (None, Some(key)) => &computed[key],
+                    (None, None) => form,
+                };
+                let deviation = match row.deviation {
+                    Deviation::Known(known) => known,
+                    Deviation::Shared(at) => deviations[at],
+                    Deviation::Own => *own,
+                };
+                Equation { terms: &form.terms, value: -form.constant, deviation }
+            });
+        let equations: Vec<Equation<'_>> = equations.collect();
         let Some(triangle) = self.elimination.triangle(&equations) else { return Err(self.improper()) };
         ln += triangle.ln_integral;
         with(Some(&triangle), ln)
@@ -203,16 +251,21 @@ impl LinearRest<'_> {
     ///
     /// # Errors
     /// A number outside the range that a form accepts; flat variables that the observations do not determine.
-    pub(super) fn ln_density(&self, values: &[f64]) -> Result<f64, Error> {
-        self.solved(values, |_, ln| Ok(if ln.is_nan() { f64::NEG_INFINITY } else { ln }))
+    pub(super) fn ln_density(&self, values: &[f64], computed: &mut Equations) -> Result<f64, Error> {
+        self.solved(values, computed, |_, ln| Ok(if ln.is_nan() { f64::NEG_INFINITY } else { ln }))
     }
 
     /// Draws what is integrated out, given the drawn variables; what Diracs determine is then to be computed.
     ///
     /// # Errors
     /// As [`LinearRest::ln_density`].
-    pub(super) fn draw(&self, values: &mut [f64], random: &mut Random) -> Result<(), Error> {
-        let drawn = self.solved(values, |triangle, _| {
+    pub(super) fn draw(
+        &self,
+        values: &mut [f64],
+        computed: &mut Equations,
+        random: &mut Random,
+    ) -> Result<(), Error> {
+        let drawn = self.solved(values, computed, |triangle, _| {
             Ok(triangle.map(|triangle| self.elimination.draw(triangle, random)).unwrap_or_default())
         })?;
         self.unknowns.iter().zip(drawn).for_each(|(slot, value)| values[*slot] = value);

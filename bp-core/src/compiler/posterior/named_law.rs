@@ -1,0 +1,93 @@
+//! A distribution of one real under its usual name.
+//!
+//! In: a law and its parameters. Out: moments, quantiles, densities, and its name: `beta(12, 5)`. Invariant: the parameters are
+//! valid.
+
+use crate::law::{Law, Parameters, Support};
+use crate::spelling::number as written;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use std::fmt::{self, Display, Formatter};
+
+/// A law with its parameters.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct NamedLaw {
+    /// The law.
+    pub law: Law,
+    /// Its parameters, in its order; those that it does not have are 0.
+    pub parameters: Parameters,
+}
+
+impl NamedLaw {
+    fn own(&self) -> &[f64] {
+        &self.parameters[..self.law.parameters().len()]
+    }
+
+    /// The expectation.
+    pub fn mean(&self) -> f64 {
+        self.law.mean(self.own())
+    }
+
+    /// The variance.
+    pub fn variance(&self) -> f64 {
+        self.law.variance(self.own())
+    }
+
+    /// Where the density of a beta or gamma distribution is largest; the first such end of its support. NaN of any other law.
+    pub fn mode(&self) -> f64 {
+        match (self.law, self.own()) {
+            (Law::Beta, [a, b]) if *a > 1.0 && *b > 1.0 => (a - 1.0) / (a + b - 2.0),
+            (Law::Beta, [a, b]) => f64::from(u8::from(a > b)),
+            (Law::Gamma, [shape, rate]) => (shape - 1.0).max(0.0) / rate,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The density at a real.
+    pub fn density(&self, x: f64) -> f64 {
+        self.law.density(x, self.own())
+    }
+
+    /// The value that is not exceeded with this probability, by bisection to the last digits.
+    pub fn quantile(&self, level: f64) -> f64 {
+        // In the tail that is smaller.
+        let is_below = |x: f64| {
+            let (lower, upper) = self.law.tails(x, self.own());
+            if level <= 0.5 { lower < level } else { upper > 1.0 - level }
+        };
+        let (mut from, mut to) = match self.law.support() {
+            Support::UnitInterval => (0.0, 1.0),
+            Support::Positive => (0.0, 1.0),
+            _ => (-1.0, 1.0),
+        };
+        while self.law.support() != Support::UnitInterval && is_below(to) && to < f64::MAX / 4.0 {
+            (from, to) = (to, 2.0 * to);
+        }
+        while from < 0.0 && !is_below(from) && from > f64::MIN / 4.0 {
+            (from, to) = (2.0 * from, from);
+        }
+        loop {
+            let middle = from + 0.5 * (to - from);
+            if middle <= from || middle >= to {
+                return to;
+            }
+            if is_below(middle) { from = middle } else { to = middle }
+        }
+    }
+}
+
+impl Display for NamedLaw {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let parameters: Vec<String> = self.own().iter().map(|parameter| written(*parameter)).collect();
+        write!(f, "{}({})", self.law.name(), parameters.join(", "))
+    }
+}
+
+impl Serialize for NamedLaw {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(2))?;
+        map.serialize_entry("name", self.law.name())?;
+        map.serialize_entry("parameters", self.own())?;
+        map.end()
+    }
+}

@@ -1,0 +1,242 @@
+//! Answers of conjugate posteriors.
+//!
+//! In: a [`Conjugate`] offer and the host's inputs. Out: named distributions of unknowns, or the table of a predicted variable.
+//! Invariant: time and memory grow linearly with what is observed.
+
+use super::Conjugate;
+use super::likelihood::{Kind, contribution};
+use super::offer::{element_of, kind_of};
+use super::unknown::Unknown;
+use crate::distribution::{Distribution, Instance, Setting};
+use crate::equation::Strategy;
+use crate::error::{Error, Impossible};
+use crate::ids::VariableId;
+use crate::law::Law;
+use crate::model::{Ask, Form, Model, Statistic};
+use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot, Table, figures};
+use crate::sample::Observations;
+use crate::strategies::{Case, Found, Prepared};
+use std::collections::HashMap;
+
+impl Prepared for Conjugate {
+    fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
+        let setting = Setting::new(model, case.inputs)?;
+        let ask = &self.asks[0];
+        let observations = Observations::of(&setting, ask)?;
+        let mut posterior = Posterior::new(&setting, self, observations.values)?;
+        let ln_evidence = posterior.observe(self)?;
+        if ln_evidence == f64::NEG_INFINITY {
+            let mut values = posterior.values;
+            values.iter_mut().zip(posterior.is_unknown).filter(|(_, own)| *own).for_each(|(value, _)| *value = f64::NAN);
+            let reason = setting.zero_factor(&values);
+            return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
+        }
+        if !ln_evidence.is_finite() {
+            return Err(setting.not_a_number(&model.ask_text(ask), &posterior.values));
+        }
+        let ln_evidence = posterior.has_observations.then_some(ln_evidence);
+        let answer = |ask: &Ask| match model.variables[ask.searched[0].variable].domain.is_finite() {
+            true => Ok(Found::Table(posterior.predicted(self, ask)?, ln_evidence)),
+            false => Ok(Found::Answer(posterior.unknowns(ask, ln_evidence))),
+        };
+        self.asks.iter().map(answer).collect()
+    }
+}
+
+/// The unknowns, given what is observed.
+struct Posterior<'s> {
+    setting: &'s Setting<'s>,
+    values: Vec<f64>,
+    /// The unknowns, and the first slot of each by any of its slots.
+    unknowns: HashMap<usize, (Unknown, Unknown)>,
+    first: HashMap<usize, usize>,
+    /// Which slots are unknowns; their values are 0.
+    is_unknown: Vec<bool>,
+    has_observations: bool,
+}
+
+impl<'s> Posterior<'s> {
+    fn new(setting: &'s Setting<'s>, of: &Conjugate, mut values: Vec<f64>) -> Result<Self, Error> {
+        let model = setting.model;
+        let (mut unknowns, mut first) = (HashMap::new(), HashMap::new());
+        let mut is_unknown = vec![false; setting.slots()];
+        for id in &of.priors {
+            is_unknown[setting.slots_of(model.factors[*id].left[0].variable)].fill(true);
+            for instance in setting.instances(*id)? {
+                let slot = instance.left[0];
+                first.insert(slot, slot - instance.component);
+                if instance.component == 0 {
+                    let prior = prior(setting, &instance, &values)?;
+                    unknowns.insert(slot, (prior.clone(), prior));
+                }
+            }
+        }
+        values.iter_mut().zip(&is_unknown).filter(|(_, own)| **own).for_each(|(value, _)| *value = 0.0);
+        Ok(Self { setting, values, unknowns, first, is_unknown, has_observations: false })
+    }
+
+    /// Adds all that is observed; returns ln of its probability.
+    fn observe(&mut self, of: &Conjugate) -> Result<f64, Error> {
+        let setting = self.setting;
+        let mut ln = 0.0;
+        for id in &of.observed {
+            let components = setting.model.components(setting.model.factors[*id].left[0].variable);
+            for instance in setting.instances(*id)? {
+                let slot = instance.left[0];
+                if instance.component > 0 || self.values[slot].is_nan() {
+                    continue;
+                }
+                self.has_observations = true;
+                let value = &self.values[slot..slot + components];
+                let found = contribution(setting, &instance, value, &self.values, &self.is_unknown)?;
+                ln += found.ln_factor;
+                if !ln.is_finite() {
+                    // The error of the form, if one of its numbers is not valid.
+                    setting.distribution(&instance, &self.plain())?;
+                    return Ok(ln);
+                }
+                if let Some((_, unknown)) = found.slot.and_then(|slot| self.unknowns.get_mut(&slot)) {
+                    unknown.observe(&found.observed);
+                }
+            }
+        }
+        // In the order of the slots, so that the sum has the same bits each time.
+        let mut slots: Vec<&usize> = self.unknowns.keys().collect();
+        slots.sort_unstable();
+        ln += slots
+            .into_iter()
+            .map(|slot| self.unknowns[slot].1.ln_evidence(&self.unknowns[slot].0))
+            .sum::<f64>();
+        Ok(ln)
+    }
+
+    /// The values, with a valid one for each unknown.
+    fn plain(&self) -> Vec<f64> {
+        let mut values = self.values.clone();
+        for (first, (unknown, _)) in &self.unknowns {
+            match unknown {
+                Unknown::Probability(_) => values[*first] = 0.5,
+                Unknown::Rate(_) => values[*first] = 1.0,
+                Unknown::Proportions(all) => values[*first..first + all.len()].fill(1.0 / all.len() as f64),
+            }
+        }
+        values
+    }
+
+    /// The slots that an item searches.
+    fn slots(&self, variable: VariableId) -> Vec<usize> {
+        let setting = self.setting;
+        let Some(use_) = element_of(setting.model, variable) else {
+            return setting.slots_of(variable).collect();
+        };
+        setting.slots_used(use_, &[]).collect()
+    }
+
+    /// The named distributions of some unknowns.
+    fn unknowns(&self, ask: &Ask, ln_evidence: Option<f64>) -> Answer {
+        let (setting, model) = (self.setting, self.setting.model);
+        let mut places = Vec::new();
+        for item in &ask.searched {
+            let own = setting.slots_of(item.variable).zip(self.slots(item.variable));
+            places.extend(own.map(|(named, slot)| (named, slot, self.first[&slot])));
+        }
+        let laws: Vec<_> =
+            places.iter().map(|(_, slot, first)| self.unknowns[first].1.law(slot - first)).collect();
+        let covariance = |(_, one, first): &(usize, usize, usize)| {
+            let of = |(_, other, own): &(usize, usize, usize)| match own == first {
+                true => self.unknowns[first].1.covariance(one - first, other - first),
+                false => 0.0,
+            };
+            places.iter().map(of).collect::<Vec<f64>>()
+        };
+        let covariance = places.iter().flat_map(covariance).collect();
+        let mut rows = Vec::new();
+        for ((named, ..), law) in places.iter().zip(&laws) {
+            let quantiles =
+                |levels: &[f64]| levels.iter().map(|level| (law.quantile(*level), None)).collect();
+            let figures = figures(&ask.statistic, quantiles).unwrap_or_else(|| {
+                vec![match ask.statistic {
+                    Statistic::Expectation => Figure::Expectation { expectation: law.mean(), error: None },
+                    Statistic::Variance => Figure::Variance { variance: law.variance(), error: None },
+                    _ => Figure::of_law(*law),
+                }]
+            });
+            let row = |figure| Row { values: vec![(setting.slot_name(*named), String::new())], figure };
+            rows.extend(figures.into_iter().map(row));
+        }
+        let of = places.iter().map(|(named, ..)| Slot::of(setting, *named)).collect();
+        Answer {
+            question: model.ask_text(ask),
+            strategy: Strategy::Conjugate,
+            when: ask.when,
+            ln_evidence,
+            estimate: None,
+            answer: rows,
+            parts: vec![Part {
+                instant: None,
+                given: Vec::new(),
+                of,
+                law: PartLaw::Laws { laws, covariance },
+            }],
+        }
+    }
+
+    /// The distribution of a finite variable that is not observed.
+    fn predicted(&self, of: &Conjugate, ask: &Ask) -> Result<Table, Error> {
+        let (setting, model) = (self.setting, self.setting.model);
+        let variable = ask.searched[0].variable;
+        let slots = self.slots(variable);
+        let [slot] = slots.as_slice() else {
+            let reason = "one element is predicted at a time: ask for each".to_owned();
+            return Err(Error::Unplanned { question: model.ask_text(ask), reason });
+        };
+        let count = setting.count(setting.variable_of(*slot));
+        let mut cells = vec![0.0; count];
+        if !self.values[*slot].is_nan() {
+            cells[self.values[*slot] as usize] = 1.0;
+        } else {
+            let instance = self.instance(of, *slot)?;
+            for (value, cell) in cells.iter_mut().enumerate() {
+                let found =
+                    contribution(setting, &instance, &[value as f64], &self.values, &self.is_unknown)?;
+                *cell = match found.slot {
+                    Some(slot) => self.unknowns[&slot].1.predicts(&found.observed, found.ln_factor),
+                    None => found.ln_factor.exp(),
+                };
+            }
+        }
+        Ok(Table::read(model, (ask, model.ask_text(ask)), &[variable], cells, None, &[count]))
+    }
+
+    /// The instance that distributes a slot.
+    fn instance(&self, of: &Conjugate, slot: usize) -> Result<Instance, Error> {
+        let variable = self.setting.variable_of(slot);
+        let own = of.observed.iter().find(|id| self.setting.model.factors[**id].left[0].variable == variable);
+        let all = self.setting.instances(*own.expect("internal: what is predicted is among the factors"))?;
+        let found = all.into_iter().find(|instance| instance.left == [slot]);
+        Ok(found.expect("internal: each slot has an instance"))
+    }
+}
+
+/// The prior of an unknown.
+///
+/// # Errors
+/// A parameter outside the range of the form.
+fn prior(setting: &Setting<'_>, instance: &Instance, values: &[f64]) -> Result<Unknown, Error> {
+    let model = setting.model;
+    let form = &model.factors[instance.factor].form;
+    let distribution = setting.distribution(instance, values)?;
+    Ok(match (kind_of(model, form), distribution) {
+        (Some(Kind::Probability), Distribution::Law(Law::Beta, [a, b, _])) => Unknown::Probability([a, b]),
+        (Some(Kind::Probability), _) => Unknown::Probability([1.0, 1.0]),
+        (_, Distribution::Law(Law::Exponential, [rate, ..])) => Unknown::Rate([1.0, rate]),
+        (_, Distribution::Law(_, [shape, rate, _])) => Unknown::Rate([shape, rate]),
+        _ => {
+            let Form::Dirichlet(parameters) = form else {
+                unreachable!("internal: the offer has looked at the prior")
+            };
+            let number = |id: &crate::ids::ExpressionId| setting.expression(*id, instance, values);
+            Unknown::Proportions(parameters.iter().map(number).collect())
+        }
+    })
+}

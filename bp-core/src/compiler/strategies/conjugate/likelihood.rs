@@ -1,0 +1,257 @@
+//! The contribution of an observation to the posterior of an unknown.
+//!
+//! In: a form that reads one unknown, and a value of its left-hand side. Out: the unknown, what is observed of it, and ln of the
+//! factor that does not depend on it. Invariant: everything else that the form reads is observed.
+
+use super::unknown::Observed;
+use crate::distribution::{Instance, Setting};
+use crate::error::Error;
+use crate::ids::{ExpressionId, VariableId};
+use crate::law::Law;
+use crate::model::{Expression, Form, Model, VariableUse};
+use crate::special::ln_gamma;
+
+/// The kind of an unknown.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Kind {
+    Probability,
+    Rate,
+    Proportions,
+}
+
+/// Whether a form reads unknowns in the way that keeps them conjugate; `kind` tells what a variable is.
+pub(super) fn is_conjugate(model: &Model, form: &Form, kind: &dyn Fn(VariableId) -> Option<Kind>) -> bool {
+    let is_free = |id: ExpressionId| model.degree(id, &|variable| kind(variable).is_some()) == Some(0);
+    let is = |id: ExpressionId, wanted: Kind| {
+        matches!(&model.expressions[id], Expression::Variable(use_)
+            if kind(use_.variable) == Some(wanted) && use_.element.is_none_or(is_free))
+    };
+    // A rate times a number.
+    let is_rate = |id: ExpressionId| {
+        let unknown = model.nodes_below(id).into_iter().filter_map(|node| match &model.expressions[node] {
+            Expression::Variable(use_) => kind(use_.variable).map(|own| (own, use_.element)),
+            _ => None,
+        });
+        let all: Vec<_> = unknown.collect();
+        let fits =
+            |(own, element): &(Kind, Option<ExpressionId>)| *own == Kind::Rate && element.is_none_or(is_free);
+        all.len() == 1 && all.iter().all(fits) && is_scaled(model, id, &|variable| kind(variable).is_some())
+    };
+    let are_proportions = |ids: &[ExpressionId]| {
+        proportions(model, ids).is_some_and(|use_| {
+            kind(use_.variable) == Some(Kind::Proportions)
+                && model.components(use_.variable) == ids.len()
+                && use_.element.is_none_or(is_free)
+        })
+    };
+    match form {
+        Form::If { condition, then, otherwise } => {
+            is_free(*condition) && is_conjugate(model, then, kind) && is_conjugate(model, otherwise, kind)
+        }
+        Form::Bernoulli(probability) => is(*probability, Kind::Probability) || is_free(*probability),
+        Form::Categorical(entries) => are_proportions(entries) || entries.iter().all(|id| is_free(*id)),
+        Form::Multinomial { trials, probabilities } => is_free(*trials) && are_proportions(probabilities),
+        Form::Law { law, arguments } if arguments.iter().any(|id| !is_free(*id)) => {
+            match (law, arguments.as_slice()) {
+                (Law::Binomial, [trials, probability]) => {
+                    is_free(*trials) && is(*probability, Kind::Probability)
+                }
+                (Law::Poisson | Law::Exponential, [rate]) => is_rate(*rate),
+                (Law::Gamma, [shape, rate]) => is_free(*shape) && is_rate(*rate),
+                _ => false,
+            }
+        }
+        other => {
+            let mut free = !matches!(other, Form::Unknown(_) | Form::Ask { .. } | Form::Previous { .. });
+            other.each_expression(&mut |id| free &= is_free(id));
+            free && !other.is_improper()
+        }
+    }
+}
+
+/// Whether an expression is a wanted variable times or divided by numbers.
+fn is_scaled(model: &Model, id: ExpressionId, wanted: &impl Fn(VariableId) -> bool) -> bool {
+    use crate::operators::Binary;
+    let degree = |id: ExpressionId| model.degree(id, wanted);
+    match &model.expressions[id] {
+        Expression::Variable(use_) => wanted(use_.variable),
+        Expression::Binary(Binary::Multiply, left, right) if degree(*left) == Some(0) => {
+            is_scaled(model, *right, wanted)
+        }
+        Expression::Binary(Binary::Multiply | Binary::Divide, left, right) if degree(*right) == Some(0) => {
+            is_scaled(model, *left, wanted)
+        }
+        _ => false,
+    }
+}
+
+/// The vector of which these expressions are all components, in order.
+fn proportions<'m>(model: &'m Model, ids: &[ExpressionId]) -> Option<&'m VariableUse> {
+    let component = |(place, id): (usize, &ExpressionId)| match &model.expressions[*id] {
+        Expression::Vector(name, parts)
+            if name == "component" && model.constant(parts[1]) == Some(place as f64) =>
+        {
+            match &model.expressions[parts[0]] {
+                Expression::Variable(use_) => Some(use_),
+                _ => None,
+            }
+        }
+        _ => None,
+    };
+    let all: Vec<&VariableUse> = ids.iter().enumerate().map(component).collect::<Option<_>>()?;
+    let first = *all.first()?;
+    let index = |use_: &VariableUse| use_.element.map(|id| model.expression_text(id, &[]));
+    let same = |use_: &&VariableUse| use_.variable == first.variable && index(use_) == index(first);
+    all.iter().all(same).then_some(first)
+}
+
+/// The contribution of an observation to the posterior of an unknown.
+pub(super) struct Contribution {
+    /// The first slot of the unknown; none where the form reads none.
+    pub(super) slot: Option<usize>,
+    pub(super) observed: Observed,
+    pub(super) ln_factor: f64,
+}
+
+/// The contribution of a value of an instance's left-hand side, of a vector all components; `unknowns` are the slots of
+/// unknowns, which are 0 in `values`.
+///
+/// # Errors
+/// A number outside the range that the form accepts.
+pub(super) fn contribution(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    value: &[f64],
+    values: &[f64],
+    unknowns: &[bool],
+) -> Result<Contribution, Error> {
+    let model = setting.model;
+    let is_unknown = |variable| setting.slots_of(variable).next().is_some_and(|slot| unknowns[slot]);
+    let mut form = &model.factors[instance.factor].form;
+    let number = |id: ExpressionId| setting.expression(id, instance, values);
+    while let Form::If { condition, then, otherwise } = form {
+        form = if number(*condition) != 0.0 { then } else { otherwise };
+    }
+    let slot = |use_: &VariableUse| setting.slot_at(use_.variable, use_.element.map(number), 0);
+    let read = |id: ExpressionId| {
+        let uses = model.nodes_below(id).into_iter().filter_map(|node| match &model.expressions[node] {
+            Expression::Variable(use_) if is_unknown(use_.variable) => Some(use_),
+            _ => None,
+        });
+        uses.last()
+    };
+    let left = setting.variable_of(instance.left[0]);
+    let first = setting.number_at(left, value[0]);
+    let events = |count: f64, time: f64| Observed::Events([count, time]);
+    let found = match form {
+        Form::Bernoulli(probability) => {
+            read(*probability).map(|use_| (use_, Observed::Trials([first, 1.0 - first]), 0.0))
+        }
+        Form::Categorical(entries) => {
+            proportions(model, entries).filter(|use_| is_unknown(use_.variable)).map(|use_| {
+                let counts = (0..entries.len()).map(|place| f64::from(u8::from(place as f64 == value[0])));
+                (use_, Observed::Counts(counts.collect()), 0.0)
+            })
+        }
+        Form::Multinomial { trials, probabilities } => {
+            let unknown = proportions(model, probabilities).filter(|use_| is_unknown(use_.variable));
+            unknown.map(|use_| {
+                let all: f64 = value.iter().sum();
+                let ln_ways = ln_factorial(all) - value.iter().map(|count| ln_factorial(*count)).sum::<f64>();
+                let are_counts = value.iter().all(|count| *count >= 0.0 && count.fract() == 0.0);
+                let fits = are_counts && all == number(*trials) && is_count(all);
+                (use_, Observed::Counts(value.to_vec()), if fits { ln_ways } else { f64::NEG_INFINITY })
+            })
+        }
+        Form::Law { law, arguments } => {
+            let last = arguments[arguments.len() - 1];
+            match (read(last), law) {
+                (None, _) => None,
+                (Some(use_), Law::Binomial) => {
+                    let trials = number(arguments[0]);
+                    check_range(setting, instance, left, trials)?;
+                    let ln_ways = ln_factorial(trials) - ln_factorial(first) - ln_factorial(trials - first);
+                    let fits = first <= trials && is_count(first) && is_count(trials);
+                    let observed = Observed::Trials([first, trials - first]);
+                    Some((use_, observed, if fits { ln_ways } else { f64::NEG_INFINITY }))
+                }
+                (Some(use_), law) => {
+                    let Some(at) = slot(use_) else { return Err(outside(setting, instance)) };
+                    let (terms, _) = setting.linear_form(last, instance, values, unknowns);
+                    let per = terms.iter().find(|(slot, _)| *slot == at).map_or(0.0, |(_, factor)| *factor);
+                    let (count, time, ln) = match law {
+                        Law::Poisson => (first, per, first * per.ln() - ln_factorial(first)),
+                        Law::Exponential => (1.0, per * first, per.ln()),
+                        _ => {
+                            let shape = number(arguments[0]);
+                            (
+                                shape,
+                                per * first,
+                                shape * per.ln() + (shape - 1.0) * first.ln() - ln_gamma(shape),
+                            )
+                        }
+                    };
+                    let is_count = *law != Law::Poisson || is_count(first);
+                    let has_shape = *law != Law::Gamma || count > 0.0;
+                    // A density that is 0, or infinite, there.
+                    let fits = first >= 0.0 && is_count && has_shape && ln.is_finite();
+                    if !(per > 0.0 && per.is_finite()) {
+                        // The error of the form.
+                        let mut one = values.to_vec();
+                        one[at] = 1.0;
+                        setting.distribution(instance, &one)?;
+                    }
+                    Some((use_, events(count, time), if fits { ln } else { f64::NEG_INFINITY }))
+                }
+            }
+        }
+        _ => None,
+    };
+    match found {
+        Some((use_, observed, ln_factor)) => match slot(use_) {
+            Some(slot) => Ok(Contribution { slot: Some(slot), observed, ln_factor }),
+            None => Err(outside(setting, instance)),
+        },
+        None => {
+            let ln_factor = setting.distribution(instance, values)?.ln_density(value[0]);
+            Ok(Contribution { slot: None, observed: Observed::Counts(Vec::new()), ln_factor })
+        }
+    }
+}
+
+fn is_count(number: f64) -> bool {
+    number >= 0.0 && number.fract() == 0.0
+}
+
+fn ln_factorial(n: f64) -> f64 {
+    ln_gamma(n + 1.0)
+}
+
+/// Refuses a range that does not have all numbers of successes: over it a binomial distribution is normalised, and not conjugate.
+fn check_range(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    left: VariableId,
+    trials: f64,
+) -> Result<(), Error> {
+    let (model, count) = (setting.model, setting.count(left));
+    if count == 0
+        || setting.number_at(left, 0.0) <= 0.0 && setting.number_at(left, count as f64 - 1.0) >= trials
+    {
+        return Ok(());
+    }
+    let head = model.head(&model.factors[instance.factor]);
+    let reason = format!(
+        "`{head}` is normalised over a range without all numbers of successes of {trials} trials, so that its probability has no \
+         conjugate prior; declare `{} : 0..={trials}`, or take `--by gibbs`",
+        model.variable_name(left)
+    );
+    Err(Error::Unplanned { question: model.name.clone(), reason })
+}
+
+/// The error of an unknown outside its family.
+fn outside(setting: &Setting<'_>, instance: &Instance) -> Error {
+    let head = setting.model.head(&setting.model.factors[instance.factor]);
+    let reason = format!("`{head}` reads an element outside its family");
+    Error::Unplanned { question: setting.model.name.clone(), reason }
+}

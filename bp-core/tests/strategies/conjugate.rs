@@ -1,0 +1,149 @@
+//! Conjugate priors: posteriors under their usual names.
+//!
+//! In: programs with `beta`, `gamma` and `dirichlet` priors. Out: posteriors, predictions, ln P(evidence). Invariant: expected values
+//! are exact fractions, computed by hand.
+
+use bp_core::prelude::*;
+use statrs::distribution::{Beta, ContinuousCDF};
+
+fn program(text: &str) -> Program {
+    Program::parse(text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found}, expected {expected}");
+}
+
+const COIN: &str = "program Coin {
+    variables { Theta : real; Heads : 0..=10; Next : bool; }
+    decomposition { P(Theta) P(Heads | Theta) P(Next | Theta) }
+    forms { P(Theta) = beta(2, 3); P(Heads | Theta) = binomial(10, Theta); P(Next | Theta) = bernoulli(Theta); }
+}";
+
+/// beta(2, 3) and 7 of 10: beta(9, 6). B(2, 3) = 1/12, B(9, 6) = 1/18018, 120 ways: P = 120 · 12 / 18018 = 80/1001.
+#[test]
+fn a_coin_has_a_beta_distribution() {
+    let posterior = program(COIN).ask("P(Theta | Heads = 7)").unwrap();
+    assert_eq!((posterior.strategy().name(), posterior.warning()), ("conjugate", None));
+    assert!(posterior.to_string().contains("beta(9, 6)"), "{posterior}");
+    near(posterior.mean().unwrap(), 0.6);
+    near(posterior.variance().unwrap(), 54.0 / (225.0 * 16.0));
+    near(posterior.mode().unwrap()["Theta"].as_f64().unwrap(), 8.0 / 13.0);
+    near(posterior.ln_evidence().unwrap(), (80.0f64 / 1001.0).ln());
+    let law = Beta::new(9.0, 6.0).unwrap();
+    for level in [0.001, 0.05, 0.5, 0.95, 0.999] {
+        let found = posterior.quantile(level).unwrap();
+        assert!((found - law.inverse_cdf(level)).abs() < 1e-9, "{found} at {level}");
+    }
+    // The density 9!·... at one half: x⁸ (1 − x)⁵ · 18018.
+    near(posterior.p(0.5).unwrap(), 18018.0 * 0.5f64.powi(13));
+    near(program(COIN).ask("P(Next | Heads = 7)").unwrap().p(true).unwrap(), 0.6);
+    near(program(COIN).ask("expectation P(Theta | Next = true)").unwrap().number().unwrap(), 0.5);
+    // All values of a count: the beta-binomial distribution sums to one; P(10) = B(12, 3) / B(2, 3) = 12/1092.
+    let heads = program(COIN).ask("P(Heads)").unwrap();
+    near(heads.p(10).unwrap(), 12.0 / 1092.0);
+    near((0..=10).map(|value| heads.p(value).unwrap()).sum(), 1.0);
+}
+
+/// Rows of two groups with an unknown each; which group is data.
+#[test]
+fn rows_are_counted_in_their_groups() {
+    let text = "program Groups {
+        variables { Theta[g in Groups] : real; Won[row in Rows] : bool; }
+        decomposition { prod(g in Groups) { P(Theta[g]) } prod(row in Rows) { P(Won[row] | Theta) } }
+        forms { P(Theta[g]) = uniform(0, 1); P(Won[row] | Theta) = bernoulli(Theta[group[row]]); }
+    }";
+    let count = 20_000;
+    let groups = (0..=count).map(|row| if row % 4 == 0 { "a" } else { "b" });
+    // Of a every second one is won, of b every third.
+    let won = |row: usize| if row % 4 == 0 { row % 8 == 0 } else { row % 3 == 0 };
+    let cells = (0..=count).map(|row| if row == count { "NA".to_owned() } else { won(row).to_string() });
+    let rows = Rows::new().column("group", groups).column("Won", cells);
+    let program = program(text).rows(rows).unwrap();
+    let posterior = program.ask("P(Theta)").unwrap();
+    assert_eq!(posterior.strategy().name(), "conjugate");
+    let of = |group: usize| {
+        let own = (0..count).filter(|row| (row % 4 == 0) == (group == 0));
+        let (all, wins) = own.fold((0, 0), |(all, wins), row| (all + 1, wins + usize::from(won(row))));
+        (1 + wins) as f64 / (2 + all) as f64
+    };
+    near(posterior.of("Theta[0]").unwrap().mean().unwrap(), of(0));
+    near(posterior.of("Theta[1]").unwrap().mean().unwrap(), of(1));
+}
+
+#[test]
+fn a_missing_row_is_predicted() {
+    let text = "program Throws {
+        variables { Theta : real; Y[row in Rows] : bool; }
+        decomposition { P(Theta) prod(row in Rows) { P(Y[row] | Theta) } }
+        forms { P(Theta) = beta(1, 2); P(Y[row] | Theta) = bernoulli(Theta); }
+    }";
+    let rows = Rows::new().column("Y", ["true", "true", "false", "NA"]);
+    let posterior = program(text).rows(rows).unwrap().ask("P(Y)").unwrap();
+    // beta(3, 3)
+    near(posterior.p(true).unwrap(), 0.5);
+}
+
+/// dirichlet(1, 2, 3) and counts 4, 0, 2: dirichlet(5, 2, 5).
+#[test]
+fn proportions_have_a_dirichlet_distribution() {
+    let text = "program Ballots {
+        variables { Share, Votes : real[3]; Next : { Red, Green, Blue }; }
+        decomposition { P(Share) P(Votes | Share) P(Next | Share) }
+        forms { P(Share) = dirichlet(1, 2, 3); P(Votes | Share) = multinomial(6, Share); P(Next | Share) = categorical(Share); }
+    }";
+    let ballots = |asked: &str| {
+        let question = program(text).question(asked).unwrap();
+        question.given("votes", vec![4.0, 0.0, 2.0]).unwrap().ask().unwrap()
+    };
+    let posterior = ballots("P(Share | Votes = votes)");
+    assert_eq!(posterior.strategy().name(), "conjugate");
+    assert!(posterior.to_string().contains("beta(5, 7)"), "{posterior}");
+    near(posterior.of("Share[1]").unwrap().mean().unwrap(), 2.0 / 12.0);
+    near(posterior.covariance("Share[0]", "Share[1]").unwrap(), -10.0 / (144.0 * 13.0));
+    // 15 ways; Γ(5) Γ(2) Γ(5) / Γ(12) times Γ(6) / (Γ(1) Γ(2) Γ(3)).
+    near(posterior.ln_evidence().unwrap(), (15.0 * 24.0 * 24.0 / 39_916_800.0 * 120.0 / 2.0f64).ln());
+    let next = ballots("P(Next | Votes = votes)");
+    near(next.p("Green").unwrap(), 2.0 / 12.0);
+}
+
+/// gamma(3, 2), 4 events in 2 hours and 1 in half an hour: gamma(8, 4.5).
+#[test]
+fn rates_have_a_gamma_distribution() {
+    let text = "program Calls {
+        variables { Rate : real; Calls[row in Rows] : real; Wait : real; }
+        decomposition { P(Rate) prod(row in Rows) { P(Calls[row] | Rate) } P(Wait | Rate) }
+        forms { P(Rate) = gamma(3, 2); P(Calls[row] | Rate) = poisson(Rate * hours[row]); P(Wait | Rate) = exponential(2 * Rate); }
+    }";
+    let rows = Rows::new().column("hours", [2.0, 0.5]).column("Calls", [4.0, 1.0]);
+    let calls = program(text).rows(rows).unwrap();
+    let posterior = calls.ask("P(Rate)").unwrap();
+    assert!(posterior.to_string().contains("gamma(8, 4.5)"), "{posterior}");
+    near(posterior.mean().unwrap(), 16.0 / 9.0);
+    // 2⁴/4! · ½ · Γ(8)/Γ(3) · 2³/4.5⁸
+    let expected = 16.0 / 24.0 * 0.5 * 2520.0 * 8.0 / 4.5f64.powi(8);
+    near(posterior.ln_evidence().unwrap(), expected.ln());
+    let waited = calls.ask("P(Rate | Wait = 3)").unwrap();
+    assert!(waited.to_string().contains("gamma(9, 10.5)"), "{waited}");
+}
+
+#[test]
+fn other_forms_are_refused() {
+    let refused = |text: &str, asked: &str, words: &str| {
+        let error = program(text).by("conjugate").unwrap().ask(asked).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    let text =
+        "program Calls { variables { Rate : real; Calls : 0..=9; } decomposition { P(Rate) P(Calls | Rate) }
+        forms { P(Rate) = gamma(3, 2); P(Calls | Rate) = poisson(Rate); } }";
+    refused(
+        text,
+        "P(Rate | Calls = 3)",
+        "is normalised over its range, so that its rate has no conjugate prior",
+    );
+    let text = "program Odd { variables { Theta : real; Y : bool; } decomposition { P(Theta) P(Y | Theta) }
+        forms { P(Theta) = beta(1, 1); P(Y | Theta) = bernoulli(Theta * Theta); } }";
+    refused(text, "P(Theta | Y = true)", "is not of a form with a conjugate prior");
+    refused(COIN, "entropy P(Theta | Heads = 7)", "`entropy` of a named distribution");
+}
