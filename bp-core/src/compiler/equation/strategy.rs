@@ -32,7 +32,7 @@ pub enum Strategy {
 
 impl Strategy {
     /// All, in the order in which they are tried.
-    pub const ALL: [Strategy; 9] = [
+    pub const ALL: [Strategy; 10] = [
         Strategy::Gaussian,
         Strategy::Conjugate,
         Strategy::JoinTree,
