@@ -231,7 +231,9 @@ fn numbers(answer: &Answer, ln_evidence: f64) -> Vec<(String, f64)> {
             Figure::Probability { p } | Figure::Estimated { p, .. } => {
                 all.push((format!("{name}={value}"), *p))
             }
-            Figure::Normal { mean, deviation } | Figure::Mixture { mean, deviation, .. } => {
+            Figure::Normal { mean, deviation }
+            | Figure::Law { mean, deviation, .. }
+            | Figure::Mixture { mean, deviation, .. } => {
                 real(*mean, *deviation);
             }
             Figure::Real { mean, deviation, .. } => real(mean[0], deviation[0]),
