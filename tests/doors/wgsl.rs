@@ -34,7 +34,7 @@ fn kernels(path: &Path) -> Vec<(String, Kernel)> {
 
 /// Whether naga accepts the shader of a kernel, and finds its entry points.
 fn is_valid(name: &str, kernel: &Kernel) {
-    let shader = emit_wgsl(kernel);
+    let shader = emit_wgsl(kernel).unwrap();
     let promised: Vec<&str> = shader.passes.iter().map(|pass| pass.entry.as_str()).collect();
     assert_eq!(entry_points(name, &shader.text), promised, "{name}");
 }
@@ -75,8 +75,8 @@ fn every_exact_kernel_is_a_valid_shader() {
         if kernels.is_empty() {
             continue;
         }
-        let found = entry_points(&name, &emit_wgsl_module(&kernels));
-        let alone: usize = kernels.iter().map(|kernel| emit_wgsl(kernel).passes.len()).sum();
+        let found = entry_points(&name, &emit_wgsl_module(&kernels).unwrap());
+        let alone: usize = kernels.iter().map(|kernel| emit_wgsl(kernel).unwrap().passes.len()).sum();
         assert_eq!(found.len(), alone, "{name}");
     }
     assert!(count >= 60, "only {count} kernels were found");
@@ -101,7 +101,7 @@ fn several_questions_are_one_module_for_all_names() {
             kernels.push(lower(&model, exact, &question.name).unwrap().kernel);
         }
     }
-    let text = emit_wgsl_module(&kernels);
+    let text = emit_wgsl_module(&kernels).unwrap();
     let found = entry_points("names", &text);
     for entry in ["fn_pass_0", "fn_2_pass_0", "_pass_0", "_2_pass_0", "numbers_pass_0"] {
         assert!(found.iter().any(|found| found == entry), "{found:?}");
@@ -110,11 +110,24 @@ fn several_questions_are_one_module_for_all_names() {
 }
 
 #[test]
+fn intervals_without_a_function_are_refused() {
+    let text = "program Bins { parameters { R : real = 2.5; } variables { X : bins(0, 10, 10); } decomposition { P(X) }
+        forms { P(X) = gamma(R, 1); } question mass { P(X) } }";
+    let model = compile(&Source::new("bins", text)).unwrap();
+    let question = model.questions.values().next().unwrap();
+    let plan = plan(&model, question, Options::default()).unwrap();
+    let Route::Exact(exact) = &plan.routes[0] else { panic!("no sum") };
+    let kernel = lower(&model, exact, "mass").unwrap().kernel;
+    let error = emit_wgsl(&kernel).unwrap_err().to_string();
+    assert!(error.contains("an interval under `gamma`"), "{error}");
+}
+
+#[test]
 fn the_map_step_is_one_pass_over_the_grid() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let kernels = kernels(&root.join("bvm/models/cell.bp"));
     let (_, kernel) = kernels.iter().find(|(name, _)| name.ends_with(": step")).unwrap();
-    let shader = emit_wgsl(kernel);
+    let shader = emit_wgsl(kernel).unwrap();
     let over_grid: Vec<_> = shader.passes.iter().filter(|pass| pass.axes.len() == 3).collect();
     assert_eq!(over_grid.len(), 1, "{}", shader.text);
 }
@@ -128,7 +141,7 @@ fn values_read_by_one_invocation_are_kept_by_it() {
     let sizes = [("Grid.depth", 10), ("Grid.rows", 90), ("Grid.lanes", 360), ("Velocity", 7), ("Sensors", 1)];
     let kernel = kernel.with_sizes(|name| sizes.iter().find(|(known, _)| *known == name).map(|(_, n)| *n));
     let kernel = kernel.unwrap();
-    let shader = emit_wgsl(&kernel);
+    let shader = emit_wgsl(&kernel).unwrap();
     let (mut cells, mut answers) = (0, 0);
     for (id, buffer) in kernel.buffers.iter().filter(|(id, _)| shader.layout.is_stored(*id)) {
         let count: usize =

@@ -91,8 +91,8 @@ impl Gpu {
         GpuKernel { gpu: self, kernel, ready: Mutex::default() }
     }
 
-    fn compile(&self, kernel: &Kernel, extents: Vec<usize>) -> Pipelines {
-        let shader = emit_wgsl(kernel);
+    fn compile(&self, kernel: &Kernel, extents: Vec<usize>) -> Result<Pipelines, Error> {
+        let shader = emit_wgsl(kernel)?;
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(&kernel.name),
             source: wgpu::ShaderSource::Wgsl(shader.text.as_str().into()),
@@ -126,7 +126,7 @@ impl Gpu {
             })
         });
         let pipelines = pipelines.collect();
-        Pipelines { extents, shader, bindings, pipelines }
+        Ok(Pipelines { extents, shader, bindings, pipelines })
     }
 }
 
@@ -193,7 +193,7 @@ impl<'g> GpuKernel<'g> {
                     sizes.find(|size| size.name == name).and_then(|size| size.default)
                 };
                 let size = |name: &str| inputs.find_size(name).or_else(|| default(name));
-                let ready = Arc::new(self.gpu.compile(&self.kernel.with_sizes(size)?, extents));
+                let ready = Arc::new(self.gpu.compile(&self.kernel.with_sizes(size)?, extents)?);
                 *last = Some(ready.clone());
                 Ok(ready)
             }

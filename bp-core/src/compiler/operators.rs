@@ -3,7 +3,7 @@
 //! In: numbers. Out: a number; truth values are 1 and 0. Invariant: every operator has the same meaning in each back
 //! end; the interpreter's evaluation ([`Unary::apply`], [`Binary::apply`]) is the definition.
 
-pub use crate::special::{ln_bessel, ln_gamma, normal_cumulative};
+pub use crate::special::{Mass, OPERANDS, ln_bessel, ln_gamma, normal_cumulative};
 use serde::{Deserialize, Serialize};
 
 /// An operator on one number.

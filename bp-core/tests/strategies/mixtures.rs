@@ -142,3 +142,29 @@ fn a_quantile_at_a_value_of_positive_probability_is_that_value() {
     let Figure::Mixture { quantiles, .. } = found.answer[0].figure else { panic!("{found:?}") };
     assert_eq!(quantiles[1], 0.0);
 }
+
+#[test]
+fn deviations_without_a_square_are_refused() {
+    let model = model_of(
+        "program Scale { parameters { s : real = 1; } variables { A : bool; X, Y : real; } decomposition { P(A) P(X | A) P(Y | X) }
+         forms { P(A) = bernoulli(0.5); P(X | A) = normal(if A { 0 * s } else { 0 }, s); P(Y | X) = normal(X, s); } }",
+    );
+    for s in [1e160, 1e-160, 1e-170, 1e-200] {
+        for text in ["P(X)", "quantile(0.975) P(X)", "P(X | Y = 1)", "P(A | Y = 0)"] {
+            let error = answer_with(&model, text, &Inputs::new().number("s", s)).unwrap_err().to_string();
+            assert!(error.contains("whose square is beyond the range of numbers"), "{s}, {text}: {error}");
+        }
+    }
+    // By hand: Y is normal with the deviation s √2, and half of Y is the mean of X.
+    for s in [1e-140, 1e140] {
+        let inputs = Inputs::new().number("s", s);
+        let found = answer_with(&model, "P(A | Y = 0)", &inputs).unwrap();
+        near(found.ln_evidence.unwrap(), -s.ln() - 0.5 * (4.0 * std::f64::consts::PI).ln(), 1e-10);
+        let found = answer_with(&model, "P(X)", &inputs).unwrap();
+        let Figure::Mixture { mean, deviation, quantiles } = found.answer[0].figure else { panic!("{found:?}") };
+        near(mean, 0.0, 0.0);
+        near(deviation / s, 1.0, 1e-14);
+        // Φ⁻¹(0.95), mpmath.
+        near(quantiles[2] / s, 1.644_853_626_951_472_7, 1e-13);
+    }
+}

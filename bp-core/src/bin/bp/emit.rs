@@ -86,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let size = |name: &str| arguments.sizes.iter().find(|(known, _)| known == name).map(|(_, size)| *size);
     let sized: Vec<Kernel> =
         written.iter().map(|kernel| kernel.with_sizes(size)).collect::<Result<_, _>>()?;
-    write!(page, "{}", emit_wgsl_module(&sized))?;
+    write!(page, "{}", emit_wgsl_module(&sized)?)?;
     output::write(arguments.out.as_deref(), &page, out)
 }
 

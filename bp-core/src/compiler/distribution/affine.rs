@@ -5,6 +5,7 @@
 //! computed from the expression, never as differences of values of the mean, so a large constant costs no digits.
 
 use super::dual::Duals;
+use super::form::Evaluation;
 use super::number::{Scope, component};
 use super::vector::rotated;
 use super::{Distribution, Instance, Setting};
@@ -13,6 +14,7 @@ use crate::ids::ExpressionId;
 use crate::law::{Law, Numbers};
 use crate::model::{Expression, Folded, Form};
 use crate::operators::{Binary, Unary};
+use crate::spelling::number as written;
 
 /// X = Σ coefficient · parent + constant + noise.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -34,6 +36,20 @@ impl LinearMean {
 
 /// The coefficients of one component of a node, by slot.
 type Coefficients = Vec<(usize, f64)>;
+
+/// Whether variances of this size keep their digits: its square lies well within the range of f64.
+pub(crate) fn has_square(deviation: f64) -> bool {
+    (1e-150..=1e150).contains(&deviation)
+}
+
+/// The message about a deviation without a square.
+pub(crate) fn no_square(deviation: f64) -> String {
+    let found = written(deviation);
+    format!(
+        "the standard deviation is {found}, whose square is beyond the range of numbers; other units bring it between 1e-150 \
+         and 1e150"
+    )
+}
 
 impl Setting<'_> {
     /// The mean of an instance that is linear in some slots, and its deviation.
@@ -62,7 +78,15 @@ impl Setting<'_> {
         linear: &[bool],
     ) -> Result<LinearMean, Error> {
         let (constant, deviation) = match self.distribution(instance, at_zero)? {
-            Distribution::Law(Law::Normal, [mean, deviation, _]) => (mean, deviation),
+            Distribution::Law(Law::Normal, [mean, deviation, _]) if has_square(deviation) => (mean, deviation),
+            Distribution::Law(Law::Normal, [_, deviation, _]) => {
+                let known = at_zero.iter().zip(linear);
+                let known: Vec<f64> =
+                    known.map(|(value, linear)| if *linear { f64::NAN } else { *value }).collect();
+                let evaluation = Evaluation { scope: self.scope(instance, &known), instance };
+                let form = &self.model.factors[instance.factor].form;
+                return Err(evaluation.refused(form, no_square(deviation)));
+            }
             Distribution::Point(point) => (point, 0.0),
             _ => unreachable!("internal: a linear variable is normal or a Dirac"),
         };

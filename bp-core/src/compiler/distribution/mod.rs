@@ -21,7 +21,7 @@ mod vector;
 mod written_out;
 mod zero;
 
-pub(crate) use affine::LinearMean;
+pub(crate) use affine::{LinearMean, has_square, no_square};
 pub use least::Least;
 pub use setting::{Instance, Setting};
 pub(crate) use written_out::{WrittenOut, uses_elements};

@@ -86,6 +86,10 @@ pub(super) fn expression(it: &Expression) -> String {
         (Operation::Select(of), [condition, then, otherwise]) => {
             format!("if {condition} != {} {{ {then} }} else {{ {otherwise} }}", kind(*of).1)
         }
+        (Operation::Mass(of, law), _) => {
+            let (kind, operands) = (kind(*of).0, parts.join(", "));
+            format!("<{kind} as Scalar>::mass(::bp_core::compiler::operators::Mass::{law:?}, [{operands}])")
+        }
         (Operation::OnlyIf, [condition, number]) => format!("only_if({condition} != 0.0, {number})"),
         (Operation::IsBelowInfinity, [x]) => format!("<T as Scalar>::truth(Scalar::is_below_infinity({x}))"),
         (Operation::Number, [x]) => format!("{x} as f64"),

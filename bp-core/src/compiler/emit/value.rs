@@ -87,6 +87,9 @@ impl Nests<'_> {
             Node::Select(condition, then, otherwise) => {
                 Operation::Select(Kind::Once).of([u(condition), u(then), u(otherwise)])
             }
+            Node::Mass(law, operands) => {
+                Operation::Mass(Kind::Once, *law).of(operands.iter().map(u).collect::<Vec<_>>())
+            }
             Node::Load { buffer, indices, otherwise } => {
                 let (inside, offset) = self.offset(*buffer, indices, false);
                 let element = Operation::Element(Kind::Once, self.element(*buffer));
@@ -114,6 +117,9 @@ impl Nests<'_> {
             }
             Node::Select(condition, then, otherwise) => {
                 Operation::Select(Kind::Lane).of([x(condition), x(then), x(otherwise)])
+            }
+            Node::Mass(law, operands) => {
+                Operation::Mass(Kind::Lane, *law).of(operands.iter().map(x).collect::<Vec<_>>())
             }
             Node::Load { buffer, indices, otherwise } if self.is_fetched(value) => {
                 let otherwise = otherwise.as_ref().map_or_else(|| Operation::Zero.alone(), x);

@@ -18,7 +18,8 @@ use super::names::{Names, snake};
 use super::text::{Text, in_a_comment};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::kernel::{Buffer, Kernel, Numbers, Reduce, Role, Values};
+use crate::error::Error;
+use crate::kernel::{Buffer, Kernel, Node, Numbers, Reduce, Role, Values};
 use crate::loops::{Expression, Kind, Of, Operation, Statement, validate};
 use crate::operators::Binary;
 pub use layout::Layout;
@@ -56,16 +57,22 @@ pub struct ShaderPass {
 
 /// Writes a kernel as WGSL. Extents that are known ([`Kernel::with_sizes`]) are constants of the text, others are read
 /// at run time.
-pub fn emit_wgsl(kernel: &Kernel) -> Shader {
-    let part = Part::of(kernel, "");
-    Shader { text: module(std::slice::from_ref(&part)), passes: part.passes, layout: part.layout }
+///
+/// # Errors
+/// The kernel computes the probability of a bin under a law whose cumulative distribution WGSL has no function for.
+pub fn emit_wgsl(kernel: &Kernel) -> Result<Shader, Error> {
+    let part = Part::of(kernel, "")?;
+    Ok(Shader { text: module(std::slice::from_ref(&part)), passes: part.passes, layout: part.layout })
 }
 
 /// Writes several kernels as one module of WGSL: they share the three bindings, and each has entry points that begin
 /// with its name. Equal names are distinguished by a number.
-pub fn emit_wgsl_module(kernels: &[Kernel]) -> String {
+///
+/// # Errors
+/// Those of [`emit_wgsl`].
+pub fn emit_wgsl_module(kernels: &[Kernel]) -> Result<String, Error> {
     if let [kernel] = kernels {
-        return emit_wgsl(kernel).text;
+        return Ok(emit_wgsl(kernel)?.text);
     }
     let mut names = Names::default();
     let part = |kernel: &Kernel| {
@@ -73,7 +80,7 @@ pub fn emit_wgsl_module(kernels: &[Kernel]) -> String {
         let name = names.unique(snake(&kernel.name).trim_matches('_'));
         Part::of(kernel, &format!("{name}_"))
     };
-    module(&kernels.iter().map(part).collect::<Vec<_>>())
+    Ok(module(&kernels.iter().map(part).collect::<Result<Vec<_>, Error>>()?))
 }
 
 /// One kernel of a module.
@@ -88,7 +95,17 @@ struct Part {
 
 impl Part {
     /// The parts of a kernel; `before` is the prefix of its entry points.
-    fn of(kernel: &Kernel, before: &str) -> Self {
+    fn of(kernel: &Kernel, before: &str) -> Result<Self, Error> {
+        if let Some(law) = kernel.nodes.values().find_map(Node::integrated) {
+            return Err(Error::Unplanned {
+                question: kernel.name.clone(),
+                reason: format!(
+                    "WGSL has no function for the probability of an interval under `{}`: emit Rust, or use integers, whose \
+                     probabilities are densities",
+                    law.name()
+                ),
+            });
+        }
         let schedule = Schedule::of(kernel);
         let layout = Layout::of(kernel, &schedule);
         let mut comments = Text::default();
@@ -107,7 +124,7 @@ impl Part {
             Pass { kernel, layout: &layout, group, axes: &pass.axes }.write(&pass.entry, &mut bodies);
             passes.push(pass);
         }
-        Self { comments: comments.finish(), bodies: bodies.finish(), passes, layout }
+        Ok(Self { comments: comments.finish(), bodies: bodies.finish(), passes, layout })
     }
 }
 

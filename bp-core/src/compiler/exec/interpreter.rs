@@ -8,6 +8,7 @@ use super::{Inputs, Outputs};
 use crate::error::Error;
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::{Fold, Index, Kernel, Node, Reduce};
+use crate::operators::OPERANDS;
 
 /// Runs a kernel in f64.
 ///
@@ -120,6 +121,13 @@ impl Machine<'_> {
             Node::Binary(operator, left, right) => operator.apply(value(*left)?, value(*right)?),
             Node::Select(condition, then, otherwise) => {
                 value(if value(*condition)? != 0.0 { *then } else { *otherwise })?
+            }
+            Node::Mass(law, operands) => {
+                let mut numbers = [0.0; OPERANDS];
+                for (number, operand) in numbers.iter_mut().zip(operands) {
+                    *number = value(*operand)?;
+                }
+                law.apply(numbers)
             }
             Node::Load { buffer, indices, otherwise } => {
                 match (self.position(*buffer, indices, &value)?, otherwise) {

@@ -9,7 +9,7 @@ mod single;
 
 pub use extended::Extended;
 
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::borrow::Cow;
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -134,6 +134,12 @@ pub trait Scalar:
         self.in_f64(|y| y.atan2(x.to_f64()))
     }
 
+    /// The probability of an interval.
+    #[inline]
+    fn mass(law: Mass, operands: [Self; OPERANDS]) -> Self {
+        Self::from_f64(law.apply(operands.map(Self::to_f64)))
+    }
+
     /// The smaller one.
     #[inline(always)]
     fn minimum(self, other: Self) -> Self {
@@ -165,6 +171,8 @@ pub trait Number: Copy + Debug + Default + Send + Sync + 'static {
     fn unary(operator: Unary, x: Self) -> Self;
     /// The operator's value at `x`, `y`.
     fn binary(operator: Binary, x: Self, y: Self) -> Self;
+    /// The probability of an interval.
+    fn mass(law: Mass, operands: [Self; OPERANDS]) -> Self;
 }
 
 impl Number for f64 {
@@ -187,6 +195,9 @@ impl Number for f64 {
     #[inline(always)]
     fn binary(operator: Binary, x: f64, y: f64) -> f64 {
         operator.apply(x, y)
+    }
+    fn mass(law: Mass, operands: [f64; OPERANDS]) -> f64 {
+        law.apply(operands)
     }
 }
 

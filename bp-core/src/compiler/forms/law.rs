@@ -3,22 +3,12 @@
 //! In: a law with valid parameters, and a value. Out: its weight. Invariant: where the law gives the whole domain no
 //! mass, all weights are 0.
 //!
-//! Integers: f(k).  Bins: F(bᵢ₊₁) − F(bᵢ); without a closed form of F, five Gauss–Legendre points; for a law of counts,
-//! f at the centre.  Circles: the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with
+//! Integers: f(k).  Bins: F(bᵢ₊₁) − F(bᵢ); for a law of counts, f at the centre.  Circles: the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with
 //! the full turn scaled to 2π.
 
 use crate::law::{Arithmetic, Law, Support};
 use crate::model::Bins;
 use crate::operators::Binary;
-
-/// Nodes and weights of the Gauss–Legendre rule of five points on [−1, 1] (Abramowitz and Stegun, table 25.4).
-const RULE: [(f64, f64); 5] = [
-    (0.0, 0.568_888_888_888_888_9),
-    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
-    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
-];
 
 /// A value of a finite variable.
 pub(crate) trait Value {
@@ -63,36 +53,14 @@ pub(crate) fn goes_round(law: Law, bins: &Bins) -> bool {
     bins.is_circle() && matches!(law, Law::Normal | Law::VonMises)
 }
 
-/// The mass between two numbers.
+/// The mass between two numbers under a law of reals.
 fn mass<A: Arithmetic>(
     by: &mut A,
     law: Law,
     [from, to]: [A::Number; 2],
     parameters: &[A::Number],
 ) -> A::Number {
-    law.mass(by, from, to, parameters).unwrap_or_else(|| quadrature(by, law, [from, to], parameters))
-}
-
-/// ∫ f between two numbers, by the five-point rule.
-fn quadrature<A: Arithmetic>(
-    by: &mut A,
-    law: Law,
-    [from, to]: [A::Number; 2],
-    parameters: &[A::Number],
-) -> A::Number {
-    let half = by.constant(0.5);
-    let (sum, width) = (by.add(from, to), by.subtract(to, from));
-    let (middle, half_width) = (by.multiply(half, sum), by.multiply(half, width));
-    let mut mass = by.constant(0.0);
-    for (node, weight) in RULE {
-        let (node, weight) = (by.constant(node), by.constant(weight));
-        let offset = by.multiply(node, half_width);
-        let x = by.add(middle, offset);
-        let density = law.density_by(by, x, parameters);
-        let part = by.multiply(weight, density);
-        mass = by.add(mass, part);
-    }
-    by.multiply(mass, half_width)
+    law.mass(by, from, to, parameters).expect("internal: a law of reals has masses")
 }
 
 fn on_circle<A: Arithmetic>(

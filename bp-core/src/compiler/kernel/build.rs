@@ -7,7 +7,7 @@ use super::{
     Axis, Buffer, Check, Extent, Fold, Index, InputKey, Kernel, Nest, Node, Reduce, Role, Size, Values,
 };
 use crate::ids::{Arena, AxisId, BufferId, SetId, ValueId};
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::collections::HashMap;
 
 /// A kernel under construction.
@@ -35,6 +35,7 @@ impl KernelBuilder {
             Node::Unary(operator, operand) => self.unary(operator, operand),
             Node::Binary(operator, left, right) => self.binary(operator, left, right),
             Node::Select(condition, then, otherwise) => self.select(condition, then, otherwise),
+            Node::Mass(law, operands) => self.mass(law, operands),
             other => self.node(other),
         }
     }
@@ -205,6 +206,16 @@ impl KernelBuilder {
             Some(_) => then,
             None if then == otherwise => then,
             None => self.node(Node::Select(condition, then, otherwise)),
+        }
+    }
+
+    /// The probability of an interval.
+    pub fn mass(&mut self, law: Mass, operands: [ValueId; OPERANDS]) -> ValueId {
+        let numbers = operands.map(|operand| self.as_constant(operand));
+        let known = numbers.iter().all(Option::is_some).then(|| numbers.map(Option::unwrap_or_default));
+        match known.and_then(|numbers| law.folded(numbers)) {
+            Some(value) => self.constant(value),
+            None => self.node(Node::Mass(law, operands)),
         }
     }
 

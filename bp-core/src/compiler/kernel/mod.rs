@@ -28,7 +28,7 @@ pub use words::in_words;
 
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, SetId, ValueId};
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 
 /// The extent of an axis: `offset`, or `size + offset` with a size that is known only at run time.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -188,9 +188,19 @@ pub enum Node {
     Binary(Binary, ValueId, ValueId),
     /// The second value if the first is not 0, else the third.
     Select(ValueId, ValueId, ValueId),
+    /// The probability of an interval.
+    Mass(Mass, [ValueId; OPERANDS]),
 }
 
 impl Node {
+    /// The law of which it is the probability of an interval.
+    pub fn integrated(&self) -> Option<Mass> {
+        match self {
+            Node::Mass(law, _) => Some(*law),
+            _ => None,
+        }
+    }
+
     /// The axes whose current indices the node itself reads, without its operands.
     pub fn axes(&self) -> Vec<AxisId> {
         match self {
@@ -363,6 +373,7 @@ impl Kernel {
             Node::Unary(_, operand) => vec![*operand],
             Node::Binary(_, left, right) => vec![*left, *right],
             Node::Select(condition, then, otherwise) => vec![*condition, *then, *otherwise],
+            Node::Mass(_, operands) => operands.to_vec(),
             Node::Load { indices, otherwise, .. } => {
                 let mut operands: Vec<ValueId> = Vec::new();
                 for index in indices {

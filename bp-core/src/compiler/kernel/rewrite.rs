@@ -39,6 +39,7 @@ pub(super) fn with_operands(node: &Node, of: impl Fn(ValueId) -> ValueId) -> Nod
         Node::Unary(operator, operand) => Node::Unary(*operator, of(*operand)),
         Node::Binary(operator, left, right) => Node::Binary(*operator, of(*left), of(*right)),
         Node::Select(condition, then, otherwise) => Node::Select(of(*condition), of(*then), of(*otherwise)),
+        Node::Mass(law, operands) => Node::Mass(*law, operands.map(of)),
         Node::Load { buffer, indices, otherwise } => Node::Load {
             buffer: *buffer,
             indices: indices.iter().map(at).collect(),

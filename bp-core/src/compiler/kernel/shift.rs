@@ -207,7 +207,7 @@ mod tests {
                     };
                     before[&buffer.position()][place as usize]
                 }
-                Node::Select(..) => unreachable!("nothing is selected here"),
+                Node::Select(..) | Node::Mass(..) => unreachable!("nothing is selected or integrated here"),
             }
         }
         let count = kernel.axes[kernel.buffers[nest.out].axes[0]].extent.known().unwrap();

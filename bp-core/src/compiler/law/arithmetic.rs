@@ -4,7 +4,7 @@
 //! same in f64 ([`Numbers`]), with separate exponents ([`Wide`]) and in a kernel, where its numbers are nodes.
 
 use crate::exec::scalar::{self, Extended, Scalar};
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 
 /// A type of arithmetic in which an equation can be evaluated.
 pub trait Arithmetic {
@@ -25,6 +25,9 @@ pub trait Arithmetic {
         then: Self::Number,
         otherwise: Self::Number,
     ) -> Self::Number;
+
+    /// The probability of an interval.
+    fn mass(&mut self, law: Mass, operands: [Self::Number; OPERANDS]) -> Self::Number;
 
     /// x + y
     fn add(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {
@@ -104,6 +107,9 @@ impl Arithmetic for Numbers {
     fn binary(&mut self, operator: Binary, x: f64, y: f64) -> f64 {
         operator.apply(x, y)
     }
+    fn mass(&mut self, law: Mass, operands: [f64; OPERANDS]) -> f64 {
+        law.apply(operands)
+    }
     fn select(&mut self, condition: f64, then: f64, otherwise: f64) -> f64 {
         if condition != 0.0 { then } else { otherwise }
     }
@@ -128,6 +134,9 @@ impl Arithmetic for Wide {
     }
     fn binary(&mut self, operator: Binary, x: Extended, y: Extended) -> Extended {
         scalar::binary(operator, x, y)
+    }
+    fn mass(&mut self, law: Mass, operands: [Extended; OPERANDS]) -> Extended {
+        <Extended as Scalar>::mass(law, operands)
     }
     fn select(&mut self, condition: Extended, then: Extended, otherwise: Extended) -> Extended {
         if condition == Extended::ZERO { otherwise } else { then }

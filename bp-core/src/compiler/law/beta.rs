@@ -6,8 +6,9 @@
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
     fit::{MOST_SHAPE, NO_CONVERGENCE, TOO_EQUAL, ln_less_digamma, trigamma},
+    saddle,
 };
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -15,6 +16,9 @@ pub(super) const NAME: &str = "beta";
 pub(super) const PARAMETERS: [(&str, Constraint); 2] =
     [("a", Constraint::Positive), ("b", Constraint::Positive)];
 pub(super) const SUPPORT: Support = Support::UnitInterval;
+
+/// Where a + b is larger, the saddle-point form √(ab/2πn) exp(δ(n) − δ(a) − δ(b) − D(a, n x) − D(b, n (1 − x))) / (x (1 − x)).
+const FEW: f64 = 16.0;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [a, b]: [A::Number; 2]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
@@ -26,10 +30,38 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [a, b]: [A::Nu
     let value = by.add(value, ln_gamma);
     let (ln_a, ln_b) = (by.unary(Unary::LnGamma, a), by.unary(Unary::LnGamma, b));
     let value = by.subtract(value, ln_a);
-    let value = by.subtract(value, ln_b);
+    let mut value = by.subtract(value, ln_b);
+    if !(saddle::is_known_below(by, a, FEW) && saddle::is_known_below(by, b, FEW)) {
+        let (few, half, turn) = (by.constant(FEW), by.constant(0.5), by.constant(std::f64::consts::TAU));
+        let (share, part) = (by.divide(a, sum), by.divide(b, turn));
+        let [ln_share, ln_part, ln_x, ln_rest] = [share, part, x, rest].map(|number| by.ln(number));
+        let ln_area = by.add(ln_share, ln_part);
+        let mut large = by.multiply(half, ln_area);
+        let of_sum = saddle::stirling_rest(by, sum);
+        large = by.add(large, of_sum);
+        for (parameter, number, ln) in [(a, x, ln_x), (b, rest, ln_rest)] {
+            let (mean, own) = (by.multiply(sum, number), saddle::stirling_rest(by, parameter));
+            let deviance = saddle::deviance(by, parameter, mean);
+            for term in [own, deviance, ln] {
+                large = by.subtract(large, term);
+            }
+        }
+        let is_large = by.greater(sum, few);
+        value = by.select(is_large, large, value);
+    }
     let (above, below) = (by.greater(x, zero), by.greater(one, x));
     let inside = by.binary(Binary::And, above, below);
     by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [a, b]: [A::Number; 2],
+) -> Option<A::Number> {
+    let zero = by.constant(0.0);
+    Some(by.mass(Mass::Beta, [low, high, a, b, zero]))
 }
 
 pub(super) fn tails(x: f64, [a, b]: [f64; 2]) -> (f64, f64) {

@@ -2,7 +2,7 @@
 //!
 //! P(x) = n! / (x! (n−x)!) pˣ (1−p)^(n−x) for x = 0..n,  E = n p,  Var = n p (1 − p).
 
-use super::{Arithmetic, Constraint, Refusal, Sample, Support};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, saddle};
 use crate::operators::{Binary, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
@@ -11,6 +11,10 @@ pub(super) const NAME: &str = "binomial";
 pub(super) const PARAMETERS: [(&str, Constraint); 2] =
     [("number of trials", Constraint::Count), ("probability", Constraint::Probability)];
 pub(super) const SUPPORT: Support = Support::Counts;
+
+/// Of more trials, the saddle-point form: with S(k) = ln k! − (k ln k − k) it is exp(S(n) − S(x) − S(n − x) − D(x, np) −
+/// D(n − x, n (1 − p))).
+const FEW: f64 = 100.0;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Number; 2]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
@@ -29,7 +33,19 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Nu
     let failure = by.subtract(one, p);
     let (successes, failures) = (by.times_ln(x, p), by.times_ln(rest, failure));
     let value = by.add(value, successes);
-    let value = by.add(value, failures);
+    let mut value = by.add(value, failures);
+    if !saddle::is_known_below(by, n, FEW) {
+        let parts = [positive, rest].map(|count| saddle::ln_factorial_rest(by, count));
+        let means = [p, failure].map(|p| by.multiply(n, p));
+        let deviances = [
+            saddle::deviance(by, positive, means[0]),
+            saddle::deviance(by, rest, means[1]),
+        ];
+        value = saddle::ln_factorial_rest(by, n);
+        for term in parts.into_iter().chain(deviances) {
+            value = by.subtract(value, term);
+        }
+    }
     let (count, below) = (by.is_count(x), by.binary(Binary::LessOrEqual, x, n));
     let inside = by.binary(Binary::And, count, below);
     by.within(inside, value)

@@ -43,7 +43,9 @@ pub(super) fn mass<A: Arithmetic>(
     });
     let size = by.unary(crate::operators::Unary::Absolute, u);
     let unit = by.binary(Binary::Maximum, size, one);
-    let length = by.subtract(v, u);
+    let length = by.subtract(high, low);
+    let (length, longest) = (by.divide(length, parameters[1]), by.constant(2e300));
+    let length = by.binary(Binary::Minimum, length, longest);
     let [u, share, across] = [u, one, length].map(|part| by.divide(part, unit));
     let product = by.multiply(u, v);
     let along = by.add(share, product);

@@ -3,7 +3,7 @@
 //! f(x) = r exp(−r x) for x ≥ 0,  F(x) = 1 − exp(−r x),  E = 1/r,  Var = 1/r².
 
 use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_NEGATIVE, weibull};
-use crate::operators::Binary;
+use crate::operators::{Binary, Unary};
 use rand::Rng;
 use rand_distr::{Distribution, Exp1};
 
@@ -25,9 +25,14 @@ pub(super) fn mass<A: Arithmetic>(
     high: A::Number,
     [rate]: [A::Number; 1],
 ) -> Option<A::Number> {
-    let one = by.constant(1.0);
-    let scale = by.divide(one, rate);
-    weibull::mass(by, low, high, [one, scale])
+    // exp(−r l) − exp(−r h) = exp(−r l) (1 − exp(−r (h − l)))
+    let zero = by.constant(0.0);
+    let [low, high] = [low, high].map(|x| by.binary(Binary::Maximum, x, zero));
+    let length = by.subtract(high, low);
+    let [start, length] = [low, length].map(|x| by.multiply(rate, x));
+    let minus = by.unary(Unary::Negate, start);
+    let (left, share) = (by.exp(minus), by.complement_of_exp(length));
+    Some(by.multiply(left, share))
 }
 
 pub(super) fn tails(x: f64, [rate]: [f64; 1]) -> (f64, f64) {

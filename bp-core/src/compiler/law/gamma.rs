@@ -5,8 +5,9 @@
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
     fit::{MOST_SHAPE, NOT_POSITIVE, TOO_EQUAL, ln_less_digamma, positive_root},
+    saddle,
 };
-use crate::operators::Unary;
+use crate::operators::{Mass, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -15,6 +16,9 @@ pub(super) const PARAMETERS: [(&str, Constraint); 2] =
     [("shape", Constraint::Positive), ("rate", Constraint::Positive)];
 pub(super) const SUPPORT: Support = Support::Positive;
 
+/// Above, the saddle-point form √(k/2π) exp(−D(k, r x) − δ(k)) / x.
+const FEW: f64 = 16.0;
+
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, rate]: [A::Number; 2]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
     let (ln_rate, less, ln_gamma) = (by.ln(rate), by.subtract(k, one), by.unary(Unary::LnGamma, k));
@@ -22,9 +26,31 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [k, rate]: [A:
     let constant = by.subtract(constant, ln_gamma);
     let (power, decay) = (by.times_ln(less, x), by.multiply(rate, x));
     let value = by.subtract(power, decay);
-    let value = by.add(value, constant);
+    let mut value = by.add(value, constant);
+    if !saddle::is_known_below(by, k, FEW) {
+        let (few, half, turn) = (by.constant(FEW), by.constant(0.5), by.constant(std::f64::consts::TAU));
+        let share = by.divide(k, turn);
+        let (ln_share, ln_x) = (by.ln(share), by.ln(x));
+        let root = by.multiply(half, ln_share);
+        let (rest, deviance) = (saddle::stirling_rest(by, k), saddle::deviance(by, k, decay));
+        let large = by.subtract(root, deviance);
+        let large = by.subtract(large, rest);
+        let large = by.subtract(large, ln_x);
+        let is_large = by.greater(k, few);
+        value = by.select(is_large, large, value);
+    }
     let inside = by.greater(x, zero);
     by.within(inside, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [k, rate]: [A::Number; 2],
+) -> Option<A::Number> {
+    let zero = by.constant(0.0);
+    Some(by.mass(Mass::Gamma, [low, high, k, rate, zero]))
 }
 
 pub(super) fn tails(x: f64, [k, rate]: [f64; 2]) -> (f64, f64) {

@@ -33,7 +33,8 @@ pub(super) fn mass<A: Arithmetic>(
     let [u, v] = [low, high].map(|end| standard(by, end, parameters));
     let [below, above] = [u, v].map(|end| by.unary(Unary::Absolute, end));
     let nearer = by.binary(Binary::Minimum, below, above);
-    let (minus, length) = (by.unary(Unary::Negate, nearer), by.subtract(v, u));
+    let (minus, length) = (by.unary(Unary::Negate, nearer), by.subtract(high, low));
+    let length = by.divide(length, parameters[1]);
     let (start, part) = (by.exp(minus), by.complement_of_exp(length));
     let beside = by.multiply(start, part);
     let (left, right) = (by.complement_of_exp(below), by.complement_of_exp(above));

@@ -3,6 +3,7 @@
 //! f(x) = N(ln x; m, s) / x for x > 0,  E = exp(m + s²/2),  Var = (exp(s²) − 1) exp(2m + s²).
 
 use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_POSITIVE, normal};
+use crate::operators::Binary;
 use rand::Rng;
 
 pub(super) const NAME: &str = "lognormal";
@@ -28,13 +29,30 @@ pub(super) fn mass<A: Arithmetic>(
 ) -> Option<A::Number> {
     // The density is 0 below 0, so a bound there equals one at the smallest positive number.
     let least = by.constant(f64::MIN_POSITIVE);
-    let end = |by: &mut A, x| {
-        let inside = by.greater(x, least);
-        let x = by.select(inside, x, least);
-        by.ln(x)
-    };
-    let (low, high) = (end(by, low), end(by, high));
-    normal::mass(by, low, high, parameters)
+    let [low, high] = [low, high].map(|x| by.binary(Binary::Maximum, x, least));
+    let length = ln_ratio(by, low, high);
+    let length = by.divide(length, parameters[1]);
+    let ends = [low, high].map(|x| {
+        let ln = by.ln(x);
+        normal::standard(by, ln, parameters)
+    });
+    Some(normal::standard_mass(by, ends, length))
+}
+
+/// ln(high/low); of close numbers ln(1 + u) = u ln w / (w − 1) with u = (high − low)/low and w = 1 + u, where the rounding
+/// of w cancels (Kahan).
+fn ln_ratio<A: Arithmetic>(by: &mut A, low: A::Number, high: A::Number) -> A::Number {
+    let (one, half, difference) = (by.constant(1.0), by.constant(0.5), by.subtract(high, low));
+    let u = by.divide(difference, low);
+    let w = by.add(one, u);
+    let (rest, ln_w) = (by.subtract(w, one), by.ln(w));
+    let product = by.multiply(u, ln_w);
+    let near = by.divide(product, rest);
+    let near = by.select(rest, near, u);
+    let [ln_low, ln_high] = [low, high].map(|x| by.ln(x));
+    let far = by.subtract(ln_high, ln_low);
+    let is_near = by.binary(Binary::Less, u, half);
+    by.select(is_near, near, far)
 }
 
 pub(super) fn tails(x: f64, parameters: [f64; 2]) -> (f64, f64) {

@@ -23,6 +23,7 @@ mod lognormal;
 mod negative_binomial;
 pub(crate) mod normal;
 mod poisson;
+mod saddle;
 mod sample;
 mod student_t;
 mod uniform;
@@ -39,6 +40,7 @@ pub use sample::Sample;
 use crate::operators::{Binary, Unary};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// The domain of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -100,7 +102,7 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::ln_density(by, x, exactly(parameters)),)+ }
             }
 
-            /// P(low < X ≤ high), low ≤ high, if it has a closed form.
+            /// P(low < X ≤ high), low ≤ high; of laws of counts there is no formula.
             pub fn mass<A: Arithmetic>(
                 self,
                 by: &mut A,
@@ -156,11 +158,11 @@ laws! {
     /// Waiting time at a constant rate.
     Exponential in exponential, mass by exponential::mass;
     /// Sum of waiting times.
-    Gamma in gamma, mass by no_closed_form::<_, 2>;
+    Gamma in gamma, mass by gamma::mass;
     /// A proportion.
-    Beta in beta, mass by no_closed_form::<_, 2>;
+    Beta in beta, mass by beta::mass;
     /// An angle around a mean.
-    VonMises in von_mises, mass by no_closed_form::<_, 2>;
+    VonMises in von_mises, mass by von_mises::mass;
     /// Time to failure.
     Weibull in weibull, mass by weibull::mass;
     /// Successes among trials.
@@ -172,7 +174,7 @@ laws! {
     /// The absolute value of a Cauchy variable around 0.
     HalfCauchy in half_cauchy, mass by half_cauchy::mass;
     /// Student's, with heavier tails than the normal law.
-    StudentT in student_t, mass by no_closed_form::<_, 3>;
+    StudentT in student_t, mass by student_t::mass;
     /// With tails so heavy that it has no mean.
     Cauchy in cauchy, mass by cauchy::mass;
     /// Exponential on both sides.
@@ -212,6 +214,11 @@ impl Law {
 
     /// P(low < X ≤ high), low ≤ high: a difference in the tail that contains it.
     pub fn between(self, low: f64, high: f64, parameters: &[f64]) -> f64 {
+        // A real has one turn, around the mean.
+        let (low, high) = match (self, parameters) {
+            (Law::VonMises, [mean, _]) => (low.max(mean - PI), high.min(mean + PI)),
+            _ => (low, high),
+        };
         if let Some(mass) = self.mass(&mut Numbers, low, high, parameters) {
             return mass.max(0.0);
         }
@@ -316,7 +323,7 @@ impl Constraint {
     }
 }
 
-/// The mass of an interval under a law whose cumulative distribution has no closed form here.
+/// The mass of an interval under a law of counts.
 fn no_closed_form<A: Arithmetic, const COUNT: usize>(
     _: &mut A,
     _: A::Number,

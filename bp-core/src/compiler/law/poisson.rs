@@ -2,7 +2,7 @@
 //!
 //! P(x) = rˣ exp(−r) / x! for x = 0, 1, 2, …,  F(x) = Q(⌊x⌋ + 1, r),  E = Var = r.
 
-use super::{Arithmetic, Constraint, Refusal, Sample, Support};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, saddle};
 use crate::operators::{Binary, Unary};
 use rand::Rng;
 use rand_distr::Distribution;
@@ -11,13 +11,23 @@ pub(super) const NAME: &str = "poisson";
 pub(super) const PARAMETERS: [(&str, Constraint); 1] = [("rate", Constraint::Positive)];
 pub(super) const SUPPORT: Support = Support::Counts;
 
+/// Of a larger rate, the saddle-point form: with S(x) = ln x! − (x ln x − x) it is exp(−S(x) − D(x, λ)).
+const FEW: f64 = 100.0;
+
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [rate]: [A::Number; 1]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
     let positive = by.binary(Binary::Maximum, x, zero);
     let next = by.add(positive, one);
     let (ln_factorial, power) = (by.unary(Unary::LnGamma, next), by.times_ln(x, rate));
     let value = by.subtract(power, rate);
-    let value = by.subtract(value, ln_factorial);
+    let mut value = by.subtract(value, ln_factorial);
+    if !saddle::is_known_below(by, rate, FEW) {
+        let zero = by.constant(0.0);
+        let positive = by.binary(Binary::Maximum, x, zero);
+        let (rest, deviance) = (saddle::ln_factorial_rest(by, positive), saddle::deviance(by, positive, rate));
+        let sum = by.add(rest, deviance);
+        value = by.unary(Unary::Negate, sum);
+    }
     let inside = by.is_count(x);
     by.within(inside, value)
 }

@@ -1,16 +1,14 @@
 //! Student's law with ν degrees of freedom, location m and scale s: normal but for its tails, which are heavy where ν is small.
 //!
 //! f(x) = Γ((ν+1)/2) / (Γ(ν/2) √(νπ) s) (1 + t²/ν)^(−(ν+1)/2) with t = (x − m)/s,
-//! P(T > t) = ½ I_{ν/(ν+t²)}(ν/2, ½) for t ≥ 0, and with s = ½ν ln(1 + t²/ν) it is f(0) ∫ e^(−u(1−1/ν)) / √(ν expm1(2u/ν)) du from
-//! s to ∞,  E = m for ν > 1,  Var = s² ν/(ν − 2) for ν > 2.
+//! E = m for ν > 1,  Var = s² ν/(ν − 2) for ν > 2.
 
 use super::{
     Arithmetic, Constraint, Numbers, Refusal, Sample, Support,
     fit::{MOST_SHAPE, NO_CONVERGENCE, TOO_EQUAL},
     normal::standard,
-    von_mises::gauss_legendre,
 };
-use crate::operators::{Unary, ln_gamma};
+use crate::operators::{Mass, Unary};
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use std::f64::consts::TAU;
@@ -25,9 +23,6 @@ pub(super) const SUPPORT: Support = Support::Reals;
 
 /// The fewest degrees of freedom that are learned: those of a Cauchy law. Below, the likelihood has no bound.
 const LEAST_FREEDOM: f64 = 1.0;
-
-/// Degrees of freedom above which tails are integrals.
-const MANY: f64 = 100.0;
 
 /// ν/2 from which Γ(ν/2 + ½)/Γ(ν/2) is computed by its series.
 const FAR: f64 = 20.0;
@@ -88,35 +83,19 @@ fn ln_gamma_ratio<A: Arithmetic>(by: &mut A, a: A::Number) -> A::Number {
     by.select(is_far, series, exact)
 }
 
-pub(super) fn tails(x: f64, [freedom, m, s]: [f64; 3]) -> (f64, f64) {
-    let t = (x - m) / s;
-    let tail = tail(t.abs(), freedom);
-    if t > 0.0 { (1.0 - tail, tail) } else { (tail, 1.0 - tail) }
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [freedom, m, s]: [A::Number; 3],
+) -> Option<A::Number> {
+    Some(by.mass(Mass::StudentT, [low, high, freedom, m, s]))
 }
 
-/// P(T > t) for t ≥ 0. Of many degrees of freedom the fraction of I cancels: beyond t² = 2 by the integral over positive numbers.
-fn tail(t: f64, freedom: f64) -> f64 {
-    let a = 0.5 * freedom;
-    if freedom > MANY && t * t > 2.0 {
-        let exponent = a * pxfm::f_log1p(t * t / freedom);
-        let decay = 1.0 - 1.0 / freedom;
-        let density = |w: f64| {
-            pxfm::f_exp(-decay * w) / (freedom * pxfm::f_expm1(2.0 * (exponent + w) / freedom)).sqrt()
-        };
-        let panels = (0..90).map(|panel| 0.5 * f64::from(panel));
-        let integral: f64 = panels.map(|from| gauss_legendre(&density, from, from + 0.5)).sum();
-        let front = pxfm::f_exp(ln_gamma_ratio(&mut Numbers, a) - decay * exponent) / TAU.sqrt();
-        return front * integral;
-    }
-    let ratio = t / freedom.sqrt();
-    if ratio > 1e150 {
-        // Iₓ(a, ½) is xᵃ / (a B(a, ½)) where x is that small.
-        let ln_beta = ln_gamma(a) + ln_gamma(0.5) - ln_gamma(a + 0.5);
-        return 0.5 * (-2.0 * a * ratio.ln() - a.ln() - ln_beta).exp();
-    }
-    let square = ratio * ratio;
-    let (below, above) = (1.0 / (1.0 + square), square / (1.0 + square));
-    0.5 * crate::special::beta(a, 0.5, below, above).0
+pub(super) fn tails(x: f64, [freedom, m, s]: [f64; 3]) -> (f64, f64) {
+    let t = (x - m) / s;
+    let tail = Mass::StudentT.apply([t.abs(), f64::INFINITY, freedom, 0.0, 1.0]);
+    if t > 0.0 { (1.0 - tail, tail) } else { (tail, 1.0 - tail) }
 }
 
 /// It has one for ν > 1.

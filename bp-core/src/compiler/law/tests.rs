@@ -125,6 +125,11 @@ fn moments_are_those_of_the_density() {
 fn masses_are_differences_of_the_cumulative() {
     for (law, parameters) in cases() {
         for (low, high) in [(-3.0, 0.4), (0.2, 0.9), (1.0, 4.0)] {
+            // A mass of von Mises goes round, its cumulative distribution begins half a turn before the mean.
+            let (low, high) = match law {
+                Law::VonMises => (f64::max(low, parameters[0] - 3.0), f64::min(high, parameters[0] + 3.0)),
+                _ => (low, high),
+            };
             let Some(mass) = law.mass(&mut Numbers, low, high, &parameters) else { continue };
             let expected = law.cumulative(high, &parameters) - law.cumulative(low, &parameters);
             assert!((mass - expected).abs() < 1e-14, "{law:?} ]{low}, {high}]: {mass} {expected}");

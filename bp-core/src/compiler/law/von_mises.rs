@@ -7,7 +7,7 @@ use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
     fit::{MOST_SHAPE, TOO_EQUAL, positive_root},
 };
-use crate::operators::{Unary, ln_bessel};
+use crate::operators::{Mass, Unary, ln_bessel};
 use rand::{Rng, RngExt};
 use std::f64::consts::{PI, TAU};
 
@@ -16,58 +16,53 @@ pub(super) const PARAMETERS: [(&str, Constraint); 2] =
     [("mean", Constraint::Real), ("concentration", Constraint::Positive)];
 pub(super) const SUPPORT: Support = Support::Reals;
 
+/// κ above which ln I₀(κ) − κ is computed by its series.
+const LARGE: f64 = 100.0;
+
+/// −2κ sin²(½ (x − m)) − (ln I₀(κ) − κ) − ln 2π; of a large κ, I₀(κ) e^(−κ) √(2πκ) = 1 + 1/(8κ) + 9/(128κ²) + … (Abramowitz and
+/// Stegun 9.7.1).
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, k]: [A::Number; 2]) -> A::Number {
+    let (half, two, one) = (by.constant(0.5), by.constant(2.0), by.constant(1.0));
     let centred = by.subtract(x, m);
-    let cosine = by.unary(Unary::Cosine, centred);
-    let (value, ln_bessel) = (by.multiply(k, cosine), by.unary(Unary::LnBessel, k));
-    let ln_turn = by.constant(TAU.ln());
-    let value = by.subtract(value, ln_bessel);
-    by.subtract(value, ln_turn)
+    let angle = by.multiply(half, centred);
+    let sine = by.unary(Unary::Sine, angle);
+    let (square, twice) = (by.multiply(sine, sine), by.multiply(two, k));
+    let fall = by.multiply(twice, square);
+    let ln_bessel = by.unary(Unary::LnBessel, k);
+    let exact = by.subtract(ln_bessel, k);
+    let inverse = by.divide(one, k);
+    let mut series = by.constant(0.572_501_420_974_731_4);
+    for coefficient in [0.227_108_001_708_984_38, 0.112_152_099_609_375, 0.073_242_187_5, 0.070_312_5, 0.125, 1.0] {
+        let (product, coefficient) = (by.multiply(series, inverse), by.constant(coefficient));
+        series = by.add(product, coefficient);
+    }
+    let (ln_series, turn) = (by.ln(series), by.constant(TAU));
+    let area = by.multiply(turn, k);
+    let ln_area = by.ln(area);
+    let root = by.multiply(half, ln_area);
+    let far = by.subtract(ln_series, root);
+    let large = by.constant(LARGE);
+    let is_large = by.greater(k, large);
+    let (rest, ln_turn) = (by.select(is_large, far, exact), by.constant(TAU.ln()));
+    let value = by.add(fall, rest);
+    let value = by.add(value, ln_turn);
+    by.unary(Unary::Negate, value)
+}
+
+pub(super) fn mass<A: Arithmetic>(
+    by: &mut A,
+    low: A::Number,
+    high: A::Number,
+    [m, k]: [A::Number; 2],
+) -> Option<A::Number> {
+    let zero = by.constant(0.0);
+    Some(by.mass(Mass::VonMises, [low, high, m, k, zero]))
 }
 
 pub(super) fn tails(x: f64, [m, k]: [f64; 2]) -> (f64, f64) {
     let t = (x - m).clamp(-PI, PI);
-    let tail = lower_tail(-t.abs(), k).min(0.5);
+    let tail = Mass::VonMises.apply([t.abs(), PI, 0.0, k, 0.0]);
     if t > 0.0 { (1.0 - tail, tail) } else { (tail, 1.0 - tail) }
-}
-
-/// ∫ exp(κ (cos u − 1)) du from −π to t ≤ 0, over 2π exp(−κ) I₀(κ). The integrand rises up to t: intervals that halve
-/// towards t, each by Gauss–Legendre rules on halves until these agree.
-fn lower_tail(t: f64, k: f64) -> f64 {
-    let density = |u: f64| pxfm::f_exp(-2.0 * k * pxfm::f_sin(0.5 * u).powi(2));
-    let (mut sum, mut from) = (0.0, -PI);
-    for _ in 0..40 {
-        let to = 0.5 * (from + t);
-        sum += adaptive(&density, from, to, 12);
-        from = to;
-    }
-    (sum + gauss_legendre(&density, from, t)) / (TAU * pxfm::f_i0e(k))
-}
-
-/// ∫ f from a to b, bisected until the halves agree with the whole to 10⁻¹¹: their own error is 2²⁰ times smaller.
-fn adaptive(f: &impl Fn(f64) -> f64, a: f64, b: f64, depth: u32) -> f64 {
-    let (middle, whole) = (0.5 * (a + b), gauss_legendre(f, a, b));
-    let halves = gauss_legendre(f, a, middle) + gauss_legendre(f, middle, b);
-    if depth == 0 || (halves - whole).abs() <= 1e-11 * halves.abs() {
-        return halves;
-    }
-    adaptive(f, a, middle, depth - 1) + adaptive(f, middle, b, depth - 1)
-}
-
-/// Nodes and weights of the Gauss–Legendre rule of ten points (Abramowitz and Stegun, table 25.4).
-const RULE: [(f64, f64); 5] = [
-    (0.148_874_338_981_631_2, 0.295_524_224_714_752_87),
-    (0.433_395_394_129_247_2, 0.269_266_719_309_996_35),
-    (0.679_409_568_299_024_4, 0.219_086_362_515_982_04),
-    (0.865_063_366_688_984_5, 0.149_451_349_150_580_6),
-    (0.973_906_528_517_171_7, 0.066_671_344_308_688_14),
-];
-
-/// ∫ f from a to b, by ten points.
-pub(super) fn gauss_legendre(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    let both = |(node, weight): &(f64, f64)| weight * (f(middle - half * node) + f(middle + half * node));
-    half * RULE.iter().map(both).sum::<f64>()
 }
 
 pub(super) fn mean([m, _]: [f64; 2]) -> f64 {

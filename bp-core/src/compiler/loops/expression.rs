@@ -5,7 +5,7 @@
 
 use super::local::{Local, Of};
 use crate::ids::BufferId;
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, Unary};
 
 /// The type of a number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,6 +50,8 @@ pub(crate) enum Operation {
     Binary(Kind, Binary),
     /// The second operand if the first is not 0, else the third.
     Select(Kind),
+    /// The probability of an interval.
+    Mass(Kind, Mass),
     /// The second operand if the first is not 0, else NaN: a branch, because the first is rarely 0.
     OnlyIf,
     /// 1 if the operand is below infinity, else 0.

@@ -12,7 +12,7 @@ use crate::ids::{ExpressionId, ValueId, VariableId};
 use crate::kernel::{Fold, KernelBuilder};
 use crate::law::{Arithmetic, Law};
 use crate::model::{Domain, Factor, Form};
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 
 impl Arithmetic for KernelBuilder {
     type Number = ValueId;
@@ -27,6 +27,9 @@ impl Arithmetic for KernelBuilder {
     }
     fn binary(&mut self, operator: Binary, x: ValueId, y: ValueId) -> ValueId {
         KernelBuilder::binary(self, operator, x, y)
+    }
+    fn mass(&mut self, law: Mass, operands: [ValueId; OPERANDS]) -> ValueId {
+        KernelBuilder::mass(self, law, operands)
     }
     fn select(&mut self, condition: ValueId, then: ValueId, otherwise: ValueId) -> ValueId {
         KernelBuilder::select(self, condition, then, otherwise)

@@ -85,9 +85,11 @@ impl Mixture {
         let edge = |sign: f64| self.0.iter().map(move |own| own.mean[place] + sign * reach(own));
         let mut from = edge(-1.0).fold(f64::MAX, f64::min);
         let mut to = edge(1.0).fold(f64::MIN, f64::max);
+        (from, to) = (from.max(f64::MIN), to.min(f64::MAX));
         loop {
-            let middle = from + 0.5 * (to - from);
-            if middle <= from || middle >= to {
+            let middle = 0.5 * from + 0.5 * to;
+            // Also where it is NaN.
+            if !(from < middle && middle < to) {
                 // A value of probability above 0 between the last two numbers is the quantile itself.
                 let atoms =
                     self.0.iter().filter(|own| own.deviation(place) == 0.0).map(|own| own.mean[place]);

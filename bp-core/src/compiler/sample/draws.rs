@@ -65,6 +65,13 @@ impl Moments {
     pub const LEVELS: [f64; 3] = [0.05, 0.5, 0.95];
 }
 
+/// The unit in which the squares of some numbers neither overflow nor underflow: 1, unless the largest of them is far from 1.
+fn unit_of(numbers: impl Iterator<Item = f64>) -> f64 {
+    let largest = numbers.fold(0.0, |largest: f64, number| largest.max(number.abs()));
+    let is_near = largest == 0.0 || largest.is_infinite() || (1e-140..=1e140).contains(&largest);
+    if is_near { 1.0 } else { largest }
+}
+
 impl Draws {
     /// Weighted draws of `kept` slots each.
     pub fn weighted(values: Vec<f64>, kept: usize, ln_weights: &[f64]) -> Self {
@@ -150,16 +157,21 @@ impl Draws {
         let weighted = (0..self.count()).filter(|draw| self.weights[*draw] > 0.0);
         let mean: f64 = weighted.clone().map(|draw| self.weights[draw] * f(draw)).sum();
         let parts = weighted.map(|draw| (draw, self.weights[draw] * (f(draw) - mean)));
-        [mean, error_of_sum(parts, self.origins.as_deref())]
+        let unit = unit_of(parts.clone().map(|(_, part)| part));
+        let parts = parts.map(|(draw, part)| (draw, part / unit));
+        [mean, error_of_sum(parts, self.origins.as_deref()) * unit]
     }
 
     /// Estimates about a real slot.
     pub fn moments(&self, position: usize) -> Moments {
         let x = |draw: usize| self.value(draw, position);
         let mean = self.mean(x);
-        let variance = self.mean(|draw| (x(draw) - mean[0]).powi(2));
-        let deviation = variance[0].sqrt();
-        let error = if deviation > 0.0 { variance[1] / (2.0 * deviation) } else { 0.0 };
+        let drawn = (0..self.count()).filter(|draw| self.weights[*draw] > 0.0);
+        let unit = unit_of(drawn.map(|draw| x(draw) - mean[0]));
+        let square = self.mean(|draw| ((x(draw) - mean[0]) / unit).powi(2));
+        let deviation = square[0].sqrt() * unit;
+        let error = if square[0] > 0.0 { square[1] / (2.0 * square[0].sqrt()) * unit } else { 0.0 };
+        let variance = square.map(|square| square * unit * unit);
         let quantiles = self.quantiles(position, &Moments::LEVELS);
         let quantiles = [quantiles[0], quantiles[1], quantiles[2]];
         Moments { mean, deviation: [deviation, error], variance, quantiles }

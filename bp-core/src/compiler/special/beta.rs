@@ -32,10 +32,16 @@ pub fn beta(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
 
 /// xᵃ yᵇ / B(a, b)
 fn front(a: f64, b: f64, x: f64, y: f64) -> f64 {
+    let (factor, exponent) = ln_front(a, b, x, y);
+    factor * pxfm::f_exp(exponent)
+}
+
+/// xᵃ yᵇ / B(a, b), as a factor and an exponent.
+pub(super) fn ln_front(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
     let n = a + b;
     let exponent =
         stirling_rest(n) - stirling_rest(a) - stirling_rest(b) - deviance(a, n * x) - deviance(b, n * y);
-    ((a / n) * (b / TAU)).sqrt() * pxfm::f_exp(exponent)
+    (((a / n) * (b / TAU)).sqrt(), exponent)
 }
 
 /// The reciprocal of 1 + d₁/(1 + d₂/(1 + …)).

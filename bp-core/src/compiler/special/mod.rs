@@ -6,10 +6,12 @@
 
 mod beta;
 mod gamma;
+mod interval;
 mod stirling;
 
 pub use beta::beta;
 pub use gamma::gamma;
+pub use interval::{Mass, OPERANDS};
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI};
 

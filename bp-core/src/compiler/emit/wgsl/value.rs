@@ -24,6 +24,7 @@ impl Pass<'_> {
             Node::Select(condition, then, otherwise) => {
                 Operation::Select(Kind::Lane).of([v(condition), v(then), v(otherwise)])
             }
+            Node::Mass(..) => unreachable!("internal: refused before it is written"),
             Node::Load { buffer, indices, otherwise } => {
                 let (inside, element) = self.load(value, *buffer, indices, &mut made);
                 match otherwise {

@@ -43,6 +43,12 @@ pub(super) fn run<'l, T: Scalar>(
         Work::Unary(operator, a) => unary(*operator, out, lanes(a)),
         Work::Binary(operator, a, b) => binary(*operator, out, lanes(a), lanes(b)),
         Work::Select(a, b, c) => select(out, lanes(a), lanes(b), lanes(c)),
+        Work::Mass(law, operands) => {
+            let operands = operands.map(|operand| lanes(&operand));
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = T::mass(*law, operands.map(|operand| operand.at(lane)));
+            }
+        }
         Work::Choose(operator, a, b, c, d) => {
             let operands = [lanes(a), lanes(b), lanes(c), lanes(d)];
             match operator {

@@ -342,6 +342,10 @@ impl<'k> Builder<'k> {
                 let (a, b, c) = (at(a), at(b), at(c));
                 self.values.select(a, b, c)
             }
+            Node::Mass(law, operands) => {
+                let operands = operands.map(|operand| at(&operand));
+                self.values.mass(*law, operands)
+            }
             Node::Load { buffer, indices, otherwise } => {
                 let otherwise = otherwise.as_ref().map(at);
                 self.load(*buffer, indices, otherwise)

@@ -10,7 +10,7 @@
 
 use crate::ids::BufferId;
 use crate::kernel::Fold;
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::collections::BTreeSet;
 
 /// The source of numbers: a buffer in memory, or the planes of a pass that live for a block.
@@ -45,6 +45,7 @@ pub(super) enum Numeric {
     Unary(Unary, usize),
     Binary(Binary, usize, usize),
     Select(usize, usize, usize),
+    Mass(Mass, [usize; OPERANDS]),
     /// A cell, or the other number if it is out of range.
     Load(Address, Option<usize>),
     /// Its value after storing in a buffer.
@@ -59,6 +60,7 @@ impl Numeric {
             Numeric::Unary(_, a) | Numeric::Stored(a) => call(*a),
             Numeric::Binary(_, a, b) => [*a, *b].into_iter().for_each(call),
             Numeric::Select(a, b, c) => [*a, *b, *c].into_iter().for_each(call),
+            Numeric::Mass(_, operands) => operands.iter().copied().for_each(call),
             Numeric::Load(address, otherwise) => {
                 address.terms.iter().map(|term| term.number).chain(*otherwise).for_each(call);
             }
@@ -112,6 +114,7 @@ pub(super) enum Work<O> {
     Unary(Unary, O),
     Binary(Binary, O, O),
     Select(O, O, O),
+    Mass(Mass, [O; OPERANDS]),
     /// The third operand where a comparison of the first two holds, else the fourth.
     Choose(Binary, O, O, O, O),
     /// (a · b) · c
@@ -136,6 +139,7 @@ impl<O: Copy> Work<O> {
             Work::Unary(operator, a) => Work::Unary(*operator, name(*a)),
             Work::Binary(operator, a, b) => Work::Binary(*operator, name(*a), name(*b)),
             Work::Select(a, b, c) => Work::Select(name(*a), name(*b), name(*c)),
+            Work::Mass(law, operands) => Work::Mass(*law, operands.map(name)),
             Work::Choose(operator, a, b, c, d) => {
                 Work::Choose(*operator, name(*a), name(*b), name(*c), name(*d))
             }

@@ -182,6 +182,7 @@ impl<T: Scalar> Machine<T> {
             Numeric::Unary(operator, a) => T::Number::unary(*operator, number(a)),
             Numeric::Binary(operator, a, b) => T::Number::binary(*operator, number(a), number(b)),
             Numeric::Select(a, b, c) => number(if number(a).is_zero() { c } else { b }),
+            Numeric::Mass(law, operands) => T::Number::mass(*law, operands.map(|operand| number(&operand))),
             Numeric::Stored(a) => self.narrow[*a].to_number(),
             Numeric::Load(address, otherwise) => {
                 match (self.find(&address.terms, address.base), address.source) {

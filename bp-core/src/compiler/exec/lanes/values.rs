@@ -5,7 +5,7 @@
 
 use super::code::{Along, Numeric, Place, Source, Work};
 use crate::ids::BufferId;
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::collections::{BTreeSet, HashMap};
 use std::hash::Hash;
 
@@ -119,6 +119,9 @@ impl Values {
             Numeric::Select(a, b, c) => {
                 [a, b, c].map(|of| self.numbers.level(*of)).into_iter().max().unwrap_or(0)
             }
+            Numeric::Mass(_, operands) => {
+                operands.iter().map(|of| self.numbers.level(*of)).max().unwrap_or(0)
+            }
             Numeric::Load(address, other) => {
                 let terms = address.terms.iter().map(|term| term.number).chain(*other);
                 terms.map(|number| self.numbers.level(number)).max().unwrap_or(0)
@@ -195,6 +198,17 @@ impl Values {
             }
             (Value::Number(a), Value::Number(b), Value::Number(c)) => self.number(Numeric::Select(a, b, c)),
             _ => self.lanes(Work::Select(condition, then, otherwise)),
+        }
+    }
+
+    pub(super) fn mass(&mut self, law: Mass, operands: [Value; OPERANDS]) -> Value {
+        let numbers = operands.map(|operand| match operand {
+            Value::Number(number) => Some(number),
+            _ => None,
+        });
+        match numbers.iter().all(Option::is_some) {
+            true => self.number(Numeric::Mass(law, numbers.map(Option::unwrap_or_default))),
+            false => self.lanes(Work::Mass(law, operands)),
         }
     }
 }

@@ -8,7 +8,7 @@
 //! Φ(x) for x < −36 is φ(x) / |x| · (1 − 1/x² + 1·3/x⁴ − …) (Abramowitz and Stegun 26.2.12).
 
 use super::{Number, Scalar};
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::iter::Sum;
@@ -275,6 +275,10 @@ impl Scalar for Extended {
         }
         bell * Self::from_f64(series / (-x * std::f64::consts::TAU.sqrt()))
     }
+    fn mass(law: Mass, operands: [Self; OPERANDS]) -> Self {
+        let (factor, exponent) = law.scaled(operands.map(Self::to_f64));
+        Self::from_f64(factor) * Self::from_f64(exponent).exponential()
+    }
     fn entropy_term(self) -> Self {
         let none = self <= Self::ZERO || self >= Self::from_f64(1.0);
         if none { Self::ZERO } else { -self * self.natural_logarithm() }
@@ -313,6 +317,9 @@ impl Number for Extended {
     }
     fn binary(operator: Binary, x: Self, y: Self) -> Self {
         super::binary(operator, x, y)
+    }
+    fn mass(law: Mass, operands: [Self; OPERANDS]) -> Self {
+        <Self as Scalar>::mass(law, operands)
     }
 }
 

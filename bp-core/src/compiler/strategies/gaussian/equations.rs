@@ -4,7 +4,7 @@
 //! needed. Invariant: parents come before their children.
 
 use super::{LinearEquation, Noise};
-use crate::distribution::{Instance, Setting};
+use crate::distribution::{Instance, Setting, has_square, no_square};
 use crate::error::Error;
 use crate::ids::ParameterId;
 use crate::law::Conditional;
@@ -150,15 +150,13 @@ fn law_of(
         Noise::None | Noise::Flat => 0.0,
         Noise::Deviation(id) => {
             let deviation = LinearForm::of(model, *id, component, leaves).constant;
-            let (found, variance) = (written(deviation), deviation * deviation);
             if !(deviation > 0.0 && deviation.is_finite()) {
+                let found = written(deviation);
                 let message = format!("the standard deviation is {found}, but it must be greater than 0");
                 return Err(refused(message));
             }
-            if !(variance > 0.0 && variance.is_finite()) {
-                return Err(refused(format!(
-                    "the standard deviation is {found}, whose square is beyond the range of numbers"
-                )));
+            if !has_square(deviation) {
+                return Err(refused(no_square(deviation)));
             }
             deviation
         }
