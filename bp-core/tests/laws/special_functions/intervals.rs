@@ -1,4 +1,5 @@
-//! Probabilities of intervals: narrow ones, and those of laws without an elementary cumulative distribution.
+//! Probabilities of intervals: narrow ones, and those of laws without an elementary cumulative distribution; densities at
+//! large parameters.
 //!
 //! In: nothing. Out: parameters, the ends of an interval, and its probability. Invariant: each value was computed with 50 to
 //! 90 digits by mpmath, as in `main.rs`: gammainc and betainc of both ends, von Mises by quad, the others by their cumulative
@@ -8,8 +9,8 @@ use super::functions::Mass;
 use bp_core::compiler::law::Law;
 
 pub(crate) const MASSES: &[Mass] = &[
-    // P(2 < X ≤ 3) = P(−3 < X ≤ −2), by quad over 50 intervals.
-    (Law::VonMises, &[0.0, 400.0], -3.0, -2.0, "2.1462834562242788939e-248"),
+    // P(2 < X ≤ 3) = P(−3 < X ≤ −2), by quad of the density relative to that at 2.
+    (Law::VonMises, &[0.0, 400.0], -3.0, -2.0, "2.1462833531881658561e-248"),
     (Law::Gamma, &[0.01, 1.0], 9.0, 10.0, "8.5266774959794319145e-8"),
     (Law::Gamma, &[0.5, 1.0], 9.0, 10.0, "1.4346280567541357735e-5"),
     (Law::Gamma, &[2.5, 1.0], 0.0, 1.0, "0.15085496391539036377"),
@@ -46,4 +47,42 @@ pub(crate) const MASSES: &[Mass] = &[
     (Law::Exponential, &[1.0], 100.0, 100.0001, "3.7198899785454879118e-48"),
     (Law::Laplace, &[0.37, 1.0], 40.0, 40.0001, "3.0750909983585203364e-22"),
     (Law::Cauchy, &[0.37, 1.0], 1000.0, 1000.001, "3.1854492884281050817e-10"),
+];
+
+/// Law, parameters, a number, and the density there: exponentials of loggamma and besseli.
+pub(crate) const DENSITIES: &[(Law, &[f64], f64, &str)] = &[
+    (Law::Gamma, &[100000.0, 1.0], 100000.0, "0.0012615652097053005629"),
+    (Law::Gamma, &[100000.0, 1.0], 100700.5, "0.00010896477005841820748"),
+    (Law::Gamma, &[20.0, 2.0], 3.5, "0.00017089791387986371941"),
+    (Law::Gamma, &[16.0, 1.0], 1.0, "2.8132343202083955017e-13"),
+    (Law::Gamma, &[1000000.0, 0.001], 1001000000.0, "2.4180950473147679411e-7"),
+    (Law::Gamma, &[17.0, 1.0], 1e-5, "4.7794295378530407492e-94"),
+    (Law::Gamma, &[300.0, 1.0], 10.0, "4.4501371098885331054e-318"),
+    (Law::Beta, &[100000.0, 200000.0], 0.3333, "463.20422661233237634"),
+    (Law::Beta, &[100000.0, 200000.0], 0.336, "3.848153148248568584"),
+    (Law::Beta, &[8.0, 9.0], 0.4, "2.8333385868902402621"),
+    (Law::Beta, &[100000.0, 2.0], 0.99999, "36788.49593921838586"),
+    (Law::Beta, &[0.5, 40.0], 0.001, "108.18124251233929345"),
+    (Law::Beta, &[2.5, 3.7], 0.4, "1.9461991345519644873"),
+    (Law::Beta, &[700.0, 0.01], 0.999, "4.9796113471359814009"),
+    (Law::Binomial, &[1000000.0, 0.3], 300100.0, "0.0008500006284572617568"),
+    (Law::Binomial, &[10000.0, 0.001], 0.0, "0.000045173345977048636722"),
+    (Law::Binomial, &[10000.0, 0.001], 12.0, "0.09481826277028822157"),
+    (Law::Binomial, &[1000000000.0, 0.5], 500010000.0, "0.000020657661897382814223"),
+    (Law::Binomial, &[101.0, 0.99], 101.0, "0.36237201786049688153"),
+    (Law::Binomial, &[1000.0, 0.25], 250.0, "0.029124105883705086775"),
+    (Law::Binomial, &[1000.0, 0.25], 3.0, "7.0867058487748933246e-119"),
+    (Law::Poisson, &[1000000.0], 1000500.0, "0.00035198464521259208941"),
+    (Law::Poisson, &[150.0], 0.0, "7.1750959731644104198e-66"),
+    (Law::Poisson, &[150.0], 15.0, "2.4026858416980165633e-45"),
+    (Law::Poisson, &[150.0], 16.0, "2.252517976591890528e-44"),
+    (Law::Poisson, &[20000.0], 20000.0, "0.0028209361638136125304"),
+    (Law::Poisson, &[120.0], 100.0, "0.006804294803904300825"),
+    (Law::VonMises, &[0.0, 1000000.0], 0.001, "241.97070435490168242"),
+    (Law::VonMises, &[0.0, 1000000.0], 0.0, "398.94223053362581058"),
+    (Law::VonMises, &[0.3, 101.0], 0.5, "0.53478112517520893007"),
+    (Law::VonMises, &[0.3, 99.0], 0.5, "0.55098016250293870367"),
+    (Law::VonMises, &[2.0, 10000.0], 2.01, "24.196870795023905067"),
+    (Law::VonMises, &[0.0, 3.0], 3.0, "0.0016729576384252721036"),
+    (Law::VonMises, &[1.0, 250.0], 1.4, "1.6942161173263775853e-8"),
 ];

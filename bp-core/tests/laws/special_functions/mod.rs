@@ -93,6 +93,16 @@ fn densities_and_tails_of_laws() {
 }
 
 #[test]
+fn densities_at_large_parameters() {
+    let mut errors = Errors::default();
+    for (law, parameters, x, density) in intervals::DENSITIES {
+        let name = format!("{}({parameters:?}) at {x:e}", law.name());
+        errors.add(name, law.density(*x, parameters), density);
+    }
+    errors.within(2e-13);
+}
+
+#[test]
 fn masses_of_intervals_do_not_cancel_in_a_tail() {
     let mut errors = Errors::default();
     for (law, parameters, low, high, mass) in MASSES.iter().chain(tails::MASSES).chain(intervals::MASSES) {
