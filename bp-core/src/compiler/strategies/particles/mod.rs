@@ -155,7 +155,7 @@ impl<'s> Moves<'s> {
         let trusted = match (&guided, &scouts) {
             (Ok(guided), Ok(scouts)) => {
                 let error: f64 = scouts.effective.iter().map(|own| 1.0 / own).sum::<f64>().sqrt();
-                let error = error.min(1.0) * 3.0 + MISSED;
+                let error = 3.0 * error + MISSED;
                 scouts.ln_evidence <= guided.ln_evidence + error
             }
             (guided, _) => guided.is_ok(),
