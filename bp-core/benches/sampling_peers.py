@@ -228,9 +228,9 @@ def main(bp, limit, models):
                     with open(name, "w") as file:
                         file.write(text)
                 took, own, message = ours([bp, "ask", path, "posterior", "--json", *(["--rows", table] if reads else [])], limit)
-            line = f"{model:10} {pair(whole):>16} {sample:8.2f} {pair(took):>16} {whole[0] / took[0]:7.1f}"
-            gains = [whole[0] / took[0] * (peer[name][1] / own[name][1]) ** 2 for name in own if own[name][1] > 0]
-            print(line, f"{min(gains):7.1f}" if gains else "", flush=True)
+            line, ratio = f"{model:10} {pair(whole):>16} {sample:8.2f} {pair(took):>16}", whole[0] / took[0]
+            gains = [ratio * (peer[name][1] / own[name][1]) ** 2 for name in own if own[name][1] > 0]
+            print(line, f"{ratio:7.1f} {min(gains):7.1f}" if gains else "   none", flush=True)
             for name in own:
                 (mean, error), (other, beside) = own[name], peer[name]
                 agree = abs(mean - other) <= 4 * (error**2 + beside**2) ** 0.5
