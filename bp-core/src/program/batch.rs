@@ -3,9 +3,10 @@
 //! In: a program, and a table with a column for each observed variable. Out: a [`Batch`]: a row of numbers for each case.
 //! Invariant: rows have the order of the cases; a case without an answer has its reason; one plan answers all cases.
 
+use super::source::TableSource;
 use super::{Evidence, Program};
 use crate::answer::{Answer, Figure, marginals_strategy, of_each_variable};
-use crate::data::{self, Records, Value, Values};
+use crate::data::{Records, Value, Values};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::learn::sizes;
@@ -13,7 +14,7 @@ use crate::plan::Strategy;
 use crate::strategies::join_tree::{Named, NetworkEvidence, answer_cases};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A table of cases: `Cases::from("cases.csv")`, `Cases::from("cases.csv").only(["lung"])`, or columns in memory.
 ///
@@ -37,19 +38,13 @@ use std::path::{Path, PathBuf};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Cases {
-    source: Source,
+    source: TableSource,
     only: Vec<String>,
-}
-
-#[derive(Clone, Debug)]
-enum Source {
-    File(PathBuf),
-    Records(Records),
 }
 
 impl<P: AsRef<Path>> From<P> for Cases {
     fn from(path: P) -> Self {
-        Self { source: Source::File(path.as_ref().to_owned()), only: Vec::new() }
+        Self { source: TableSource::file(path.as_ref()), only: Vec::new() }
     }
 }
 
@@ -62,7 +57,7 @@ impl Cases {
     /// Another column in memory, with a cell for each case; an empty one is not observed. It has no effect on a file.
     #[must_use]
     pub fn column<T: ToString>(mut self, name: &str, cells: impl IntoIterator<Item = T>) -> Self {
-        if let Source::Records(records) = &mut self.source {
+        if let TableSource::Records(records) = &mut self.source {
             records.add_column(name, &cells.into_iter().map(|cell| cell.to_string()).collect::<Vec<_>>());
         }
         self
@@ -70,7 +65,7 @@ impl Cases {
 
     /// A table that has been read.
     pub fn of_records(records: Records) -> Self {
-        Self { source: Source::Records(records), only: Vec::new() }
+        Self { source: TableSource::records(records), only: Vec::new() }
     }
 
     /// The posteriors of these variables only, or of these elements of families (`Z[2]`).
@@ -100,14 +95,7 @@ pub struct Batch {
 
 /// The posteriors of each case; `done` is called after each, from any thread.
 pub(super) fn batch(program: &Program, cases: &Cases, done: &(dyn Fn() + Sync)) -> Result<Batch, Error> {
-    let read;
-    let records = match &cases.source {
-        Source::Records(records) => records,
-        Source::File(path) => {
-            read = data::open(path, None)?;
-            &read
-        }
-    };
+    let records = &*cases.source.read()?;
     match marginals_strategy(program.model(), program.options)? {
         Strategy::JoinTree => by_tree(program, records, &cases.only, done),
         _ => each(program, records, &cases.only, done),

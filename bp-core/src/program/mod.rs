@@ -16,6 +16,7 @@ mod posterior;
 mod question;
 mod rows;
 pub mod settings;
+mod source;
 mod value;
 
 pub use batch::{Batch, Cases};

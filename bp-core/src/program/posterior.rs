@@ -151,9 +151,7 @@ impl Posterior {
             PartLaw::Normal { .. }
             | PartLaw::Mixture(_)
             | PartLaw::Laws { .. }
-            | PartLaw::ConditionalGaussian(_) => {
-                [part.law.density(&[]), 0.0]
-            }
+            | PartLaw::ConditionalGaussian(_) => [part.law.density(&[]), 0.0],
         })
     }
 

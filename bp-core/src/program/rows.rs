@@ -4,15 +4,16 @@
 //! observations are known in every question; a missing cell is not.
 
 use super::settings::Settings;
+use super::source::TableSource;
 use super::{Learned, Posterior, Program, Value, learned};
 use crate::answer::{self, Answer, Knowledge, Part, compile_sized};
-use crate::data::{self, PlateData, Records};
+use crate::data::{PlateData, Records};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::learn::{self, Learner};
 use crate::model::{Model, ParameterKind};
 use crate::plan::Strategy;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Tables whose rows are elements: `Rows::from("points.csv")`, `Rows::from("pupils.csv").and("schools.csv")`.
 ///
@@ -44,13 +45,7 @@ pub struct Rows {
 #[derive(Clone, Debug)]
 struct Table {
     of: Option<String>,
-    source: Source,
-}
-
-#[derive(Clone, Debug)]
-enum Source {
-    File(PathBuf),
-    Records(Records),
+    source: TableSource,
 }
 
 impl<P: AsRef<Path>> From<P> for Rows {
@@ -68,14 +63,14 @@ impl Rows {
     /// Another table, from a file.
     #[must_use]
     pub fn and(mut self, path: impl AsRef<Path>) -> Self {
-        self.tables.push(Table { of: None, source: Source::File(path.as_ref().to_owned()) });
+        self.tables.push(Table { of: None, source: TableSource::file(path.as_ref()) });
         self
     }
 
     /// Another table, as it was read.
     #[must_use]
     pub fn and_records(mut self, records: Records) -> Self {
-        self.tables.push(Table { of: None, source: Source::Records(records) });
+        self.tables.push(Table { of: None, source: TableSource::records(records) });
         self
     }
 
@@ -85,7 +80,7 @@ impl Rows {
     pub fn column(mut self, name: &str, values: impl IntoIterator<Item = impl Into<Value>>) -> Self {
         let cells: Vec<String> = values.into_iter().map(|value| value.into().to_string()).collect();
         match self.tables.last_mut().map(|table| &mut table.source) {
-            Some(Source::Records(records)) => records.add_column(name, &cells),
+            Some(TableSource::Records(records)) => records.add_column(name, &cells),
             _ => {
                 let mut records = Records::in_memory();
                 records.add_column(name, &cells);
@@ -114,10 +109,7 @@ impl Rows {
     /// The data of the tables for a program.
     fn read(self, model: &Model, settings: &Settings) -> Result<PlateData, Error> {
         let open = |table: Table| {
-            let records = match table.source {
-                Source::File(path) => data::open(&path, None)?,
-                Source::Records(records) => records,
-            };
+            let records = table.source.read()?.into_owned();
             Ok((table.of, records))
         };
         let tables = self.tables.into_iter().map(open).collect::<Result<_, Error>>()?;

@@ -161,7 +161,9 @@ fn deviations_without_a_square_are_refused() {
         let found = answer_with(&model, "P(A | Y = 0)", &inputs).unwrap();
         near(found.ln_evidence.unwrap(), -s.ln() - 0.5 * (4.0 * std::f64::consts::PI).ln(), 1e-10);
         let found = answer_with(&model, "P(X)", &inputs).unwrap();
-        let Figure::Mixture { mean, deviation, quantiles } = found.answer[0].figure else { panic!("{found:?}") };
+        let Figure::Mixture { mean, deviation, quantiles } = found.answer[0].figure else {
+            panic!("{found:?}")
+        };
         near(mean, 0.0, 0.0);
         near(deviation / s, 1.0, 1e-14);
         // Φ⁻¹(0.95), mpmath.

@@ -78,7 +78,9 @@ impl Setting<'_> {
         linear: &[bool],
     ) -> Result<LinearMean, Error> {
         let (constant, deviation) = match self.distribution(instance, at_zero)? {
-            Distribution::Law(Law::Normal, [mean, deviation, _]) if has_square(deviation) => (mean, deviation),
+            Distribution::Law(Law::Normal, [mean, deviation, _]) if has_square(deviation) => {
+                (mean, deviation)
+            }
             Distribution::Law(Law::Normal, [_, deviation, _]) => {
                 let known = at_zero.iter().zip(linear);
                 let known: Vec<f64> =

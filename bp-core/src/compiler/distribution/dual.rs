@@ -93,9 +93,9 @@ impl Number for Dual {
     /// The slope by differences of fourth order along the slopes of the operands.
     fn mass(law: Mass, operands: [Self; OPERANDS]) -> Self {
         let value = law.apply(operands.map(|operand| operand.value));
-        let steepest = operands.iter().fold(0.0, |most: f64, operand| {
-            most.max(operand.slope.abs() / operand.value.abs().max(1e-3))
-        });
+        let steepest = operands
+            .iter()
+            .fold(0.0, |most: f64, operand| most.max(operand.slope.abs() / operand.value.abs().max(1e-3)));
         if steepest == 0.0 {
             return Self::known(value);
         }

@@ -16,9 +16,9 @@ mod value;
 
 use super::names::{Names, snake};
 use super::text::{Text, in_a_comment};
+use crate::error::Error;
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Group, Loops, Schedule};
-use crate::error::Error;
 use crate::kernel::{Buffer, Kernel, Node, Numbers, Reduce, Role, Values};
 use crate::loops::{Expression, Kind, Of, Operation, Statement, validate};
 use crate::operators::Binary;

@@ -37,10 +37,7 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [n, p]: [A::Nu
     if !saddle::is_known_below(by, n, FEW) {
         let parts = [positive, rest].map(|count| saddle::ln_factorial_rest(by, count));
         let means = [p, failure].map(|p| by.multiply(n, p));
-        let deviances = [
-            saddle::deviance(by, positive, means[0]),
-            saddle::deviance(by, rest, means[1]),
-        ];
+        let deviances = [saddle::deviance(by, positive, means[0]), saddle::deviance(by, rest, means[1])];
         value = saddle::ln_factorial_rest(by, n);
         for term in parts.into_iter().chain(deviances) {
             value = by.subtract(value, term);

@@ -8,7 +8,7 @@ use std::f64::consts::LN_2;
 pub(super) fn ln_density<A: Arithmetic>(
     by: &mut A,
     x: A::Number,
-    whole: fn(&mut A, A::Number, [A::Number; 2]) -> A::Number,
+    whole: impl Fn(&mut A, A::Number, [A::Number; 2]) -> A::Number,
     scale: A::Number,
 ) -> A::Number {
     let (zero, ln_2) = (by.constant(0.0), by.constant(LN_2));
@@ -22,7 +22,7 @@ pub(super) fn ln_density<A: Arithmetic>(
 pub(super) fn mass<A: Arithmetic>(
     by: &mut A,
     ends: [A::Number; 2],
-    whole: fn(&mut A, A::Number, A::Number, [A::Number; 2]) -> Option<A::Number>,
+    whole: impl Fn(&mut A, A::Number, A::Number, [A::Number; 2]) -> Option<A::Number>,
     scale: A::Number,
 ) -> Option<A::Number> {
     let (zero, two) = (by.constant(0.0), by.constant(2.0));

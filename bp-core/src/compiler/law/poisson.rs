@@ -24,7 +24,8 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [rate]: [A::Nu
     if !saddle::is_known_below(by, rate, FEW) {
         let zero = by.constant(0.0);
         let positive = by.binary(Binary::Maximum, x, zero);
-        let (rest, deviance) = (saddle::ln_factorial_rest(by, positive), saddle::deviance(by, positive, rate));
+        let (rest, deviance) =
+            (saddle::ln_factorial_rest(by, positive), saddle::deviance(by, positive, rate));
         let sum = by.add(rest, deviance);
         value = by.unary(Unary::Negate, sum);
     }

@@ -32,7 +32,9 @@ pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, k]: [A::Nu
     let exact = by.subtract(ln_bessel, k);
     let inverse = by.divide(one, k);
     let mut series = by.constant(0.572_501_420_974_731_4);
-    for coefficient in [0.227_108_001_708_984_38, 0.112_152_099_609_375, 0.073_242_187_5, 0.070_312_5, 0.125, 1.0] {
+    for coefficient in
+        [0.227_108_001_708_984_38, 0.112_152_099_609_375, 0.073_242_187_5, 0.070_312_5, 0.125, 1.0]
+    {
         let (product, coefficient) = (by.multiply(series, inverse), by.constant(coefficient));
         series = by.add(product, coefficient);
     }

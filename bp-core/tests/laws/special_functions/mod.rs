@@ -236,12 +236,7 @@ fn bins_and_truncated_laws_far_in_a_tail() {
             "0.021469225668581803066",
         ],
     );
-    asked(
-        "real",
-        "truncated(normal(0, 1), 1, 1.0000000001)",
-        "P(X = 1)",
-        &["9999999173.0963584688"],
-    );
+    asked("real", "truncated(normal(0, 1), 1, 1.0000000001)", "P(X = 1)", &["9999999173.0963584688"]);
     asked("real", "truncated(normal(0, 1), 8, 9)", "P(X = 8.5)", &["0.13129350841351980803"]);
     asked("real", "truncated(normal(0, 1), 30, 31)", "P(X = 30.25)", &["0.016099862025689026251"]);
     asked("real", "truncated(exponential(2.5), 100, 101)", "P(X = 100.5)", &["0.78031407164790216596"]);

@@ -27,7 +27,11 @@ impl Prepared for Conjugate {
         let ln_evidence = posterior.observe(self)?;
         if ln_evidence == f64::NEG_INFINITY {
             let mut values = posterior.values;
-            values.iter_mut().zip(posterior.is_unknown).filter(|(_, own)| *own).for_each(|(value, _)| *value = f64::NAN);
+            values
+                .iter_mut()
+                .zip(posterior.is_unknown)
+                .filter(|(_, own)| *own)
+                .for_each(|(value, _)| *value = f64::NAN);
             let reason = setting.zero_factor(&values);
             return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
         }

@@ -134,11 +134,11 @@ pub(super) fn contribution(
     }
     let slot = |use_: &VariableUse| setting.slot_at(use_.variable, use_.element.map(number), 0);
     let read = |id: ExpressionId| {
-        let uses = model.nodes_below(id).into_iter().filter_map(|node| match &model.expressions[node] {
+        let mut uses = model.nodes_below(id).into_iter().filter_map(|node| match &model.expressions[node] {
             Expression::Variable(use_) if is_unknown(use_.variable) => Some(use_),
             _ => None,
         });
-        uses.last()
+        uses.next_back()
     };
     let left = setting.variable_of(instance.left[0]);
     let first = setting.number_at(left, value[0]);
