@@ -112,6 +112,12 @@ fn decode(bytes: &[u8]) -> Result<Responses, String> {
     if !bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Err("not a SOFA file: it does not begin as HDF5 does".to_owned());
     }
+    // The end of the file, by the superblock of version 0, 2 or 3; the parser asserts it.
+    let at = if bytes.get(8).is_some_and(|version| *version >= 2) { 28 } else { 40 };
+    let end = bytes.get(at..at + 8).and_then(|end| end.try_into().ok()).map(u64::from_le_bytes);
+    if end != Some(bytes.len() as u64) {
+        return Err("the file is cut off, or damaged: its length is not that of its header".to_owned());
+    }
     let file = parse_with_children(bytes).map_err(|_| {
         "not read as HDF5: is the file damaged or cut off, or another version of HDF5?".to_owned()
     })?;
