@@ -19,6 +19,7 @@ mod guided;
 mod histories;
 mod join_trees;
 mod kalman;
+mod kalman_families;
 mod many_parents;
 mod mixtures;
 mod normal_laws;

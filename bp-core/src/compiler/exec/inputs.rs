@@ -4,7 +4,7 @@
 //! length. Invariant: errors name the input, the found and the expected value.
 
 use super::scalar::{Extended, Scalar};
-use super::values;
+use super::{SIZE_NOT_GIVEN, values};
 use crate::error::Error;
 use crate::ids::{Arena, AxisId, BufferId, Id};
 use crate::kernel::{
@@ -20,10 +20,6 @@ use std::ops::RangeInclusive;
 
 /// Size of the largest array that is allocated without a memory check, in cells.
 pub(super) const MOST_CELLS: f64 = 1e9;
-
-/// The error of a set, or of a bound of a range, without a size.
-pub(crate) const SIZE_NOT_GIVEN: &str =
-    "its size was not given: give the number of its elements, or a table with a row for each";
 
 /// The inputs of the host, by name.
 #[derive(Clone, Debug, Default)]

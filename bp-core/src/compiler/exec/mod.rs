@@ -13,9 +13,12 @@ pub mod values;
 
 pub use guarded::Guarded;
 pub(crate) use guarded::beyond_range;
-pub(crate) use inputs::SIZE_NOT_GIVEN;
 #[cfg(feature = "gpu")]
 pub(crate) use inputs::{Array, Bound};
 pub use inputs::{Inputs, Outputs};
 pub use interpreter::interpret;
 pub use lanes::Lanes;
+
+/// The error of a set, or of a bound of a range, without a size.
+pub(crate) const SIZE_NOT_GIVEN: &str =
+    "its size was not given: give the number of its elements, or a table with a row for each";

@@ -4,6 +4,7 @@
 //! the program, checked by the offer; the numbers come when it runs.
 
 mod answer;
+mod derivation;
 mod equations;
 mod extended;
 mod filter;

@@ -7,8 +7,8 @@
 //! With x = (parents, noise), y = A x + a: mean(y) = A m + a, cov(y) = A Σ Aᵀ + Q;
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
-use super::{not_linearised, predicate};
-use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
+use super::{derivation, not_linearised, predicate};
+use crate::equation::{Line, Notation, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::law::Law;
@@ -217,7 +217,7 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         }
     }
     let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
-    let derivation = derive(model, &carried, &observed);
+    let derivation = derivation::lines(model, &carried, &observed);
     let families = relevant.iter().any(|id| model.variables[*id].family.is_some());
     let fields = model.parameters.values().any(|parameter| !parameter.over.is_empty());
     Ok(Gaussian {
@@ -249,73 +249,6 @@ pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
         }
     }
     relevant
-}
-
-fn derive(
-    model: &Model,
-    carried: &[(VariableId, VariableId)],
-    observed: &[VariableId],
-) -> Vec<(String, String, [String; 3])> {
-    let names = |ids: &mut dyn Iterator<Item = VariableId>| {
-        ids.map(|id| model.variable_name(id)).collect::<Vec<_>>().join(" ")
-    };
-    let observed = names(&mut observed.iter().copied());
-    let mut lines = vec![(
-        "linear and Gaussian".to_owned(),
-        "every form is normal or a Dirac, with a mean that is linear in its parents: the joint law is normal"
-            .to_owned(),
-        [
-            "∫ N(x; m, Σ) over the free variables, given the observed ones".to_owned(),
-            "\\int \\mathcal{N}(x; m, \\Sigma)".to_owned(),
-            format!("<mo>∫</mo>{}", mathml_normal("<mi>m</mi>", "<mi>Σ</mi>")),
-        ],
-    )];
-    if !carried.is_empty() {
-        let carried = names(&mut carried.iter().map(|(_, previous)| *previous));
-        lines.push((
-            "prediction".to_owned(),
-            format!("`{carried}` has the distribution of the previous instant; each factor extends it"),
-            [
-                "N(x; A m⁻¹ + a, A Σ⁻¹ Aᵀ + Q)".to_owned(),
-                "\\mathcal{N}(x;\\, A m^{-1} + a,\\, A \\Sigma^{-1} A^{\\top} + Q)".to_owned(),
-                mathml_normal(
-                    &format!("<mi>A</mi>{}<mo>+</mo><mi>a</mi>", before("m")),
-                    &format!(
-                        "<mi>A</mi>{}<msup><mi>A</mi><mo>⊤</mo></msup><mo>+</mo><mi>Q</mi>",
-                        before("Σ")
-                    ),
-                ),
-            ],
-        ));
-    }
-    lines.push((
-        "conditioning".to_owned(),
-        format!("`{observed}` is observed: K = Σ Hᵀ (H Σ Hᵀ)⁻¹"),
-        [
-            "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
-            "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
-            mathml_normal(
-                &format!(
-                    "<mi>m</mi><mo>+</mo><mi>K</mi>{OPEN}<mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi>{CLOSE}"
-                ),
-                "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
-            ),
-        ],
-    ));
-    lines
-}
-
-/// N(x; mean, covariance) in MathML.
-fn mathml_normal(mean: &str, covariance: &str) -> String {
-    let comma = "<mo separator=\"true\">,</mo>";
-    format!(
-        "<mrow><mi>𝒩</mi>{OPEN}<mi>x</mi><mo separator=\"true\">;</mo>{mean}{comma}{covariance}{CLOSE}</mrow>"
-    )
-}
-
-/// A letter of the previous instant in MathML.
-fn before(letter: &str) -> String {
-    format!("<msup><mi>{letter}</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>")
 }
 
 impl Gaussian {
