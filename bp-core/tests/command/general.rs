@@ -191,7 +191,7 @@ fn settings_must_be_known_and_fit() {
     assert!(wrong(1, &["N=10", "Rays=1", "z=3"]).contains("input `sigma`: it was not given"));
     assert!(wrong(1, &["N=1.5"]).contains("input `N`: it is 1.5, but it must be a whole number"));
     assert!(wrong(1, &["N=1e300"]).contains("input `N`"));
-    assert!(wrong(1, &["Rays=0"]).contains("input `Rays`: `0` is not a number of elements"));
+    assert!(wrong(1, &["Rays=0"]).contains("input `Rays`: `0` is not a whole number of elements"));
     assert!(wrong(1, &["sigma=a"]).contains("input `sigma`: `a` is not a finite number"));
     for syntax in ["N", "N=", "=3"] {
         assert!(wrong(2, &[syntax]).contains("expected NAME=VALUE"), "{syntax}");

@@ -19,7 +19,7 @@ fn density(domain: &str, form: &str, text: &str, inputs: &Inputs<'_, f64>) -> Ve
     ));
     let answers =
         ask(&model, &question(&model, text), inputs).unwrap_or_else(|error| panic!("{form}: {error}"));
-    answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
+    answers[0].answer.iter().map(|row| row.figure.number().unwrap()).collect()
 }
 
 #[track_caller]

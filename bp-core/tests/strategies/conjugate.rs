@@ -68,8 +68,8 @@ fn rows_are_counted_in_their_groups() {
         let (all, wins) = own.fold((0, 0), |(all, wins), row| (all + 1, wins + usize::from(won(row))));
         (1 + wins) as f64 / (2 + all) as f64
     };
-    near(posterior.of("Theta[0]").unwrap().mean().unwrap(), of(0));
-    near(posterior.of("Theta[1]").unwrap().mean().unwrap(), of(1));
+    near(posterior.of("Theta[a]").unwrap().mean().unwrap(), of(0));
+    near(posterior.of("Theta[b]").unwrap().mean().unwrap(), of(1));
 }
 
 #[test]

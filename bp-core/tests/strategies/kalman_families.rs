@@ -7,9 +7,8 @@ use super::kalman::{Dense, asked_of, near};
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Figure, ask_over_time};
 use bp_core::compiler::exec::Inputs;
-use bp_core::compiler::model::Model;
 use bp_core::compiler::sample::Sampling;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Two walkers, each seen by its own sensor; the second has another sensor.
 const WALKERS: &str = "program Walkers over t in Time {

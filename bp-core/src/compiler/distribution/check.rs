@@ -84,9 +84,6 @@ impl Evaluation<'_> {
         let tolerance = row_tolerance(numbers.len());
         let outside = |number: &f64| bernoulli::holds(&mut Numbers, *number, tolerance) == 0.0;
         let message = match numbers.iter().position(outside) {
-            Some(_) if numbers.iter().all(|number| number.is_nan()) => {
-                "its probabilities are 0 / 0, as of counts or weights that are all 0".to_owned()
-            }
             Some(position) => {
                 let what = format!("{what} {}", position + 1);
                 must(&what, numbers[position], "lie between 0 and 1")

@@ -175,15 +175,17 @@ fn a_kalman_filter_and_particles_take_one_instant_after_the_other() {
         near(x.variance().unwrap(), variance);
     }
     near(walk.predict(3).unwrap().variance().unwrap(), variance + 3.0);
-    // A nonlinear program uses particles: instant by instant as for all instants together.
+    // A nonlinear program uses particles. All instants together are guided by their observations, a filter is not: they
+    // agree within their errors.
     let bent = text.replace("normal(X^-1, 1)", "normal(X^-1 + sin(X^-1), 1)");
     let program = Program::parse(&bent).unwrap().draws(2_000).seed(5);
     let observed: Vec<Evidence> = [0.5, 2.0, -1.0].iter().map(|z| evidence! { Z: *z }).collect();
     let at_once = program.question("filter P(X | Z)").unwrap().over(&observed).unwrap();
     let mut steps = program.filter("P(X | Z)").unwrap();
     let last = observed.iter().map(|instant| steps.step(instant.clone()).unwrap()).last().unwrap();
-    assert_eq!(last.mean().unwrap().to_bits(), at_once.mean().unwrap().to_bits());
-    assert_eq!(steps.ln_evidence(), at_once.ln_evidence().unwrap());
+    let ([step, error], [whole, other]) = (last.mean_and_error().unwrap(), at_once.mean_and_error().unwrap());
+    assert!((step - whole).abs() < 4.0 * error.hypot(other), "{step} ± {error}, {whole} ± {other}");
+    assert!((steps.ln_evidence() - at_once.ln_evidence().unwrap()).abs() < 0.1);
     assert!(!last.strategy().is_exact());
 }
 

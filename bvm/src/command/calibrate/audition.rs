@@ -10,7 +10,7 @@ use bvm::report::write_atomically;
 use clap::Args;
 use std::path::PathBuf;
 
-/// Calibrate hearing: the time and level differences of each direction and band.
+/// Calibrate hearing: the cues of each direction and band.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  bvm calibrate audition --hrir KEMAR.sofa --out head.json\n  bvm calibrate audition --sphere --out head.json\n\n\

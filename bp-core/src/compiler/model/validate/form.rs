@@ -216,7 +216,8 @@ fn probability_faults(model: &Model, id: FactorId, entry: ExpressionId) -> Optio
             continue;
         }
         if let Some(value) = model.constant(entry).filter(|value| !(0.0..=1.0).contains(value)) {
-            let message = format!("a probability lies between 0 and 1, but this is {value}");
+            let why = if value.is_nan() { ", as of counts or weights that are all 0" } else { "" };
+            let message = format!("a probability lies between 0 and 1, but this is {value}{why}");
             return Some(fault(Place::Expression(id, entry), message));
         }
     }

@@ -8,7 +8,7 @@ use crate::equation::{Scope, is_proper, of_form};
 use crate::ids::{FactorId, Id, VariableId};
 use crate::model::{Form, Model};
 use crate::strategies::particles::is_linear_in;
-use crate::strategies::weighting::{Treatment, has_point};
+use crate::strategies::weighting::{Treatment, excludes, has_point};
 use std::collections::BTreeSet;
 
 /// The variables that are linear and Gaussian given the others; `known` are those with observations.
@@ -44,7 +44,7 @@ pub(crate) fn integrated(
 
 /// Whether a factor says nothing of its parents as long as its left-hand side is not observed.
 pub(super) fn may_follow(model: &Model, factor: FactorId) -> bool {
-    is_proper(model, factor) || !has_point(&model.factors[factor].form)
+    is_proper(model, factor) || !has_point(&model.factors[factor].form) && !excludes(model, factor)
 }
 
 fn left(model: &Model, factor: FactorId) -> impl Iterator<Item = VariableId> {

@@ -176,15 +176,18 @@ pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
     wanted.into_iter().collect()
 }
 
+/// Whether a factor has weights that may all be 0, which exclude values of its parents.
+pub(crate) fn excludes(model: &Model, id: FactorId) -> bool {
+    let factor = &model.factors[id];
+    let finite = factor.left.iter().all(|use_| model.variables[use_.variable].domain.is_finite());
+    let weighs = matches!(factor.form, Form::Weights(_) | Form::If { .. }) && !has_point(&factor.form);
+    finite && !is_proper(model, id) && weighs && model.plate.is_none()
+}
+
 /// The same with the weights that may all be 0, which exclude values of their parents, and the ancestors of these.
 fn with_improper(model: &Model, factors: Vec<FactorId>) -> Vec<FactorId> {
-    let excludes = |id: &FactorId| {
-        let factor = &model.factors[*id];
-        let finite = factor.left.iter().all(|use_| model.variables[use_.variable].domain.is_finite());
-        let weighs = matches!(factor.form, Form::Weights(_) | Form::If { .. }) && !has_point(&factor.form);
-        finite && !is_proper(model, *id) && weighs && model.plate.is_none() && !factors.contains(id)
-    };
-    let more: Vec<FactorId> = model.factors.ids().filter(excludes).collect();
+    let is_more = |id: &FactorId| excludes(model, *id) && !factors.contains(id);
+    let more: Vec<FactorId> = model.factors.ids().filter(is_more).collect();
     if more.is_empty() {
         return factors;
     }
