@@ -43,7 +43,7 @@ impl PlateData {
     }
 
     /// Questions for the missing cells, in their order, some cells together: reals in one question for each family, finite
-    /// values in one question for at most [`MOST_JOINT`] joint values.
+    /// values in one question for at most 256 joint values.
     pub fn missing(&self, model: &Model) -> Vec<Question> {
         let mut questions = Vec::new();
         for family in &self.families {

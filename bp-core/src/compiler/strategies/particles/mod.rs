@@ -5,7 +5,7 @@
 //! random numbers for each instant, and sums have a fixed order: the number of threads changes nothing.
 //!
 //! Where nothing is hidden but finite variables and what is linear given them, they are drawn from their law given the next
-//! observations (fully adapted: Pitt and Shephard 1999). Where every hidden real has a normal form, a [`Guide`] proposes. Otherwise
+//! observations (fully adapted: Pitt and Shephard 1999). Where every hidden real has a normal form, a guide (`guide.rs`) proposes. Otherwise
 //! the proposal is the program itself (bootstrap: Gordon, Salmond and Smith 1993); wₙ ← wₙ p(z | parentsₙ). Resampled
 //! systematically when 1 / Σ W² < N/2 (Kitagawa 1996). A Kalman filter in each particle carries the linear variables,
 //! and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
