@@ -140,7 +140,7 @@ fn their_numbers_are_checked() {
     let gibbs = answered(&model, "P(Counts | Next = Red)", Some(Strategy::Gibbs)).unwrap();
     for (row, share) in gibbs.answer.iter().zip([6.0, 2.0, 1.0]) {
         let Figure::Real { mean: [mean, error], .. } = &row.figure else { panic!("{row:?}") };
-        assert!((mean - 4.0 * share / 9.0).abs() < 4.0 * error, "{row:?}");
+        assert!((mean - 4.0 * share / 9.0).abs() < 5.0 * error, "{row:?}");
     }
 }
 
