@@ -41,7 +41,7 @@ fn reals_asked_together_report_their_covariance() {
     let text = both.to_string();
     assert!(text.contains("covariance with X  with Y"), "{text}");
     assert!(text.contains("0.666667           0.333333"), "{text}");
-    // Of one real there is none, nor beside another statistic, nor of one question for each.
+    // One real has no covariance, nor have reals that are asked one by one, or for another statistic.
     assert!(json(&line.ask("P(X | Z = 3)").unwrap()).get("covariance").is_none());
     assert!(json(&line.ask("variance P(X, Y | Z = 3)").unwrap()).get("covariance").is_none());
     assert!(json(&line.marginals(&evidence! { Z: 3.0 }).unwrap()).get("covariance").is_none());

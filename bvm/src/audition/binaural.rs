@@ -56,7 +56,7 @@ pub struct Cues {
     bands: Vec<BandCues>,
 }
 
-/// What a band says of the source.
+/// The cues of a band.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BandCue {
     /// Interaural time difference at the highest peak of the correlogram, s.

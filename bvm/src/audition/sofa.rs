@@ -1,7 +1,7 @@
 //! SOFA files (AES69) of head-related impulse responses.
 //!
 //! In: a file of free-field responses of two ears. Out: directions, distances and responses in the frame of the crate,
-//! with the delays of `Data.Delay` in them and the left ear first. Invariant: what the file says of its ears, units, view
+//! with the delays of `Data.Delay` in them and the left ear first. Invariant: the ears of the file, units, view
 //! and rate is used or refused, never assumed; whether its azimuths are true is decided by the data
 //! (`Calibration::of`).
 //!

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 
 /// Speed of sound, m/s.
 pub const SOUND_SPEED_M_S: f64 = 343.0;
-/// Radius of the head unless told otherwise, m.
+/// Default radius of the head, m.
 pub const HEAD_RADIUS_M: f64 = 0.0875;
 /// The nearest source, in radii of the head.
 pub const NEAREST_RADII: f64 = 1.15;

@@ -65,7 +65,7 @@ fn offer(
 ) -> Result<Sampled, Error> {
     let question = model.ask_text(&asks[0]);
     let refused = |why: String| {
-        // Whoever chose this strategy is not told why the others do not answer.
+        // If the user chose this strategy, the reasons of the others are left out.
         let reason = if turn.forced { why } else { format!("{reason}; and {why}") };
         Error::Unplanned { question: question.clone(), reason }
     };

@@ -28,12 +28,12 @@ impl Checker<'_> {
                 let (at, _) = self.element_of(at, scope)?;
                 return self.foreign(of, Some(at), scope);
             }
-            let told = self.wrong.0.len();
+            let before = self.wrong.0.len();
             return match (self.expression(of, scope, None), indices) {
                 (Some((vector, Type::Vector(length))), [index]) => {
                     self.component(span, (vector, length), (of, index), scope)
                 }
-                (_, _) if self.wrong.0.len() > told => None,
+                (_, _) if self.wrong.0.len() > before => None,
                 (_, _) => {
                     self.complain(span, format!("`{of}` cannot take an index"));
                     None

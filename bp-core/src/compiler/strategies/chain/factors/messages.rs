@@ -1,4 +1,4 @@
-//! What an error says of the factors of an instant.
+//! The factors of an instant, as an error names them.
 //!
 //! In: slots and values. Out: names, heads of factors, errors. Invariant: a slot is named as the program writes it.
 

@@ -117,7 +117,7 @@ impl<'s> FiniteRest<'s> {
                 let left = instance.left[0];
                 let own = scope.contains(&left);
                 let parents: Vec<usize> = scope.iter().copied().filter(|slot| *slot != left).collect();
-                // Summed slots are told apart by their places alone.
+                // Summed slots are distinguished by their places alone.
                 let place = |slot: usize| match scope.iter().position(|own| *own == slot) {
                     Some(at) => u64::MAX - at as u64,
                     None => slot as u64,
