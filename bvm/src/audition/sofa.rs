@@ -1,8 +1,8 @@
 //! SOFA files (AES69) of head-related impulse responses.
 //!
 //! In: a file of free-field responses of two ears. Out: directions, distances and responses in the frame of the crate,
-//! with the delays of `Data.Delay` in them and the left ear first. Invariant: the ears of the file, units, view
-//! and rate is used or refused, never assumed; whether its azimuths are true is decided by the data
+//! with the delays of `Data.Delay` in them and the left ear first. Invariant: the ears, units, view and rate
+//! that the file gives are used or refused, never assumed; the data decide whether its azimuths are true
 //! (`Calibration::of`).
 //!
 //! HDF5 is parsed by the crate `sofar`, of which only the raw fields are used.
