@@ -2,21 +2,10 @@
 //!
 //! In: impulses, tones, delayed noise. Out: what closed forms, or mpmath at 30 digits, say of them.
 
-use bp_core::compiler::random::seeded;
+use crate::noise;
 use bvm::audition::sphere::{HEAD_RADIUS_M, SOUND_SPEED_M_S, responses, transfer};
 use bvm::audition::{BANDS, BinauralUnit, Cochlea, Cochleagram, bands_at, centres_hz, erb_hz, independent};
-use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::{PI, TAU};
-
-fn noise(length: usize, name: &str) -> Vec<f64> {
-    let mut random = seeded(3, name);
-    (0..length)
-        .map(|_| {
-            let value: f64 = StandardNormal.sample(&mut random);
-            0.1 * value
-        })
-        .collect()
-}
 
 #[test]
 fn bands_are_equally_spaced_on_the_erb_scale() {
@@ -93,7 +82,7 @@ fn hair_cells_pass_the_mean_of_half_a_wave() {
 #[test]
 fn blocks_do_not_matter_and_no_rate_diverges() {
     for rate_hz in [8_000.0, 44_100.0, 192_000.0] {
-        let (left, right) = (noise(9000, "left"), noise(9000, "right"));
+        let (left, right) = (noise(3, 9000, "left"), noise(3, 9000, "right"));
         let whole = {
             let mut cues = BinauralUnit::new(rate_hz, &[0.0; BANDS]);
             let mut found = cues.silence();
@@ -116,7 +105,7 @@ fn a_delay_and_a_gain_are_the_cues_of_every_band() {
     // The right ear gets the sound 13 samples later, at half the amplitude: the left leads by 294.8 µs, and is louder by
     // 20 log10 2 = 6.02 dB.
     let (rate_hz, delay) = (44_100.0, 13);
-    let sound = noise(22_050, "sound");
+    let sound = noise(3, 22_050, "sound");
     let late: Vec<f64> = (0..22_050).map(|n| if n < delay { 0.0 } else { 0.5 * sound[n - delay] }).collect();
     let independent = independent();
     for (left, right, side) in [(&sound, &late, 1.0), (&late, &sound, -1.0)] {
@@ -135,7 +124,7 @@ fn a_delay_and_a_gain_are_the_cues_of_every_band() {
 #[test]
 fn independent_noises_are_not_coherent() {
     let cues = BinauralUnit::new(44_100.0, &independent())
-        .hear(&noise(44_100, "one"), &noise(44_100, "other"))
+        .hear(&noise(3, 44_100, "one"), &noise(3, 44_100, "other"))
         .bands();
     assert!(cues.iter().all(|cue| cue.coherence < 0.7), "{cues:?}");
     let mean = cues.iter().map(|cue| cue.coherence).sum::<f64>() / BANDS as f64;

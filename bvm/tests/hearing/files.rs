@@ -2,10 +2,9 @@
 //!
 //! In: bytes written by hand; the files of `shared`, where they are. Out: samples, or errors that name the reason.
 
-use bp_core::compiler::random::seeded;
+use crate::noise;
 use bvm::audition::wave::{WaveReader, encode};
 use bvm::audition::{AuditionError, BANDS, BinauralUnit, Calibration, Channels, Head, Origin, sofa};
-use rand_distr::{Distribution, StandardNormal};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -113,19 +112,9 @@ fn what_is_written_is_read() {
     assert_eq!(read(&encode(44_100, &sound)).unwrap(), sound);
 }
 
-fn noise(length: usize, name: &str) -> Vec<f64> {
-    let mut random = seeded(5, name);
-    (0..length)
-        .map(|_| {
-            let value: f64 = StandardNormal.sample(&mut random);
-            0.1 * value
-        })
-        .collect()
-}
-
 #[test]
 fn channels_that_are_no_ears_are_named() {
-    let sound = noise(16_000, "sound");
+    let sound = noise(5, 16_000, "sound");
     let late = |samples: usize, gain: f64| -> Vec<f64> {
         (0..16_000).map(|n| if n < samples { 0.0 } else { gain * sound[n - samples] }).collect()
     };
@@ -146,7 +135,7 @@ fn channels_that_are_no_ears_are_named() {
     assert_eq!(fault(&vec![0.0; 100], &vec![0.0; 100]).0.as_deref(), Some("silence"));
     // Half a millisecond, and independent noises, are those of ears.
     assert_eq!(fault(&sound, &late(8, 0.5)), (None, Vec::new()));
-    assert_eq!(fault(&sound, &noise(16_000, "other")), (None, Vec::new()));
+    assert_eq!(fault(&sound, &noise(5, 16_000, "other")), (None, Vec::new()));
     let offset: Vec<f64> = sound.iter().map(|value| value + 0.5).collect();
     let clipped: Vec<f64> = sound.iter().map(|value| (20.0 * value).clamp(-1.0, 1.0)).collect();
     assert!(fault(&offset, &late(8, 0.5)).1[0].contains("offset of 0.5"));

@@ -6,3 +6,16 @@
 mod ears;
 mod files;
 mod places;
+
+use bp_core::compiler::random::seeded;
+use rand_distr::{Distribution, StandardNormal};
+
+/// White noise of deviation 0.1.
+pub(crate) fn noise(seed: u64, length: usize, name: &str) -> Vec<f64> {
+    let mut random = seeded(seed, name);
+    let value = |_| {
+        let value: f64 = StandardNormal.sample(&mut random);
+        0.1 * value
+    };
+    (0..length).map(value).collect()
+}
